@@ -67,27 +67,28 @@ impl Range {
     }
 }
 
-const NOT_NEGATIVE: Range = Range::new(0.0, 1e12, "zero or more", "a magnitude or a deviation has no sign");
-const POSITIVE: Range =
-    Range::new(f64::MIN_POSITIVE, 1e12, "more than zero", "nothing works or fits into zero");
-const SHARE: Range = Range::new(0.0, 1.0, "a share from 0 to 1", "a deviation as large as the value itself");
-const TIME: Range = Range::new(
-    0.0,
-    1.0,
-    "from 0 to 1 s",
-    "a thousand periods of the slowest carrier; whole nanoseconds inside",
+const NOT_NEGATIVE: Range =
+    Range::new(0.0, 1e12, "zero or more", "a magnitude or a standard deviation has no sign");
+const POSITIVE: Range = Range::new(
+    f64::MIN_POSITIVE,
+    1e12,
+    "more than zero",
+    "a voltage or a range of zero measures and drives nothing",
 );
+const SHARE: Range =
+    Range::new(0.0, 1.0, "a share from 0 to 1", "a deviation is smaller than the value itself");
+const TIME: Range = Range::new(0.0, 1.0, "from 0 to 1 s", "ten periods of the slowest carrier");
 const PRECISION: Range = Range::new(
     1e-6,
     1.0,
     "from 1e-6 to 1, or 0.0001 % to 100 %",
-    "a millionth takes more trials than anybody runs; the whole says nothing",
+    "a millionth takes 1e12 trials; an interval as wide as its value says nothing",
 );
 const TEMPERATURE: Range = Range::new(
     -273.15,
     1000.0,
     "from -273.15 °C to 1000 °C",
-    "absolute zero; magnets and insulation end far below the other end",
+    "absolute zero; magnets and insulation fail far below 1000 °C",
 );
 
 /// With what a value is compared that hardly anybody means.
@@ -127,6 +128,9 @@ pub enum Values {
     Text,
 }
 
+/// Sets a number of a scenario.
+pub(crate) type Setter = fn(&mut Scenario<Method<f64>>, f64);
+
 /// A key of scenario files.
 ///
 /// ```
@@ -156,7 +160,7 @@ pub struct Key {
     /// Whether trials draw with it in this scenario, beside a spread of more than zero.
     drawn: fn(&Scenario<Method<f64>>) -> bool,
     /// Sets the number that it is by itself.
-    pub(crate) set: Option<fn(&mut Scenario<Method<f64>>, f64)>,
+    pub(crate) set: Option<Setter>,
 }
 
 impl Key {
@@ -423,12 +427,17 @@ const TOP: &[Key] = &[
         <Named<ErrorSet> as Written>::values,
     ),
     Key {
-        range: Some(Range::new(1.0, 9e18, "at least 1", "no trial has no statistics").whole()),
+        range: Some(Range::new(1.0, 9e18, "at least 1", "statistics need a trial").whole()),
         ..Key::of("trials", "How many trials, or how many at each point of the axes.", || Values::Whole)
     },
     Key::of("seed", "Seed of all random numbers.", || Values::Whole),
     Key {
-        range: Some(Range::new(0.0, 180.0, "from 0 to 180 degrees", "no angle is farther than half a turn")),
+        range: Some(Range::new(
+            0.0,
+            180.0,
+            "from 0 to 180 degrees",
+            "two directions are at most half a turn apart",
+        )),
         ..Key::of(
             "limit",
             "The angle error whose exceedance is counted, wrong poles included. Without it, 2°.",

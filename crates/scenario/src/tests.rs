@@ -11,11 +11,11 @@ use standstill_sim::{Arrangement, Purpose, RotorState, Tape};
 use super::{AxisSpec, Document, Origin, Plan, ScenarioFile};
 use crate::{ErrorSet, Scenario};
 
-fn document(text: &str) -> Document {
+pub(super) fn document(text: &str) -> Document {
     Document::parse(Path::new("s.toml"), text).expect("TOML")
 }
 
-fn scenario_of(document: &Document) -> Result<Scenario<Method<f64>>, String> {
+pub(super) fn scenario_of(document: &Document) -> Result<Scenario<Method<f64>>, String> {
     let file: ScenarioFile = document.load().map_err(|error| error.to_string())?;
     file.scenario(document.files()).map_err(|error| document.locate(error).to_string())
 }

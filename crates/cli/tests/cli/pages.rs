@@ -80,7 +80,9 @@ fn row(key: &standstill_scenario::Key) -> String {
             } else {
                 unit
             };
-            format!("{unit}, {}", key.allowed().unwrap_or_default())
+            let allowed = key.allowed().unwrap_or_default();
+            let allowed = allowed.strip_prefix("a share ").unwrap_or(allowed);
+            format!("{unit}, {allowed}")
         }
         Values::Choice(names) => {
             names.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")

@@ -73,7 +73,7 @@ macro_rules! detector {
                 dead_time: Quantity<Second> { range: Some(TIME), example: "\"2 us\"" };
                 /// Longest time that a detection may take, in simulated time: one that is not done by then fails. Without it, 20 s.
                 time_limit: Quantity<Second> [scenario.time_limit] {
-                    range: Some(Range::new(1e-3, 1e3, "from 1 ms to 1000 s of simulated time", "a pulse; more than any start takes")),
+                    range: Some(Range::new(1e-3, 1e3, "from 1 ms to 1000 s of simulated time", "a pulse takes a millisecond, no start 1000 s")),
                     example: "\"20 s\"",
                 };
                 /// A shared library that is the detector in place of a method, by its path: see docs/firmware.md.
@@ -83,7 +83,7 @@ macro_rules! detector {
                 python: String {};
                 /// With --isolate, the longest time that a call of the library may take on the clock. Without it, 1 s.
                 call_timeout: Quantity<Second> {
-                    range: Some(Range::new(1e-3, 1e3, "from 1 ms to 1000 s", "shorter is the scheduler's; nobody waits longer")),
+                    range: Some(Range::new(1e-3, 1e3, "from 1 ms to 1000 s", "the scheduler alone delays a process by some 1 ms")),
                     example: "\"1 s\"",
                 };
                 /// Settings of the library, handed over as lines KEY=VALUE.

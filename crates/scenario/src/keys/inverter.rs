@@ -5,11 +5,15 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Farad, Hertz, Ohm, Second, Share, Volt};
 use standstill_sim::Purpose;
 
-use super::{NOT_NEGATIVE, POSITIVE, Range, SHARE, TIME, Usual, number, table};
+use super::{NOT_NEGATIVE, POSITIVE, Range, TIME, Usual, number, table};
 use crate::named::Named;
 
 /// Longest time in s that a detection may take, after which nothing of the source can begin.
 const LONGEST: f64 = 20.0;
+
+/// A share of the link's voltage.
+const OF_VOLTAGE: Range =
+    Range::new(0.0, 1.0, "a share from 0 to 1", "a rectifier's link is never below 0 V");
 
 const SLOWEST_RIPPLE: &str = "from 0.1 Hz to 100 kHz: a rectifier's ripple has some hundred hertz, and a trial follows each of its periods";
 
@@ -22,7 +26,7 @@ table! {
         };
         /// Amplitude of the DC link's ripple, a share of its voltage.
         ripple: Quantity<Share> [scenario.drive.link.ripple] {
-            range: Some(SHARE), usual: Some((0.5, Usual::Whole)), draws: Some((Purpose::Ripple, 0..2)), example: "\"1 %\"",
+            range: Some(OF_VOLTAGE), usual: Some((0.5, Usual::Whole)), draws: Some((Purpose::Ripple, 0..2)), example: "\"1 %\"",
         };
         /// Frequency of the DC link's ripple.
         ripple_frequency: Quantity<Hertz> [scenario.drive.link.ripple_frequency] {
@@ -30,31 +34,31 @@ table! {
         };
         /// Capacitor of the DC link; 0: none, the link has the source's voltage at any current.
         capacitance: Quantity<Farad> {
-            range: Some(Range::new(0.0, 1e3, "from 0 to 1000 F", "a bank of supercapacitors")),
+            range: Some(Range::new(0.0, 1e3, "from 0 to 1000 F", "a bank of supercapacitors has less")),
             get: |scenario| Some(number(scenario.drive.link.storage.map_or(0.0, |storage| storage.capacitance))),
             example: "\"500 uF\"",
         };
         /// Resistance through which the source feeds the capacitor.
         source_resistance: Quantity<Ohm> {
-            range: Some(Range::new(1e-6, 1e6, "from 1 µΩ to 1 MΩ", "a busbar; a supply that hardly feeds")),
+            range: Some(Range::new(1e-6, 1e6, "from 1 µΩ to 1 MΩ", "a busbar has more, and a larger one feeds nothing")),
             get: |scenario| scenario.drive.link.storage.map(|storage| number(storage.source_resistance)),
             example: "\"0.2 Ω\"",
         };
         /// Depth of a sag of the source, a share of the voltage: a smooth trough, deepest in its middle. 0: none.
         sag_depth: Quantity<Share> {
-            range: Some(SHARE),
+            range: Some(OF_VOLTAGE),
             get: |scenario| Some(number(scenario.drive.link.sag.map_or(0.0, |sag| sag.depth))),
             example: "\"20 %\"",
         };
         /// Start of the sag, after the start of the detection. Without it, at once.
         sag_start: Quantity<Second> {
-            range: Some(Range::new(0.0, LONGEST, "from 0 to 20 s", "the longest that a detection may take")),
+            range: Some(Range::new(0.0, LONGEST, "from 0 to 20 s", "no detection takes longer than 20 s by itself")),
             get: |scenario| Some(number(scenario.drive.link.sag.map_or(0.0, |sag| sag.start))),
             example: "\"2 ms\"",
         };
         /// Duration of the sag.
         sag_duration: Quantity<Second> {
-            range: Some(Range::new(1e-6, LONGEST, "from 1 µs to 20 s", "the longest that a detection may take")),
+            range: Some(Range::new(1e-6, LONGEST, "from 1 µs to 20 s", "no detection takes longer than 20 s by itself")),
             get: |scenario| scenario.drive.link.sag.map(|sag| number(sag.duration)),
             example: "\"10 ms\"",
         };
@@ -69,7 +73,7 @@ table! {
         };
         /// Frequency of the PWM carrier.
         carrier: Quantity<Hertz> {
-            range: Some(Range::new(10.0, 1e6, "from 10 Hz to 1 MHz", "a thyristor bridge; gallium nitride")),
+            range: Some(Range::new(10.0, 1e6, "from 10 Hz to 1 MHz", "thyristors switch faster, gallium nitride slower")),
             get: |scenario| Some(number(1.0 / scenario.drive.carrier_period.seconds())),
             example: "\"10 kHz\"",
         };

@@ -22,8 +22,8 @@ const RINGING: &str = "from 0 to 1000 MHz: samples are taken in whole nanosecond
 /// All draws of a purpose: one for each sample.
 const EACH: std::ops::Range<usize> = 0..usize::MAX;
 
-fn bits(adc: Option<Adc>) -> Option<toml::Value> {
-    Some(number(adc.map_or(0.0, |adc| adc.bits.into())))
+fn bits(adc: Option<Adc>) -> toml::Value {
+    number(adc.map_or(0.0, |adc| adc.bits.into()))
 }
 
 table! {
@@ -94,7 +94,7 @@ table! {
             range: Some(POSITIVE), get: |scenario| scenario.sensors.adc.map(|adc| number(adc.high)), example: "\"20 A\"",
         };
         /// Bits of the current converters; 0: nothing is rounded, the range stays.
-        bits: Quantity<One> { range: Some(BITS), get: |scenario| bits(scenario.sensors.adc), example: "12" };
+        bits: Quantity<One> { range: Some(BITS), get: |scenario| Some(bits(scenario.sensors.adc)), example: "12" };
         /// Largest deviation of a trigger's instant, uniform, either way.
         jitter: Quantity<Second> [scenario.sensors.jitter] {
             range: Some(TIME), usual: Some((0.2, Usual::Carrier)), draws: Some((Purpose::Jitter, EACH)), example: "\"50 ns\"",
@@ -121,7 +121,7 @@ table! {
         };
         /// Bits of the DC link's converter; 0: nothing is rounded, the range stays.
         dc_link_bits: Quantity<One> {
-            range: Some(BITS), get: |scenario| bits(scenario.sensors.dc_link.adc), example: "12",
+            range: Some(BITS), get: |scenario| Some(bits(scenario.sensors.dc_link.adc)), example: "12",
         };
         /// Standard deviation of the resolver that stands for "measured angle" in traces.
         resolver_error: Quantity<Degree> {

@@ -84,6 +84,7 @@ fn spread(key: &str) -> &'static str {
         "rotor.load" => "normal = \"10 %\", mean = \"50 mN m\"",
         "inverter.dc_link" => "uniform = \"8 %\", mean = \"500 V\"",
         "inverter.ripple" => "uniform = \"0.4 %\", mean = \"0.8 %\"",
+        "inverter.ripple_frequency" => "uniform = \"10 Hz\", mean = \"300 Hz\"",
         "inverter.dead_time" => "normal = \"15 %\", mean = \"1.7 us\"",
         "inverter.delay_mismatch" => "normal = \"15 %\", mean = \"40 ns\"",
         "inverter.switch_drop" | "inverter.diode_drop" => "normal = \"0.1 V\", mean = \"1 V\", truncated = 3",
@@ -92,7 +93,8 @@ fn spread(key: &str) -> &'static str {
         "sensors.noise" | "sensors.offset" => "uniform = \"30 %\", mean = \"10 mA\"",
         "sensors.gain_error" => "uniform = \"0.2 %\", mean = \"0.5 %\"",
         "sensors.bandwidth" => "uniform = \"10 kHz\", mean = \"150 kHz\"",
-        "sensors.bandwidth_mismatch" => "uniform = \"1 %\", mean = \"2 %\"",
+        "detector.time_limit" => "uniform = \"1 s\", mean = \"10 s\"",
+        "sensors.bandwidth_tolerance" | "sensors.bandwidth_mismatch" => "uniform = \"1 %\", mean = \"2 %\"",
         "sensors.skew" | "sensors.jitter" | "sensors.sample_delay" => {
             "uniform = \"0.2 us\", mean = \"0.5 us\""
         }
