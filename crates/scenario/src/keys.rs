@@ -5,332 +5,35 @@
 //! in `docs/reference.md` and the panel of the lab. Rules between keys stand in code: `build.rs`, `link.rs`, `terminals.rs`.
 
 mod detector;
+mod entry;
 mod inverter;
 pub(crate) mod motor;
+mod range;
 mod rotor;
 mod sensors;
 #[cfg(test)]
 mod tests;
-
-use std::ops::Range as Draws;
+mod written;
 
 use standstill_detect::{Method, keys as methods};
-use standstill_interface::{Choice, Nanos};
+use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Degree, Share};
-use standstill_quantity::{Dimension, Quantity, Scale, Unit, rounded};
-use standstill_sim::Purpose;
 use toml::Value;
 
 pub use self::detector::DetectorTable;
 pub(crate) use self::detector::unworkable;
+use self::entry::number;
+pub use self::entry::{Key, Usual, Values};
 pub use self::inverter::InverterTable;
+pub use self::range::Range;
+use self::range::{NOT_NEGATIVE, POSITIVE, PRECISION, SHARE, TEMPERATURE, TIME};
 pub use self::rotor::RotorTable;
 pub use self::sensors::SensorsTable;
+use self::written::Place;
+pub(crate) use self::written::Written;
 use crate::document::FileError;
 use crate::named::Named;
 use crate::{ErrorSet, Scenario};
-
-/// The numbers that a key may have.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
-    /// The least, in the unit of the schema.
-    pub low: f64,
-    /// The largest.
-    pub high: f64,
-    /// Both in words, as messages have them.
-    pub needed: &'static str,
-    /// Why not beyond.
-    pub reason: &'static str,
-    /// Whether the numbers are whole.
-    pub whole: bool,
-    /// The least that is not zero, where zero is allowed below a gap.
-    gap: f64,
-}
-
-impl Range {
-    const fn new(low: f64, high: f64, needed: &'static str, reason: &'static str) -> Self {
-        Self { low, high, needed, reason, whole: false, gap: low }
-    }
-
-    const fn whole(self) -> Self {
-        Self { whole: true, ..self }
-    }
-
-    /// Zero, or from `least` to the largest.
-    const fn or_from(self, least: f64) -> Self {
-        Self { gap: least, ..self }
-    }
-
-    fn contains(&self, value: f64) -> bool {
-        let within = (self.low..=self.high).contains(&value) && (value == 0.0 || value >= self.gap);
-        within && !(self.whole && value.fract() != 0.0)
-    }
-}
-
-const NOT_NEGATIVE: Range =
-    Range::new(0.0, 1e12, "zero or more", "a magnitude or a standard deviation has no sign");
-const POSITIVE: Range = Range::new(
-    f64::MIN_POSITIVE,
-    1e12,
-    "more than zero",
-    "a voltage or a range of zero measures and drives nothing",
-);
-const SHARE: Range =
-    Range::new(0.0, 1.0, "a share from 0 to 1", "a deviation is smaller than the value itself");
-const TIME: Range = Range::new(0.0, 1.0, "from 0 to 1 s", "ten periods of the slowest carrier");
-const PRECISION: Range = Range::new(
-    1e-6,
-    1.0,
-    "from 1e-6 to 1, or 0.0001 % to 100 %",
-    "a millionth takes 1e12 trials; an interval as wide as its value says nothing",
-);
-const TEMPERATURE: Range = Range::new(
-    -273.15,
-    1000.0,
-    "from -273.15 °C to 1000 °C",
-    "absolute zero; magnets and insulation fail far below 1000 °C",
-);
-
-/// With what a value is compared that hardly anybody means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Usual {
-    /// The whole, of a share.
-    Whole,
-    /// The motor's rated current.
-    RatedCurrent,
-    /// The DC link.
-    Link,
-    /// The DC link, of a resistance's drop at rated current.
-    LinkByDrop,
-    /// The DC link of the motor's nameplate.
-    NominalLink,
-    /// The carrier's period.
-    Carrier,
-}
-
-/// The kind of a key's values.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Values {
-    /// Numbers: the symbol of their SI unit, and whether they are shares, which people write in per cent.
-    Number {
-        /// Symbol of the unit; empty for shares and pure numbers.
-        unit: &'static str,
-        /// Whether they are shares.
-        share: bool,
-    },
-    /// One of these names; each with a sentence about it.
-    Choice(Vec<(&'static str, &'static str)>),
-    /// Yes or no.
-    Flag,
-    /// Whole numbers.
-    Whole,
-    /// A text or a table: a file, a class, settings of a library.
-    Text,
-}
-
-/// Sets a number of a scenario.
-pub(crate) type Setter = fn(&mut Scenario<Method<f64>>, f64);
-
-/// A key of scenario files.
-///
-/// ```
-/// let noise = standstill_scenario::key("sensors.noise").expect("a key");
-/// assert_eq!(noise.allowed(), Some("zero or more"));
-/// assert_eq!(noise.values(), standstill_scenario::Values::Number { unit: "A", share: false });
-/// ```
-#[derive(Debug)]
-pub struct Key {
-    /// Its path, such as `sensors.noise`.
-    pub path: &'static str,
-    /// Its meaning, in a sentence or two.
-    pub about: &'static str,
-    /// A value as TOML has it; empty where the example of `init` has text of its own.
-    pub example: &'static str,
-    /// The numbers that it may have; none of choices, flags and texts.
-    pub range: Option<Range>,
-    /// The draws of a trial whose spread it is: what a budget takes for a source of error.
-    pub draws: Option<(Purpose, Draws<usize>)>,
-    /// More than this share of something is hardly meant.
-    pub usual: Option<(f64, Usual)>,
-    values: fn() -> Values,
-    /// Its value in a scenario, whether a file sets it or not.
-    get: fn(&Scenario<Method<f64>>) -> Option<Value>,
-    /// Whether this scenario has such a thing.
-    applies: fn(&Scenario<Method<f64>>) -> bool,
-    /// Whether trials draw with it in this scenario, beside a spread of more than zero.
-    drawn: fn(&Scenario<Method<f64>>) -> bool,
-    /// Sets the number that it is by itself.
-    pub(crate) set: Option<Setter>,
-}
-
-impl Key {
-    const fn of(path: &'static str, about: &'static str, values: fn() -> Values) -> Self {
-        let (about, get, drawn) = (about.trim_ascii(), none as fn(&_) -> _, always as fn(&_) -> _);
-        let example = "";
-        Self {
-            path,
-            about,
-            example,
-            range: None,
-            draws: None,
-            usual: None,
-            values,
-            get,
-            applies: drawn,
-            drawn,
-            set: None,
-        }
-    }
-
-    /// The kind of its values.
-    pub fn values(&self) -> Values {
-        (self.values)()
-    }
-
-    /// Its numbers in words, as messages have them; none of choices, flags and texts.
-    pub fn allowed(&self) -> Option<&'static str> {
-        self.range.as_ref().map(|range| range.needed)
-    }
-
-    /// Whether this scenario has such a thing: a channel is a MOSFET's, a threshold an IGBT's.
-    pub fn applies_to(&self, scenario: &Scenario<Method<f64>>) -> bool {
-        (self.applies)(scenario)
-    }
-
-    /// Whether a trial of this scenario draws with a spread that this key sets.
-    pub fn is_drawn(&self, scenario: &Scenario<Method<f64>>) -> bool {
-        let zero = scenario.value(self.path).and_then(|value| value.as_float()) == Some(0.0);
-        self.draws.is_some() && (self.drawn)(scenario) && !zero
-    }
-
-    /// A number of this key in the unit in which its range is written.
-    fn readable(&self, value: f64, needed: &str) -> String {
-        let dimension = match self.values() {
-            Values::Number { unit, .. } => Dimension::of_symbol(unit),
-            _ => None,
-        };
-        dimension.map_or_else(|| value.to_string(), |dimension| readable(dimension, value, needed))
-    }
-
-    /// # Errors
-    /// A value beyond the range.
-    pub(crate) fn check(&self, value: &dyn Written) -> Result<(), FileError> {
-        match (&self.range, value.number()) {
-            (Some(range), Some(number)) if !range.contains(number) => {
-                Err(FileError::key(self.path, &value.readable(range.needed), range.needed))
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-fn none(_: &Scenario<Method<f64>>) -> Option<Value> {
-    None
-}
-
-fn always(_: &Scenario<Method<f64>>) -> bool {
-    true
-}
-
-fn number(value: f64) -> Value {
-    Value::Float(rounded(value, 0))
-}
-
-/// A value of a file's table.
-pub(crate) trait Written {
-    /// In SI, of a number.
-    fn number(&self) -> Option<f64> {
-        None
-    }
-
-    /// Of yes and no.
-    fn flag(&self) -> bool {
-        false
-    }
-
-    /// In the unit in which the range is written: not 0.02 µF where nanofarads are allowed.
-    fn readable(&self, _needed: &str) -> String {
-        String::new()
-    }
-
-    fn values() -> Values
-    where
-        Self: Sized;
-}
-
-impl<U: Unit> Written for Quantity<U> {
-    fn number(&self) -> Option<f64> {
-        Some(self.value())
-    }
-
-    fn readable(&self, needed: &str) -> String {
-        readable(&U::DIMENSION, self.value(), needed)
-    }
-
-    fn values() -> Values {
-        Values::Number { unit: U::SYMBOL, share: U::DIMENSION.is_share() }
-    }
-}
-
-fn readable(dimension: &Dimension, value: f64, needed: &str) -> String {
-    let symbol = dimension.symbol;
-    let scale = Scale::suiting(symbol, value.abs());
-    let readable = scale.number(value);
-    match symbol {
-        "" if needed.contains('%') => format!("{} %", rounded(value, 2)),
-        // What is too large or small for any prefix stays as it was.
-        _ if symbol.is_empty() || !(1e-3..1e6).contains(&readable.abs()) => dimension.text(value),
-        _ => format!("{readable} {}", scale.unit),
-    }
-}
-
-impl<T: Choice> Written for Named<T> {
-    fn values() -> Values {
-        Values::Choice(T::ALL.iter().map(|choice| (choice.name(), choice.about().trim())).collect())
-    }
-}
-
-impl Written for bool {
-    fn flag(&self) -> bool {
-        *self
-    }
-
-    fn values() -> Values {
-        Values::Flag
-    }
-}
-
-impl Written for String {
-    fn values() -> Values {
-        Values::Text
-    }
-}
-
-/// A place that a number sets.
-trait Place: Copy {
-    fn of(number: f64) -> Self;
-    fn number(self) -> f64;
-}
-
-impl Place for f64 {
-    fn of(number: f64) -> Self {
-        number
-    }
-
-    fn number(self) -> f64 {
-        self
-    }
-}
-
-impl Place for Nanos {
-    fn of(number: f64) -> Self {
-        Self::from_seconds(number)
-    }
-
-    fn number(self) -> f64 {
-        self.seconds()
-    }
-}
 
 /// A table of a scenario: its struct and the list of its keys.
 ///

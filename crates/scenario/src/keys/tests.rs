@@ -1,3 +1,5 @@
+use standstill_quantity::rounded;
+use standstill_sim::Purpose;
 use toml::Value;
 
 use super::*;

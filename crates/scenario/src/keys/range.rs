@@ -1,0 +1,62 @@
+//! The numbers that a key may have, and the ranges that several keys share.
+
+/// The numbers that a key may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The least, in the unit of the schema.
+    pub low: f64,
+    /// The largest.
+    pub high: f64,
+    /// Both in words, as messages have them.
+    pub needed: &'static str,
+    /// Why not beyond.
+    pub reason: &'static str,
+    /// Whether the numbers are whole.
+    pub whole: bool,
+    /// The least that is not zero, where zero is allowed below a gap.
+    gap: f64,
+}
+
+impl Range {
+    pub(super) const fn new(low: f64, high: f64, needed: &'static str, reason: &'static str) -> Self {
+        Self { low, high, needed, reason, whole: false, gap: low }
+    }
+
+    pub(super) const fn whole(self) -> Self {
+        Self { whole: true, ..self }
+    }
+
+    /// Zero, or from `least` to the largest.
+    pub(super) const fn or_from(self, least: f64) -> Self {
+        Self { gap: least, ..self }
+    }
+
+    pub(super) fn contains(&self, value: f64) -> bool {
+        let within = (self.low..=self.high).contains(&value) && (value == 0.0 || value >= self.gap);
+        within && !(self.whole && value.fract() != 0.0)
+    }
+}
+
+pub(super) const NOT_NEGATIVE: Range =
+    Range::new(0.0, 1e12, "zero or more", "a magnitude or a standard deviation has no sign");
+pub(super) const POSITIVE: Range = Range::new(
+    f64::MIN_POSITIVE,
+    1e12,
+    "more than zero",
+    "a voltage or a range of zero measures and drives nothing",
+);
+pub(super) const SHARE: Range =
+    Range::new(0.0, 1.0, "a share from 0 to 1", "a deviation is smaller than the value itself");
+pub(super) const TIME: Range = Range::new(0.0, 1.0, "from 0 to 1 s", "ten periods of the slowest carrier");
+pub(super) const PRECISION: Range = Range::new(
+    1e-6,
+    1.0,
+    "from 1e-6 to 1, or 0.0001 % to 100 %",
+    "a millionth takes 1e12 trials; an interval as wide as its value says nothing",
+);
+pub(super) const TEMPERATURE: Range = Range::new(
+    -273.15,
+    1000.0,
+    "from -273.15 °C to 1000 °C",
+    "absolute zero; magnets and insulation fail far below 1000 °C",
+);

@@ -1,0 +1,103 @@
+//! Values of a file's tables, and places of a scenario that numbers set.
+
+use standstill_interface::{Choice, Nanos};
+use standstill_quantity::{Dimension, Quantity, Scale, Unit, rounded};
+
+use super::entry::Values;
+use crate::named::Named;
+
+/// A value of a file's table.
+pub(crate) trait Written {
+    /// In SI, of a number.
+    fn number(&self) -> Option<f64> {
+        None
+    }
+
+    /// Of yes and no.
+    fn flag(&self) -> bool {
+        false
+    }
+
+    /// In the unit in which the range is written: not 0.02 µF where nanofarads are allowed.
+    fn readable(&self, _needed: &str) -> String {
+        String::new()
+    }
+
+    fn values() -> Values
+    where
+        Self: Sized;
+}
+
+impl<U: Unit> Written for Quantity<U> {
+    fn number(&self) -> Option<f64> {
+        Some(self.value())
+    }
+
+    fn readable(&self, needed: &str) -> String {
+        readable(&U::DIMENSION, self.value(), needed)
+    }
+
+    fn values() -> Values {
+        Values::Number { unit: U::SYMBOL, share: U::DIMENSION.is_share() }
+    }
+}
+
+pub(super) fn readable(dimension: &Dimension, value: f64, needed: &str) -> String {
+    let symbol = dimension.symbol;
+    let scale = Scale::suiting(symbol, value.abs());
+    let readable = scale.number(value);
+    match symbol {
+        "" if needed.contains('%') => format!("{} %", rounded(value, 2)),
+        // What is too large or small for any prefix stays as it was.
+        _ if symbol.is_empty() || !(1e-3..1e6).contains(&readable.abs()) => dimension.text(value),
+        _ => format!("{readable} {}", scale.unit),
+    }
+}
+
+impl<T: Choice> Written for Named<T> {
+    fn values() -> Values {
+        Values::Choice(T::ALL.iter().map(|choice| (choice.name(), choice.about().trim())).collect())
+    }
+}
+
+impl Written for bool {
+    fn flag(&self) -> bool {
+        *self
+    }
+
+    fn values() -> Values {
+        Values::Flag
+    }
+}
+
+impl Written for String {
+    fn values() -> Values {
+        Values::Text
+    }
+}
+
+/// A place that a number sets.
+pub(super) trait Place: Copy {
+    fn of(number: f64) -> Self;
+    fn number(self) -> f64;
+}
+
+impl Place for f64 {
+    fn of(number: f64) -> Self {
+        number
+    }
+
+    fn number(self) -> f64 {
+        self
+    }
+}
+
+impl Place for Nanos {
+    fn of(number: f64) -> Self {
+        Self::from_seconds(number)
+    }
+
+    fn number(self) -> f64 {
+        self.seconds()
+    }
+}
