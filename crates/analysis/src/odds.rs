@@ -18,7 +18,7 @@ use crate::{Halt, System, Watch};
 pub const RUNS: u32 = 8;
 
 /// The least share of what runs expect of themselves that their scatter is taken for. Of intervals of the scatter alone 93 to 95 of 100
-/// hold the truth, for those miss it whose runs agree by chance; with this 95 to 97 do (docs/odds-coverage.txt).
+/// hold the truth, for those miss it whose runs agree by chance; with this 95 to 97 do (docs/notes/odds-coverage.txt).
 const LEAST: f64 = 0.8;
 
 /// Plain trials where no order parameter leads to the event.
@@ -324,7 +324,7 @@ fn expected(runs: &[&Run]) -> f64 {
 fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
     /// Seven degrees of freedom exceed 1.5 times their expectation twice in a hundred times, were it right. Up to [`SHALLOW`] levels runs
     /// scatter by 1.2 times it and rang in up to one of seven answers: there twice it, of which less than one in a hundred is chance
-    /// (docs/odds-coverage.txt). Further down parts of an event are missed, and of these the alarm must tell.
+    /// (docs/notes/odds-coverage.txt). Further down parts of an event are missed, and of these the alarm must tell.
     const MORE: [f64; 2] = [2.0, 1.5];
     const SHALLOW: u32 = 5;
     /// The mean of eight independent states has a standard deviation of 0.35.

@@ -36,7 +36,7 @@ fn odds(system: &dyn System<Error = Infallible>, seed: u64) -> Odds {
 
 #[test]
 fn analytic_intervals_hold_a_two_vector_test_in_95_of_100_answers() {
-    // `examples/coverage.rs` has 1,000 answers each; its output is in docs/odds-coverage.txt.
+    // `examples/coverage.rs` has 1,000 answers each; its output is in docs/notes/odds-coverage.txt.
     const ANSWERS: u32 = 17;
     let (mut held, mut ratios) = (0, 0.0);
     for truth in [1e-3, 1e-6, 1e-9] {

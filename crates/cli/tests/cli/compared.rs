@@ -95,7 +95,7 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
         }
         run += 1;
     }
-    assert_eq!(run, 13, "commands of the page");
+    assert_eq!(run, 10, "commands of the page");
 }
 
 #[test]
