@@ -15,7 +15,7 @@ use super::document::{Document, FileError, Origin};
 use super::named::Named;
 use super::number::Number;
 
-/// What one key is varied over.
+/// Values over which one key is varied.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AxisSpec {
     /// These values, one after the other.
@@ -34,10 +34,10 @@ pub struct RangeSpec {
     /// The last, in a unit of the same dimension.
     #[schemars(with = "NumberOrText")]
     pub to: Value,
-    /// How many values a grid takes, both ends included. Other designs spread all their points over the range.
+    /// Number of values of a grid, both ends included. Other designs spread all their points over the range.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<usize>,
-    /// Whether neighbours have the same ratio instead of the same difference.
+    /// True if neighbours have the same ratio instead of the same difference.
     #[serde(default)]
     pub log: bool,
 }
@@ -119,7 +119,7 @@ impl AxisSpec {
 }
 
 choice! {
-    /// How points are chosen from the axes.
+    /// The choice of points from the axes.
     #[derive(Default)]
     pub enum DesignKind {
         /// All combinations.
@@ -131,13 +131,13 @@ choice! {
     }
 }
 
-/// Which points of the axes are run.
+/// The points of the axes that are run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DesignTable {
-    /// How they are chosen.
+    /// The choice of points.
     pub kind: Named<DesignKind>,
-    /// How many; a grid's follow from its axes.
+    /// Number of points; that of a grid follows from its axes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<usize>,
 }

@@ -45,7 +45,7 @@ impl ScenarioFile {
         Ok(scenario)
     }
 
-    /// Temperatures of winding and magnets, where they are told.
+    /// Temperatures of winding and magnets that the file sets.
     pub(super) fn temperature(&self) -> Temperature {
         Temperature {
             winding: self.rotor.winding_temperature.map(Quantity::value),
@@ -135,7 +135,7 @@ impl ScenarioFile {
     }
 }
 
-/// Whether a motor's iron can remember former operation: without current it may then be anywhere within its coercive current.
+/// Checks that a motor's iron can remember former operation: without current it may then be anywhere within its coercive current.
 pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     let circuit = &motor.magnetics;
     let Some(hysteresis) = circuit.hysteresis() else {

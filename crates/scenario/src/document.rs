@@ -13,7 +13,7 @@ use super::axes::AxisSpec;
 use super::suggestion::{suggest, unknown};
 use super::tables::ScenarioFile;
 
-/// Where the value of a key was set, if not in the file.
+/// Origin of a key's value that is not in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// On the command line.
@@ -37,17 +37,17 @@ impl fmt::Display for Origin {
     }
 }
 
-/// What a setting needs that the scenario's method does not have.
+/// Requirement of a setting that the scenario's method does not have.
 const FOREIGN: &str = "a method that has such a setting";
 
-/// What is wrong with a scenario.
+/// Error of a scenario file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FileError {
     /// It cannot be read.
     Read {
         /// The file.
         file: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         error: String,
     },
     /// Not TOML.
@@ -56,7 +56,7 @@ pub enum FileError {
         file: PathBuf,
         /// The line, from 1.
         line: usize,
-        /// What the parser says.
+        /// Error of the parser.
         message: String,
     },
     /// A key, or its value.
@@ -65,7 +65,7 @@ pub enum FileError {
         place: String,
         /// Its path, such as `sensors.noise`.
         key: String,
-        /// What is wrong, and what would be right.
+        /// The value found, and the values needed.
         message: String,
     },
     /// The motor's data sheet.
@@ -98,12 +98,12 @@ impl FileError {
         Self::key(&format!("detector.{key}"), &format!("method \"{method}\""), FOREIGN)
     }
 
-    /// Whether it is a setting of the detector that its method does not have.
+    /// True for a setting of the detector that its method does not have.
     pub fn is_foreign_setting(&self) -> bool {
         matches!(self, Self::Key { message, .. } if message.ends_with(FOREIGN))
     }
 
-    /// What serde says at a path.
+    /// Error of serde at a path.
     pub(super) fn serde(path: &str, message: &str) -> Self {
         // What follows the first line says where it is, which the path knows.
         let message = message.trim().lines().next().unwrap_or_default().to_owned();
@@ -147,7 +147,7 @@ pub struct Document {
     pub(super) table: Table,
     pub(super) changed: Vec<(String, Origin)>,
     files: Files,
-    /// Whether the program that runs the trials has the class of `detector.python`.
+    /// True if the program that runs the trials has the class of `detector.python`.
     pub(super) hosted: bool,
 }
 
@@ -242,7 +242,7 @@ impl Document {
         self.table.insert("motor".to_owned(), Value::Table(sheet));
     }
 
-    /// Whether the motor is more than what was just opened for a change.
+    /// True if the motor has more keys than were just opened for a change.
     fn table_has_motor(&self) -> bool {
         match self.table.get("motor") {
             Some(Value::Table(motor)) => motor.values().any(|value| !is_empty(value)),
@@ -336,7 +336,7 @@ impl Document {
         self.locate(FileError::key(key, found, needed))
     }
 
-    /// The same error with where its key stands.
+    /// This error with the place of its key.
     pub fn locate(&self, error: FileError) -> FileError {
         let FileError::Key { place, key, message } = error else { return error };
         if !place.is_empty() {

@@ -15,7 +15,7 @@ pub(crate) fn dc_link(motor: &Motor) -> f64 {
     motor.dc_link.unwrap_or(DC_LINK)
 }
 
-/// How pick-up rings where nobody says otherwise: time constants are 0.3 to 1 µs, frequencies 3 to 10 MHz.
+/// Default ringing of pick-up: time constants are 0.3 to 1 µs, frequencies 3 to 10 MHz.
 pub(crate) const PICK_UP: PickUp = PickUp { amplitude: 0.0, decay: 0.5e-6, frequency: 5e6 };
 
 /// Of each terminal in F in the field: two switches and a metre of cable.
@@ -25,7 +25,7 @@ const TERMINAL_CAPACITANCE: f64 = 0.3e-9;
 /// a few milliohms are what one buys.
 const MOSFET_LINK: f64 = 60.0;
 
-/// What the switches of this motor's drive are, by its nominal DC link. A drive of 550 V that is run at 48 V keeps its IGBTs.
+/// Kind of the switches of this motor's drive, by its nominal DC link. A drive of 550 V that is run at 48 V keeps its IGBTs.
 pub(crate) fn device_kind(motor: &Motor) -> DeviceKind {
     if dc_link(motor) <= MOSFET_LINK { DeviceKind::Mosfet } else { DeviceKind::Igbt }
 }
@@ -60,8 +60,8 @@ choice! {
         /// Ideal switches without dead time, an idle leg that stays without current, exact sensors. What error is
         /// left is the method's own: saturation.
         None = "none",
-        /// The same with white noise in the current readings and nothing else, 20 mA rms for 8 A of rated current: what
-        /// the Cramér–Rao limit speaks of.
+        /// Ideal but for white noise in the current readings, 20 mA rms for 8 A of rated current: the case of the
+        /// Cramér–Rao limit.
         Noise = "noise",
         /// A good industrial drive.
         Default = "default" default,

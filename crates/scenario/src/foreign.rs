@@ -91,7 +91,7 @@ impl DetectorTable {
         Ok(())
     }
 
-    /// What makes its detectors.
+    /// The maker of its detectors.
     pub(super) fn maker(
         &self,
         library: Arc<Library>,

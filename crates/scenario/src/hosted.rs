@@ -39,7 +39,7 @@ impl Document {
 }
 
 impl DetectorTable {
-    /// Whether a class is the detector; `hosted`: the program that runs the trials has that class.
+    /// True if a class is the detector; `hosted`: the program that runs the trials has that class.
     ///
     /// # Errors
     /// A program that does not have it, and settings beside it that do not reach it.

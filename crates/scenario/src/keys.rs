@@ -82,7 +82,7 @@ pub(crate) trait Table {
     /// Its values, in the order of the keys.
     fn values(&self) -> Vec<Option<&dyn Written>>;
 
-    /// What is set: each key with its value.
+    /// The keys that are set, with their values.
     fn set_values(&self) -> impl Iterator<Item = (&'static Key, &dyn Written)> {
         Self::KEYS.iter().zip(self.values()).filter_map(|(key, value)| Some((key, value?)))
     }
@@ -116,7 +116,7 @@ table! {
 }
 
 impl StopTable {
-    /// Whether nothing is asked for.
+    /// True without a condition.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }

@@ -6,7 +6,7 @@
 //!           the lines of its keys
 //! ```
 //! Overrides change the document, not the scenario. So every key that a file can have can be set from the command line
-//! and can be an axis, and one place tells what is wrong with it. A trial is a pure function of its scenario and its number.
+//! and can be an axis, and one place checks it. A trial is a pure function of its scenario and its number.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod axes;

@@ -95,7 +95,7 @@ impl MotorSpec {
         }
     }
 
-    /// What is said of a data sheet that is no motor: where the scenario itself says what is wrong, its key there.
+    /// Error of a data sheet that makes no motor: where the scenario itself has the wrong value, with its key there.
     pub(super) fn wrong(&self, error: MotorError) -> FileError {
         if let (Self::Table(table), MotorError::Value { key, found, needed, .. }) = (self, &error) {
             let mut parts = key.split('.');
@@ -143,7 +143,7 @@ impl MotorSpec {
             Self::Table(table) => table,
         };
         let (file, mut sheet) = whole(table, files)?;
-        // A map is looked for beside the data sheet that names it, and that is no longer told.
+        // A map is looked for beside the data sheet that names it, and that place is no longer known here.
         if let Some(map) = map_of(&mut sheet) {
             let beside = beside(&file, map);
             let absolute = std::path::absolute(beside)

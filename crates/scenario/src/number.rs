@@ -9,7 +9,7 @@ pub(super) struct Number {
     pub(super) value: f64,
     /// As written; empty without.
     pub(super) unit: String,
-    /// Whether it was written as a whole number without unit.
+    /// True if it was written as a whole number without unit.
     pub(super) whole: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What a scenario file asks for: its points, and a scenario at each.
+//! The plan of a scenario file: its points, and a scenario at each.
 
 mod trials;
 
@@ -21,21 +21,21 @@ use crate::{Remote, Scenario};
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) document: Document,
-    /// The same with the whole motor in it, unless an axis changes of what: each trial with tolerances is made of it.
+    /// The document with the whole motor in it, unless an axis changes the motor's base: each trial with tolerances is made of it.
     resolved: Document,
     /// The motor, if it is the same at all points and in all trials.
     motor: Option<Motor>,
     file: ScenarioFile,
     points: Vec<Point>,
     pub(super) tolerances: Vec<Drawn>,
-    /// What is said of poles that the motors' data do not tell.
+    /// Remark about poles that the motors' data leave open.
     pole_notes: Vec<&'static str>,
-    /// Whether too little is known of some motor to judge its pole.
+    /// True if the data of some motor are too few to judge its pole.
     pole_is_open: bool,
     map_notes: Vec<String>,
-    /// What is said of libraries that share something with their copies.
+    /// Remark about libraries that share something with their copies.
     library_notes: Vec<String>,
-    /// What sets them without the document, if that is the same.
+    /// Setters for them without the document, if these make equal scenarios.
     pub(super) typed: Option<Typed>,
     /// Who runs its trials in place of this process.
     pub(super) remote: Option<Arc<dyn Remote>>,
@@ -175,27 +175,27 @@ impl Plan {
         self.document.files().digests()
     }
 
-    /// What must be said of wrong poles where the motors' data do not tell which pole draws more current.
+    /// Remark about wrong poles where the motors' data do not say which pole draws more current.
     pub fn pole_note(&self) -> Option<String> {
         (!self.pole_notes.is_empty()).then(|| self.pole_notes.join("; "))
     }
 
-    /// Whether the data of some motor do not tell enough to judge its pole at all.
+    /// True if the data of some motor are too few to judge its pole.
     pub const fn pole_is_open(&self) -> bool {
         self.pole_is_open
     }
 
-    /// What must be said of results where a motor's map is too coarse.
+    /// Remark about results where a motor's map is too coarse.
     pub fn map_note(&self) -> Option<String> {
         (!self.map_notes.is_empty()).then(|| self.map_notes.join("; "))
     }
 
-    /// What must be said of results where a library keeps something outside of its own memory.
+    /// Remark about results where a library keeps something outside of its own memory.
     pub fn library_note(&self) -> Option<String> {
         (!self.library_notes.is_empty()).then(|| self.library_notes.join("; "))
     }
 
-    /// Whether each trial draws values of its own.
+    /// True if each trial draws values of its own.
     pub fn has_tolerances(&self) -> bool {
         !self.tolerances.is_empty()
     }
@@ -209,16 +209,16 @@ impl Plan {
     pub(super) fn drawn(
         &self,
         point: usize,
-        told: Option<&Scenario<Method<f64>>>,
+        nominal: Option<&Scenario<Method<f64>>>,
         trial: u64,
     ) -> Result<Scenario<Method<f64>>, FileError> {
-        self.drawer(point, told).draw(Streams::new(self.file.seed, trial))
+        self.drawer(point, nominal).draw(Streams::new(self.file.seed, trial))
     }
 
-    /// What draws one trial after the other at a point.
-    fn drawer<'a>(&'a self, point: usize, told: Option<&'a Scenario<Method<f64>>>) -> Drawer<'a> {
-        let typed = self.typed.as_ref().zip(told).map(|(typed, told)| (typed.at(point), told));
-        Drawer { plan: self, point, told, typed }
+    /// Maker of one trial after the other at a point.
+    fn drawer<'a>(&'a self, point: usize, nominal: Option<&'a Scenario<Method<f64>>>) -> Drawer<'a> {
+        let typed = self.typed.as_ref().zip(nominal).map(|(typed, nominal)| (typed.at(point), nominal));
+        Drawer { plan: self, point, nominal, typed }
     }
 
     /// Setters of all tolerances, if they make at every point what the document makes.
@@ -229,16 +229,16 @@ impl Plan {
         let bases = (0..self.points.len()).map(|point| self.base(point));
         let Some(typed) = Typed::new(&self.tolerances, tried, bases)? else { return Ok(None) };
         for point in 0..self.points.len() {
-            let told = self.scenario(point)?;
-            let document = |streams: Streams| self.with_drawn(point, Some(&told), &self.draws(streams));
-            if !typed.agrees(&self.tolerances, (point, &told), document) {
+            let nominal = self.scenario(point)?;
+            let document = |streams: Streams| self.with_drawn(point, Some(&nominal), &self.draws(streams));
+            if !typed.agrees(&self.tolerances, (point, &nominal), document) {
                 return Ok(None);
             }
         }
         Ok(Some(typed))
     }
 
-    /// What setters need to make a trial's motor at a point.
+    /// Tables and data sheet at a point, from which setters make a trial's motor.
     fn base(&self, point: usize) -> Result<Base, FileError> {
         let document = self.document_at(&self.resolved, point)?;
         let file = document.load()?;
@@ -247,27 +247,27 @@ impl Plan {
         Ok(Base { file, sheet, motor })
     }
 
-    /// What a trial draws: keys and values.
+    /// Keys and values that a trial draws.
     pub(super) fn draws(&self, streams: Streams) -> Vec<(String, Value)> {
         let draw = |drawn: &Drawn| (drawn.key().to_owned(), drawn.draw(streams));
         self.tolerances.iter().map(draw).collect()
     }
 
-    /// Motor, drive and rotor with what was drawn; the detector is told what the scenario says, unless a setting of its own
+    /// Motor, drive and rotor with what was drawn; the detector knows the values of the scenario, unless a setting of its own
     /// was drawn.
     pub(super) fn with_drawn(
         &self,
         point: usize,
-        told: Option<&Scenario<Method<f64>>>,
+        nominal: Option<&Scenario<Method<f64>>>,
         drawn: &[(String, Value)],
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let of_detector: Vec<(String, Value)> =
             drawn.iter().filter(|(key, _)| key.starts_with("detector.")).cloned().collect();
-        let (detector, foreign) = match told {
-            Some(told) if of_detector.is_empty() => (told.detector, told.foreign.clone()),
+        let (detector, foreign) = match nominal {
+            Some(nominal) if of_detector.is_empty() => (nominal.detector, nominal.foreign.clone()),
             _ => {
-                let told = self.at(point, &of_detector)?;
-                (told.detector, told.foreign)
+                let nominal = self.at(point, &of_detector)?;
+                (nominal.detector, nominal.foreign)
             }
         };
         Ok(Scenario { detector, foreign, ..self.at(point, drawn)? })
@@ -339,19 +339,20 @@ fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Result<Option
 struct Drawer<'a> {
     plan: &'a Plan,
     point: usize,
-    told: Option<&'a Scenario<Method<f64>>>,
-    /// Which sets its numbers without the document, with the scenario at the point.
+    nominal: Option<&'a Scenario<Method<f64>>>,
+    /// Setters that put its numbers into the scenario at the point without the document.
     typed: Option<(typed::Drawer<'a>, &'a Scenario<Method<f64>>)>,
 }
 
 impl Drawer<'_> {
     /// The scenario with what these streams draw.
     fn draw(&mut self, streams: Streams) -> Result<Scenario<Method<f64>>, FileError> {
-        let Self { plan, point, told, typed } = self;
-        let set = |(typed, told): &mut (typed::Drawer, &_)| typed.drawn(&plan.tolerances, told, streams);
+        let Self { plan, point, nominal, typed } = self;
+        let set =
+            |(typed, nominal): &mut (typed::Drawer, &_)| typed.drawn(&plan.tolerances, nominal, streams);
         match typed.as_mut().and_then(set) {
             Some(scenario) => Ok(scenario),
-            None => plan.with_drawn(*point, *told, &plan.draws(streams)),
+            None => plan.with_drawn(*point, *nominal, &plan.draws(streams)),
         }
     }
 }

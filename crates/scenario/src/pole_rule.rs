@@ -1,10 +1,10 @@
-//! How a pole is decided.
+//! The rule by which a pole is decided.
 
 use standstill_detect::{PolarityRule, SequentialSettings};
 use standstill_interface::choice;
 
 choice! {
-    /// How a pole is decided, where a polarity test of its own follows the axis.
+    /// The rule by which a pole is decided, where a polarity test of its own follows the axis.
     pub enum PoleRule {
         /// By one vector each way, as in the paper.
         TwoVectors = "two-vectors",

@@ -1,4 +1,4 @@
-//! What is kept of a trial.
+//! The record of a trial.
 
 use serde::{Deserialize, Serialize};
 use standstill_detect::SettingsError;
@@ -10,11 +10,11 @@ use standstill_sim::{Ended, Run};
 pub struct Record {
     /// Its number.
     pub trial: u64,
-    /// What happened.
+    /// Outcome of the detection.
     pub run: Run<f64>,
 }
 
-/// How a trial ended, in a word.
+/// End of a trial, in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Verdict {
     /// An angle with its pole.
@@ -40,7 +40,7 @@ impl Verdict {
 }
 
 impl Record {
-    /// How it ended.
+    /// Its end.
     pub fn verdict(&self) -> Verdict {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { .. }) => Verdict::Found,
@@ -60,7 +60,7 @@ impl Record {
         }
     }
 
-    /// What kind of reason that is, the same for all numbers; none if there is an angle.
+    /// Kind of that reason, without its numbers; none if there is an angle.
     pub fn reason_name(&self) -> Option<String> {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { .. }) => None,
@@ -70,18 +70,18 @@ impl Record {
         }
     }
 
-    /// Where the north pole is when the detection ends, in [0, 360)°. A rotor that moved is where it is now:
+    /// Electrical angle of the north pole in [0, 360)° when the detection ends. A rotor that moved is where it is now:
     /// that is where the drive must start it.
     pub fn true_angle_deg(&self) -> f64 {
         Angle::from_radians(self.run.end_angle).degrees()
     }
 
-    /// Where it was at the beginning, in [0, 360)°.
+    /// Electrical angle at the beginning, in [0, 360)°.
     pub fn start_angle_deg(&self) -> f64 {
         Angle::from_radians(self.run.start_angle).degrees()
     }
 
-    /// What was found, in [0, 360)°.
+    /// Angle that the detector found, in [0, 360)°.
     pub fn estimated_angle_deg(&self) -> Option<f64> {
         self.run.found().map(f64::to_degrees)
     }
@@ -108,12 +108,12 @@ impl Record {
         Some(if error > 90.0 { error - 180.0 } else { error })
     }
 
-    /// Whether the pole is the right one; none if none was named. Where there is no magnet, no pole is right.
+    /// True if the pole is the right one; none if none was named. Where there is no magnet, no pole is right.
     pub fn pole_correct(&self) -> Option<bool> {
         self.error_deg().map(|error| self.run.has_pole && error.abs() <= 90.0)
     }
 
-    /// How near it was to a fault, see [`standstill_interface::Findings::fault_margin`].
+    /// Margin to the nearest fault, see [`standstill_interface::Findings::fault_margin`].
     pub fn fault_margin(&self) -> Option<f64> {
         match &self.run.ended {
             Ended::Outcome(outcome) => outcome.findings().fault_margin,

@@ -29,7 +29,7 @@ pub enum Lost {
 const LOST: u32 = u32::MAX - 2;
 
 impl Plan {
-    /// The same with its trials run elsewhere.
+    /// This maker with its trials run in other processes.
     #[must_use]
     pub fn with_remote(mut self, remote: Arc<dyn Remote>) -> Self {
         self.remote = Some(remote);
@@ -100,21 +100,21 @@ impl Record {
         }
         let ended = match run.ended {
             Ended::Outcome(Outcome::Found { angle, findings }) => {
-                format!("found {}", told(Some(angle), &findings))
+                format!("found {}", answered(Some(angle), &findings))
             }
             Ended::Outcome(Outcome::Axis { angle, reason, findings }) => {
                 let own = match reason {
                     Undetermined::Own(own) => own,
                     other => Own { code: 0, text: kept(&other.to_string()) },
                 };
-                format!("axis {} {:x} {}", told(Some(angle), &findings), own.code, own.text)
+                format!("axis {} {:x} {}", answered(Some(angle), &findings), own.code, own.text)
             }
             Ended::Outcome(Outcome::Failed { fault, findings }) => {
                 let own = match fault {
                     Fault::Own(own) => own,
                     other => Own { code: 0, text: kept(&other.to_string()) },
                 };
-                format!("failed {} {:x} {}", told(None, &findings), own.code, own.text)
+                format!("failed {} {:x} {}", answered(None, &findings), own.code, own.text)
             }
             Ended::Error(error) => match error {
                 RunError::BadCommand => "error 0 0 0".to_owned(),
@@ -154,8 +154,8 @@ impl Record {
     }
 }
 
-/// An angle and what a library told beside it.
-fn told(angle: Option<Angle<f64>>, findings: &Findings<f64>) -> String {
+/// An angle and a library's findings beside it, as a line.
+fn answered(angle: Option<Angle<f64>>, findings: &Findings<f64>) -> String {
     let evidence = findings.pole_evidence;
     let all = [
         angle.map(Angle::radians),

@@ -1,11 +1,11 @@
-//! Whether the rotor can move, as a scenario says it.
+//! Motion and memory of rotor and iron, as a scenario names them.
 
 use standstill_interface::choice;
 use standstill_plant::Motor;
 use standstill_sim::{Play, RotorState};
 
 choice! {
-    /// Whether the rotor can move.
+    /// Motion of the rotor.
     #[derive(Default)]
     pub enum Rotor {
         /// Held.
@@ -18,7 +18,7 @@ choice! {
 }
 
 choice! {
-    /// What the stator's iron remembers at the start, where the motor's data sheet has a hysteresis.
+    /// Memory of the stator's iron at the start, where the motor's data sheet has a hysteresis.
     #[derive(Default)]
     pub enum Memory {
         /// Nothing: it was demagnetised at this angle.

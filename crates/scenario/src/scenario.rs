@@ -23,13 +23,13 @@ use crate::{DriveSettings, ErrorSet, Made, Record, TrialError};
 pub struct Scenario<S = LineInductanceSettings<f64>> {
     /// The motor.
     pub motor: Motor,
-    /// Whether it can move. Where a brake lets it play, each trial stands somewhere else within the same play.
+    /// Motion of the rotor: held, free or braked. Where a brake lets it play, each trial stands somewhere else within the same play.
     pub rotor: RotorState,
     /// Electrical angle in rad at the start of every trial; none: each draws its own.
     pub start_angle: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion.
     pub load_torque: f64,
-    /// Whether the stator's iron remembers former operation. Each trial draws the direction in which its flux last changed.
+    /// True if the stator's iron remembers former operation. Each trial draws the direction in which its flux last changed.
     pub memory: bool,
     /// The drive.
     pub drive: DriveSettings,
@@ -47,7 +47,7 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub seed: u64,
 }
 
-/// Which random numbers a case takes.
+/// Random numbers of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Specimen {
     /// Trial whose drive and sensors are taken: gains, offsets, delays.
@@ -60,7 +60,7 @@ pub struct Specimen {
 /// between two pulses.
 const LEAST_DIFFERENCE: f64 = 0.005;
 
-/// Which pole draws more current at this current, and by what share.
+/// The pole that draws more current at this current, and by what share.
 fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
     // A map may end before; then nothing is known and nothing is claimed.
     let point: Result<PolarityPoint, NoConvergence> = PolarityPoint::of(&motor.magnetics, current);
@@ -104,7 +104,7 @@ fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
     }
 }
 
-/// What the drive knows of this motor and of itself: values of the data sheets.
+/// The drive's knowledge of this motor and of itself: values of the data sheets.
 pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
     // The polarity test goes 2 % beyond the rated current; a map may not cover that.
@@ -137,7 +137,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
 }
 
 impl Scenario {
-    /// The paper's method, told the sign of the motor's saliency, on this motor, its DC link and one of the error sets.
+    /// The paper's method, with the sign of the motor's saliency, on this motor, its DC link and one of the error sets.
     pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
         Scenario::new(motor, errors, rotor, seed, |drive| LineInductanceSettings::paper(decay, drive))
     }
@@ -185,12 +185,12 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// What its drive knows of motor and itself.
+    /// Its drive's knowledge of motor and itself.
     pub fn nameplate(&self) -> Nameplate<f64> {
         nameplate(&self.motor, &self.drive, &self.sensors)
     }
 
-    /// Whether the detector's settings can work.
+    /// Checks that the detector's settings can work.
     pub fn check(&self) -> Result<(), SettingsError> {
         if self.detector.carrier_period().is_some_and(|period| period != self.drive.carrier_period) {
             let needed = "the carrier period of the drive";
@@ -199,7 +199,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.try_detector()
     }
 
-    /// Whether a detector can be made; not of a library that only other processes load, which try it there.
+    /// Checks that a detector can be made; a library that only other processes load is tried there.
     pub(crate) fn try_detector(&self) -> Result<(), SettingsError> {
         match &self.foreign {
             Some(foreign) if !foreign.library().is_here() => Ok(()),
@@ -210,12 +210,12 @@ impl<S: Settings<f64>> Scenario<S> {
     /// The detector of a case of this scenario: the method's, or a library's with the case's own seed.
     ///
     /// # Errors
-    /// Settings that cannot work, and what a library said that refused.
+    /// Settings that cannot work, and the text of a library that refused.
     pub fn detector_for(&self, case: &Case) -> Result<Made<S::Detector>, SettingsError> {
         self.made(case, Some(case.streams.index()))
     }
 
-    /// The same for a trial, or none, as messages tell.
+    /// The reasons for a trial, or for none, as messages have them.
     fn made(&self, case: &Case, trial: Option<u64>) -> Result<Made<S::Detector>, SettingsError> {
         let Some(foreign) = &self.foreign else { return self.detector.detector().map(Made::Own) };
         let mut draws = case.streams.open(Purpose::Detector);
@@ -270,7 +270,7 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// Where within the brake's play a rotor stands: anywhere, or at the end to which its load turns it.
+    /// Place of the rotor within the brake's play: anywhere, or at the end to which its load turns it.
     fn standing_play(&self, angle: f64, play: Play, streams: Streams) -> Play {
         let whole = play.below + play.above;
         let torque = self.motor.cogging(angle) - self.load_torque;

@@ -12,7 +12,7 @@ use super::tables::ScenarioFile;
 use crate::Scenario;
 
 impl Document {
-    /// Whether it has no key.
+    /// True without keys.
     pub fn is_empty(&self) -> bool {
         self.table.is_empty()
     }
@@ -53,7 +53,7 @@ impl Document {
         self.load()?.scenario_of(motor, self.files()).map_err(|error| self.locate(error))
     }
 
-    /// The same, also where the method's settings cannot work.
+    /// This trial's scenario, without a check that the method's settings can work.
     pub fn unchecked_scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
         self.load()?.assemble(motor, self.files()).map_err(|error| self.locate(error))
     }
@@ -73,7 +73,7 @@ pub struct Single {
 }
 
 impl Single {
-    /// What is run: its specimen of drive, sensors and rotor angle.
+    /// The case that is run: its specimen of drive, sensors and rotor angle.
     pub fn case(&self) -> Case<'_> {
         self.scenario.case(self.trial)
     }
@@ -88,9 +88,10 @@ impl Plan {
     /// # Panics
     /// If there is no such point.
     pub fn single(&self, point: usize, trial: u64) -> Result<Single, FileError> {
-        let told = self.scenario(point)?;
+        let nominal = self.scenario(point)?;
         let drawn = self.draws(Streams::new(self.file().seed, trial));
-        let scenario = if drawn.is_empty() { told } else { self.with_drawn(point, Some(&told), &drawn)? };
+        let scenario =
+            if drawn.is_empty() { nominal } else { self.with_drawn(point, Some(&nominal), &drawn)? };
         Ok(Single { point, trial, scenario, drawn })
     }
 }

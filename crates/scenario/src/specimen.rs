@@ -1,4 +1,4 @@
-//! What was drawn for a trial, in words.
+//! The draws of a trial, in words.
 
 use std::f64::consts::TAU;
 
@@ -6,8 +6,8 @@ use standstill_quantity::listed;
 use standstill_sim::{Case, RotorState};
 use toml::Value;
 
-/// What was drawn for a case and for its tolerances: names and values. Of what no trial draws, because its spread is zero,
-/// nothing is said.
+/// Draws of a case and of its tolerances: names and values. Of what no trial draws, because its spread is zero,
+/// there is no entry.
 ///
 /// ```
 /// use standstill_scenario::{Document, Plan, specimen};

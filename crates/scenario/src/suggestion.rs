@@ -1,4 +1,4 @@
-//! What was meant by a word that is not known.
+//! The known word nearest to one that is not known.
 
 use super::units::places;
 

@@ -53,13 +53,13 @@ pub struct ScenarioFile {
     /// The method and its settings.
     #[serde(default)]
     pub detector: DetectorTable,
-    /// Whether the program that runs the trials has the class of Python that `detector.python` names.
+    /// True if the program that runs the trials has the class of Python that `detector.python` names.
     #[serde(skip)]
     pub(super) hosted: bool,
     /// Keys that are varied, such as `"sensors.noise"`.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub axes: IndexMap<String, AxisSpec>,
-    /// Which points of the axes are run.
+    /// The points of the axes that are run.
     #[serde(default, skip_serializing_if = "is_default")]
     pub design: DesignTable,
     /// Keys whose value each trial draws.

@@ -20,7 +20,7 @@ fn impedance(bridge: &Bridge, motor: &Motor) -> f64 {
     (1.5 * inductance / bridge.terminal_capacitance).sqrt()
 }
 
-/// What damps terminals where nobody has measured it; nothing without capacitance.
+/// Assumed damping of the terminals; zero without capacitance.
 pub(crate) fn damp(bridge: &mut Bridge, motor: &Motor) {
     bridge.terminal_resistance =
         if bridge.terminal_capacitance > 0.0 { impedance(bridge, motor) / QUALITY } else { 0.0 };

@@ -89,7 +89,7 @@ fn law_a_motor_in_place_differs_from_its_base_in_what_is_said() {
     let s = scenario("[motor]\nbase = \"paper-5k5\"\n[motor.winding]\nresistance = \"1.4 Ω\"");
     assert_eq!(s.motor.resistance, 1.4);
     assert_eq!(s.motor.winding, base.winding);
-    // The drive is told.
+    // The drive knows it.
     assert_eq!(s.nameplate().resistance, 1.4);
     let mut by_key = document("");
     by_key.set("motor.winding.resistance", "1.4 Ω", Origin::CommandLine).expect("a key");
@@ -250,7 +250,7 @@ fn law_tolerances_have_the_spread_that_is_stated() {
     let expected = 4e-3 / 3.0_f64.sqrt();
     assert!((mean / 10e-3 - 1.0).abs() < 0.02 && (deviation / expected - 1.0).abs() < 0.05);
     assert!(drawn.iter().all(|s| s.drive.dead_time >= Nanos(1800) && s.drive.dead_time <= Nanos(2200)));
-    // The motor is another one, of which the drive is not told.
+    // The motor is another one, which the drive does not know.
     let nominal = plan.scenario(0).expect("valid");
     assert!(drawn.iter().all(|s| s.detector == nominal.detector));
     let one = plan.trial(0, &nominal, 3).expect("valid");

@@ -9,7 +9,7 @@ use toml::Value;
 use super::document::FileError;
 use super::number::Number;
 
-/// How a key's value is distributed. Widths in per cent are shares of the value in the scenario, others are in its unit.
+/// Distribution of a key's value. Widths in per cent are shares of the value in the scenario, others are in its unit.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tolerance {
@@ -97,7 +97,7 @@ impl Drawn {
         Number { value: number, ..self.mean.clone() }.to_value()
     }
 
-    /// The same in SI, as it is read from that value: to the last bit, but without a text. None of a unit that is none.
+    /// This number in SI, as it is read from that value: to the last bit, but without a text. None of an unknown unit.
     pub(super) fn si(&self, number: f64) -> Option<f64> {
         Some(rounded(number, self.power?))
     }

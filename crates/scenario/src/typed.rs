@@ -44,11 +44,11 @@ pub(super) struct Typed {
     setters: Vec<Set>,
     /// The least and the largest number that the document was tried with.
     tried: Vec<[f64; 2]>,
-    /// What motors are made of at each point.
+    /// Tables and data sheet of each point, of which motors are made.
     bases: Vec<Base>,
 }
 
-/// What the numbers that are drawn belong to, at a point.
+/// Tables, data sheet and motor at a point, into which drawn numbers are put.
 #[derive(Clone, Debug)]
 pub(super) struct Base {
     /// The tables.
@@ -86,17 +86,17 @@ impl Typed {
         Drawer { typed: self, base, sheet: base.sheet.clone() }
     }
 
-    /// Whether it makes what the document makes, `told` being the scenario at a point.
+    /// True if the setters make the document's scenarios, `nominal` being the scenario at a point without draws.
     pub(super) fn agrees(
         &self,
         tolerances: &[Drawn],
-        (point, told): (usize, &Scenario<Method<f64>>),
+        (point, nominal): (usize, &Scenario<Method<f64>>),
         document: impl Fn(Streams) -> Result<Scenario<Method<f64>>, FileError>,
     ) -> bool {
         let mut drawer = self.at(point);
         (0..TRIED).all(|trial| {
-            let streams = Streams::new(told.seed, trial);
-            let drawn = drawer.drawn(tolerances, told, streams);
+            let streams = Streams::new(nominal.seed, trial);
+            let drawn = drawer.drawn(tolerances, nominal, streams);
             drawn.is_none_or(|drawn| document(streams).is_ok_and(|expected| expected == drawn))
         })
     }
@@ -107,11 +107,11 @@ impl Drawer<'_> {
     pub(super) fn drawn(
         &mut self,
         tolerances: &[Drawn],
-        told: &Scenario<Method<f64>>,
+        nominal: &Scenario<Method<f64>>,
         streams: Streams,
     ) -> Option<Scenario<Method<f64>>> {
         let Self { typed, base, sheet } = self;
-        let mut scenario = told.clone();
+        let mut scenario = nominal.clone();
         let (mut temperature, mut other_motor) = (base.file.temperature(), false);
         for ((drawn, set), [low, high]) in tolerances.iter().zip(&typed.setters).zip(&typed.tried) {
             let number = drawn.number(streams);

@@ -6,7 +6,7 @@ use super::tables::ScenarioFile;
 
 /// JSON Schema of scenario files.
 ///
-/// Quantities have their SI unit as `x-unit`, and `x-share` tells shares from pure numbers.
+/// Quantities have their SI unit as `x-unit`, and `x-share` marks shares among pure numbers.
 pub fn schema() -> Value {
     let mut schema = schemars::schema_for!(ScenarioFile).to_value();
     schema["title"] = "Standstill scenario".into();
@@ -21,14 +21,14 @@ pub fn unit(key: &str) -> Option<String> {
     find(place, "x-unit", &schema).and_then(|unit| unit.as_str().map(str::to_owned))
 }
 
-/// Whether a key's values are shares, which people read in per cent.
+/// True if a key's values are shares, which people read in per cent.
 pub fn is_share(key: &str) -> bool {
     let schema = schema();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema));
     place.and_then(|place| find(place, "x-share", &schema)).and_then(Value::as_bool).unwrap_or(false)
 }
 
-/// Whether a key's values are numbers; none if there is no such key.
+/// True if a key's values are numbers; none if there is no such key.
 pub fn has_numbers(key: &str) -> Option<bool> {
     let schema = schema();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
@@ -41,7 +41,7 @@ pub fn has_numbers(key: &str) -> Option<bool> {
     Some(find(place, "x-unit", &schema).is_some() || whole())
 }
 
-/// Where in a scenario a key of this name is, such as `sensors.noise` for `noise`.
+/// Paths of all keys of this name in a scenario, such as `sensors.noise` for `noise`.
 pub(super) fn places(name: &str) -> Vec<String> {
     let schema = schema();
     let tables = schema["properties"].as_object().into_iter().flatten();
@@ -57,7 +57,7 @@ fn has(key: &str, schema: &Value) -> bool {
     key.split('.').try_fold(schema, |place, part| property(place, part, schema)).is_some()
 }
 
-/// What a schema says of a property, in whichever of its alternatives has it.
+/// Entry of a property in a schema, in whichever of its alternatives has it.
 fn property<'a>(place: &'a Value, name: &str, root: &'a Value) -> Option<&'a Value> {
     let place = resolved(place, root);
     place.get("properties").and_then(|properties| properties.get(name)).or_else(|| {

@@ -64,9 +64,9 @@ macro_rules! detector {
             pub struct DetectorTable = "detector" of scenario {
                 /// The method.
                 method: Named<MethodName> {};
-                /// Which pole draws more current, as the detector assumes, right or wrong.
+                /// The pole that draws more current, as the detector assumes, right or wrong.
                 signature: Named<Signature> { example: "\"normal\"" };
-                /// How poles are decided.
+                /// The rule by which poles are decided.
                 polarity: Named<PoleRule> { example: "\"sequential\"" };
                 $($(#[doc = $about])+ $name: field!($unit) { range: of_method(&keys::$key), example: $example };)+
                 /// Dead time that the detector assumes.

@@ -36,7 +36,7 @@ pub enum Values {
     Number {
         /// Symbol of the unit; empty for shares and pure numbers.
         unit: &'static str,
-        /// Whether they are shares.
+        /// True for shares.
         share: bool,
     },
     /// One of these names; each with a sentence about it.
@@ -76,9 +76,9 @@ pub struct Key {
     pub(super) values: fn() -> Values,
     /// Its value in a scenario, whether a file sets it or not.
     pub(super) get: fn(&Scenario<Method<f64>>) -> Option<Value>,
-    /// Whether this scenario has such a thing.
+    /// True if this scenario has the part that the key belongs to.
     pub(super) applies: fn(&Scenario<Method<f64>>) -> bool,
-    /// Whether trials draw with it in this scenario, beside a spread of more than zero.
+    /// True if trials of this scenario draw with it, provided that its spread is more than zero.
     pub(super) drawn: fn(&Scenario<Method<f64>>) -> bool,
     /// Sets the number that it is by itself.
     pub(crate) set: Option<Setter>,
@@ -113,12 +113,12 @@ impl Key {
         self.range.as_ref().map(|range| range.needed)
     }
 
-    /// Whether this scenario has such a thing: a channel is a MOSFET's, a threshold an IGBT's.
+    /// True if this scenario has the part that the key belongs to: a channel is a MOSFET's, a threshold an IGBT's.
     pub fn applies_to(&self, scenario: &Scenario<Method<f64>>) -> bool {
         (self.applies)(scenario)
     }
 
-    /// Whether a trial of this scenario draws with a spread that this key sets.
+    /// True if a trial of this scenario draws with a spread that this key sets.
     pub fn is_drawn(&self, scenario: &Scenario<Method<f64>>) -> bool {
         let zero = scenario.value(self.path).and_then(|value| value.as_float()) == Some(0.0);
         self.draws.is_some() && (self.drawn)(scenario) && !zero

@@ -11,7 +11,7 @@ pub struct Range {
     pub needed: &'static str,
     /// Why not beyond.
     pub reason: &'static str,
-    /// Whether the numbers are whole.
+    /// True if the numbers are whole.
     pub whole: bool,
     /// The least that is not zero, where zero is allowed below a gap.
     gap: f64,

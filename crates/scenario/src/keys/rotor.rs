@@ -11,7 +11,7 @@ use crate::rotor::{Memory, Rotor};
 table! {
     /// The rotor and what pulls at it.
     pub struct RotorTable = "rotor" of scenario {
-        /// Whether it can move.
+        /// Motion of the rotor: held, free, or free within the play of a brake.
         state: Named<Rotor> {
             get: |scenario| Some(match scenario.rotor {
                 RotorState::Locked => Rotor::Locked,
@@ -50,7 +50,7 @@ table! {
 }
 
 impl RotorTable {
-    /// Whether it can move.
+    /// Motion of the rotor.
     pub fn state(&self) -> Rotor {
         self.state.unwrap_or_default().0
     }

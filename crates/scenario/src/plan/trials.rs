@@ -142,7 +142,7 @@ impl Plan {
     }
 }
 
-/// What could be made before the first error, and that error.
+/// Results before the first error, and that error.
 struct Made<T, E> {
     all: Vec<T>,
     ended: Result<(), E>,

@@ -21,13 +21,13 @@ fn law_drives_of_at_most_60_volts_have_mosfets_unless_told_otherwise() {
     let low = scenario("[inverter]\ndc_link = \"48 V\"");
     assert_eq!((low.drive.bridge.devices.kind, low.drive.link.voltage), (DeviceKind::Igbt, 48.0));
     assert_eq!(low.nameplate().reverse_drop, low.nameplate().diode_drop);
-    let told = scenario("motor = \"outrunner\"\n[inverter]\ndevices = \"igbt\"\nswitch_drop = \"1.2 V\"");
+    let given = scenario("motor = \"outrunner\"\n[inverter]\ndevices = \"igbt\"\nswitch_drop = \"1.2 V\"");
     assert_eq!(
-        (told.drive.bridge.devices.kind, told.drive.bridge.devices.switch_drop),
+        (given.drive.bridge.devices.kind, given.drive.bridge.devices.switch_drop),
         (DeviceKind::Igbt, 1.2)
     );
-    let told = scenario("[inverter]\ndevices = \"mosfet\"\nchannel_resistance = \"30 mΩ\"");
-    assert_eq!(told.drive.bridge.devices.switch_resistance, 0.03);
+    let given = scenario("[inverter]\ndevices = \"mosfet\"\nchannel_resistance = \"30 mΩ\"");
+    assert_eq!(given.drive.bridge.devices.switch_resistance, 0.03);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What a run reads, and that it reads nothing else.
+//! The files that a run reads, and no others.
 
 use std::path::{Path, PathBuf};
 

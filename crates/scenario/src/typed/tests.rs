@@ -1,4 +1,4 @@
-//! What setters make against what the document makes.
+//! Setters against the document: equal scenarios.
 
 use standstill_sim::{Purpose, Streams, Tape};
 
@@ -12,19 +12,18 @@ fn compared(typed: &Plan, trials: u64) -> u64 {
     document.typed = None;
     let mut set = 0;
     for point in 0..typed.points().len() {
-        let told = typed.scenario(point).expect("valid");
-        let drawn = |plan: &Plan, trial| plan.drawn(point, Some(&told), trial).expect("valid");
+        let nominal = typed.scenario(point).expect("valid");
+        let drawn = |plan: &Plan, trial| plan.drawn(point, Some(&nominal), trial).expect("valid");
         for trial in 0..trials {
             assert_eq!(drawn(typed, trial), drawn(&document, trial));
-            let streams = Streams::new(told.seed, trial);
+            let streams = Streams::new(nominal.seed, trial);
             let setters = typed.typed.as_ref();
-            set +=
-                u64::from(setters.is_some_and(|setters| {
-                    setters.at(point).drawn(&typed.tolerances, &told, streams).is_some()
-                }));
+            set += u64::from(setters.is_some_and(|setters| {
+                setters.at(point).drawn(&typed.tolerances, &nominal, streams).is_some()
+            }));
         }
         assert_ne!(drawn(typed, 0), drawn(typed, 1));
-        assert_ne!(drawn(typed, 0), told);
+        assert_ne!(drawn(typed, 0), nominal);
     }
     set
 }
@@ -41,11 +40,11 @@ fn law_a_setter_makes_the_scenario_that_the_document_makes() {
     // Values beyond those that were tried are for the document to judge: a winding has no negative resistance.
     let wide = plan("trials = 3\n[tolerances]\n\"motor.winding.resistance\" = { normal = \"40 %\" }");
     assert!(wide.typed.is_some());
-    let told = wide.scenario(0).expect("valid");
-    let mut tape = Tape::new(told.seed, 0);
-    wide.scenario_taped(0, &told, &tape).expect("tried");
+    let nominal = wide.scenario(0).expect("valid");
+    let mut tape = Tape::new(nominal.seed, 0);
+    wide.scenario_taped(0, &nominal, &tape).expect("tried");
     tape.normals_named(Purpose::Tolerance, "motor.winding.resistance")[0] = -4.0;
-    let refused = wide.scenario_taped(0, &told, &tape).expect_err("negative").to_string();
+    let refused = wide.scenario_taped(0, &nominal, &tape).expect_err("negative").to_string();
     assert!(refused.contains("winding.resistance"), "{refused}");
     // Where a key has no setter, the document says what follows.
     assert!(plan(&text("\"motor.rating.current\" = { normal = \"5 %\" }")).typed.is_none());
@@ -76,7 +75,7 @@ const MOTORS: [(&str, &str); 9] = [
     ),
 ];
 
-/// What is drawn of a key, narrow enough for each of the motors that have it.
+/// Distribution of a key, narrow enough for each of the motors that have it.
 fn spread(key: &str) -> &'static str {
     match key {
         "rotor.winding_temperature" => "normal = \"20\", mean = \"60 °C\", truncated = 3",
