@@ -19,7 +19,6 @@ mod plant;
 mod replay;
 
 use std::f64::consts::TAU;
-use std::fmt;
 
 use rayon::prelude::*;
 use standstill_detect::{Settings, SettingsError};
@@ -33,6 +32,7 @@ use replay::{Readings, record, replay};
 use standstill_scenario::{Scenario, Specimen};
 
 pub use plant::Unknown;
+use thiserror::Error;
 
 /// Which commands count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -104,27 +104,18 @@ pub struct Bound {
 }
 
 /// A bound that could not be computed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum BoundError {
     /// The detector's settings cannot work.
+    #[error(transparent)]
     Settings(SettingsError),
     /// A plant could not be simulated.
+    #[error(transparent)]
     Run(RunError),
     /// The operating system gave no threads.
+    #[error("no worker threads")]
     Threads,
 }
-
-impl fmt::Display for BoundError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Settings(error) => error.fmt(f),
-            Self::Run(error) => error.fmt(f),
-            Self::Threads => write!(f, "no worker threads"),
-        }
-    }
-}
-
-impl std::error::Error for BoundError {}
 
 impl Bound {
     /// The root of the mean of the variances: what the rms error over these angles cannot be below. NaN of none.

@@ -34,6 +34,7 @@ pub use margins::{Demand, Margins};
 
 use crate::bound::{Bound, BoundError};
 use bench::Bench;
+use thiserror::Error;
 
 /// What the start of a motor demands of a detection.
 ///
@@ -186,44 +187,17 @@ pub struct Suitability {
 }
 
 /// A verdict that could not be reached.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum SuitabilityError {
     /// The scenario cannot be.
-    File(FileError),
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The trials could not run.
-    Campaign(CampaignError),
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
     /// The limit could not be computed.
-    Bound(BoundError),
-}
-
-impl std::fmt::Display for SuitabilityError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::File(error) => error.fmt(f),
-            Self::Campaign(error) => error.fmt(f),
-            Self::Bound(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for SuitabilityError {}
-
-impl From<FileError> for SuitabilityError {
-    fn from(error: FileError) -> Self {
-        Self::File(error)
-    }
-}
-
-impl From<CampaignError> for SuitabilityError {
-    fn from(error: CampaignError) -> Self {
-        Self::Campaign(error)
-    }
-}
-
-impl From<BoundError> for SuitabilityError {
-    fn from(error: BoundError) -> Self {
-        Self::Bound(error)
-    }
+    #[error(transparent)]
+    Bound(#[from] BoundError),
 }
 
 impl Suitability {

@@ -1,6 +1,5 @@
 //! A number of trials of one scenario.
 
-use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use standstill_detect::{LineInductanceSettings, Settings, SettingsError};
@@ -8,6 +7,7 @@ use standstill_detect::{LineInductanceSettings, Settings, SettingsError};
 use crate::engine::{Engine, Trials};
 use crate::statistics::{Statistics, Summary};
 use standstill_scenario::{Record, Scenario, TrialError};
+use thiserror::Error;
 
 /// A number of trials of a scenario.
 ///
@@ -36,24 +36,15 @@ pub struct Campaign<'a, S = LineInductanceSettings<f64>> {
 }
 
 /// A campaign that could not run.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum CampaignError {
     /// The detector's settings cannot work.
+    #[error(transparent)]
     Settings(SettingsError),
     /// The operating system gave no threads.
+    #[error("no worker threads: {0}")]
     Threads(rayon::ThreadPoolBuildError),
 }
-
-impl fmt::Display for CampaignError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Settings(error) => error.fmt(f),
-            Self::Threads(error) => write!(f, "no worker threads: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for CampaignError {}
 
 impl<S: Settings<f64> + Sync> Trials for Scenario<S> {
     /// The scenario itself is its only one.

@@ -1,6 +1,5 @@
 //! What can go wrong, in one line each.
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 
 use standstill_analysis::fit::FitError;
@@ -17,42 +16,59 @@ use standstill_report::page::PageError;
 use standstill_scenario::{FileError, quoted};
 use standstill_table::TableError;
 
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The command line, as explained by its parser.
+    #[error("{0}")]
     Arguments(String),
+    #[error(
+        "unknown motor {}: neither built in ({}) nor the path of a data sheet (.toml)",
+        quoted(.0, built_in_names()), built_in_names().collect::<Vec<_>>().join(", ")
+    )]
     UnknownMotor(String),
+    #[error(transparent)]
     Motor(MotorError),
+    #[error("cannot read {0}: {1}")]
     Read(PathBuf, std::io::Error),
     /// A file where a folder must be, or a folder where a file must be.
-    InTheWay {
-        path: PathBuf,
-        is: &'static str,
-        needed: &'static str,
-    },
+    #[error("{path} is {is}, but must be {needed}")]
+    InTheWay { path: PathBuf, is: &'static str, needed: &'static str },
+    #[error("cannot write {0}: {1}")]
     Write(PathBuf, std::io::Error),
-    Campaign(CampaignError),
-    Bound(BoundError),
-    Figure(FigureError),
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
+    #[error("no Cramér–Rao limit: {0}")]
+    Bound(#[from] BoundError),
+    #[error("cannot draw: {0}")]
+    Figure(#[from] FigureError),
+    #[error(transparent)]
     Record(RecordError),
+    #[error("no motor fits these traces: {0}")]
     Fit(FitError),
+    #[error("the core has no such state: {0}")]
     Magnetics(NoConvergence),
-    Temperature(TemperatureError),
+    #[error(transparent)]
+    Temperature(#[from] TemperatureError),
+    #[error(transparent)]
     Map(MapError),
-    Scenario(FileError),
-    Journal(JournalError),
+    #[error(transparent)]
+    Scenario(#[from] FileError),
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+    #[error("{0}")]
     Threads(String),
-    Shards(ShardsError),
+    #[error(transparent)]
+    Shards(#[from] ShardsError),
+    #[error(transparent)]
     Table(TableError),
+    #[error("cannot write the page: {0}")]
     Page(PageError),
     #[cfg(feature = "program")]
+    #[error(transparent)]
     Lab(ServerError),
     /// Results that are already there, or that are of another run.
-    Results {
-        path: PathBuf,
-        found: String,
-        needed: String,
-    },
+    #[error("{path}: found {found}, needed {needed}")]
+    Results { path: PathBuf, found: String, needed: String },
 }
 
 impl Error {
@@ -71,59 +87,6 @@ impl Error {
     }
 }
 
-impl fmt::Display for Error {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Arguments(message) => f.write_str(message),
-            Self::UnknownMotor(name) => {
-                let known = built_in_names().collect::<Vec<_>>().join(", ");
-                write!(
-                    f,
-                    "unknown motor {}: neither built in ({known}) nor the path of a data sheet (.toml)",
-                    quoted(name, built_in_names())
-                )
-            }
-            Self::Motor(error) => error.fmt(f),
-            Self::Read(path, error) => write!(f, "cannot read {}: {error}", path.display()),
-            Self::InTheWay { path, is, needed } => {
-                write!(f, "{} is {is}, but must be {needed}", path.display())
-            }
-            Self::Write(path, error) => write!(f, "cannot write {}: {error}", path.display()),
-            Self::Campaign(error) => error.fmt(f),
-            Self::Bound(error) => write!(f, "no Cramér–Rao limit: {error}"),
-            Self::Temperature(error) => error.fmt(f),
-            Self::Map(error) => error.fmt(f),
-            Self::Scenario(error) => error.fmt(f),
-            Self::Journal(error) => error.fmt(f),
-            Self::Threads(error) => f.write_str(error),
-            Self::Shards(error) => error.fmt(f),
-            Self::Table(error) => error.fmt(f),
-            Self::Page(error) => write!(f, "cannot write the page: {error}"),
-            #[cfg(feature = "program")]
-            Self::Lab(error) => error.fmt(f),
-            Self::Results { path, found, needed } => {
-                write!(f, "{}: found {found}, needed {needed}", path.display())
-            }
-            Self::Magnetics(error) => write!(f, "the core has no such state: {error}"),
-            Self::Figure(error) => write!(f, "cannot draw: {error}"),
-            Self::Record(error) => error.fmt(f),
-            Self::Fit(error) => write!(f, "no motor fits these traces: {error}"),
-        }
-    }
-}
-
-impl From<FileError> for Error {
-    fn from(error: FileError) -> Self {
-        Self::Scenario(error)
-    }
-}
-
-impl From<JournalError> for Error {
-    fn from(error: JournalError) -> Self {
-        Self::Journal(error)
-    }
-}
-
 impl From<SweepError> for Error {
     fn from(error: SweepError) -> Self {
         match error {
@@ -131,24 +94,6 @@ impl From<SweepError> for Error {
             SweepError::Journal(error) => Self::Journal(error),
             SweepError::Threads(_) => Self::Threads(error.to_string()),
         }
-    }
-}
-
-impl From<ShardsError> for Error {
-    fn from(error: ShardsError) -> Self {
-        Self::Shards(error)
-    }
-}
-
-impl From<CampaignError> for Error {
-    fn from(error: CampaignError) -> Self {
-        Self::Campaign(error)
-    }
-}
-
-impl From<BoundError> for Error {
-    fn from(error: BoundError) -> Self {
-        Self::Bound(error)
     }
 }
 
@@ -162,20 +107,8 @@ impl From<SuitabilityError> for Error {
     }
 }
 
-impl From<TemperatureError> for Error {
-    fn from(error: TemperatureError) -> Self {
-        Self::Temperature(error)
-    }
-}
-
 impl From<SettingsError> for Error {
     fn from(error: SettingsError) -> Self {
         Self::Campaign(CampaignError::Settings(error))
-    }
-}
-
-impl From<FigureError> for Error {
-    fn from(error: FigureError) -> Self {
-        Self::Figure(error)
     }
 }

@@ -35,8 +35,6 @@ mod model;
 #[cfg(test)]
 mod tests;
 
-use core::fmt;
-
 use standstill_interface::{Abc, Angle, Real};
 
 pub use correction::Correction;
@@ -47,6 +45,7 @@ use crate::settings::{SettingsError, require, require_positive};
 
 use fit::{Extent, Factor, Normal, Position, minimise};
 use model::{Model, at};
+use thiserror::Error;
 
 /// What learning demands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,16 +78,19 @@ impl<T: Real> CommissioningSettings<T> {
 }
 
 /// Why nothing was learnt.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum CommissioningError<T> {
     /// A line inductance that is not positive and finite.
+    #[error("a line inductance is not positive and finite")]
     NotInductive,
     /// No room for another position.
+    #[error("no room for more than {room} positions")]
     Full {
         /// Positions that there is room for.
         room: usize,
     },
     /// Too few positions.
+    #[error("{found} positions where at least {needed} are needed")]
     TooFew {
         /// How many there are.
         found: usize,
@@ -96,6 +98,10 @@ pub enum CommissioningError<T> {
         needed: usize,
     },
     /// The positions do not spread enough to tell the unknowns apart.
+    #[error(
+        "positions too close to each other: a correction would be {dilution:.2} times as uncertain as one reading, where \
+         at most {allowed:.2} is allowed"
+    )]
     TooClose {
         /// See [`CommissioningSettings::most_dilution`]. Infinite where an unknown has no effect at all.
         dilution: T,
@@ -103,6 +109,10 @@ pub enum CommissioningError<T> {
         allowed: T,
     },
     /// The lines are not those of such a motor.
+    #[error(
+        "lines that no harmonic and no asymmetry explain: {residual:.4} of |L_B| is left, where at most {allowed:.4} is \
+         allowed"
+    )]
     Unexplained {
         /// rms of what is left, in units of |L_B|.
         residual: T,
@@ -110,33 +120,9 @@ pub enum CommissioningError<T> {
         allowed: T,
     },
     /// No least sum of squares was found, or it is one of no such motor.
+    #[error("no harmonic and no asymmetry fits the lines")]
     NoConvergence,
 }
-
-impl<T: Real> fmt::Display for CommissioningError<T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotInductive => write!(f, "a line inductance is not positive and finite"),
-            Self::Full { room } => write!(f, "no room for more than {room} positions"),
-            Self::TooFew { found, needed } => {
-                write!(f, "{found} positions where at least {needed} are needed")
-            }
-            Self::TooClose { dilution, allowed } => write!(
-                f,
-                "positions too close to each other: a correction would be {dilution:.2} times as uncertain as one \
-                 reading, where at most {allowed:.2} is allowed"
-            ),
-            Self::Unexplained { residual, allowed } => write!(
-                f,
-                "lines that no harmonic and no asymmetry explain: {residual:.4} of |L_B| is left, where at most \
-                 {allowed:.4} is allowed"
-            ),
-            Self::NoConvergence => write!(f, "no harmonic and no asymmetry fits the lines"),
-        }
-    }
-}
-
-impl<T: Real> core::error::Error for CommissioningError<T> {}
 
 /// Standard deviations, from the residual and the information of the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]

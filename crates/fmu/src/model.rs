@@ -1,11 +1,11 @@
 //! What an FMU is of: a scenario's drive or its motor alone, and the variables that it has.
 
-use std::fmt;
 use std::path::Path;
 
 use standstill_interface::Nanos;
 use standstill_plant::{Files, Motor};
 use standstill_scenario::{Document, FileError, Packed, Scenario};
+use thiserror::Error;
 
 use crate::units::readable;
 use crate::variables::{Variable, dead_time, variables};
@@ -80,29 +80,14 @@ pub struct Model {
 }
 
 /// What cannot be exported.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum ModelError {
     /// The scenario.
-    Scenario(FileError),
+    #[error(transparent)]
+    Scenario(#[from] FileError),
     /// A value that FMI has no room for.
+    #[error("{0}")]
     Value(String),
-}
-
-impl fmt::Display for ModelError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Scenario(error) => error.fmt(f),
-            Self::Value(text) => f.write_str(text),
-        }
-    }
-}
-
-impl std::error::Error for ModelError {}
-
-impl From<FileError> for ModelError {
-    fn from(error: FileError) -> Self {
-        Self::Scenario(error)
-    }
 }
 
 impl Model {

@@ -9,9 +9,11 @@ use crate::image::{Image, Moment, Site};
 use crate::parts::{self, Part, Read};
 use crate::shared;
 use standstill_interface::abi;
+use thiserror::Error;
 
 /// Why a library cannot be the detector.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("found {found}, needed {needed}")]
 pub struct LoadError {
     /// What it is instead.
     pub found: String,
@@ -37,14 +39,6 @@ impl LoadError {
         Self::because("a library without sts_entry".to_owned())
     }
 }
-
-impl fmt::Display for LoadError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "found {}, needed {}", self.found, self.needed)
-    }
-}
-
-impl std::error::Error for LoadError {}
 
 /// When an interrupt runs and when what it orders takes effect.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,9 +4,11 @@ use std::fmt;
 
 use serde::Serialize;
 use standstill_scenario::FileError;
+use thiserror::Error;
 
 /// Why there is no answer.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Error)]
+#[error("{message}")]
 pub struct LabError {
     /// The key of the scenario that it is about, if it is about one.
     pub key: Option<String>,
@@ -25,14 +27,6 @@ impl LabError {
         Self { key: None, message: message.to_string() }
     }
 }
-
-impl fmt::Display for LabError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for LabError {}
 
 impl From<FileError> for LabError {
     fn from(error: FileError) -> Self {

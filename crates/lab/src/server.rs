@@ -9,11 +9,12 @@ mod pages;
 mod reply;
 
 use std::collections::HashMap;
-use std::fmt;
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
+
+use thiserror::Error;
 
 use self::guard::Guard;
 use self::reply::{Reply, respond};
@@ -34,30 +35,24 @@ const MOST_READERS: usize = 256;
 const MOST_SLOTS: usize = 1000;
 
 /// A server that cannot be.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum ServerError {
     /// The port is not to be had.
+    #[error("{}", refused(*.0, .1))]
     Port(u16, String),
     /// The operating system gave no random numbers.
+    #[error("no random numbers for the token of the address: {0}")]
     Random(String),
 }
 
-impl fmt::Display for ServerError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Port(0, error) => write!(f, "no port of 127.0.0.1 is free: {error}"),
-            Self::Port(port, error) => {
-                write!(
-                    f,
-                    "cannot listen on 127.0.0.1:{port}: {error}; needed: a port that is free, or none, for any"
-                )
-            }
-            Self::Random(error) => write!(f, "no random numbers for the token of the address: {error}"),
-        }
+fn refused(port: u16, error: &str) -> String {
+    match port {
+        0 => format!("no port of 127.0.0.1 is free: {error}"),
+        _ => format!(
+            "cannot listen on 127.0.0.1:{port}: {error}; needed: a port that is free, or none, for any"
+        ),
     }
 }
-
-impl std::error::Error for ServerError {}
 
 /// The server.
 pub struct Server {

@@ -1,6 +1,6 @@
 //! Temperature of winding and magnet: a hot winding has more resistance, a hot magnet less flux.
 
-use std::fmt;
+use thiserror::Error;
 
 use crate::Motor;
 
@@ -39,21 +39,13 @@ pub struct Temperature {
 }
 
 /// A temperature that the motor does not survive.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("temperature of the {part} is {found} °C, but must {needed}")]
 pub struct TemperatureError {
     part: &'static str,
     found: String,
     needed: String,
 }
-
-impl fmt::Display for TemperatureError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { part, found, needed } = self;
-        write!(f, "temperature of the {part} is {found} °C, but must {needed}")
-    }
-}
-
-impl std::error::Error for TemperatureError {}
 
 impl Motor {
     /// The same motor at other temperatures: resistance and open-circuit flux change in proportion to the distance

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use standstill_detect::{MethodName, SettingsError};
 use standstill_files::{Files, TableError, key_span, line_of, quoted, read_keyed};
 use standstill_plant::{MotorError, TemperatureError};
+use thiserror::Error;
 use toml::{Table, Value};
 
 use super::axes::AxisSpec;
@@ -41,9 +42,10 @@ impl fmt::Display for Origin {
 const FOREIGN: &str = "a method that has such a setting";
 
 /// Error of a scenario file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum FileError {
     /// It cannot be read.
+    #[error("cannot read {file}: {error}")]
     Read {
         /// The file.
         file: PathBuf,
@@ -51,6 +53,7 @@ pub enum FileError {
         error: String,
     },
     /// Not TOML.
+    #[error("{file}: line {line}: {message}")]
     Syntax {
         /// The file.
         file: PathBuf,
@@ -60,6 +63,7 @@ pub enum FileError {
         message: String,
     },
     /// A key, or its value.
+    #[error("{place}{}`{key}`: {message}", if place.is_empty() { "" } else { ": " })]
     Key {
         /// The file, its line from 1 or who set the key, as far as they are known.
         place: String,
@@ -69,22 +73,9 @@ pub enum FileError {
         message: String,
     },
     /// The motor's data sheet.
+    #[error(transparent)]
     Motor(MotorError),
 }
-
-impl fmt::Display for FileError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Read { file, error } => write!(f, "cannot read {}: {error}", file.display()),
-            Self::Syntax { file, line, message } => write!(f, "{}: line {line}: {message}", file.display()),
-            Self::Key { place, key, message } if place.is_empty() => write!(f, "`{key}`: {message}"),
-            Self::Key { place, key, message } => write!(f, "{place}: `{key}`: {message}"),
-            Self::Motor(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for FileError {}
 
 impl FileError {
     /// A value that cannot be.

@@ -1,10 +1,9 @@
 //! What goes into a run and what comes out.
 
-use std::fmt;
-
 use standstill_interface::{Nanos, Outcome, Real};
 use standstill_inverter::Inverter;
 use standstill_plant::Motor;
+use thiserror::Error;
 
 use crate::{Ledger, Sensors, Streams};
 
@@ -158,50 +157,37 @@ pub struct Work {
 }
 
 /// Why a run ended without an outcome of the detector.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum RunError {
     /// A command without duration, with a sample after its end, or with more than a million samples.
+    #[error("command without duration, with a sample after its end or with too many")]
     BadCommand,
     /// A duty that is not a number, or a duty on a drive whose carrier has no period.
+    #[error("duty cycle that is not a number, or on a carrier without period")]
     BadDuty,
     /// The detector was not done within the time limit.
+    #[error("not done within {} s", .0.seconds())]
     TimeLimit(Nanos),
     /// Conduction modes changed more often than any physics does; the state is reported, not guessed.
+    #[error("conduction modes keep changing without time passing")]
     Chatter,
     /// The state left the finite numbers, or changes too fast for any step.
+    #[error("the simulation left the finite numbers")]
     NotFinite,
     /// A mode had ended before a step began, and no step however short brought its end about.
+    #[error("a conduction mode had ended before a step began: no step can be taken from there")]
     Stuck,
     /// The currents left the flux map of the motor: what follows is not known.
+    #[error(
+        "the currents left the motor's flux map at i_d = {:.3} A, i_q = {:.3} A",
+        current_ma[0] as f64 * 1e-3, current_ma[1] as f64 * 1e-3
+    )]
     LeftMap {
         /// Current in mA along d and q at that instant, of the core: as its map counts it, whatever the temperature
         /// of the magnet is now.
         current_ma: [i64; 2],
     },
 }
-
-impl fmt::Display for RunError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::BadCommand => {
-                write!(f, "command without duration, with a sample after its end or with too many")
-            }
-            Self::BadDuty => write!(f, "duty cycle that is not a number, or on a carrier without period"),
-            Self::TimeLimit(limit) => write!(f, "not done within {} s", limit.seconds()),
-            Self::Chatter => write!(f, "conduction modes keep changing without time passing"),
-            Self::NotFinite => write!(f, "the simulation left the finite numbers"),
-            Self::Stuck => {
-                write!(f, "a conduction mode had ended before a step began: no step can be taken from there")
-            }
-            Self::LeftMap { current_ma: [d, q] } => {
-                let [d, q] = [*d, *q].map(|current| current as f64 * 1e-3);
-                write!(f, "the currents left the motor's flux map at i_d = {d:.3} A, i_q = {q:.3} A")
-            }
-        }
-    }
-}
-
-impl std::error::Error for RunError {}
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq)]

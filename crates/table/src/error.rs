@@ -4,12 +4,16 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use thiserror::Error;
+
 /// Why a table could not be written or read.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum TableError {
     /// The columns or the metadata do not make a table.
+    #[error("{0}")]
     Design(String),
     /// A row to be written does not fit the columns.
+    #[error("row {row}{}: found {found}, needed {needed}", in_column(column))]
     Row {
         /// Which row, from 1.
         row: u64,
@@ -21,15 +25,19 @@ pub enum TableError {
         needed: String,
     },
     /// The table could not be written.
-    Write(io::Error),
+    #[error("the table could not be written: {0}")]
+    Write(#[source] io::Error),
     /// A file could not be read.
+    #[error("cannot read {path}: {error}")]
     Read {
         /// The file.
         path: PathBuf,
         /// Why.
+        #[source]
         error: io::Error,
     },
     /// A file is not a table, or its format's own structure is damaged.
+    #[error("{path}: {why}")]
     File {
         /// The file.
         path: PathBuf,
@@ -37,6 +45,7 @@ pub enum TableError {
         why: String,
     },
     /// A place in a file does not hold what it must.
+    #[error("{path}, {place}{}: found {found}, needed {needed}", in_column(column))]
     At {
         /// The file.
         path: PathBuf,
@@ -69,34 +78,8 @@ impl fmt::Display for Place {
     }
 }
 
-impl fmt::Display for TableError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let column = |column: &Option<String>| match column {
-            Some(name) => format!(", column {}", quoted(name)),
-            None => String::new(),
-        };
-        match self {
-            Self::Design(why) => f.write_str(why),
-            Self::Row { row, column: name, found, needed } => {
-                write!(f, "row {row}{}: found {found}, needed {needed}", column(name))
-            }
-            Self::Write(error) => write!(f, "the table could not be written: {error}"),
-            Self::Read { path, error } => write!(f, "cannot read {}: {error}", path.display()),
-            Self::File { path, why } => write!(f, "{}: {why}", path.display()),
-            Self::At { path, place, column: name, found, needed } => {
-                write!(f, "{}, {place}{}: found {found}, needed {needed}", path.display(), column(name))
-            }
-        }
-    }
-}
-
-impl std::error::Error for TableError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Write(error) | Self::Read { error, .. } => Some(error),
-            _ => None,
-        }
-    }
+fn in_column(column: &Option<String>) -> String {
+    column.as_ref().map_or_else(String::new, |name| format!(", column {}", quoted(name)))
 }
 
 /// For messages: a text on one line, and no more than its beginning.

@@ -7,13 +7,13 @@
 //! whole; opening the journal again cuts it off. Blocks are handed to the disk at least once a second, so that a power cut
 //! costs no more than that.
 
-use std::fmt;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use standstill_files::{open, open_as};
+use thiserror::Error;
 
 use super::identity::{Identity, Shard};
 use super::row::Row;
@@ -29,17 +29,25 @@ const MOST_BLOCK: u32 = 64 << 20;
 pub(super) const TALLY: [u8; 8] = *b"stdstilT";
 
 /// A journal that cannot be used.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum JournalError {
     /// The operating system refused.
+    #[error("{0}: {1}")]
     Io(PathBuf, io::Error),
     /// Not a journal, or its header is damaged.
+    #[error("{0} is no journal of a run")]
     Foreign(PathBuf),
     /// It ended before all its rows were read, although it had them before.
+    #[error("{0} has fewer rows than it had")]
     Short(PathBuf),
     /// Another process is writing it.
+    #[error("{0} is being written by another process")]
     Busy(PathBuf),
     /// The journal of another run.
+    #[error(
+        "{path} is the journal of another run: {difference}; go on with what it was begun with, with another --out, \
+         or begin anew with --force in place of --resume"
+    )]
     Other {
         /// The journal.
         path: PathBuf,
@@ -47,27 +55,6 @@ pub enum JournalError {
         difference: String,
     },
 }
-
-impl fmt::Display for JournalError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
-            Self::Foreign(path) => write!(f, "{} is no journal of a run", path.display()),
-            Self::Short(path) => write!(f, "{} has fewer rows than it had", path.display()),
-            Self::Busy(path) => write!(f, "{} is being written by another process", path.display()),
-            Self::Other { path, difference } => {
-                write!(
-                    f,
-                    "{} is the journal of another run: {difference}; go on with what it was begun with, with another --out, \
-                     or begin anew with --force in place of --resume",
-                    path.display()
-                )
-            }
-        }
-    }
-}
-
-impl std::error::Error for JournalError {}
 
 /// What is written of a run while it goes on.
 pub trait Keep {

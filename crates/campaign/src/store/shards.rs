@@ -1,8 +1,9 @@
 //! The shards of a run, put together again.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::{Path, PathBuf};
+
+use thiserror::Error;
 
 use crate::{NUMERICS, Statistics};
 
@@ -74,15 +75,23 @@ fn standing(path: &Path) -> Result<(bool, u64), JournalError> {
 }
 
 /// Why journals are not one run.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum ShardsError {
     /// One cannot be read.
-    Journal(JournalError),
+    #[error(transparent)]
+    Journal(#[from] JournalError),
     /// A folder has no journal.
+    #[error(
+        "{0} has no journal of a shard (run.journal or shard-I-of-N.journal, as `--shard I/N` leaves it)"
+    )]
     None(PathBuf),
     /// A file where a folder is needed.
+    #[error(
+        "{0}: found a file, needed the folder with the journals of a run's shards, as `--shard I/N` leaves them"
+    )]
     File(PathBuf),
     /// Two have the same part.
+    #[error("shard {shard} is there twice: {first} and {second}")]
     Overlap {
         /// Which.
         shard: Shard,
@@ -92,6 +101,10 @@ pub enum ShardsError {
         second: PathBuf,
     },
     /// Two are of different splits.
+    #[error(
+        "{} is shard {} and {} shard {}: shards of two splits overlap; needed those of one, in a folder of their own",
+        .paths[0].display(), .shards[0], .paths[1].display(), .shards[1]
+    )]
     Split {
         /// Both.
         paths: [PathBuf; 2],
@@ -99,6 +112,7 @@ pub enum ShardsError {
         shards: [Shard; 2],
     },
     /// One is of another run.
+    #[error("{path} is not of the same run as {first}: {difference}")]
     Foreign {
         /// The one.
         path: PathBuf,
@@ -108,6 +122,10 @@ pub enum ShardsError {
         difference: String,
     },
     /// One has fewer trials than another: it was not extended yet.
+    #[error(
+        "shard {shard} in {path} is of a run of {trials} trials, others of {of}: run it again with --shard {shard} \
+         --trials {of} --resume"
+    )]
     Shorter {
         /// The one.
         path: PathBuf,
@@ -119,6 +137,10 @@ pub enum ShardsError {
         of: u64,
     },
     /// One was computed by a program of other numerics: points and statistics would not be those of its rows.
+    #[error(
+        "the number of the program's numerics is {found} in {path} and {NUMERICS} here: merge its shards with the program \
+         that computed them"
+    )]
     Numerics {
         /// Where it is.
         path: PathBuf,
@@ -126,8 +148,10 @@ pub enum ShardsError {
         found: u32,
     },
     /// These are not there.
+    #[error("missing: {}", .0.iter().map(|shard| format!("shard {shard}")).collect::<Vec<_>>().join(", "))]
     Missing(Vec<Shard>),
     /// One was interrupted.
+    #[error("shard {shard} is not finished: {path} lacks up to {left} trials; run it again with --resume")]
     Unfinished {
         /// Where it is.
         path: PathBuf,
@@ -136,64 +160,6 @@ pub enum ShardsError {
         /// How many rows are missing, at most.
         left: u64,
     },
-}
-
-impl fmt::Display for ShardsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Journal(error) => error.fmt(f),
-            Self::None(folder) => write!(
-                f,
-                "{} has no journal of a shard (run.journal or shard-I-of-N.journal, as `--shard I/N` leaves it)",
-                folder.display()
-            ),
-            Self::File(path) => write!(
-                f,
-                "{}: found a file, needed the folder with the journals of a run's shards, as `--shard I/N` leaves them",
-                path.display()
-            ),
-            Self::Overlap { shard, first, second } => {
-                write!(f, "shard {shard} is there twice: {} and {}", first.display(), second.display())
-            }
-            Self::Split { paths: [first, second], shards: [one, other] } => write!(
-                f,
-                "{} is shard {one} and {} shard {other}: shards of two splits overlap; needed those of one, in a folder of their own",
-                first.display(),
-                second.display()
-            ),
-            Self::Foreign { path, first, difference } => {
-                write!(f, "{} is not of the same run as {}: {difference}", path.display(), first.display())
-            }
-            Self::Shorter { path, shard, trials, of } => write!(
-                f,
-                "shard {shard} in {} is of a run of {trials} trials, others of {of}: run it again with --shard {shard} \
-                 --trials {of} --resume",
-                path.display()
-            ),
-            Self::Numerics { path, found } => write!(
-                f,
-                "the number of the program's numerics is {found} in {} and {NUMERICS} here: merge its shards with the program that computed them",
-                path.display()
-            ),
-            Self::Missing(shards) => {
-                let names: Vec<String> = shards.iter().map(|shard| format!("shard {shard}")).collect();
-                write!(f, "missing: {}", names.join(", "))
-            }
-            Self::Unfinished { path, shard, left } => write!(
-                f,
-                "shard {shard} is not finished: {} lacks up to {left} trials; run it again with --resume",
-                path.display()
-            ),
-        }
-    }
-}
-
-impl std::error::Error for ShardsError {}
-
-impl From<JournalError> for ShardsError {
-    fn from(error: JournalError) -> Self {
-        Self::Journal(error)
-    }
 }
 
 impl Shards {

@@ -1,6 +1,5 @@
 //! Running a plan into a journal.
 
-use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::earlier::Earlier;
@@ -10,6 +9,7 @@ use super::row::Row;
 use crate::NUMERICS;
 use crate::engine::Engine;
 use standstill_scenario::{FileError, Plan};
+use thiserror::Error;
 
 /// A plan, or a shard of it.
 #[derive(Clone, Copy, Debug)]
@@ -23,38 +23,17 @@ pub struct Sweep<'a> {
 }
 
 /// A sweep that could not go on.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum SweepError {
     /// A value that cannot be, at a point or as drawn by a trial.
-    File(FileError),
+    #[error(transparent)]
+    File(#[from] FileError),
     /// The journal.
-    Journal(JournalError),
+    #[error(transparent)]
+    Journal(#[from] JournalError),
     /// The operating system gave no threads.
+    #[error("no worker threads: {0}")]
     Threads(rayon::ThreadPoolBuildError),
-}
-
-impl fmt::Display for SweepError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::File(error) => error.fmt(f),
-            Self::Journal(error) => error.fmt(f),
-            Self::Threads(error) => write!(f, "no worker threads: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for SweepError {}
-
-impl From<FileError> for SweepError {
-    fn from(error: FileError) -> Self {
-        Self::File(error)
-    }
-}
-
-impl From<JournalError> for SweepError {
-    fn from(error: JournalError) -> Self {
-        Self::Journal(error)
-    }
 }
 
 impl Sweep<'_> {

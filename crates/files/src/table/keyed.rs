@@ -6,13 +6,15 @@ use std::fmt;
 use serde::de::value::StrDeserializer;
 use serde::de::{DeserializeOwned, DeserializeSeed, Error, Expected, IntoDeserializer, Unexpected, Visitor};
 use serde::{Deserializer, forward_to_deserialize_any};
+use thiserror::Error;
 use toml::Value;
 
 use super::place::quoted;
 use super::wording;
 
 /// What is wrong with a table, and with which of its keys.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{message}")]
 pub struct TableError {
     /// The path of the key as TOML writes it, so with quotes around a part that has dots; empty if it is the table itself.
     pub key: String,
@@ -55,14 +57,6 @@ impl TableError {
         self
     }
 }
-
-impl fmt::Display for TableError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for TableError {}
 
 impl Error for TableError {
     fn custom<T: fmt::Display>(message: T) -> Self {

@@ -1,13 +1,13 @@
 //! What is said of a data sheet that is not a motor.
 
-use std::fmt;
-
 use standstill_files::{MapError, TableError, key_span, line_of};
+use thiserror::Error;
 
 /// A data sheet that is not a motor.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum MotorError {
     /// Not TOML, or not with these keys; the message shows the line.
+    #[error("{file}: {message}")]
     Format {
         /// The file, or the built-in's name.
         file: String,
@@ -15,6 +15,10 @@ pub enum MotorError {
         message: String,
     },
     /// A number that no motor has.
+    #[error(
+        "{file}: {}`{key}` is {found}, but must be {needed}",
+        if *line > 0 { format!("line {line}, ") } else { String::new() }
+    )]
     Value {
         /// The file, or the built-in's name.
         file: String,
@@ -28,23 +32,9 @@ pub enum MotorError {
         needed: String,
     },
     /// Its flux map is none.
+    #[error(transparent)]
     Map(MapError),
 }
-
-impl fmt::Display for MotorError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Format { file, message } => write!(f, "{file}: {message}"),
-            Self::Value { file, line, key, found, needed } => {
-                let line = if *line > 0 { format!("line {line}, ") } else { String::new() };
-                write!(f, "{file}: {line}`{key}` is {found}, but must be {needed}")
-            }
-            Self::Map(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for MotorError {}
 
 /// A table that is none, of a file with this text, with its line.
 pub(super) fn of_file(error: &TableError, file: &str, text: &str) -> MotorError {

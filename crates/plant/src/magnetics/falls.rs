@@ -13,9 +13,8 @@
 //! Along q, `i_q = (1/L_q + a_qq ψ_q²) ψ_q` in closed form: with `y = a_qq ψ_q² L_q` at rated current,
 //! `1 + 3 y = 1/(1 − fall)` and `ψ_q = L_q I/(1 + y)`.
 
-use std::fmt;
-
 use standstill_numeric::{exp, ln, power, root};
+use thiserror::Error;
 
 use super::{Algebraic, IronBridge};
 
@@ -31,21 +30,14 @@ pub struct Falls {
 }
 
 /// What cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("the fall along {key} must be {needed}")]
 pub struct FallsError {
     /// The fall: `d`, `minus_d` or `q`.
     pub key: &'static str,
     /// What it must be.
     pub needed: &'static str,
 }
-
-impl fmt::Display for FallsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the fall along {} must be {}", self.key, self.needed)
-    }
-}
-
-impl std::error::Error for FallsError {}
 
 /// The least Γ anywhere, as a share of the one without current: iron that is not saturated has at most four times the
 /// inductance that the magnet leaves it.

@@ -33,6 +33,7 @@ pub use heat::cell_edges;
 pub(crate) use number::digits;
 pub use number::{rounded, significant};
 pub use style::Style;
+use thiserror::Error;
 
 /// A whole figure: a title and panels stacked from top to bottom.
 #[derive(Clone, Debug, PartialEq)]
@@ -239,9 +240,10 @@ pub struct Lane {
 }
 
 /// Why a figure could not be drawn.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FigureError {
     /// Width or height are outside 200 to 4000 logical pixels.
+    #[error("a figure of {width} by {height} pixels is outside 200 to 4000")]
     Size {
         /// Width asked for.
         width: u32,
@@ -249,21 +251,9 @@ pub enum FigureError {
         height: u32,
     },
     /// The picture could not be encoded as PNG.
+    #[error("the figure could not be encoded as PNG: {0}")]
     Encode(String),
 }
-
-impl std::fmt::Display for FigureError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Size { width, height } => {
-                write!(f, "a figure of {width} by {height} pixels is outside 200 to 4000")
-            }
-            Self::Encode(why) => write!(f, "the figure could not be encoded as PNG: {why}"),
-        }
-    }
-}
-
-impl std::error::Error for FigureError {}
 
 impl Panel {
     /// A panel of weight 1 with a legend and no title and no layers yet.

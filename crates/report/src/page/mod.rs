@@ -16,6 +16,8 @@ mod tests;
 use crate::figure::{Figure, FigureError};
 use std::collections::HashSet;
 
+use thiserror::Error;
+
 /// A whole page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Page {
@@ -118,12 +120,14 @@ pub struct Chart {
 }
 
 /// Why a page could not be written.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum PageError {
     /// The name of a chart is empty, has other characters than letters, digits, `-` and `_`, or is taken by another
     /// chart or by the page.
+    #[error("`{0}` cannot name a chart: it must be letters, digits, - and _, and unique")]
     Id(String),
     /// A row of a table has not one cell per column.
+    #[error("row {row} of the table `{table}` has {found} cells for {columns} columns")]
     Cells {
         /// Caption of the table.
         table: String,
@@ -135,35 +139,14 @@ pub enum PageError {
         columns: usize,
     },
     /// A figure could not be drawn.
+    #[error("chart `{id}`: {why}")]
     Figure {
         /// Name of the chart.
         id: String,
         /// Why not.
+        #[source]
         why: FigureError,
     },
-}
-
-impl std::fmt::Display for PageError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Id(id) => {
-                write!(f, "`{id}` cannot name a chart: it must be letters, digits, - and _, and unique")
-            }
-            Self::Cells { table, row, found, columns } => {
-                write!(f, "row {row} of the table `{table}` has {found} cells for {columns} columns")
-            }
-            Self::Figure { id, why } => write!(f, "chart `{id}`: {why}"),
-        }
-    }
-}
-
-impl std::error::Error for PageError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Figure { why, .. } => Some(why),
-            Self::Id(_) | Self::Cells { .. } => None,
-        }
-    }
 }
 
 impl TableColumn {
