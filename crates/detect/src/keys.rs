@@ -101,35 +101,30 @@ pub trait Keyed: Sized + 'static {
     /// the name and the value of each. Without lines of its own a method has none worth it.
     fn describe(&self, _line: &mut Lines<'_>) {}
 
+    /// Whether the method turns the rotor, see [`crate::Settings::turns_rotor`].
+    const TURNS_ROTOR: bool = false;
+
+    /// Period of the PWM carrier, see [`crate::Settings::carrier_period`].
+    fn carrier(&self) -> Option<Nanos> {
+        None
+    }
+
     /// What a key does, if there is such a key.
     fn setting(key: &Key) -> Option<&'static Setting<Self>> {
         Self::SETTINGS.iter().find(|setting| setting.key.name == key.name)
     }
 }
 
-/// The unit of a key, as files have it: its symbol, whether the values are shares, whether they are whole.
-macro_rules! unit {
-    (Second) => {
-        ("s", false, false)
-    };
-    (Ampere) => {
-        ("A", false, false)
-    };
-    (Volt) => {
-        ("V", false, false)
-    };
-    (Hertz) => {
-        ("Hz", false, false)
-    };
-    (Degree) => {
-        ("deg", false, false)
-    };
-    (Share) => {
-        ("", true, false)
-    };
-    (One) => {
-        ("", false, true)
-    };
+/// The units of keys, as files have them: symbol, whether the values are shares, whether they are whole.
+#[allow(non_upper_case_globals, reason = "names of the units' types")]
+mod unit {
+    pub const Second: (&str, bool, bool) = ("s", false, false);
+    pub const Ampere: (&str, bool, bool) = ("A", false, false);
+    pub const Volt: (&str, bool, bool) = ("V", false, false);
+    pub const Hertz: (&str, bool, bool) = ("Hz", false, false);
+    pub const Degree: (&str, bool, bool) = ("deg", false, false);
+    pub const Share: (&str, bool, bool) = ("", true, false);
+    pub const One: (&str, bool, bool) = ("", false, true);
 }
 
 /// A key of each entry, and the list of all.
@@ -150,9 +145,9 @@ macro_rules! entries {
     };
     (@kind $unit:ident [$low:expr, $high:expr, $needed:literal] $reason:literal) => {
         Kind::Number {
-            unit: unit!($unit).0,
-            share: unit!($unit).1,
-            whole: unit!($unit).2,
+            unit: unit::$unit.0,
+            share: unit::$unit.1,
+            whole: unit::$unit.2,
             range: [$low, $high],
             needed: $needed,
             reason: $reason,
@@ -263,8 +258,12 @@ impl<S> Setting<S> {
     }
 }
 
-/// A [`Setting`] that is always there: the place of its value, and how a [`Value`] is made from it and to it.
+/// A [`Setting`]: the place of its value, and how a [`Value`] is made from it and to it.
 macro_rules! place {
+    // One that may be missing: by what gets and sets it.
+    ($key:ident, $s:ident => $place:expr => $get:ident, $set:ident) => {
+        crate::keys::Setting::new(&crate::keys::$key, |$s| $place.$get(), |$s, value| $place.$set(value))
+    };
     ($key:ident, $s:ident => $place:expr, $from:path, $to:ident) => {
         crate::keys::Setting::new(
             &crate::keys::$key,

@@ -27,7 +27,7 @@ pub use method::{
 };
 pub use nameplate::{Nameplate, Sensing, longest_dead_time};
 pub use parts::both_ways::BothWaysSettings;
-pub use parts::injection::InjectionSettings;
+pub use parts::injection::{InjectionMethod, InjectionSettings};
 pub use parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
 pub use parts::modulation::ModulationSettings;
 pub use parts::polarity::{PolarityRule, PolaritySettings, Pole, SequentialSettings, Signature};

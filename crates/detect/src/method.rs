@@ -36,11 +36,8 @@ pub(crate) trait Sequence<T: Real> {
     /// As [`Detector::step`].
     fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>>;
 
-    /// What was measured up to now.
-    fn findings(&self) -> &Findings<T>;
-
-    /// How near it was to a fault up to now.
-    fn margin(&self) -> Margin<T>;
+    /// Up to now: what was measured, and how near it was to a fault.
+    fn so_far(&self) -> (&Findings<T>, Margin<T>);
 }
 
 choice! {
@@ -95,9 +92,25 @@ macro_rules! methods {
                 let outcome = match self.next(readings) {
                     Ok(Step::Drive(command)) => return Step::Drive(command),
                     Ok(Step::Done(outcome)) => outcome,
-                    Err(fault) => Outcome::Failed { fault, findings: *self.findings() },
+                    Err(fault) => Outcome::Failed { fault, findings: *self.so_far().0 },
                 };
-                Step::Done(outcome.with_fault_margin(self.margin().smallest()))
+                Step::Done(outcome.with_fault_margin(self.so_far().1.smallest()))
+            }
+        }
+
+        impl<T: Real> Settings<T> for $settings<T> {
+            type Detector = $detector<T>;
+
+            fn detector(&self) -> Result<Self::Detector, SettingsError> {
+                $detector::new(*self)
+            }
+
+            fn carrier_period(&self) -> Option<Nanos> {
+                self.carrier()
+            }
+
+            fn turns_rotor(&self) -> bool {
+                Self::TURNS_ROTOR
             }
         })*
 

@@ -101,7 +101,9 @@ pub trait Settings<T: Real> {
     fn detector(&self) -> Result<Self::Detector, SettingsError>;
 
     /// The PWM carrier's period that the drive must have; none if the method uses no PWM.
-    fn carrier_period(&self) -> Option<Nanos>;
+    fn carrier_period(&self) -> Option<Nanos> {
+        None
+    }
 
     /// Whether the method turns the rotor: where it stood before is then not what the method finds.
     fn turns_rotor(&self) -> bool {

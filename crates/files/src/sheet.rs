@@ -15,98 +15,105 @@ use toml::{Table, Value};
 
 pub use self::map::{Beyond, MapTable, SourcedFile};
 pub use self::nameplate::{NameplateTable, SharesTable, WrittenNameplate};
-pub use self::sourced::{PLAIN, Source, Sourced};
+pub use self::sourced::{PLAIN, Source, Sourced, Stated};
 use crate::table::{TableError, lacking, read_keyed};
 
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RatingTable {
-    pub power: Option<Sourced<Watt>>,
-    pub speed: Option<Sourced<RevolutionsPerMinute>>,
-    pub torque: Option<Sourced<NewtonMetre>>,
-    pub current: Sourced<Ampere>,
-    pub dc_link: Option<Sourced<Volt>>,
+/// One number of a data sheet, ready to print.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// Its key in the file.
+    pub key: String,
+    /// Value with unit.
+    pub value: String,
+    /// Where it comes from.
+    pub source: Source,
+    /// Why it is what it is.
+    pub reason: String,
 }
 
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WindingTable {
-    pub pole_pairs: Sourced<One>,
-    pub resistance: Sourced<Ohm>,
-    pub mean_inductance: Option<Sourced<Henry>>,
-    pub saliency: Option<Sourced<Henry>>,
-    pub leakage: Option<Sourced<Henry>>,
-    pub magnet_flux: Option<Sourced<Weber>>,
+/// Tables of numbers: a struct of each, and its numbers as entries in the order of the fields.
+macro_rules! tables {
+    ($($name:ident { $($key:ident: $kind:ty),* $(,)? })*) => {$(
+        #[derive(Clone, Debug, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            $(pub $key: $kind),*
+        }
+
+        impl $name {
+            /// The numbers that are given; `table` is the name of the table in the file.
+            pub fn entries(&self, table: &str) -> Vec<Entry> {
+                [$(self.$key.entry(table, stringify!($key))),*].into_iter().flatten().collect()
+            }
+        }
+    )*};
 }
 
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SaturationTable {
-    pub a_d0: Sourced<One>,
-    pub a_dd: Sourced<One>,
-    pub s: Sourced<One>,
-    pub a_q0: Sourced<One>,
-    pub a_qq: Sourced<One>,
-    pub t: Sourced<One>,
-    pub a_dq: Sourced<One>,
-    pub u: Sourced<One>,
-    pub v: Sourced<One>,
-    pub i_f: Sourced<Ampere>,
-}
-
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BridgeTable {
-    pub a_b: Sourced<One>,
-    pub a_bp: Sourced<One>,
-    pub k_q: Sourced<One>,
-    pub psi_n: Sourced<Weber>,
-    pub w: Sourced<One>,
-}
-
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RotorTable {
-    pub inertia: Sourced<KilogramSquareMetre>,
-    pub stiction: Sourced<NewtonMetre>,
-    pub coulomb: Sourced<NewtonMetre>,
-    pub viscous: Sourced<NewtonMetreSecond>,
-    pub brake_backlash: Option<Sourced<Degree>>,
-    pub cogging_torque: Option<Sourced<NewtonMetre>>,
-    pub cogging_periods: Option<Sourced<One>>,
-}
-
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct HarmonicsTable {
-    pub inductance_4: Option<Sourced<Henry>>,
-    pub asymmetry: Option<Sourced<Henry>>,
-    pub flux_5: Option<Sourced<Weber>>,
-    pub flux_7: Option<Sourced<Weber>>,
-}
-
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct EddyTable {
-    pub time_constant: Sourced<Second>,
-    pub d_depth: Sourced<One>,
-    pub q_depth: Sourced<One>,
-}
-
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ThermalTable {
-    pub reference: Sourced<Celsius>,
-    pub winding_coefficient: Sourced<PerKelvin>,
-    pub magnet_coefficient: Sourced<PerKelvin>,
-}
-
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct HysteresisTable {
-    pub coercive_current: Sourced<Ampere>,
-    pub depth: Sourced<Share>,
-    pub cells: Sourced<One>,
+tables! {
+    RatingTable {
+        power: Option<Sourced<Watt>>,
+        speed: Option<Sourced<RevolutionsPerMinute>>,
+        torque: Option<Sourced<NewtonMetre>>,
+        current: Sourced<Ampere>,
+        dc_link: Option<Sourced<Volt>>,
+    }
+    WindingTable {
+        pole_pairs: Sourced<One>,
+        resistance: Sourced<Ohm>,
+        mean_inductance: Option<Sourced<Henry>>,
+        saliency: Option<Sourced<Henry>>,
+        leakage: Option<Sourced<Henry>>,
+        magnet_flux: Option<Sourced<Weber>>,
+    }
+    SaturationTable {
+        a_d0: Sourced<One>,
+        a_dd: Sourced<One>,
+        a_q0: Sourced<One>,
+        a_qq: Sourced<One>,
+        a_dq: Sourced<One>,
+        s: Sourced<One>,
+        t: Sourced<One>,
+        u: Sourced<One>,
+        v: Sourced<One>,
+        i_f: Sourced<Ampere>,
+    }
+    BridgeTable {
+        a_b: Sourced<One>,
+        a_bp: Sourced<One>,
+        k_q: Sourced<One>,
+        w: Sourced<One>,
+        psi_n: Sourced<Weber>,
+    }
+    RotorTable {
+        inertia: Sourced<KilogramSquareMetre>,
+        stiction: Sourced<NewtonMetre>,
+        coulomb: Sourced<NewtonMetre>,
+        viscous: Sourced<NewtonMetreSecond>,
+        brake_backlash: Option<Sourced<Degree>>,
+        cogging_torque: Option<Sourced<NewtonMetre>>,
+        cogging_periods: Option<Sourced<One>>,
+    }
+    HarmonicsTable {
+        inductance_4: Option<Sourced<Henry>>,
+        asymmetry: Option<Sourced<Henry>>,
+        flux_5: Option<Sourced<Weber>>,
+        flux_7: Option<Sourced<Weber>>,
+    }
+    EddyTable {
+        time_constant: Sourced<Second>,
+        d_depth: Sourced<One>,
+        q_depth: Sourced<One>,
+    }
+    ThermalTable {
+        reference: Sourced<Celsius>,
+        winding_coefficient: Sourced<PerKelvin>,
+        magnet_coefficient: Sourced<PerKelvin>,
+    }
+    HysteresisTable {
+        coercive_current: Sourced<Ampere>,
+        depth: Sourced<Share>,
+        cells: Sourced<One>,
+    }
 }
 
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the

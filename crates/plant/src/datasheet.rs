@@ -9,12 +9,11 @@ mod nameplate;
 use std::path::Path;
 use std::sync::Arc;
 
+pub use standstill_files::sheet::Entry;
 use standstill_files::sheet::{Beyond, Sheet};
 use standstill_files::{Files, MapError, MapLayout, MapSamples, TableError, line_of};
 use toml::{Table, Value};
 
-pub use self::entries::Entry;
-use self::entries::entry;
 pub use self::error::MotorError;
 use self::error::{of_file, wrong};
 pub use self::nameplate::NameplateNumber;

@@ -1,5 +1,7 @@
 //! A table in memory, column by column: for programs that take it from there, and for files that hold columns as a whole.
 
+use std::ops::Range;
+
 use super::{Column, Kind, TableError, Value, check_row};
 
 /// A table in memory.
@@ -47,10 +49,13 @@ pub struct Texts {
 impl Texts {
     /// The texts, one after the other.
     pub fn iter(&self) -> impl Iterator<Item = &str> {
-        self.offsets.windows(2).map(|ends| {
-            let [from, to] = [0, 1].map(|k| usize::try_from(ends[k]).unwrap_or_default());
-            std::str::from_utf8(&self.bytes[from..to]).unwrap_or_default()
-        })
+        self.ranges().map(|range| std::str::from_utf8(&self.bytes[range]).unwrap_or_default())
+    }
+
+    /// Where each stands.
+    pub(super) fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
+        let place = |offset: i64| usize::try_from(offset).unwrap_or_default();
+        self.offsets.windows(2).map(move |ends| place(ends[0])..place(ends[1]))
     }
 }
 
@@ -81,6 +86,19 @@ impl Data {
     }
 }
 
+impl Data {
+    fn clear(&mut self) {
+        match self {
+            Self::Whole(cells) => cells.clear(),
+            Self::Number(cells) | Self::Flag(cells) => cells.clear(),
+            Self::Text(Texts { bytes, offsets }) => {
+                bytes.clear();
+                offsets.truncate(1);
+            }
+        }
+    }
+}
+
 impl Columns {
     /// A table without rows.
     pub fn new(columns: Vec<Column>) -> Self {
@@ -94,11 +112,28 @@ impl Columns {
     /// [`TableError::Row`] if it does not fit; then nothing of it is added.
     pub fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
         check_row(&self.heads, self.rows, values)?;
+        self.push(values);
+        Ok(())
+    }
+
+    /// Adds a row that was checked.
+    pub(super) fn push(&mut self, values: &[Value<'_>]) {
         for (data, value) in self.data.iter_mut().zip(values) {
             data.push(value);
         }
         self.rows += 1;
-        Ok(())
+    }
+
+    /// Removes all rows; their memory stays.
+    pub(super) fn clear(&mut self) {
+        self.data.iter_mut().for_each(Data::clear);
+        self.rows = 0;
+    }
+
+    /// Bytes of all texts.
+    pub(super) fn text_bytes(&self) -> usize {
+        let text = |data: &Data| if let Data::Text(texts) = data { texts.bytes.len() } else { 0 };
+        self.data.iter().map(text).sum()
     }
 
     /// How many rows there are.

@@ -279,7 +279,7 @@ impl<'w> Writer<'w> {
         match &mut self.sink {
             Sink::Csv(sink) => sink.row(values)?,
             Sink::Parquet(sink) => sink.row(values)?,
-            Sink::Whole(_, table, ..) => table.row(values)?,
+            Sink::Whole(_, table, ..) => table.push(values),
         }
         self.rows += 1;
         Ok(())

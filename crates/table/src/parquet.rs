@@ -1,45 +1,28 @@
 //! Rows as Parquet: a row group is collected column by column and written as a whole.
 
 use std::io;
+use std::ops::Range;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
-use parquet::file::writer::SerializedFileWriter;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
-use super::{Column, Destination, Kind, TableError, Value};
+use super::{Column, Columns, Data, Destination, Kind, TableError, Value};
 
 /// Rows of a group: enough that its share of the footer is small, few enough to hold in memory.
-const GROUP_ROWS: usize = 1 << 16;
+const GROUP_ROWS: u64 = 1 << 16;
 
 /// Bytes of text in a group, lest long texts fill the memory.
 const GROUP_TEXT: usize = 1 << 23;
 
 pub(super) struct Sink<'w> {
     to: SerializedFileWriter<Destination<'w>>,
-    group: Vec<Chunk>,
-    rows: usize,
-    text: usize,
-}
-
-/// A column's part of the row group.
-struct Chunk {
-    /// For each row 1, or 0 where it is empty.
-    present: Vec<i16>,
-    values: Values,
-}
-
-/// What is not empty.
-enum Values {
-    Whole(Vec<i64>),
-    Number(Vec<f64>),
-    Flag(Vec<bool>),
-    /// All texts in a row, and where each ends: an allocation for each would cost more than the texts.
-    Text(Vec<u8>, Vec<usize>),
+    group: Columns,
 }
 
 impl<'w> Sink<'w> {
@@ -52,20 +35,17 @@ impl<'w> Sink<'w> {
         let schema = Type::group_type_builder("table").with_fields(fields).build().map_err(failed)?;
         let to = SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties(columns, metadata)))
             .map_err(failed)?;
-        let group = columns.iter().map(|column| Chunk::new(column.kind)).collect();
-        Ok(Self { to, group, rows: 0, text: 0 })
+        Ok(Self { to, group: Columns::new(columns.to_vec()) })
     }
 
     pub(super) fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
-        for (chunk, value) in self.group.iter_mut().zip(values) {
-            self.text += chunk.push(value);
-        }
-        self.rows += 1;
-        if self.rows == GROUP_ROWS || self.text >= GROUP_TEXT { self.flush() } else { Ok(()) }
+        self.group.push(values);
+        let full = self.group.rows() == GROUP_ROWS || self.group.text_bytes() >= GROUP_TEXT;
+        if full { self.flush() } else { Ok(()) }
     }
 
     pub(super) fn finish(mut self) -> Result<(), TableError> {
-        if self.rows > 0 {
+        if self.group.rows() > 0 {
             self.flush()?;
         }
         self.to.finish().map_err(failed)?;
@@ -73,78 +53,49 @@ impl<'w> Sink<'w> {
     }
 
     fn flush(&mut self) -> Result<(), TableError> {
-        self.rows = 0;
-        self.text = 0;
-        self.write_group().map_err(failed)
+        self.write_group().map_err(failed)?;
+        self.group.clear();
+        Ok(())
     }
 
     fn write_group(&mut self) -> Result<(), ParquetError> {
         let mut group = self.to.next_row_group()?;
-        let mut chunks = self.group.iter_mut();
-        while let (Some(mut column), Some(Chunk { present, values })) = (group.next_column()?, chunks.next())
-        {
-            let levels = Some(present.as_slice());
-            match values {
-                Values::Whole(values) => {
-                    column.typed::<Int64Type>().write_batch(values, levels, None)?;
-                    values.clear();
+        let mut columns = self.group.iter();
+        while let (Some(to), Some((_, data))) = (group.next_column()?, columns.next()) {
+            let number = |cell: &f64| (!cell.is_nan()).then_some(*cell);
+            match data {
+                Data::Whole(cells) => {
+                    write::<Int64Type>(to, cells.iter().map(|cell| (*cell >= 0).then_some(*cell)))
                 }
-                Values::Number(values) => {
-                    column.typed::<DoubleType>().write_batch(values, levels, None)?;
-                    values.clear();
+                Data::Number(cells) => write::<DoubleType>(to, cells.iter().map(number)),
+                Data::Flag(cells) => {
+                    write::<BoolType>(to, cells.iter().map(|cell| number(cell).map(|cell| cell != 0.0)))
                 }
-                Values::Flag(values) => {
-                    column.typed::<BoolType>().write_batch(values, levels, None)?;
-                    values.clear();
+                Data::Text(texts) => {
+                    // One allocation for all: one for each would cost more than the texts.
+                    let bytes = ByteArray::from(texts.bytes.clone());
+                    let text = |Range { start, end }| (start < end).then(|| bytes.slice(start, end - start));
+                    write::<ByteArrayType>(to, texts.ranges().map(text))
                 }
-                Values::Text(bytes, ends) => {
-                    let bytes = ByteArray::from(std::mem::take(bytes));
-                    let starts = std::iter::once(0).chain(ends.iter().copied());
-                    let texts: Vec<ByteArray> =
-                        starts.zip(&*ends).map(|(start, end)| bytes.slice(start, end - start)).collect();
-                    column.typed::<ByteArrayType>().write_batch(&texts, levels, None)?;
-                    ends.clear();
-                }
-            }
-            present.clear();
-            column.close()?;
+            }?;
         }
         group.close()?;
         Ok(())
     }
 }
 
-impl Chunk {
-    fn new(kind: Kind) -> Self {
-        let values = match kind {
-            Kind::Whole => Values::Whole(Vec::new()),
-            Kind::Number => Values::Number(Vec::new()),
-            Kind::Flag => Values::Flag(Vec::new()),
-            Kind::Text => Values::Text(Vec::new(), Vec::new()),
-        };
-        Self { present: Vec::new(), values }
+/// Writes a column of a group; an empty cell has the definition level 0.
+fn write<D: DataType>(
+    mut to: SerializedColumnWriter<'_>,
+    cells: impl Iterator<Item = Option<D::T>>,
+) -> Result<(), ParquetError> {
+    let (mut present, mut values) = (Vec::new(), Vec::new());
+    for cell in cells {
+        present.push(i16::from(cell.is_some()));
+        values.extend(cell);
     }
-
-    /// Appends a value of the column's kind; gives the bytes of a text.
-    fn push(&mut self, value: &Value<'_>) -> usize {
-        if value.is_empty() {
-            self.present.push(0);
-            return 0;
-        }
-        self.present.push(1);
-        match (&mut self.values, value) {
-            (Values::Whole(values), Value::Whole(whole)) => values.push(whole.cast_signed()),
-            (Values::Number(values), Value::Number(number)) => values.push(*number),
-            (Values::Flag(values), Value::Flag(flag)) => values.push(*flag),
-            (Values::Text(bytes, ends), Value::Text(text)) => {
-                bytes.extend_from_slice(text.as_bytes());
-                ends.push(bytes.len());
-                return text.len();
-            }
-            _ => unreachable!("the writer lets no other kind pass"),
-        }
-        0
-    }
+    to.typed::<D>().write_batch(&values, Some(&present), None)?;
+    to.close()
 }
 
 /// A column of the schema. Signed whole numbers are what every reader calls integers.

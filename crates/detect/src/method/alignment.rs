@@ -17,14 +17,14 @@ use standstill_interface::{
     Abc, AlphaBeta, Angle, Command, Dq, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
 };
 
-use crate::keys::{self, Keyed, Setting};
+use crate::keys::{Keyed, Setting, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
 use crate::parts::modulation::ModulationSettings;
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
 use crate::settings::{
-    LONGEST, Settings, SettingsError, require, require_positive, require_share, require_zero_or_more,
+    LONGEST, SettingsError, require, require_positive, require_share, require_zero_or_more,
 };
 
 /// Settings of the alignment.
@@ -74,11 +74,7 @@ impl<T: Real> AlignmentSettings<T> {
             periods,
             ramp: 200,
             hold: 1000,
-            settle: SettleSettings {
-                wait: Nanos::from_micros(2000),
-                threshold: drive.rated_current * T::of(0.025),
-                attempts: 500,
-            },
+            settle: SettleSettings::suited(drive, 2000, 500),
         }
     }
 
@@ -263,35 +259,18 @@ impl<T: Real> Sequence<T> for Alignment<T> {
         Ok(Step::Drive(command))
     }
 
-    fn findings(&self) -> &Findings<T> {
-        &self.findings
-    }
-
-    fn margin(&self) -> Margin<T> {
-        self.settler.margin
+    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
+        (&self.findings, self.settler.margin)
     }
 }
 
 impl<T: Real> Keyed for AlignmentSettings<T> {
-    const SETTINGS: &'static [Setting<Self>] = &[Setting::new(
-        &keys::COMPENSATION,
-        |s| Some(s.modulation.compensation()),
-        |s, value| s.modulation.set_compensation(value),
-    )];
-}
+    const TURNS_ROTOR: bool = true;
 
-impl<T: Real> Settings<T> for AlignmentSettings<T> {
-    type Detector = Alignment<T>;
+    const SETTINGS: &'static [Setting<Self>] =
+        &[place!(COMPENSATION, s => s.modulation => compensation, set_compensation)];
 
-    fn detector(&self) -> Result<Self::Detector, SettingsError> {
-        Alignment::new(*self)
-    }
-
-    fn carrier_period(&self) -> Option<Nanos> {
+    fn carrier(&self) -> Option<Nanos> {
         Some(self.modulation.carrier_period)
-    }
-
-    fn turns_rotor(&self) -> bool {
-        true
     }
 }

@@ -23,7 +23,7 @@ use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::link;
 use crate::parts::significance;
 use crate::parts::train::{GainComparison, Slot, Train};
-use crate::settings::{Settings, SettingsError, require};
+use crate::settings::{SettingsError, require};
 
 /// Settings of the bipolar method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -198,12 +198,8 @@ impl<T: Real> Sequence<T> for Bipolar<T> {
         })
     }
 
-    fn findings(&self) -> &Findings<T> {
-        &self.findings
-    }
-
-    fn margin(&self) -> Margin<T> {
-        self.train.margin
+    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
+        (&self.findings, self.train.margin)
     }
 }
 
@@ -234,17 +230,5 @@ impl<T: Real> Keyed for BipolarSettings<T> {
     fn describe(&self, line: &mut Lines<'_>) {
         self.0.train.describe(line);
         line("signature", format_args!("{}", self.0.signature.in_words()));
-    }
-}
-
-impl<T: Real> Settings<T> for BipolarSettings<T> {
-    type Detector = Bipolar<T>;
-
-    fn detector(&self) -> Result<Self::Detector, SettingsError> {
-        Bipolar::new(*self)
-    }
-
-    fn carrier_period(&self) -> Option<Nanos> {
-        None
     }
 }

@@ -3,12 +3,12 @@
 use core::convert::Infallible;
 use core::marker::PhantomData;
 
-use standstill_interface::{Fault, Findings, Nanos, Reading, Real, Step};
+use standstill_interface::{Fault, Findings, Reading, Real, Step};
 
 use super::Sequence;
 use crate::keys::{Keyed, Setting};
 use crate::parts::margin::Margin;
-use crate::settings::{Settings, SettingsError};
+use crate::settings::SettingsError;
 
 /// The place of a detector from elsewhere among the methods. No method of this crate: such detectors are made by their
 /// scenario, which knows the library, and not from these settings.
@@ -31,33 +31,22 @@ pub struct Foreign<T> {
     numbers: PhantomData<T>,
 }
 
+impl<T> Foreign<T> {
+    pub(super) fn new(_: ForeignSettings<T>) -> Result<Self, SettingsError> {
+        Err(SettingsError::own("a detector from a library is made by its scenario, for a case"))
+    }
+}
+
 impl<T: Real> Sequence<T> for Foreign<T> {
     fn next(&mut self, _: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
         match self.none {}
     }
 
-    fn findings(&self) -> &Findings<T> {
-        match self.none {}
-    }
-
-    fn margin(&self) -> Margin<T> {
+    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
         match self.none {}
     }
 }
 
 impl<T: Real> Keyed for ForeignSettings<T> {
     const SETTINGS: &'static [Setting<Self>] = &[];
-}
-
-impl<T: Real> Settings<T> for ForeignSettings<T> {
-    type Detector = Foreign<T>;
-
-    fn detector(&self) -> Result<Foreign<T>, SettingsError> {
-        Err(SettingsError::own("a detector from a library is made by its scenario, for a case"))
-    }
-
-    /// None: its PWM is made of single edges.
-    fn carrier_period(&self) -> Option<Nanos> {
-        None
-    }
 }

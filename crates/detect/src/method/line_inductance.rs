@@ -14,7 +14,7 @@ mod tests;
 
 use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage, Step};
 
-use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
+use crate::keys::{Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
@@ -24,7 +24,7 @@ use crate::parts::settle::{SettleSettings, Settler, link, seen};
 use crate::parts::significance;
 use crate::parts::train::LINES;
 use crate::settings::{
-    Decay, LONGEST, Settings, SettingsError, require, require_positive, require_share, require_zero_or_more,
+    Decay, LONGEST, SettingsError, require, require_positive, require_share, require_zero_or_more,
 };
 
 /// Settings of the paper's method.
@@ -89,11 +89,7 @@ impl<T: Real> LineInductanceSettings<T> {
             least_current: drive.rated_current * T::of(0.02),
             least_saliency: T::of(0.05),
             gain_tolerance: drive.gain_tolerance,
-            settle: SettleSettings {
-                wait: Nanos::from_micros(500),
-                threshold: drive.rated_current * T::of(0.025),
-                attempts: 400,
-            },
+            settle: SettleSettings::suited(drive, 500, 400),
             polarity: PolaritySettings::near_rated_current(
                 drive,
                 Signature::Normal,
@@ -324,15 +320,12 @@ impl<T: Real> Sequence<T> for LineInductance<T> {
         }
     }
 
-    fn findings(&self) -> &Findings<T> {
-        &self.findings
-    }
-
-    fn margin(&self) -> Margin<T> {
-        match &self.state {
+    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
+        let margin = match &self.state {
             State::Testing(test) => test.margin(),
             _ => self.settler.margin,
-        }
+        };
+        (&self.findings, margin)
     }
 }
 
@@ -343,11 +336,7 @@ impl<T: Real> Keyed for LineInductanceSettings<T> {
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
         place!(VECTOR_CURRENT, s => s.polarity.current, Value::of, real),
-        Setting::new(
-            &keys::POLE_ERROR,
-            |s| s.polarity.pole_error(),
-            |s, value| s.polarity.set_pole_error(value),
-        ),
+        place!(POLE_ERROR, s => s.polarity => pole_error, set_pole_error),
     ];
 
     fn describe(&self, line: &mut Lines<'_>) {
@@ -355,16 +344,8 @@ impl<T: Real> Keyed for LineInductanceSettings<T> {
         line("pulses", format_args!("{}", self.pulses));
         self.polarity.describe(line);
     }
-}
 
-impl<T: Real> Settings<T> for LineInductanceSettings<T> {
-    type Detector = LineInductance<T>;
-
-    fn detector(&self) -> Result<Self::Detector, SettingsError> {
-        LineInductance::new(*self)
-    }
-
-    fn carrier_period(&self) -> Option<Nanos> {
+    fn carrier(&self) -> Option<Nanos> {
         Some(self.polarity.carrier_period)
     }
 }

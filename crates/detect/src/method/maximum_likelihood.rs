@@ -277,11 +277,7 @@ impl<T: Real> Sequence<T> for MaximumLikelihood<T> {
         self.train.next().map(Step::Drive).ok_or(Fault::UnexpectedReadings)
     }
 
-    fn findings(&self) -> &Findings<T> {
-        &self.findings
-    }
-
-    fn margin(&self) -> Margin<T> {
-        self.train.margin
+    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
+        (&self.findings, self.train.margin)
     }
 }

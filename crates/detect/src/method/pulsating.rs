@@ -8,31 +8,20 @@
 //! axis. There I_q vanishes whatever V and Y0 are; they only show the way. For L_d > L_q, where Y1 is negative, both
 //! arguments change their sign.
 
-use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Nanos, Real};
+use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Real};
 
-use crate::keys::{Keyed, Setting};
-use crate::nameplate::Nameplate;
-use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings, keys_of_injection};
+use crate::parts::injection::{Clock, Demodulator, Injection, InjectionMethod, InjectionSettings};
 use crate::parts::margin::Margin;
 use crate::parts::significance;
-use crate::settings::{Settings, SettingsError};
 
 /// Settings of the pulsating injection.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PulsatingInjectionSettings<T>(pub InjectionSettings<T>);
-
-impl<T: Real> PulsatingInjectionSettings<T> {
-    /// For this motor and drive.
-    pub fn suited(drive: &Nameplate<T>) -> Self {
-        Self(InjectionSettings::pulsating(drive))
-    }
-}
+pub type PulsatingInjectionSettings<T> = InjectionMethod<T, Pulsating<T>>;
 
 /// The detector by pulsating injection.
 pub type PulsatingInjection<T> = Injection<T, Pulsating<T>>;
 
 /// A pulsating voltage along an axis that is corrected measurement by measurement.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulsating<T> {
     axis: Angle<T>,
     measurements: u8,
@@ -44,6 +33,11 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
     fn new() -> Self {
         let zero = T::zero();
         Self { axis: Angle::from_radians(zero), measurements: 0, sum: AlphaBeta::new(zero, zero) }
+    }
+
+    /// 6 measurements of 10 cycles, of which the first two of each are left to settle.
+    fn suited(settings: InjectionSettings<T>) -> InjectionSettings<T> {
+        InjectionSettings { ramp: 2, cycles: 8, iterations: 6, ..settings }
     }
 
     fn voltage(&self, s: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T> {
@@ -92,21 +86,5 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         self.axis = Angle::from_radians(self.axis.radians() + ahead);
         self.measurements += 1;
         Ok((self.measurements >= s.iterations).then_some(self.axis))
-    }
-}
-
-impl<T: Real> Keyed for PulsatingInjectionSettings<T> {
-    const SETTINGS: &'static [Setting<Self>] = keys_of_injection!();
-}
-
-impl<T: Real> Settings<T> for PulsatingInjectionSettings<T> {
-    type Detector = PulsatingInjection<T>;
-
-    fn detector(&self) -> Result<Self::Detector, SettingsError> {
-        Injection::of(self.0)
-    }
-
-    fn carrier_period(&self) -> Option<Nanos> {
-        Some(self.0.modulation.carrier_period)
     }
 }

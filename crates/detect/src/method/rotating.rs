@@ -7,32 +7,22 @@
 //! ```
 //! A shift of the time of all samples turns P and N against each other and cancels in the product.
 
-use standstill_interface::{AlphaBeta, Angle, Fault, Findings, Nanos, Real};
+use standstill_interface::{AlphaBeta, Angle, Fault, Findings, Real};
 
-use crate::keys::{Keyed, Lines, Microseconds, Setting};
-use crate::nameplate::Nameplate;
+use crate::keys::{Lines, Microseconds};
 use crate::parts::complex::{Complex, Turning};
-use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings, keys_of_injection};
+use crate::parts::injection::{Clock, Demodulator, Injection, InjectionMethod, InjectionSettings};
 use crate::parts::margin::Margin;
 use crate::parts::significance;
-use crate::settings::{Settings, SettingsError};
 
 /// Settings of the rotating injection.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RotatingInjectionSettings<T>(pub InjectionSettings<T>);
-
-impl<T: Real> RotatingInjectionSettings<T> {
-    /// For this motor and drive.
-    pub fn suited(drive: &Nameplate<T>) -> Self {
-        Self(InjectionSettings::rotating(drive))
-    }
-}
+pub type RotatingInjectionSettings<T> = InjectionMethod<T, Rotating<T>>;
 
 /// The detector by rotating injection.
 pub type RotatingInjection<T> = Injection<T, Rotating<T>>;
 
 /// A rotating voltage, and the current's parts that turn with it and against it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotating<T> {
     /// Sums of i e^{−jωt} and i e^{jωt}.
     positive: Complex<T>,
@@ -42,6 +32,14 @@ pub struct Rotating<T> {
 impl<T: Real> Demodulator<T> for Rotating<T> {
     fn new() -> Self {
         Self { positive: Complex::zero(), negative: Complex::zero() }
+    }
+
+    fn describe(s: &InjectionSettings<T>, line: &mut Lines<'_>) {
+        line("voltage", format_args!("{:.1} V", s.voltage));
+        line("cycle", format_args!("{}", Microseconds(s.modulation.carrier_period * u64::from(s.periods))));
+        line("ramp", format_args!("{} cycles", s.ramp));
+        line("cycles", format_args!("{}", s.cycles));
+        s.polarity.describe(line);
     }
 
     fn voltage(&self, s: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T> {
@@ -90,30 +88,5 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         significance::check(margin, ratio, significance::known(variance), s.least_saliency)?;
         findings.angle_deviation = Some(noise * T::of(1.0 / 6.0).sqrt() / (samples.sqrt() * negative));
         Ok(Some(Angle::from_radians(product.argument() / T::of(2.0))))
-    }
-}
-
-impl<T: Real> Keyed for RotatingInjectionSettings<T> {
-    const SETTINGS: &'static [Setting<Self>] = keys_of_injection!();
-
-    fn describe(&self, line: &mut Lines<'_>) {
-        let s = &self.0;
-        line("voltage", format_args!("{:.1} V", s.voltage));
-        line("cycle", format_args!("{}", Microseconds(s.modulation.carrier_period * u64::from(s.periods))));
-        line("ramp", format_args!("{} cycles", s.ramp));
-        line("cycles", format_args!("{}", s.cycles));
-        s.polarity.describe(line);
-    }
-}
-
-impl<T: Real> Settings<T> for RotatingInjectionSettings<T> {
-    type Detector = RotatingInjection<T>;
-
-    fn detector(&self) -> Result<Self::Detector, SettingsError> {
-        Injection::of(self.0)
-    }
-
-    fn carrier_period(&self) -> Option<Nanos> {
-        Some(self.0.modulation.carrier_period)
     }
 }

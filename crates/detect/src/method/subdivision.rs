@@ -13,17 +13,15 @@ mod tests;
 
 use standstill_interface::{AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Step};
 
-use crate::keys::{self, Keyed, Setting, Value, place};
+use crate::keys::{Keyed, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
 use crate::parts::margin::Margin;
-use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, SequentialSettings};
+use crate::parts::polarity::{PolaritySettings, PolarityTest};
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
 use crate::parts::significance;
-use crate::settings::{
-    Settings, SettingsError, require, require_positive, require_share, require_zero_or_more,
-};
+use crate::settings::{SettingsError, require, require_positive, require_share, require_zero_or_more};
 
 /// Settings of the pulse subdivision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,21 +46,13 @@ impl<T: Real> SubdivisionSettings<T> {
     /// For this motor and drive: vectors to the rated current (92 V for 1 ms on the paper's motor), 10 ms of rest.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         Self {
-            vector: PolaritySettings::near_rated_current(
-                drive,
-                drive.signature,
-                PolarityRule::Sequential(SequentialSettings::new(drive.polarity_difference)),
-            ),
+            vector: PolaritySettings::sequential(drive),
             d_axis_inductance: drive.d_axis_inductance,
             halvings: 4,
             saliency: drive.saliency(),
             least_saliency: T::of(0.02),
             gain_tolerance: drive.gain_tolerance,
-            settle: SettleSettings {
-                wait: Nanos::from_micros(10_000),
-                threshold: drive.rated_current * T::of(0.025),
-                attempts: 20,
-            },
+            settle: SettleSettings::suited(drive, 10_000, 20),
         }
     }
 
@@ -226,15 +216,12 @@ impl<T: Real> Sequence<T> for Subdivision<T> {
         Ok(Step::Drive(command))
     }
 
-    fn findings(&self) -> &Findings<T> {
-        &self.findings
-    }
-
-    fn margin(&self) -> Margin<T> {
-        match &self.state {
+    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
+        let margin = match &self.state {
             State::Testing(test) => test.margin(),
             _ => self.settler.margin,
-        }
+        };
+        (&self.findings, margin)
     }
 }
 
@@ -243,18 +230,10 @@ impl<T: Real> Keyed for SubdivisionSettings<T> {
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
         place!(VECTOR_CURRENT, s => s.vector.current, Value::of, real),
-        Setting::new(&keys::POLE_ERROR, |s| s.vector.pole_error(), |s, value| s.vector.set_pole_error(value)),
+        place!(POLE_ERROR, s => s.vector => pole_error, set_pole_error),
     ];
-}
 
-impl<T: Real> Settings<T> for SubdivisionSettings<T> {
-    type Detector = Subdivision<T>;
-
-    fn detector(&self) -> Result<Self::Detector, SettingsError> {
-        Subdivision::new(*self)
-    }
-
-    fn carrier_period(&self) -> Option<Nanos> {
+    fn carrier(&self) -> Option<Nanos> {
         Some(self.vector.carrier_period)
     }
 }

@@ -9,14 +9,17 @@
 #[cfg(test)]
 mod tests;
 
+use core::marker::PhantomData;
+
 use standstill_interface::{Abc, AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Step};
 
+use crate::keys::{Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
 use crate::parts::margin::Margin;
 use crate::parts::modulation::ModulationSettings;
-use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, SequentialSettings};
+use crate::parts::polarity::{PolaritySettings, PolarityTest};
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
 use crate::parts::significance;
 use crate::settings::{SettingsError, require, require_positive, require_share, require_zero_or_more};
@@ -55,7 +58,8 @@ pub struct InjectionSettings<T> {
 }
 
 impl<T: Real> InjectionSettings<T> {
-    /// 500 Hz on a carrier of 10 kHz, a voltage that makes a quarter of the rated current (60 V on the paper's motor).
+    /// 500 Hz on a carrier of 10 kHz, a voltage that makes a quarter of the rated current (60 V on the paper's motor); 10 cycles of
+    /// ramp, 50 of measurement.
     fn suited(drive: &Nameplate<T>) -> Self {
         let periods = 20_u16;
         let cycle = T::of(drive.carrier_period.seconds() * f64::from(periods));
@@ -75,27 +79,9 @@ impl<T: Real> InjectionSettings<T> {
             least_saliency: T::of(0.02),
             gain_tolerance: drive.gain_tolerance,
             least_current: drive.rated_current * T::of(0.02),
-            settle: SettleSettings {
-                wait: Nanos::from_micros(500),
-                threshold: drive.rated_current * T::of(0.025),
-                attempts: 400,
-            },
-            polarity: PolaritySettings::near_rated_current(
-                drive,
-                drive.signature,
-                PolarityRule::Sequential(SequentialSettings::new(drive.polarity_difference)),
-            ),
+            settle: SettleSettings::suited(drive, 500, 400),
+            polarity: PolaritySettings::sequential(drive),
         }
-    }
-
-    /// A rotating injection: 10 cycles of ramp, 50 of measurement.
-    pub fn rotating(drive: &Nameplate<T>) -> Self {
-        Self::suited(drive)
-    }
-
-    /// A pulsating injection: 6 measurements of 10 cycles, of which the first two of each are left to settle.
-    pub fn pulsating(drive: &Nameplate<T>) -> Self {
-        Self { ramp: 2, cycles: 8, iterations: 6, ..Self::suited(drive) }
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
@@ -176,9 +162,17 @@ impl Clock {
 }
 
 /// What is injected and how its answer is read.
-pub trait Demodulator<T: Real> {
+pub trait Demodulator<T: Real>: 'static {
     /// Before the first measurement.
     fn new() -> Self;
+
+    /// Its settings, from those that suit any injection.
+    fn suited(settings: InjectionSettings<T>) -> InjectionSettings<T> {
+        settings
+    }
+
+    /// See [`Keyed::describe`].
+    fn describe(_: &InjectionSettings<T>, _: &mut Lines<'_>) {}
 
     /// The voltage in V of a carrier period.
     fn voltage(&self, settings: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T>;
@@ -196,6 +190,17 @@ pub trait Demodulator<T: Real> {
         findings: &mut Findings<T>,
         margin: &mut Margin<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>>;
+}
+
+/// Settings of an injection of the kind that `D` is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InjectionMethod<T, D>(pub InjectionSettings<T>, pub PhantomData<D>);
+
+impl<T: Real, D: Demodulator<T>> InjectionMethod<T, D> {
+    /// For this motor and drive.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        Self(D::suited(InjectionSettings::suited(drive)), PhantomData)
+    }
 }
 
 /// What the last command was.
@@ -222,7 +227,7 @@ pub struct Injection<T, D> {
 }
 
 impl<T: Real, D: Demodulator<T>> Injection<T, D> {
-    pub(crate) fn of(settings: InjectionSettings<T>) -> Result<Self, SettingsError> {
+    pub(crate) fn new(InjectionMethod(settings, _): InjectionMethod<T, D>) -> Result<Self, SettingsError> {
         settings.check()?;
         let zero = T::zero();
         Ok(Self {
@@ -305,37 +310,30 @@ impl<T: Real, D: Demodulator<T>> Sequence<T> for Injection<T, D> {
         Ok(Step::Drive(command))
     }
 
-    fn findings(&self) -> &Findings<T> {
-        &self.findings
-    }
-
-    fn margin(&self) -> Margin<T> {
-        match &self.state {
+    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
+        let margin = match &self.state {
             State::Testing(test) => test.margin(),
             _ => self.settler.margin,
-        }
+        };
+        (&self.findings, margin)
     }
 }
 
-/// The keys of a method by injection, whose settings are a [`InjectionSettings`] of its own kind.
-macro_rules! keys_of_injection {
-    () => {
-        &[
-            crate::keys::place!(LEAST_SALIENCY, s => s.0.least_saliency, crate::keys::Value::of, real),
-            crate::keys::place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, crate::keys::Value::of, real),
-            crate::keys::place!(VECTOR_CURRENT, s => s.0.polarity.current, crate::keys::Value::of, real),
-            crate::keys::Setting::new(
-                &crate::keys::POLE_ERROR,
-                |s| s.0.polarity.pole_error(),
-                |s, value| s.0.polarity.set_pole_error(value),
-            ),
-            crate::keys::place!(VOLTAGE, s => s.0.voltage, crate::keys::Value::of, real),
-            crate::keys::Setting::new(
-                &crate::keys::COMPENSATION,
-                |s| Some(s.0.modulation.compensation()),
-                |s, value| s.0.modulation.set_compensation(value),
-            ),
-        ]
-    };
+impl<T: Real, D: Demodulator<T>> Keyed for InjectionMethod<T, D> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
+        place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, Value::of, real),
+        place!(VECTOR_CURRENT, s => s.0.polarity.current, Value::of, real),
+        place!(POLE_ERROR, s => s.0.polarity => pole_error, set_pole_error),
+        place!(VOLTAGE, s => s.0.voltage, Value::of, real),
+        place!(COMPENSATION, s => s.0.modulation => compensation, set_compensation),
+    ];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        D::describe(&self.0, line);
+    }
+
+    fn carrier(&self) -> Option<Nanos> {
+        Some(self.0.modulation.carrier_period)
+    }
 }
-pub(crate) use keys_of_injection;

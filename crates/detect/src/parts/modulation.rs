@@ -34,8 +34,8 @@ impl<T: Real> ModulationSettings<T> {
     }
 
     /// Whether dead time or drops are compensated.
-    pub(crate) fn compensation(&self) -> Value {
-        Value::Flag(self.dead_time > Nanos::ZERO || self.drop > T::zero())
+    pub(crate) fn compensation(&self) -> Option<Value> {
+        Some(Value::Flag(self.dead_time > Nanos::ZERO || self.drop > T::zero()))
     }
 
     /// Leaves both uncompensated if it is not to be; what to compensate is known from the drive.

@@ -5,6 +5,7 @@ mod tests;
 
 use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
 
+use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
 use crate::settings::{LONGEST, SettingsError, require, require_positive};
 
@@ -25,6 +26,11 @@ pub struct SettleSettings<T> {
 }
 
 impl<T: Real> SettleSettings<T> {
+    /// Waits of so many µs, until 2.5 % of the rated current are left.
+    pub(crate) fn suited(drive: &Nameplate<T>, micros: u64, attempts: u16) -> Self {
+        Self { wait: Nanos::from_micros(micros), threshold: drive.rated_current * T::of(0.025), attempts }
+    }
+
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         require(self.wait.0 >= 5 && self.wait <= LONGEST, "settle.wait", "from 5 ns to a minute")?;
         require_positive(self.threshold, "settle.threshold")?;

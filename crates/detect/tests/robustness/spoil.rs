@@ -1,9 +1,8 @@
 //! Settings that no engineer would choose.
 
 use standstill_detect::{
-    Adaptive, BipolarSettings, BothWaysSettings, Correction, Method, ModulationSettings, PolarityRule,
-    PolaritySettings, PulsatingInjectionSettings, PulseTrainSettings, RotatingInjectionSettings,
-    SequentialSettings, SettleSettings, Signature,
+    Adaptive, BipolarSettings, BothWaysSettings, Correction, InjectionMethod, Method, ModulationSettings,
+    PolarityRule, PolaritySettings, PulseTrainSettings, SequentialSettings, SettleSettings, Signature,
 };
 use standstill_interface::{Nanos, Real};
 
@@ -107,23 +106,24 @@ pub fn spoil<T: Real>(method: &mut Method<T>, random: &mut Random) {
             3 => spoil_settle(&mut s.settle, random),
             _ => spoil_polarity(&mut s.vector, random),
         },
-        Method::HfiRotating(RotatingInjectionSettings(s))
-        | Method::HfiPulsating(PulsatingInjectionSettings(s)) => match random.below(14) {
-            0 => s.voltage = random.any(),
-            1 => s.periods = random.count(),
-            2 => s.ramp = random.count(),
-            3 => s.cycles = random.count(),
-            4 => s.iterations = random.small(),
-            5 => s.resistance = random.any(),
-            6 => s.d_axis_inductance = random.any(),
-            7 => s.q_axis_inductance = random.any(),
-            8 => s.least_saliency = random.any(),
-            9 => s.least_current = random.any(),
-            10 => spoil_settle(&mut s.settle, random),
-            11 => spoil_polarity(&mut s.polarity, random),
-            12 => (s.ramp, s.cycles) = (random.count(), random.count()),
-            _ => spoil_modulation(&mut s.modulation, random),
-        },
+        Method::HfiRotating(InjectionMethod(s, ..)) | Method::HfiPulsating(InjectionMethod(s, ..)) => {
+            match random.below(14) {
+                0 => s.voltage = random.any(),
+                1 => s.periods = random.count(),
+                2 => s.ramp = random.count(),
+                3 => s.cycles = random.count(),
+                4 => s.iterations = random.small(),
+                5 => s.resistance = random.any(),
+                6 => s.d_axis_inductance = random.any(),
+                7 => s.q_axis_inductance = random.any(),
+                8 => s.least_saliency = random.any(),
+                9 => s.least_current = random.any(),
+                10 => spoil_settle(&mut s.settle, random),
+                11 => spoil_polarity(&mut s.polarity, random),
+                12 => (s.ramp, s.cycles) = (random.count(), random.count()),
+                _ => spoil_modulation(&mut s.modulation, random),
+            }
+        }
         Method::DcAlignment(s) => match random.below(10) {
             0 => s.current = random.any(),
             1 => s.resistance = random.any(),

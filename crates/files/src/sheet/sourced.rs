@@ -7,6 +7,7 @@ use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use standstill_quantity::{Number, Quantity, Unit};
 
+use super::Entry;
 use crate::table::{Keyed, TableError};
 
 /// Where a number comes from.
@@ -53,6 +54,25 @@ impl<U: Unit> Sourced<U> {
     pub fn of(from: toml::Value) -> Result<Self, TableError> {
         let (value, source, reason) = of_value(Number(U::DIMENSION), from)?;
         Ok(Self { value: Quantity::si(value), source, reason })
+    }
+}
+
+/// A number that is given, or may be.
+pub trait Stated {
+    /// As an entry under this key of a table.
+    fn entry(&self, table: &str, key: &str) -> Option<Entry>;
+}
+
+impl<U: Unit> Stated for Sourced<U> {
+    fn entry(&self, table: &str, key: &str) -> Option<Entry> {
+        let (key, value) = (format!("{table}.{key}"), self.value.to_string());
+        Some(Entry { key, value, source: self.source, reason: self.reason.trim().to_owned() })
+    }
+}
+
+impl<S: Stated> Stated for Option<S> {
+    fn entry(&self, table: &str, key: &str) -> Option<Entry> {
+        self.as_ref()?.entry(table, key)
     }
 }
 

@@ -8,13 +8,12 @@ mod numbers;
 mod reader;
 mod whole;
 
-use standstill_files::sheet::{NameplateTable, SharesTable, Source, Sourced};
+use standstill_files::sheet::{Entry, NameplateTable, SharesTable, Source, Sourced, Stated};
 use standstill_quantity::unit::Share;
 
 pub(super) use self::given::stands_for;
 pub use self::numbers::NameplateNumber;
 pub(super) use self::reader::spelled_out;
-use super::{Entry, entry};
 use crate::{Algebraic, Core, Falls, Linear, Magnetics, Winding};
 
 fn falls(shares: &SharesTable) -> Falls {
@@ -45,20 +44,24 @@ fn assumed_minus_d(nameplate: &NameplateTable) -> Option<f64> {
 }
 
 pub(super) fn entries(nameplate: &NameplateTable) -> Vec<Entry> {
-    let table = "nameplate";
-    let mut entries = vec![
-        entry(table, "pole_pairs", &nameplate.pole_pairs),
-        entry(table, "resistance", &nameplate.resistance),
-        entry(table, "L_d", &nameplate.d_axis_inductance),
-        entry(table, "L_q", &nameplate.q_axis_inductance),
-        entry(table, "magnet_flux", &nameplate.magnet_flux),
-        entry(table, "rated_current", &nameplate.rated_current),
-        entry(table, "dc_link", &nameplate.dc_link),
+    let NameplateTable { pole_pairs, resistance, d_axis_inductance, q_axis_inductance, .. } = nameplate;
+    let NameplateTable { magnet_flux, rated_current, dc_link, power, .. } = nameplate;
+    let NameplateTable { rated_speed, rated_torque, leakage, .. } = nameplate;
+    let numbers: [(&str, &dyn Stated); 11] = [
+        ("pole_pairs", pole_pairs),
+        ("resistance", resistance),
+        ("L_d", d_axis_inductance),
+        ("L_q", q_axis_inductance),
+        ("magnet_flux", magnet_flux),
+        ("rated_current", rated_current),
+        ("dc_link", dc_link),
+        ("power", power),
+        ("rated_speed", rated_speed),
+        ("rated_torque", rated_torque),
+        ("leakage", leakage),
     ];
-    entries.extend(nameplate.power.as_ref().map(|from| entry(table, "power", from)));
-    entries.extend(nameplate.rated_speed.as_ref().map(|from| entry(table, "rated_speed", from)));
-    entries.extend(nameplate.rated_torque.as_ref().map(|from| entry(table, "rated_torque", from)));
-    entries.extend(nameplate.leakage.as_ref().map(|from| entry(table, "leakage", from)));
+    let mut entries: Vec<Entry> =
+        numbers.into_iter().filter_map(|(key, number)| number.entry("nameplate", key)).collect();
     let percent = |key: &str, value: f64, source: Source, reason: &str| Entry {
         key: format!("nameplate.saturation.{key}"),
         value: format!("{} %", standstill_quantity::rounded((1e4 * value).round() * 1e-4, 2)),

@@ -2,13 +2,13 @@
 
 use standstill_interface::{Nanos, Real};
 
-use super::{MOST_SAMPLES, MaximumLikelihood};
+use super::MOST_SAMPLES;
 use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::polarity::Signature;
 use crate::parts::train::{PulseTrainSettings, ZEROING_INTERVAL, rest_after};
-use crate::settings::{Settings, SettingsError, require, require_positive};
+use crate::settings::{SettingsError, require, require_positive};
 
 /// When to stop lengthening the pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -178,17 +178,5 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
             line("sensing.bandwidth", format_args!("{:.1} kHz", bandwidth / T::of(1e3)));
         }
         line("signature", format_args!("{}", self.pulses.signature.in_words()));
-    }
-}
-
-impl<T: Real> Settings<T> for MaximumLikelihoodSettings<T> {
-    type Detector = MaximumLikelihood<T>;
-
-    fn detector(&self) -> Result<Self::Detector, SettingsError> {
-        MaximumLikelihood::new(*self)
-    }
-
-    fn carrier_period(&self) -> Option<Nanos> {
-        None
     }
 }

@@ -5,6 +5,7 @@ use standstill_interface::{Abc, Detector, Leg, Outcome, Sensed};
 
 use super::*;
 use crate::parts::polarity::Signature;
+use crate::parts::polarity::{PolarityRule, SequentialSettings};
 
 fn settings(saliency: SaliencySign, halvings: u8) -> SubdivisionSettings<f64> {
     SubdivisionSettings {

@@ -227,8 +227,8 @@ impl Demodulator<f64> for Probe {
 
 #[test]
 fn law_a_measurement_begins_after_its_ramp_and_has_no_offsets() {
-    let s = InjectionSettings { ramp: 3, cycles: 4, ..InjectionSettings::rotating(&nameplate(10e-3, 17e-3)) };
-    let mut detector = Injection::<f64, Probe>::of(s).expect("settings");
+    let s = InjectionSettings { ramp: 3, cycles: 4, ..InjectionSettings::suited(&nameplate(10e-3, 17e-3)) };
+    let mut detector = Injection::<f64, Probe>::new(InjectionMethod(s, PhantomData)).expect("settings");
     let reading = Reading {
         at: Nanos::ZERO,
         current: Abc::new(0.1, -0.05, 0.02),

@@ -97,6 +97,12 @@ impl<T: Real> PolaritySettings<T> {
         }
     }
 
+    /// Such vectors until the pole is certain enough, by the motor's signature.
+    pub(crate) fn sequential(drive: &Nameplate<T>) -> Self {
+        let rule = PolarityRule::Sequential(SequentialSettings::new(drive.polarity_difference));
+        Self::near_rated_current(drive, drive.signature, rule)
+    }
+
     /// What an engineer would copy into a drive.
     pub(crate) fn describe(&self, line: &mut Lines<'_>) {
         line("polarity.current", format_args!("{:.3} A", self.current));
