@@ -87,7 +87,13 @@ pub struct MapError {
 
 impl MapError {
     /// Of what was found in this file, at this place, where something else is needed.
-    pub fn new(file: &str, place: Option<&dyn fmt::Display>, found: String, needed: String) -> Self {
+    pub fn new(
+        file: &str,
+        place: Option<&dyn fmt::Display>,
+        found: impl Into<String>,
+        needed: impl Into<String>,
+    ) -> Self {
+        let (found, needed) = (found.into(), needed.into());
         Self { file: file.to_owned(), place: place.map(ToString::to_string), found, needed }
     }
 }
@@ -117,23 +123,22 @@ impl MapSamples {
     /// The same with what its user says of it.
     pub fn read_as(path: &Path, files: &Files, layout: &MapLayout) -> Result<Self, MapError> {
         let file = path.display().to_string();
+        let wrong = |found: String, needed: &str| MapError::new(&file, None, found, needed);
         let extension =
             path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
         if !Self::EXTENSIONS.contains(&extension.as_str()) {
-            let found = format!("a file ending in `{extension}`");
-            return Err(MapError::new(&file, None, found, format!("one of {}", Self::EXTENSIONS.join(", "))));
+            let needed = format!("one of {}", Self::EXTENSIONS.join(", "));
+            return Err(wrong(format!("a file ending in `{extension}`"), &needed));
         }
-        if layout.columns.is_some() && ["npz", "mat"].contains(&extension.as_str()) {
-            let needed = "a text: the arrays of other files have names".to_owned();
-            return Err(MapError::new(&file, None, "columns for a file of arrays".to_owned(), needed));
+        let arrays = ["npz", "mat"].contains(&extension.as_str());
+        if layout.columns.is_some() && arrays {
+            let needed = "a text: the arrays of other files have names";
+            return Err(wrong("columns for a file of arrays".to_owned(), needed));
         }
-        let unreadable = |error: std::io::Error| {
-            MapError::new(&file, None, format!("cannot be read: {error}"), String::new())
-        };
-        let bytes = files.read(path).map_err(unreadable)?;
-        if bytes.is_empty() && ["npz", "mat"].contains(&extension.as_str()) {
+        let bytes = files.read(path).map_err(|error| wrong(format!("cannot be read: {error}"), ""))?;
+        if bytes.is_empty() && arrays {
             let needed = format!("a flux map as `{extension}` file, with its currents and fluxes");
-            return Err(MapError::new(&file, None, "an empty file".to_owned(), needed));
+            return Err(wrong("an empty file".to_owned(), &needed));
         }
         let samples = match extension.as_str() {
             "npz" => npz::read(&file, &bytes),

@@ -85,13 +85,105 @@ impl Variable {
     }
 }
 
+impl Kind {
+    /// Name of its elements.
+    fn element(self, version: Version) -> &'static str {
+        match (self, version) {
+            (Self::Real, Version::Two) => "Real",
+            (Self::Real, Version::Three) => "Float64",
+            (Self::Integer, Version::Two) => "Integer",
+            (Self::Integer, Version::Three) => "Int32",
+            (Self::Boolean, _) => "Boolean",
+            (Self::Clock, _) => "Clock",
+        }
+    }
+}
+
 impl Model {
     /// The description by which an importer knows the FMU.
     pub fn description(&self, version: Version) -> String {
-        match version {
-            Version::Two => self.second(),
-            Version::Three => self.third(),
+        let (two, drive) = (version == Version::Two, self.part == Part::Drive);
+        let (number, token, more) = match version {
+            Version::Two => ("2.0", "guid", " numberOfEventIndicators=\"0\""),
+            Version::Three => ("3.0", "instantiationToken", ""),
+        };
+        let period = self.period().seconds();
+        let abilities = match version {
+            Version::Two => vec![
+                ("canHandleVariableCommunicationStepSize", Some((!drive).to_string())),
+                ("canNotUseMemoryManagementFunctions", Some("true".to_owned())),
+                ("canGetAndSetFMUstate", Some("true".to_owned())),
+            ],
+            Version::Three => vec![
+                ("canGetAndSetFMUState", Some("true".to_owned())),
+                ("canHandleVariableCommunicationStepSize", Some((!drive).to_string())),
+                ("fixedInternalStepSize", drive.then(|| format!("{period:?}"))),
+                ("hasEventMode", Some(drive.to_string())),
+            ],
+        };
+        let clock = self.variables.iter().position(|variable| variable.kind == Kind::Clock);
+        let (mut variables, mut outputs, mut unknowns) = (String::new(), String::new(), String::new());
+        for (place, (reference, variable)) in (1..).zip(self.listed(version)) {
+            let clocked = clock.filter(|_| !two && variable.is_clocked());
+            let common = attributes(&[
+                ("name", Some(variable.name.clone())),
+                ("valueReference", Some(reference.to_string())),
+                ("description", Some(variable.about.clone())),
+                ("causality", Some(variable.causality().to_owned())),
+                ("variability", Some(variable.variability().to_owned())),
+                ("clocks", clocked.map(|clock| clock.to_string())),
+                ("initial", variable.initial().map(str::to_owned)),
+            ]);
+            let numbers = match variable.kind {
+                Kind::Clock => {
+                    format!(" intervalVariability=\"constant\" intervalDecimal=\"{period:?}\"")
+                }
+                _ => variable.numbers(),
+            };
+            let kind = variable.kind.element(version);
+            variables += &if two {
+                format!("    <ScalarVariable{common}><{kind}{numbers}/></ScalarVariable>\n")
+            } else {
+                format!("    <{kind}{common}{numbers}/>\n")
+            };
+            if variable.is_output() {
+                // What goes in shows a step later.
+                outputs += &if two {
+                    format!("      <Unknown index=\"{place}\" dependencies=\"\"/>\n")
+                } else {
+                    format!("    <Output valueReference=\"{reference}\" dependencies=\"\"/>\n")
+                };
+                unknowns += &match clocked {
+                    Some(_) => String::new(),
+                    None if two => format!("      <Unknown index=\"{place}\"/>\n"),
+                    None => format!("    <InitialUnknown valueReference=\"{reference}\"/>\n"),
+                };
+            }
         }
+        if two {
+            outputs = format!("    <Outputs>\n{outputs}    </Outputs>\n");
+            unknowns = format!("    <InitialUnknowns>\n{unknowns}    </InitialUnknowns>\n");
+        }
+        [
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription",
+            &self.head(number, token),
+            more,
+            ">\n  <CoSimulation modelIdentifier=\"",
+            self.part.name(),
+            "\"",
+            &attributes(&abilities),
+            "/>\n",
+            &self.units(),
+            "  <LogCategories><Category name=\"error\" description=\"What went wrong\"/></LogCategories>\n",
+            &self.experiment(),
+            "  <ModelVariables>\n",
+            &variables,
+            "  </ModelVariables>\n  <ModelStructure>\n",
+            &outputs,
+            &unknowns,
+            "  </ModelStructure>\n</fmiModelDescription>\n",
+        ]
+        .concat()
     }
 
     fn about(&self) -> String {
@@ -149,117 +241,5 @@ impl Model {
             version == Version::Three || !matches!(variable.role, Role::Time | Role::Clock)
         };
         self.variables.iter().enumerate().filter(move |(_, variable)| has(variable))
-    }
-
-    fn second(&self) -> String {
-        let mut text = format!(
-            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription{} numberOfEventIndicators=\"0\">\n",
-            self.head("2.0", "guid")
-        );
-        let _ = writeln!(
-            text,
-            "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"{}\" canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\"/>",
-            self.part.name(),
-            self.part == Part::Motor
-        );
-        text += &self.units();
-        text +=
-            "  <LogCategories><Category name=\"error\" description=\"What went wrong\"/></LogCategories>\n";
-        text += &self.experiment();
-        text += "  <ModelVariables>\n";
-        let (mut outputs, mut unknowns) = (String::new(), String::new());
-        for (place, (reference, variable)) in self.listed(Version::Two).enumerate() {
-            let kind = match variable.kind {
-                Kind::Real => "Real",
-                Kind::Integer => "Integer",
-                Kind::Boolean => "Boolean",
-                Kind::Clock => continue,
-            };
-            let common = attributes(&[
-                ("name", Some(variable.name.clone())),
-                ("valueReference", Some(reference.to_string())),
-                ("description", Some(variable.about.clone())),
-                ("causality", Some(variable.causality().to_owned())),
-                ("variability", Some(variable.variability().to_owned())),
-                ("initial", variable.initial().map(str::to_owned)),
-            ]);
-            let _ = writeln!(
-                text,
-                "    <ScalarVariable{common}><{kind}{}/></ScalarVariable>",
-                variable.numbers()
-            );
-            if variable.is_output() {
-                // What goes in shows a step later.
-                let _ = writeln!(outputs, "      <Unknown index=\"{}\" dependencies=\"\"/>", place + 1);
-                let _ = writeln!(unknowns, "      <Unknown index=\"{}\"/>", place + 1);
-            }
-        }
-        text + "  </ModelVariables>\n  <ModelStructure>\n    <Outputs>\n"
-            + &outputs
-            + "    </Outputs>\n    <InitialUnknowns>\n"
-            + &unknowns
-            + "    </InitialUnknowns>\n  </ModelStructure>\n</fmiModelDescription>\n"
-    }
-
-    fn third(&self) -> String {
-        let mut text = format!(
-            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription{}>\n",
-            self.head("3.0", "instantiationToken")
-        );
-        let drive = self.part == Part::Drive;
-        let fixed = if drive {
-            format!(" fixedInternalStepSize=\"{:?}\"", self.period().seconds())
-        } else {
-            String::new()
-        };
-        let _ = writeln!(
-            text,
-            "  <CoSimulation modelIdentifier=\"{}\" canGetAndSetFMUState=\"true\" canHandleVariableCommunicationStepSize=\"{}\"{fixed} hasEventMode=\"{drive}\"/>",
-            self.part.name(),
-            !drive
-        );
-        text += &self.units();
-        text +=
-            "  <LogCategories><Category name=\"error\" description=\"What went wrong\"/></LogCategories>\n";
-        text += &self.experiment();
-        text += "  <ModelVariables>\n";
-        let clock = self.variables.iter().position(|variable| variable.kind == Kind::Clock);
-        let (mut outputs, mut unknowns) = (String::new(), String::new());
-        for (reference, variable) in self.listed(Version::Three) {
-            let kind = match variable.kind {
-                Kind::Real => "Float64",
-                Kind::Integer => "Int32",
-                Kind::Boolean => "Boolean",
-                Kind::Clock => "Clock",
-            };
-            let clocked = clock.filter(|_| variable.is_clocked());
-            let common = attributes(&[
-                ("name", Some(variable.name.clone())),
-                ("valueReference", Some(reference.to_string())),
-                ("description", Some(variable.about.clone())),
-                ("causality", Some(variable.causality().to_owned())),
-                ("variability", Some(variable.variability().to_owned())),
-                ("clocks", clocked.map(|clock| clock.to_string())),
-                ("initial", variable.initial().map(str::to_owned)),
-            ]);
-            let numbers = match variable.kind {
-                Kind::Clock => format!(
-                    " intervalVariability=\"constant\" intervalDecimal=\"{:?}\"",
-                    self.period().seconds()
-                ),
-                _ => variable.numbers(),
-            };
-            let _ = writeln!(text, "    <{kind}{common}{numbers}/>");
-            if variable.is_output() {
-                let _ = writeln!(outputs, "    <Output valueReference=\"{reference}\" dependencies=\"\"/>");
-                if clocked.is_none() {
-                    let _ = writeln!(unknowns, "    <InitialUnknown valueReference=\"{reference}\"/>");
-                }
-            }
-        }
-        text + "  </ModelVariables>\n  <ModelStructure>\n"
-            + &outputs
-            + &unknowns
-            + "  </ModelStructure>\n</fmiModelDescription>\n"
     }
 }

@@ -35,6 +35,22 @@ macro_rules! exported {
 }
 pub(crate) use exported;
 
+/// Functions of kinds of values that there are none of, and of abilities that the description does not claim.
+macro_rules! without {
+    ($($what:literal: $($name:ident($($type:ty),*)),*;)*) => {
+        $($(/// Not claimed by the description; an error.
+        ///
+        /// # Safety
+        /// A component.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(component: *mut Component $(, _: $type)*) -> c_int {
+            // SAFETY: as the importer promises.
+            unsafe { $crate::exported::with(component, |_| Err(concat!("it has no ", $what).to_owned())) }
+        })*)*
+    };
+}
+pub(crate) use without;
+
 /// Does something with a component and turns what went wrong into a message and a status.
 ///
 /// # Safety

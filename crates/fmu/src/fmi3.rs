@@ -9,7 +9,7 @@ use std::ffi::{c_char, c_int, c_void};
 use std::ptr::null_mut;
 
 use crate::exported::{
-    self, ERROR, OK, exported, free_state, freed, get, get_state, made, set, set_state, whole, with,
+    self, ERROR, OK, exported, free_state, freed, get, get_state, made, set, set_state, whole,
 };
 use crate::instance::{Instance, Phase, State};
 use crate::log::{c_text, folder, guarded, text};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use standstill_interface::Sensed;
+use standstill_interface::{Sensed, choice};
 use standstill_scenario::{Document, FileError, Origin};
 use toml::Value;
 
@@ -17,33 +17,21 @@ const OFF: f64 = 2e-9;
 /// And relative to the time: the last digits of sums and products.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
-/// Where an instance is between its creation and its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Phase {
-    /// Parameters may be set.
-    Instantiated,
-    /// The same; outputs can be read.
-    Initialising,
-    /// Steps may be taken.
-    Stepping,
-    /// At an event (FMI 3.0).
-    AtEvent,
-    /// Only the last values can be read.
-    Terminated,
-    /// A step failed.
-    Failed,
-}
-
-impl Phase {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Instantiated => "instantiated",
-            Self::Initialising => "in initialization mode",
-            Self::Stepping => "in step mode",
-            Self::AtEvent => "in event mode",
-            Self::Terminated => "terminated",
-            Self::Failed => "in error",
-        }
+choice! {
+    /// Where an instance is between its creation and its end.
+    pub enum Phase {
+        /// Parameters may be set.
+        Instantiated = "instantiated",
+        /// The same; outputs can be read.
+        Initialising = "in initialization mode",
+        /// Steps may be taken.
+        Stepping = "in step mode",
+        /// At an event (FMI 3.0).
+        AtEvent = "in event mode",
+        /// Only the last values can be read.
+        Terminated = "terminated",
+        /// A step failed.
+        Failed = "in error",
     }
 }
 

@@ -67,7 +67,7 @@ impl<T: Real> PoleEvidence<T> {
 }
 
 /// What a detector learnt about the motor on the way. A method fills in what it measures.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Findings<T> {
     /// Line inductances L_AB, L_BC, L_CA in H.
     pub line_inductance: Option<Abc<T>>,
@@ -93,23 +93,6 @@ pub struct Findings<T> {
     /// kept its limit, less one. Negative where one did. None of a detector that does not say, or that checked nothing with a
     /// limit: a clipped current, say, has none.
     pub fault_margin: Option<T>,
-}
-
-impl<T> Default for Findings<T> {
-    fn default() -> Self {
-        Self {
-            line_inductance: None,
-            line_resistance: None,
-            mean_inductance: None,
-            saliency: None,
-            polarity: None,
-            angle_deviation: None,
-            pole_error: None,
-            pole_evidence: None,
-            sensor_gain: None,
-            fault_margin: None,
-        }
-    }
 }
 
 /// A reason of a detector's own, where none of the others says it.

@@ -32,7 +32,7 @@ pub trait Arithmetic:
 /// assert_eq!((length(3.0_f32, 4.0), length(0.6_f64, 0.8)), (5.0, 1.0));
 /// ```
 pub trait Real:
-    Arithmetic + FloatCore + FloatConst + core::fmt::Debug + core::fmt::Display + Send + Sync + 'static
+    Arithmetic + Default + FloatCore + FloatConst + core::fmt::Debug + core::fmt::Display + Send + Sync + 'static
 {
     /// The value in double precision.
     fn to_double(self) -> f64;
@@ -117,7 +117,7 @@ impl Arithmetic for f32 {
 }
 
 macro_rules! real {
-    ($($float:ident: $sqrt:ident $sin:ident $cos:ident $tan:ident $asin:ident $acos:ident $atan2:ident $hypot:ident $exp:ident $exp_m1:ident $ln:ident $ln_1p:ident $pow:ident, $of_doubles:expr;)*) => {$(
+    ($float:ident, $of_doubles:expr, $($name:ident($($other:ident)?) = $function:ident),*) => {
         impl Real for $float {
             #[inline]
             fn to_double(self) -> f64 {
@@ -125,79 +125,49 @@ macro_rules! real {
             }
 
             #[inline]
-            fn sqrt(self) -> Self {
-                libm::$sqrt(self)
-            }
-
-            #[inline]
-            fn sin(self) -> Self {
-                libm::$sin(self)
-            }
-
-            #[inline]
-            fn cos(self) -> Self {
-                libm::$cos(self)
-            }
-
-            #[inline]
-            fn tan(self) -> Self {
-                libm::$tan(self)
-            }
-
-            #[inline]
-            fn asin(self) -> Self {
-                libm::$asin(self)
-            }
-
-            #[inline]
-            fn acos(self) -> Self {
-                libm::$acos(self)
-            }
-
-            #[inline]
-            fn atan2(self, x: Self) -> Self {
-                libm::$atan2(self, x)
-            }
-
-            #[inline]
-            fn hypot(self, other: Self) -> Self {
-                libm::$hypot(self, other)
-            }
-
-            #[inline]
-            fn exp(self) -> Self {
-                libm::$exp(self)
-            }
-
-            #[inline]
-            fn exp_m1(self) -> Self {
-                libm::$exp_m1(self)
-            }
-
-            #[inline]
-            fn ln(self) -> Self {
-                libm::$ln(self)
-            }
-
-            #[inline]
-            fn ln_1p(self) -> Self {
-                libm::$ln_1p(self)
-            }
-
-            #[inline]
-            fn powf(self, exponent: Self) -> Self {
-                libm::$pow(self, exponent)
-            }
-
-            #[inline]
             fn of_doubles(readings: &[Reading<f64>]) -> Option<&[Reading<Self>]> {
                 $of_doubles(readings)
             }
+
+            $(#[inline]
+            fn $name(self $(, $other: Self)?) -> Self {
+                libm::$function(self $(, $other)?)
+            })*
         }
-    )*};
+    };
 }
 
-real! {
-    f32: sqrtf sinf cosf tanf asinf acosf atan2f hypotf expf expm1f logf log1pf powf, |_| None;
-    f64: sqrt sin cos tan asin acos atan2 hypot exp expm1 log log1p pow, Some;
-}
+real!(
+    f32,
+    |_| None,
+    sqrt() = sqrtf,
+    sin() = sinf,
+    cos() = cosf,
+    tan() = tanf,
+    asin() = asinf,
+    acos() = acosf,
+    atan2(x) = atan2f,
+    hypot(other) = hypotf,
+    exp() = expf,
+    exp_m1() = expm1f,
+    ln() = logf,
+    ln_1p() = log1pf,
+    powf(exponent) = powf
+);
+real!(
+    f64,
+    Some,
+    sqrt() = sqrt,
+    sin() = sin,
+    cos() = cos,
+    tan() = tan,
+    asin() = asin,
+    acos() = acos,
+    atan2(x) = atan2,
+    hypot(other) = hypot,
+    exp() = exp,
+    exp_m1() = expm1,
+    ln() = log,
+    ln_1p() = log1p,
+    powf(exponent) = pow
+);

@@ -65,37 +65,28 @@ pub struct Devices {
     pub diode_resistance: f64,
 }
 
-/// Which device of a leg conducts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Conduction {
-    /// Current from the positive rail into the motor.
-    UpperSwitch,
-    /// Current from the motor into the positive rail.
-    UpperDiode,
-    /// Current from the motor into the negative rail.
-    LowerSwitch,
-    /// Current from the negative rail into the motor.
-    LowerDiode,
-    /// Current from the motor into the positive rail, backwards through the channel of the upper MOSFET.
-    UpperReverse,
-    /// Current from the negative rail into the motor, backwards through the channel of the lower MOSFET.
-    LowerReverse,
-    /// No current.
-    Blocked,
+choice! {
+    /// Which device of a leg conducts.
+    #[derive(Hash)]
+    pub enum Conduction {
+        /// Current from the positive rail into the motor.
+        UpperSwitch = "upper_switch",
+        /// Current from the motor into the positive rail.
+        UpperDiode = "upper_diode",
+        /// Current from the motor into the negative rail.
+        LowerSwitch = "lower_switch",
+        /// Current from the negative rail into the motor.
+        LowerDiode = "lower_diode",
+        /// Current from the motor into the positive rail, backwards through the channel of the upper MOSFET.
+        UpperReverse = "upper_reverse",
+        /// Current from the negative rail into the motor, backwards through the channel of the lower MOSFET.
+        LowerReverse = "lower_reverse",
+        /// No current.
+        Blocked = "blocked",
+    }
 }
 
 impl Conduction {
-    /// All modes.
-    pub const ALL: [Self; 7] = [
-        Self::UpperSwitch,
-        Self::UpperDiode,
-        Self::LowerSwitch,
-        Self::LowerDiode,
-        Self::UpperReverse,
-        Self::LowerReverse,
-        Self::Blocked,
-    ];
-
     /// +1 for current into the motor, −1 for current out of it, 0 for none.
     ///
     /// ```
@@ -126,15 +117,7 @@ impl Conduction {
 
 impl fmt::Display for Conduction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::UpperSwitch => "upper_switch",
-            Self::UpperDiode => "upper_diode",
-            Self::LowerSwitch => "lower_switch",
-            Self::LowerDiode => "lower_diode",
-            Self::UpperReverse => "upper_reverse",
-            Self::LowerReverse => "lower_reverse",
-            Self::Blocked => "blocked",
-        })
+        f.write_str(self.name())
     }
 }
 

@@ -199,69 +199,46 @@ pub enum Core {
     Series(Box<Series>),
 }
 
+/// The same of whichever core it is.
+macro_rules! of_each {
+    ($self:ident, $core:ident => $value:expr) => {
+        match $self {
+            Self::Linear($core) => $value,
+            Self::Algebraic($core) => $value,
+            Self::Map($core) => $value,
+            Self::Series($core) => $value,
+        }
+    };
+}
+
 impl Magnetics for Core {
     fn energy(&self, flux: Dq<f64>) -> f64 {
-        match self {
-            Self::Linear(core) => core.energy(flux),
-            Self::Algebraic(core) => core.energy(flux),
-            Self::Map(core) => core.energy(flux),
-            Self::Series(core) => core.energy(flux),
-        }
+        of_each!(self, core => core.energy(flux))
     }
 
     fn kinks(&self) -> [bool; 2] {
-        match self {
-            Self::Linear(core) => core.kinks(),
-            Self::Algebraic(core) => core.kinks(),
-            Self::Map(core) => core.kinks(),
-            Self::Series(core) => core.kinks(),
-        }
+        of_each!(self, core => core.kinks())
     }
 
     fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
-        match self {
-            Self::Linear(core) => core.current_and_inverse_inductance(flux),
-            Self::Algebraic(core) => core.current_and_inverse_inductance(flux),
-            Self::Map(core) => core.current_and_inverse_inductance(flux),
-            Self::Series(core) => core.current_and_inverse_inductance(flux),
-        }
+        of_each!(self, core => core.current_and_inverse_inductance(flux))
     }
 
     fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {
-        match self {
-            Self::Linear(core) => core.flux_at(current),
-            Self::Algebraic(core) => core.flux_at(current),
-            Self::Map(core) => core.flux_at(current),
-            Self::Series(core) => core.flux_at(current),
-        }
+        of_each!(self, core => core.flux_at(current))
     }
 
     fn near(&self, current: Dq<f64>) -> Dq<f64> {
-        match self {
-            Self::Linear(core) => core.near(current),
-            Self::Algebraic(core) => core.near(current),
-            Self::Map(core) => core.near(current),
-            Self::Series(core) => core.near(current),
-        }
+        of_each!(self, core => core.near(current))
     }
 
     fn flux_scale(&self) -> f64 {
-        match self {
-            Self::Linear(core) => core.flux_scale(),
-            Self::Algebraic(core) => core.flux_scale(),
-            Self::Map(core) => core.flux_scale(),
-            Self::Series(core) => core.flux_scale(),
-        }
+        of_each!(self, core => core.flux_scale())
     }
 
     #[inline]
     fn margin(&self, current: Dq<f64>) -> f64 {
-        match self {
-            Self::Linear(core) => core.margin(current),
-            Self::Algebraic(core) => core.margin(current),
-            Self::Map(core) => core.margin(current),
-            Self::Series(core) => core.margin(current),
-        }
+        of_each!(self, core => core.margin(current))
     }
 }
 

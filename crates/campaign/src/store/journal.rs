@@ -95,19 +95,9 @@ pub struct Journal {
 impl Journal {
     /// Begins a journal; one that is there is replaced.
     pub fn create(path: &Path, identity: &Identity) -> Result<Self, JournalError> {
-        let io = |error| JournalError::Io(path.to_owned(), error);
-        // Not truncated before it is locked: another process may be writing it.
-        let file = open_as(path, OpenOptions::new().write(true).create(true).truncate(false)).map_err(io)?;
-        lock(&file, path)?;
-        file.set_len(0).map_err(io)?;
-        let mut journal = Self {
-            path: path.to_owned(),
-            file: BufWriter::new(file),
-            walk: Walk::new(identity),
-            synced: Instant::now(),
-            damaged: None,
-        };
-        journal.file.write_all(&beginning(ROWS, identity).map_err(io)?).map_err(io)?;
+        let file = BufWriter::new(begun(path, ROWS, identity)?);
+        let (path, walk) = (path.to_owned(), Walk::new(identity));
+        let mut journal = Self { path, file, walk, synced: Instant::now(), damaged: None };
         journal.sync()?;
         Ok(journal)
     }
@@ -119,8 +109,7 @@ impl Journal {
         mut seen: impl FnMut(usize, &Row),
     ) -> Result<Self, JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
-        let mut file = open_as(path, OpenOptions::new().read(true).write(true)).map_err(io)?;
-        lock(&file, path)?;
+        let mut file = locked(path, OpenOptions::new().read(true).write(true))?;
         let beginning = beginning(ROWS, identity).map_err(io)?;
         if file.metadata().map_err(io)?.len() < beginning.len() as u64 {
             let mut there = Vec::new();
@@ -209,8 +198,25 @@ fn damaged_name(path: &Path) -> PathBuf {
     path.with_extension("damaged")
 }
 
+/// A journal, taken for this process.
+pub(super) fn locked(path: &Path, how: &OpenOptions) -> Result<File, JournalError> {
+    let file = open_as(path, how).map_err(|error| JournalError::Io(path.to_owned(), error))?;
+    lock(&file, path)?;
+    Ok(file)
+}
+
+/// A journal of this run that has its header alone; one that is there is replaced.
+pub(super) fn begun(path: &Path, magic: [u8; 8], identity: &Identity) -> Result<File, JournalError> {
+    // Not truncated before it is locked: another process may be writing it.
+    let mut file = locked(path, OpenOptions::new().write(true).create(true).truncate(false))?;
+    let begin =
+        beginning(magic, identity).and_then(|bytes| file.set_len(0).and_then(|()| file.write_all(&bytes)));
+    begin.map_err(|error| JournalError::Io(path.to_owned(), error))?;
+    Ok(file)
+}
+
 /// Takes a journal for this process. Where the file system has no locks, nobody is kept out.
-pub(super) fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
+fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(JournalError::Busy(path.to_owned())),
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),

@@ -10,7 +10,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use standstill_files::{open, open_as};
+use standstill_files::open;
 
 use super::identity::Identity;
 use super::journal::{self, Block, JournalError};
@@ -46,8 +46,7 @@ impl Notes {
         if !path.exists() {
             return Ok(notes);
         }
-        let mut file = open_as(path, OpenOptions::new().read(true).write(true)).map_err(io)?;
-        journal::lock(&file, path)?;
+        let mut file = journal::locked(path, OpenOptions::new().read(true).write(true))?;
         let mut end = 0;
         let mut from = BufReader::new(open(path).map_err(io)?);
         let found = journal::header(&mut from, NOTES, path, &mut end)?;
@@ -74,8 +73,7 @@ impl Notes {
     /// A file that is being written, or cannot be removed.
     pub fn replace(&self) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
-        let file = open_as(&self.path, OpenOptions::new().write(true)).map_err(io)?;
-        journal::lock(&file, &self.path)?;
+        let _taken = journal::locked(&self.path, OpenOptions::new().write(true))?;
         std::fs::remove_file(&self.path).map_err(io)
     }
 
@@ -109,13 +107,7 @@ impl Notes {
         if let Some(folder) = self.path.parent() {
             std::fs::create_dir_all(folder).map_err(io)?;
         }
-        let mut file =
-            open_as(&self.path, OpenOptions::new().write(true).create(true).truncate(false)).map_err(io)?;
-        journal::lock(&file, &self.path)?;
-        file.set_len(0).map_err(io)?;
-        let beginning = journal::beginning(NOTES, &self.identity).map_err(io)?;
-        file.write_all(&beginning).map_err(io)?;
-        Ok(file)
+        journal::begun(&self.path, NOTES, &self.identity)
     }
 }
 

@@ -39,7 +39,7 @@ pub(super) fn identity(path: &Path) -> Result<Identity, JournalError> {
 }
 
 /// What two shards are if the run was split in two ways: their rows overlap.
-pub(super) fn split(paths: [&Path; 2], of: [&Identity; 2]) -> Result<(), ShardsError> {
+fn split(paths: [&Path; 2], of: [&Identity; 2]) -> Result<(), ShardsError> {
     let shards = of.map(|identity| identity.shard);
     if shards[0].count == shards[1].count {
         return Ok(());
@@ -48,7 +48,7 @@ pub(super) fn split(paths: [&Path; 2], of: [&Identity; 2]) -> Result<(), ShardsE
 }
 
 /// Why two journals are not shards of one run, if they are not.
-pub(super) fn difference(paths: [&Path; 2], of: [&Identity; 2]) -> Option<String> {
+fn difference(paths: [&Path; 2], of: [&Identity; 2]) -> Option<String> {
     let keeps = |tally| if tally { "statistics alone" } else { "rows" };
     let [there, here] = paths.map(is_tally);
     of[0].whole().difference(&of[1].whole()).or_else(|| {
@@ -57,21 +57,56 @@ pub(super) fn difference(paths: [&Path; 2], of: [&Identity; 2]) -> Option<String
 }
 
 /// Whether a shard is of a run whose first trials those of another's run are, in as many shards.
-pub(super) fn begins(shorter: &Identity, longer: &Identity) -> bool {
+fn begins(shorter: &Identity, longer: &Identity) -> bool {
     shorter.shard.count == longer.shard.count
         && shorter.stop_at == longer.stop_at
         && shorter.whole().begins(&longer.whole())
 }
 
-/// Whether a journal has all that it should, and how many trials are missing, at most.
-fn standing(path: &Path) -> Result<(bool, u64), JournalError> {
+/// Whether a journal has all that it should, how many trials are missing, at most, and whether a block is wrong.
+pub(super) fn standing(path: &Path) -> Result<(bool, u64, bool), JournalError> {
     if is_tally(path) {
         let tallied = Tallied::read(path)?;
-        return Ok((tallied.is_done(), tallied.left()));
+        return Ok((tallied.is_done(), tallied.left(), tallied.is_damaged()));
     }
     let mut rows = Rows::open(path)?;
     while rows.block()?.is_some() {}
-    Ok((rows.is_done(), rows.left()))
+    Ok((rows.is_done(), rows.left(), rows.is_damaged()))
+}
+
+/// Journals of one run, each of a shard of its own.
+#[derive(Default)]
+pub(super) struct Gathered {
+    /// The journal that has most trials a point, and its run.
+    pub(super) run: Option<(PathBuf, Identity)>,
+    /// By the shards' indices.
+    pub(super) shards: BTreeMap<u64, (PathBuf, Identity)>,
+}
+
+impl Gathered {
+    /// Adds a journal.
+    ///
+    /// # Errors
+    /// One of another split or of another run, and a shard that is there already.
+    pub(super) fn add(&mut self, path: PathBuf, identity: Identity) -> Result<(), ShardsError> {
+        let (first, of) = self.run.get_or_insert_with(|| (path.clone(), identity.clone()));
+        split([first, &path], [of, &identity])?;
+        if let Some(difference) = difference([&path, first], [&identity, of])
+            && !begins(&identity, of)
+            && !begins(of, &identity)
+        {
+            return Err(ShardsError::Foreign { path, first: first.clone(), difference });
+        }
+        let shard = identity.shard;
+        if let Some((first, _)) = self.shards.get(&shard.index) {
+            return Err(ShardsError::Overlap { shard, first: first.clone(), second: path });
+        }
+        if of.trials < identity.trials {
+            self.run = Some((path.clone(), identity.clone()));
+        }
+        self.shards.insert(shard.index, (path, identity));
+        Ok(())
+    }
 }
 
 /// Why journals are not one run.
@@ -174,36 +209,23 @@ impl Shards {
     /// # Errors
     /// One that is missing, not finished, there twice or of another run, by its name.
     pub fn collect(folders: &[PathBuf]) -> Result<Self, ShardsError> {
-        let mut found: BTreeMap<u64, (PathBuf, Identity)> = BTreeMap::new();
-        let mut run: Option<(PathBuf, Identity)> = None;
+        let mut gathered = Gathered::default();
         for path in journals(folders)? {
             let identity = identity(&path)?;
             if identity.numerics != NUMERICS {
                 return Err(ShardsError::Numerics { path, found: identity.numerics });
             }
-            let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
-            split([first, &path], [of, &identity])?;
-            let difference = difference([&path, first], [&identity, of]);
-            if let Some(difference) = difference {
-                let (shorter, longer) = if begins(&identity, of) {
-                    ((path, identity), of.trials)
-                } else if begins(of, &identity) {
-                    ((first.clone(), of.clone()), identity.trials)
-                } else {
-                    return Err(ShardsError::Foreign { path, first: first.clone(), difference });
-                };
-                let (path, Identity { shard, trials, .. }) = shorter;
-                return Err(ShardsError::Shorter { path, shard, trials, of: longer });
-            }
-            let shard = identity.shard;
-            if let Some((first, _)) = found.get(&shard.index) {
-                return Err(ShardsError::Overlap { shard, first: first.clone(), second: path });
-            }
-            found.insert(shard.index, (path, identity));
+            gathered.add(path, identity)?;
         }
+        let Gathered { run, shards: found } = gathered;
         let Some((_, identity)) = run else {
             return Err(ShardsError::None(folders.first().cloned().unwrap_or_default()));
         };
+        let of = identity.trials;
+        if let Some((path, shorter)) = found.values().find(|(_, identity)| identity.trials < of) {
+            let Identity { shard, trials, .. } = *shorter;
+            return Err(ShardsError::Shorter { path: path.clone(), shard, trials, of });
+        }
         let count = identity.shard.count;
         // The first of them are enough: a damaged header could claim any number of shards.
         let missing = (1..=count).filter(|index| !found.contains_key(index)).take(20);
@@ -212,7 +234,7 @@ impl Shards {
             return Err(ShardsError::Missing(missing));
         }
         for (path, identity) in found.values() {
-            let (done, left) = standing(path)?;
+            let (done, left, _) = standing(path)?;
             if !done {
                 let (path, shard) = (path.clone(), identity.shard);
                 return Err(ShardsError::Unfinished { path, shard, left });

@@ -1,14 +1,13 @@
 //! Which shards of a run are there, and how far each has come.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Serialize;
 
 use super::identity::{Identity, Shard};
-use super::journal::{Journal, JournalError, Rows, is_tally};
-use super::shards::{ShardsError, begins, difference, identity, journals, split};
-use super::tally::Tallied;
+use super::journal::{Journal, JournalError};
+use super::shards::{Gathered, ShardsError, identity, journals, standing};
 
 /// How far a shard is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -57,57 +56,36 @@ impl Survey {
     /// # Errors
     /// A folder without a journal, journals of several runs, none that can be read.
     pub fn of(folders: &[PathBuf]) -> Result<Self, ShardsError> {
-        let mut run: Option<(PathBuf, Identity)> = None;
-        let mut found: BTreeMap<u64, Surveyed> = BTreeMap::new();
-        let mut shards: BTreeMap<u64, Identity> = BTreeMap::new();
+        let mut gathered = Gathered::default();
         let mut unreadable: Vec<(PathBuf, JournalError)> = Vec::new();
         for path in journals(folders)? {
-            let identity = match identity(&path) {
-                Ok(identity) => identity,
-                Err(error) => {
-                    unreadable.push((path, error));
-                    continue;
-                }
-            };
-            let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
-            split([first, &path], [of, &identity])?;
-            let difference = difference([&path, first], [&identity, of]);
-            if let Some(difference) = difference.filter(|_| !begins(&identity, of) && !begins(of, &identity))
-            {
-                return Err(ShardsError::Foreign { path, first: first.clone(), difference });
+            match identity(&path) {
+                Ok(identity) => gathered.add(path, identity)?,
+                Err(error) => unreadable.push((path, error)),
             }
-            let index = identity.shard.index;
-            if let Some(Surveyed { journal: Some(first), .. }) = found.get(&index) {
-                return Err(ShardsError::Overlap {
-                    shard: identity.shard,
-                    first: first.clone(),
-                    second: path,
-                });
-            }
-            if of.trials < identity.trials {
-                run = Some((path.clone(), identity.clone()));
-            }
-            found.insert(index, surveyed(index, path)?);
-            shards.insert(index, identity);
         }
-        let Some((_, identity)) = run else {
+        let Some((_, identity)) = gathered.run else {
             let first = unreadable.into_iter().next().map(|(_, error)| ShardsError::Journal(error));
             return Err(
                 first.unwrap_or_else(|| ShardsError::None(folders.first().cloned().unwrap_or_default()))
             );
         };
-        for (index, shard) in shards.iter().filter(|(_, shard)| shard.trials < identity.trials) {
-            // It was not extended yet, as others were.
-            let Some(surveyed) = found.get_mut(index) else { continue };
-            let rows = |of: &Identity| {
-                let range = shard.shard.range(of.rows());
-                range.end - range.start
-            };
-            let more = rows(&identity).saturating_sub(rows(shard));
-            surveyed.left = surveyed.left.map(|left| left + more);
-            if surveyed.state == State::Done {
-                surveyed.state = State::Begun;
+        let mut found: BTreeMap<u64, Surveyed> = BTreeMap::new();
+        for (index, (path, shard)) in gathered.shards {
+            let mut surveyed = surveyed(index, path)?;
+            if shard.trials < identity.trials {
+                // It was not extended yet, as others were.
+                let rows = |of: &Identity| {
+                    let range = shard.shard.range(of.rows());
+                    range.end - range.start
+                };
+                let more = rows(&identity).saturating_sub(rows(&shard));
+                surveyed.left = surveyed.left.map(|left| left + more);
+                if surveyed.state == State::Done {
+                    surveyed.state = State::Begun;
+                }
             }
+            found.insert(index, surveyed);
         }
         let count = identity.shard.count.min(MOST);
         for (path, error) in unreadable {
@@ -150,12 +128,7 @@ impl Survey {
 
 /// How far the journal of a shard is.
 fn surveyed(index: u64, path: PathBuf) -> Result<Surveyed, JournalError> {
-    let (done, left, damaged) = if is_tally(&path) {
-        let tallied = Tallied::read(&path)?;
-        (tallied.is_done(), tallied.left(), tallied.is_damaged())
-    } else {
-        rows(&path)?
-    };
+    let (done, left, damaged) = standing(&path)?;
     let state = match (done, damaged) {
         (true, _) => State::Done,
         _ if Journal::is_busy(&path) => State::Running,
@@ -163,12 +136,6 @@ fn surveyed(index: u64, path: PathBuf) -> Result<Surveyed, JournalError> {
         _ => State::Begun,
     };
     Ok(Surveyed { index, state, journal: Some(path), left: Some(left) })
-}
-
-fn rows(path: &Path) -> Result<(bool, u64, bool), JournalError> {
-    let mut rows = Rows::open(path)?;
-    while rows.block()?.is_some() {}
-    Ok((rows.is_done(), rows.left(), rows.is_damaged()))
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use standstill_files::{open, open_as};
+use standstill_files::open;
 
 use super::identity::Identity;
 use super::journal::{self, Block, JournalError, Keep, TALLY};
@@ -57,9 +57,7 @@ impl Tally {
     pub fn open(path: &Path, identity: &Identity, limit: f64) -> Result<Self, JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
         let mut how = OpenOptions::new();
-        how.read(true).write(true).create(true).truncate(false);
-        let mut file = open_as(path, &how).map_err(io)?;
-        journal::lock(&file, path)?;
+        let mut file = journal::locked(path, how.read(true).write(true).create(true).truncate(false))?;
         let beginning = journal::beginning(TALLY, identity).map_err(io)?;
         let mut there = Vec::new();
         (&file).take(beginning.len() as u64).read_to_end(&mut there).map_err(io)?;

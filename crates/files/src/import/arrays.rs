@@ -115,8 +115,25 @@ pub(super) fn listed(names: impl Iterator<Item = impl fmt::Display>) -> String {
     if all.is_empty() { "none".to_owned() } else { all.join(", ") }
 }
 
+/// Numbers of a type by NumPy's name of it, `f8` or `u2`; none for a type that is no real number.
+pub(super) fn numbers(kind: &str, data: &[u8], big: bool) -> Option<Vec<f64>> {
+    Some(match kind {
+        "f8" => each(data, big, f64::from_le_bytes),
+        "f4" => each(data, big, |bytes| f64::from(f32::from_le_bytes(bytes))),
+        "i8" => each(data, big, |bytes| i64::from_le_bytes(bytes) as f64),
+        "i4" => each(data, big, |bytes| f64::from(i32::from_le_bytes(bytes))),
+        "i2" => each(data, big, |bytes| f64::from(i16::from_le_bytes(bytes))),
+        "i1" => each(data, big, |bytes| f64::from(i8::from_le_bytes(bytes))),
+        "u8" => each(data, big, |bytes| u64::from_le_bytes(bytes) as f64),
+        "u4" => each(data, big, |bytes| f64::from(u32::from_le_bytes(bytes))),
+        "u2" => each(data, big, |bytes| f64::from(u16::from_le_bytes(bytes))),
+        "u1" => each(data, big, |bytes| f64::from(u8::from_le_bytes(bytes))),
+        _ => return None,
+    })
+}
+
 /// Numbers of N bytes each; `of` takes them in little-endian order.
-pub(super) fn each<const N: usize>(data: &[u8], big_endian: bool, of: impl Fn([u8; N]) -> f64) -> Vec<f64> {
+fn each<const N: usize>(data: &[u8], big_endian: bool, of: impl Fn([u8; N]) -> f64) -> Vec<f64> {
     data.chunks_exact(N)
         .map(|bytes| {
             let mut number = [0; N];

@@ -19,42 +19,14 @@ pub(super) enum Quantity {
 }
 
 /// Names without case, blanks, dots, dashes and underscores.
-const NAMES: [(Quantity, &[&str]); 7] = [
-    (Quantity::Dq(0), &["id", "isd", "ids", "currentd", "dcurrent", "idcurrent", "daxiscurrent"]),
-    (Quantity::Dq(1), &["iq", "isq", "iqs", "currentq", "qcurrent", "iqcurrent", "qaxiscurrent"]),
-    (
-        Quantity::Dq(2),
-        &[
-            "psid",
-            "psisd",
-            "fluxd",
-            "dflux",
-            "fd",
-            "lambdad",
-            "phid",
-            "fluxlinkaged",
-            "daxisflux",
-            "daxisfluxlinkage",
-        ],
-    ),
-    (
-        Quantity::Dq(3),
-        &[
-            "psiq",
-            "psisq",
-            "fluxq",
-            "qflux",
-            "fq",
-            "lambdaq",
-            "phiq",
-            "fluxlinkageq",
-            "qaxisflux",
-            "qaxisfluxlinkage",
-        ],
-    ),
-    (Quantity::Amplitude, &["i", "is", "iamplitude", "iamp", "current", "currentamplitude", "iabs"]),
-    (Quantity::AngleFromD, &["anglefromd", "angled", "currentanglefromd"]),
-    (Quantity::AngleFromQ, &["anglefromq", "angleq", "currentanglefromq"]),
+const NAMES: [(Quantity, &str); 7] = [
+    (Quantity::Dq(0), "id isd ids currentd dcurrent idcurrent daxiscurrent"),
+    (Quantity::Dq(1), "iq isq iqs currentq qcurrent iqcurrent qaxiscurrent"),
+    (Quantity::Dq(2), "psid psisd fluxd dflux fd lambdad phid fluxlinkaged daxisflux daxisfluxlinkage"),
+    (Quantity::Dq(3), "psiq psisq fluxq qflux fq lambdaq phiq fluxlinkageq qaxisflux qaxisfluxlinkage"),
+    (Quantity::Amplitude, "i is iamplitude iamp current currentamplitude iabs"),
+    (Quantity::AngleFromD, "anglefromd angled currentanglefromd"),
+    (Quantity::AngleFromQ, "anglefromq angleq currentanglefromq"),
 ];
 
 const CURRENT: [(&str, f64); 4] = [("A", 1.0), ("mA", 1e-3), ("kA", 1e3), ("ampere", 1.0)];
@@ -87,11 +59,11 @@ impl MapValues {
 
     /// By its name.
     pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "peak" => Some(Self::Peak),
-            "rms" => Some(Self::Rms),
-            _ => None,
-        }
+        [Self::Peak, Self::Rms]
+            .into_iter()
+            .zip(Self::NAMES)
+            .find(|(_, known)| *known == name)
+            .map(|(it, _)| it)
     }
 }
 
@@ -151,7 +123,7 @@ fn known(name: &str) -> Option<Quantity> {
     for word in ["rms", "peak", "pk"] {
         plain = plain.strip_suffix(word).unwrap_or(&plain).to_owned();
     }
-    NAMES.iter().find(|(_, names)| names.contains(&plain.as_str())).map(|(quantity, _)| *quantity)
+    NAMES.iter().find(|(_, names)| names.split(' ').any(|name| name == plain)).map(|(quantity, _)| *quantity)
 }
 
 /// A unit without dots and without what it says of peak and rms.

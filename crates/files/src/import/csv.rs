@@ -27,12 +27,11 @@ pub(super) struct Line<'a> {
 
 impl<'a> Line<'a> {
     pub(super) fn fields(self) -> Vec<&'a str> {
-        let fields: Vec<&str> = if self.separator == ' ' {
+        if self.separator == ' ' {
             self.text.split_whitespace().take(MOST_COLUMNS + 1).collect()
         } else {
             self.text.split(self.separator).map(str::trim).take(MOST_COLUMNS + 1).collect()
-        };
-        fields
+        }
     }
 
     /// A finite number; with semicolons or tabs between fields also with a decimal comma.
@@ -53,8 +52,29 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    pub(super) fn error(&self, line: usize, found: String, needed: String) -> MapError {
+    pub(super) fn error(&self, line: usize, found: impl Into<String>, needed: impl Into<String>) -> MapError {
         MapError::new(self.file, Some(&Place::Line(line)), found, needed)
+    }
+
+    /// What the header of a column says; none for a quantity of no map.
+    pub(super) fn column(&self, line: usize, name: &str) -> Result<Option<Column>, MapError> {
+        let column = Column::parse(name).map_err(|units| {
+            self.error(line, format!("the column `{}`", shortened(name)), format!("one of the units {units}"))
+        })?;
+        column.map(|column| self.check(line, name, column).map(|()| column)).transpose()
+    }
+
+    /// The finite number that a field has in a unit of this size; `before` says which one it is.
+    pub(super) fn number(&self, line: Line, before: &str, field: &str, scale: f64) -> Result<f64, MapError> {
+        line.value(field).map(|value| value * scale).ok_or_else(|| {
+            self.error(line.number, format!("{before}`{}`", shortened(field)), "a finite number")
+        })
+    }
+
+    /// No more points than a map may have.
+    pub(super) fn bounded(&self, line: usize, points: usize) -> Result<(), MapError> {
+        let needed = "at most 1,048,576 points, 1,024 × 1,024";
+        if points <= MOST_POINTS { Ok(()) } else { Err(self.error(line, "more points", needed)) }
     }
 
     /// A header of a file that says rms must be confirmed, and none may contradict what is asked for.
@@ -62,7 +82,7 @@ impl Source<'_> {
         match (column.values, self.layout.values) {
             (Some(MapValues::Rms), None) => {
                 let needed = "`--values rms` (in a data sheet, `values = \"rms\"` in [map]), or a header without it for peak values";
-                Err(self.error(line, format!("`{}`, which says rms", shortened(header)), needed.to_owned()))
+                Err(self.error(line, format!("`{}`, which says rms", shortened(header)), needed))
             }
             (Some(one), Some(other)) if one != other => {
                 let needed = format!("one of both: --values asks for {}", MapValues::NAMES[other as usize]);
@@ -78,44 +98,34 @@ pub(super) fn read(file: &str, bytes: &[u8], layout: &MapLayout) -> Result<MapSa
     let source = Source { file, layout };
     let text = std::str::from_utf8(bytes).map_err(|failure| {
         let line = bytes[..failure.valid_up_to()].split(|byte| *byte == b'\n').count();
-        source.error(line, "bytes that are not UTF-8".to_owned(), "a text".to_owned())
+        source.error(line, "bytes that are not UTF-8", "a text")
     })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if let Some(at) = text.lines().position(|line| line.len() > LONGEST_LINE) {
         let needed = "at most 1 MiB in a line, and lines that end";
-        return Err(source.error(at + 1, "a line of more than 1 MiB".to_owned(), needed.to_owned()));
+        return Err(source.error(at + 1, "a line of more than 1 MiB", needed));
     }
     let lines = || {
         let numbered = text.lines().enumerate().map(|(at, line)| (at + 1, line.trim()));
         numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']))
     };
-    let (_, first) = lines().next().ok_or_else(|| {
-        MapError::new(file, None, "an empty file".to_owned(), format!("a header with the columns {COLUMNS}"))
-    })?;
-    let separator = [';', '\t', ','].into_iter().find(|mark| first.contains(*mark));
-    // The title of a wide table stands alone: the next line tells.
-    let separator = separator.or_else(|| {
-        let (_, second) = lines().nth(1)?;
-        [';', '\t', ','].into_iter().find(|mark| second.contains(*mark))
-    });
-    let separator = separator.unwrap_or(' ');
+    let empty = || MapError::new(file, None, "an empty file", format!("a header with the columns {COLUMNS}"));
+    // The title of a wide table stands alone: then the next line tells.
+    let mark_of = |(_, line): (usize, &str)| [';', '\t', ','].into_iter().find(|mark| line.contains(*mark));
+    let separator = lines().take(2).find_map(mark_of).unwrap_or(' ');
     let lines = lines().map(|(number, text)| Line { number, text, separator });
     if lines.clone().take(2).any(|line| line.text.contains('\\')) {
         return wide::read(&source, lines);
     }
-    let columns = Header::read(&source, lines.clone())?;
+    let columns = Header::read(&source, lines.clone().next().ok_or_else(empty)?)?;
     let skipped = usize::from(layout.columns.is_none() || !columns.first_is_data);
     let mut rows = Vec::new();
     for line in lines.skip(skipped) {
-        if rows.len() == MOST_POINTS {
-            let needed = "at most 1,048,576 points, 1,024 × 1,024".to_owned();
-            return Err(source.error(line.number, "more points".to_owned(), needed));
-        }
+        source.bounded(line.number, rows.len() + 1)?;
         rows.push((line.number, columns.row(&source, line)?));
     }
     if rows.is_empty() {
-        let needed = "a rectangle of currents with their fluxes".to_owned();
-        return Err(MapError::new(file, None, "no point".to_owned(), needed));
+        return Err(MapError::new(file, None, "no point", "a rectangle of currents with their fluxes"));
     }
     let points = match columns.polar {
         None => rows.into_iter().map(|(line, values)| point(values, Place::Line(line))).collect(),
@@ -143,15 +153,7 @@ struct Header {
 }
 
 impl Header {
-    fn read<'a>(source: &Source, mut lines: impl Iterator<Item = Line<'a>>) -> Result<Self, MapError> {
-        let Some(line) = lines.next() else {
-            return Err(MapError::new(
-                source.file,
-                None,
-                "an empty file".to_owned(),
-                format!("a header with the columns {COLUMNS}"),
-            ));
-        };
+    fn read(source: &Source, line: Line) -> Result<Self, MapError> {
         let there = line.fields();
         let names: Vec<&str> = match &source.layout.columns {
             Some(columns) => columns.split(',').map(str::trim).collect(),
@@ -164,15 +166,7 @@ impl Header {
         }
         let mut found: [Vec<(usize, Column)>; 6] = Default::default();
         for (at, name) in names.iter().enumerate() {
-            let column = Column::parse(name).map_err(|units| {
-                source.error(
-                    line.number,
-                    format!("the column `{}`", shortened(name)),
-                    format!("one of the units {units}"),
-                )
-            })?;
-            if let Some(column) = column {
-                source.check(line.number, name, column)?;
+            if let Some(column) = source.column(line.number, name)? {
                 let slot = match column.quantity {
                     Quantity::Dq(place) => place,
                     Quantity::Amplitude => 4,
@@ -190,7 +184,7 @@ impl Header {
                 [] => return Err(unknown(source, line, &there)),
                 [_, (at, _), ..] => {
                     let found = format!("`{}` twice: the same as another column", shortened(names[at]));
-                    return Err(source.error(line.number, found, "each quantity once".to_owned()));
+                    return Err(source.error(line.number, found, "each quantity once"));
                 }
             }
         }
@@ -212,13 +206,8 @@ impl Header {
             return Err(source.error(line.number, found, format!("{} as in the header", self.count)));
         }
         let mut values = [0.0; 4];
-        for (k, value) in values.iter_mut().enumerate() {
-            let (at, scale) = self.places[k];
-            let number = line.value(fields[at]).ok_or_else(|| {
-                let found = format!("{} = `{}`", self.names[k], shortened(fields[at]));
-                source.error(line.number, found, "a finite number".to_owned())
-            })?;
-            *value = number * scale;
+        for ((value, (at, scale)), name) in values.iter_mut().zip(self.places).zip(&self.names) {
+            *value = source.number(line, &format!("{name} = "), fields[at], scale)?;
         }
         Ok(values)
     }

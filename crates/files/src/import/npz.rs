@@ -8,7 +8,7 @@ use std::io::{Cursor, Read};
 
 use zip::ZipArchive;
 
-use super::arrays::{Array, MOST_POINTS, Rows, each, listed, points};
+use super::arrays::{self, Array, MOST_POINTS, Rows, listed, points};
 use super::{MapError, MapSamples};
 
 const NAMES: [[&str; 2]; 4] =
@@ -109,18 +109,5 @@ fn numbers(kind: &str, data: &[u8], count: usize) -> Option<Vec<f64>> {
         ">" => true,
         _ => return None,
     };
-    let data = data.get(..8 * count).unwrap_or(data);
-    Some(match name {
-        "f8" => each(data, big, f64::from_le_bytes),
-        "f4" => each(data, big, |bytes| f64::from(f32::from_le_bytes(bytes))),
-        "i8" => each(data, big, |bytes| i64::from_le_bytes(bytes) as f64),
-        "i4" => each(data, big, |bytes| f64::from(i32::from_le_bytes(bytes))),
-        "i2" => each(data, big, |bytes| f64::from(i16::from_le_bytes(bytes))),
-        "i1" => each(data, big, |bytes| f64::from(i8::from_le_bytes(bytes))),
-        "u8" => each(data, big, |bytes| u64::from_le_bytes(bytes) as f64),
-        "u4" => each(data, big, |bytes| f64::from(u32::from_le_bytes(bytes))),
-        "u2" => each(data, big, |bytes| f64::from(u16::from_le_bytes(bytes))),
-        "u1" => each(data, big, |bytes| f64::from(u8::from_le_bytes(bytes))),
-        _ => return None,
-    })
+    arrays::numbers(name, data.get(..8 * count).unwrap_or(data), big)
 }

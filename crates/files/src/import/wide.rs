@@ -9,7 +9,6 @@
 use super::columns::{Column, Quantity};
 use super::csv::{Line, Source, point, shortened};
 use super::{MapError, MapSamples, Place};
-use crate::import::arrays::MOST_POINTS;
 
 /// A point of one flux: its currents, the flux and its line.
 type Entry = ([f64; 2], f64, usize);
@@ -21,8 +20,8 @@ struct Block {
     flux_scale: f64,
     /// Which current is along the lines: 0 is i_d.
     lines: usize,
-    /// Of the lines' and the columns' current.
-    scales: [f64; 2],
+    /// Of the lines' current.
+    own_scale: f64,
     /// The columns' current in A.
     columns: Vec<f64>,
 }
@@ -52,29 +51,20 @@ pub(super) fn read<'a>(
         }
         let Some(block) = &block else {
             let found = format!("`{}` before a block", shortened(line.text));
-            return Err(source.error(line.number, found, needed()));
+            return Err(source.error(line.number, found, NEEDED));
         };
         if fields.len() != block.columns.len() + 1 {
             let found = format!("{} field(s) in `{}`", fields.len(), shortened(line.text));
-            return Err(source.error(
-                line.number,
-                found,
-                format!("{} as in the block's head", block.columns.len() + 1),
-            ));
+            let needed = format!("{} as in the block's head", block.columns.len() + 1);
+            return Err(source.error(line.number, found, needed));
         }
-        let value = |field: &str| {
-            let found = || format!("`{}`", shortened(field));
-            line.value(field).ok_or_else(|| source.error(line.number, found(), "a finite number".to_owned()))
-        };
-        let own = value(first)? * block.scales[0];
+        let own = source.number(line, "", first, block.own_scale)?;
         for (field, across) in fields[1..].iter().zip(&block.columns) {
             let currents = if block.lines == 0 { [own, *across] } else { [*across, own] };
-            fluxes[block.flux].push((currents, value(field)? * block.flux_scale, line.number));
+            let flux = source.number(line, "", field, block.flux_scale)?;
+            fluxes[block.flux].push((currents, flux, line.number));
         }
-        if fluxes[block.flux].len() > MOST_POINTS {
-            let needed = "at most 1,048,576 points, 1,024 × 1,024".to_owned();
-            return Err(source.error(line.number, "more points".to_owned(), needed));
-        }
+        source.bounded(line.number, fluxes[block.flux].len())?;
     }
     let [mut d, mut q] = fluxes;
     let order = |a: &Entry, b: &Entry| a.0[0].total_cmp(&b.0[0]).then(a.0[1].total_cmp(&b.0[1]));
@@ -82,7 +72,7 @@ pub(super) fn read<'a>(
     q.sort_by(order);
     if d.is_empty() || d.len() != q.len() || d.iter().zip(&q).any(|(d, q)| d.0 != q.0) {
         let found = format!("{} points of psi_d and {} of psi_q, or at other currents", d.len(), q.len());
-        return Err(MapError::new(source.file, None, found, needed()));
+        return Err(MapError::new(source.file, None, found, NEEDED));
     }
     let points = d.iter().zip(&q).map(|(d, q)| point([d.0[0], d.0[1], d.1, q.1], Place::Line(d.2)));
     Ok(MapSamples {
@@ -93,9 +83,7 @@ pub(super) fn read<'a>(
     })
 }
 
-fn needed() -> String {
-    r"a block for psi_d and one for psi_q at the same currents, each headed by its flux and its currents, lines\columns, such as `psi_d_Wb: i_d_A\i_q_A` and the values of i_q".to_owned()
-}
+const NEEDED: &str = r"a block for psi_d and one for psi_q at the same currents, each headed by its flux and its currents, lines\columns, such as `psi_d_Wb: i_d_A\i_q_A` and the values of i_q";
 
 fn corner(
     source: &Source,
@@ -104,19 +92,12 @@ fn corner(
     columns: &[&str],
     title: Option<Column>,
 ) -> Result<Block, MapError> {
-    let error = |found: String| source.error(line.number, found, needed());
+    let error = |found: String| source.error(line.number, found, NEEDED);
     let (flux, currents) =
         text.split_once(':').map_or((None, text), |(flux, currents)| (Some(flux), currents));
     let (own, across) = currents.split_once('\\').unwrap_or((currents, ""));
-    let column = |name: &str| {
-        let column = Column::parse(name).map_err(|units| {
-            source.error(line.number, format!("`{}`", shortened(name)), format!("one of the units {units}"))
-        })?;
-        let column =
-            column.ok_or_else(|| error(format!("`{}` in the corner of a block", shortened(name))))?;
-        source.check(line.number, name, column)?;
-        Ok(column)
-    };
+    let corner_of = |text: &str| error(format!("`{}` in the corner of a block", shortened(text)));
+    let column = |name: &str| source.column(line.number, name)?.ok_or_else(|| corner_of(name));
     let flux = flux
         .map(column)
         .transpose()?
@@ -129,19 +110,9 @@ fn corner(
         {
             (flux - 2, own)
         }
-        _ => return Err(error(format!("`{}` in the corner of a block", shortened(text)))),
+        _ => return Err(corner_of(text)),
     };
-    let values = columns.iter().map(|field| {
-        let value = line.value(field).map(|value| value * across.scale);
-        value.ok_or_else(|| {
-            source.error(line.number, format!("`{}`", shortened(field)), "a finite number".to_owned())
-        })
-    });
-    Ok(Block {
-        flux: flux_place,
-        flux_scale: flux.scale,
-        lines,
-        scales: [own.scale, across.scale],
-        columns: values.collect::<Result<_, _>>()?,
-    })
+    let values = columns.iter().map(|field| source.number(line, "", field, across.scale));
+    let columns = values.collect::<Result<_, _>>()?;
+    Ok(Block { flux: flux_place, flux_scale: flux.scale, lines, own_scale: own.scale, columns })
 }

@@ -47,6 +47,11 @@ pub struct Sourced<U> {
 }
 
 impl<U: Unit> Sourced<U> {
+    /// The number in SI.
+    pub fn number(&self) -> f64 {
+        self.value.value()
+    }
+
     /// From a value of TOML: a plain number, a text with a unit, or a table with source and reason.
     ///
     /// # Errors

@@ -3,75 +3,32 @@
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr::null;
 
-use super::{Component, OK, with};
+use super::{Component, OK};
+use crate::exported::{exported, without};
+use crate::instance::Outcome;
 
 const DISCARD: c_int = 2;
 
-/// There are no texts.
-///
-/// # Safety
-/// A component.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    component: *mut Component,
-    _: *const u32,
-    count: usize,
-    _: *mut *const c_char,
-) -> c_int {
-    // SAFETY: as the importer promises.
-    unsafe { nothing(component, count, "text") }
+exported! {
+    /// There are no texts.
+    fmi2GetString(_references: *const u32, count: usize, _values: *mut *const c_char) => |_| no_texts(count);
+    /// There are no texts.
+    fmi2SetString(_references: *const u32, count: usize, _values: *const *const c_char) => |_| no_texts(count);
 }
 
-/// There are no texts.
-///
-/// # Safety
-/// A component.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    component: *mut Component,
-    _: *const u32,
-    count: usize,
-    _: *const *const c_char,
-) -> c_int {
-    // SAFETY: as the importer promises.
-    unsafe { nothing(component, count, "text") }
-}
-
-/// # Safety
-/// A component.
-unsafe fn nothing(component: *mut Component, count: usize, what: &str) -> c_int {
-    // SAFETY: as the caller promises.
-    unsafe {
-        with(component, |_| match count {
-            0 => Ok(()),
-            _ => Err(format!("it has no {what}")),
-        })
-    }
-}
-
-/// Functions of abilities that the description does not claim.
-macro_rules! without {
-    ($($name:ident($($type:ty),*) $what:literal;)*) => {
-        $(/// Not claimed by the description; an error.
-        ///
-        /// # Safety
-        /// A component.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(component: *mut Component $(, _: $type)*) -> c_int {
-            // SAFETY: as the importer promises.
-            unsafe { nothing(component, 1, $what) }
-        })*
-    };
+fn no_texts(count: usize) -> Outcome {
+    if count == 0 { Ok(()) } else { Err("it has no text".to_owned()) }
 }
 
 without! {
-    fmi2SerializedFMUstateSize(*mut c_void, *mut usize) "states as bytes";
-    fmi2SerializeFMUstate(*mut c_void, *mut u8, usize) "states as bytes";
-    fmi2DeSerializeFMUstate(*const u8, usize, *mut *mut c_void) "states as bytes";
-    fmi2GetDirectionalDerivative(*const u32, usize, *const u32, usize, *const f64, *mut f64) "derivatives";
-    fmi2SetRealInputDerivatives(*const u32, usize, *const c_int, *const f64) "derivatives of inputs";
-    fmi2GetRealOutputDerivatives(*const u32, usize, *const c_int, *mut f64) "derivatives of outputs";
-    fmi2CancelStep() "steps that go on by themselves";
+    "states as bytes":
+        fmi2SerializedFMUstateSize(*mut c_void, *mut usize), fmi2SerializeFMUstate(*mut c_void, *mut u8, usize),
+        fmi2DeSerializeFMUstate(*const u8, usize, *mut *mut c_void);
+    "derivatives":
+        fmi2GetDirectionalDerivative(*const u32, usize, *const u32, usize, *const f64, *mut f64);
+    "derivatives of inputs": fmi2SetRealInputDerivatives(*const u32, usize, *const c_int, *const f64);
+    "derivatives of outputs": fmi2GetRealOutputDerivatives(*const u32, usize, *const c_int, *mut f64);
+    "steps that go on by themselves": fmi2CancelStep();
 }
 
 /// Statuses of steps that go on by themselves, of which there are none.

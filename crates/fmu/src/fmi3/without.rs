@@ -3,7 +3,8 @@
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr::null_mut;
 
-use super::{Component, Logger, tell, with};
+use super::{Component, Logger, tell};
+use crate::exported::without;
 
 /// It is for co-simulation.
 #[unsafe(no_mangle)]
@@ -36,21 +37,6 @@ pub extern "C" fn fmi3InstantiateScheduledExecution(
 ) -> *mut Component {
     tell(logger, environment, "it is an FMU for co-simulation, not for scheduled execution");
     null_mut()
-}
-
-/// Functions of kinds of values that there are none of, and of abilities that the description does not claim.
-macro_rules! without {
-    ($($what:literal: $($name:ident($($type:ty),*)),*;)*) => {
-        $($(/// Not claimed by the description; an error.
-        ///
-        /// # Safety
-        /// A component.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(component: *mut Component $(, _: $type)*) -> c_int {
-            // SAFETY: as the importer promises.
-            unsafe { with(component, |_| Err(concat!("it has no ", $what).to_owned())) }
-        })*)*
-    };
 }
 
 type References = *const u32;

@@ -1,6 +1,7 @@
 //! Whether the numbers of a data sheet make a motor.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use standstill_files::sheet::{BridgeTable, SaturationTable, Sourced};
 use standstill_interface::Dq;
@@ -70,10 +71,7 @@ impl DataSheet {
             pole_pairs: check.whole("winding.pole_pairs", &w.pole_pairs, 1, 200)?.into(),
             resistance,
             rated_current,
-            dc_link: match &self.tables.rating.dc_link {
-                Some(dc_link) => Some(check.positive("rating.dc_link", dc_link)?),
-                None => None,
-            },
+            dc_link: check.positive_if_given("rating.dc_link", self.tables.rating.dc_link.as_ref())?,
             winding,
             magnet_flux,
             magnetics,
@@ -91,13 +89,8 @@ impl DataSheet {
 
     /// Core, harmonics, eddy currents and hysteresis.
     fn circuit(&self, check: &Check, core: Core, rated_current: f64) -> Result<MagneticCircuit, MotorError> {
-        let circuit = MagneticCircuit::new(core).map_err(|_| {
-            check.value(
-                "saturation",
-                &"not convex at no current",
-                "an energy whose inductances stay positive",
-            )
-        })?;
+        let circuit = MagneticCircuit::new(core)
+            .map_err(|_| check.value("saturation", "not convex at no current", CONVEX))?;
         let circuit = circuit.with_eddy_currents(check.eddy(self.tables.eddy.as_ref())?);
         let harmonics = check.harmonics(self.tables.harmonics.as_ref(), &circuit)?;
         let hysteresis = check.hysteresis(self.tables.hysteresis.as_ref(), rated_current)?;
@@ -117,7 +110,7 @@ impl DataSheet {
         let magnet_flux = w.magnet_flux.as_ref().ok_or_else(missing("winding.magnet_flux"))?;
         let winding = Winding {
             mean_inductance: check.positive("winding.mean_inductance", mean_inductance)?,
-            saliency: saliency.value.value(),
+            saliency: saliency.number(),
             leakage: check.at_least_zero("winding.leakage", leakage)?,
         };
         if winding.d_axis_inductance() <= 0.0 || winding.q_axis_inductance() <= 0.0 {
@@ -160,11 +153,11 @@ impl DataSheet {
         let (winding, magnet_flux) = Winding::of_map(&map);
         let w = &self.tables.winding;
         let stated = Winding {
-            mean_inductance: w.mean_inductance.as_ref().map_or(winding.mean_inductance, |l| l.value.value()),
-            saliency: w.saliency.as_ref().map_or(winding.saliency, |l| l.value.value()),
-            leakage: w.leakage.as_ref().map_or(0.0, |l| l.value.value()),
+            mean_inductance: w.mean_inductance.as_ref().map_or(winding.mean_inductance, |l| l.number()),
+            saliency: w.saliency.as_ref().map_or(winding.saliency, |l| l.number()),
+            leakage: w.leakage.as_ref().map_or(0.0, |l| l.number()),
         };
-        let stated_flux = w.magnet_flux.as_ref().map_or(magnet_flux, |flux| flux.value.value());
+        let stated_flux = w.magnet_flux.as_ref().map_or(magnet_flux, |flux| flux.number());
         Ok((stated, stated_flux, Core::Map(map)))
     }
 
@@ -198,21 +191,44 @@ const MAP_REACH: f64 = 1.05;
 /// No number of a motor is larger than this in SI units. It keeps typing errors from becoming infinite.
 const LARGEST: f64 = 1e12;
 
+/// What a core must be.
+const CONVEX: &str = "an energy whose inductances stay positive";
+
 /// And no positive one is smaller. What is small or large for a motor depends on its other numbers.
 const SMALLEST: f64 = 1e-15;
 
 impl Check<'_> {
-    pub(super) fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &str) -> MotorError {
-        wrong(self.sheet, key, found.to_string(), needed.to_owned())
+    pub(super) fn value(
+        &self,
+        key: &'static str,
+        found: impl fmt::Display,
+        needed: impl fmt::Display,
+    ) -> MotorError {
+        wrong(self.sheet, key, found.to_string(), needed.to_string())
+    }
+
+    /// A number within this range; `needed` says what it must be.
+    pub(super) fn within<U: Unit>(
+        &self,
+        key: &'static str,
+        from: &Sourced<U>,
+        range: RangeInclusive<f64>,
+        needed: impl fmt::Display,
+    ) -> Result<f64, MotorError> {
+        let number = from.number();
+        if range.contains(&number) { Ok(number) } else { Err(self.value(key, &from.value, needed)) }
     }
 
     pub(super) fn positive<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
-        let value = from.value.value();
-        if (SMALLEST..=LARGEST).contains(&value) {
-            Ok(value)
-        } else {
-            Err(self.value(key, &from.value, &format!("positive, from 1e-15 to 1e12 {}", U::SYMBOL)))
-        }
+        self.within(key, from, SMALLEST..=LARGEST, format_args!("positive, from 1e-15 to 1e12 {}", U::SYMBOL))
+    }
+
+    pub(super) fn positive_if_given<U: Unit>(
+        &self,
+        key: &'static str,
+        from: Option<&Sourced<U>>,
+    ) -> Result<Option<f64>, MotorError> {
+        from.map(|from| self.positive(key, from)).transpose()
     }
 
     pub(super) fn at_least_zero<U: Unit>(
@@ -220,12 +236,7 @@ impl Check<'_> {
         key: &'static str,
         from: &Sourced<U>,
     ) -> Result<f64, MotorError> {
-        let value = from.value.value();
-        if (0.0..=LARGEST).contains(&value) {
-            Ok(value)
-        } else {
-            Err(self.value(key, &from.value, &format!("zero or more, up to 1e12 {}", U::SYMBOL)))
-        }
+        self.within(key, from, 0.0..=LARGEST, format_args!("zero or more, up to 1e12 {}", U::SYMBOL))
     }
 
     /// A saturated core must be the motor that `[winding]` describes, or a change there would go unnoticed.
@@ -259,13 +270,9 @@ impl Check<'_> {
         least: u8,
         most: u8,
     ) -> Result<u8, MotorError> {
-        (least..=most).find(|n| f64::from(*n) == from.value.value()).ok_or_else(|| {
-            self.value(
-                key,
-                &from.value,
-                if least == 0 { "a whole number from 0 to 60" } else { "a whole number from 1 to 200" },
-            )
-        })
+        let found = (least..=most).find(|n| f64::from(*n) == from.number());
+        let needed = format_args!("a whole number from {least} to {most}");
+        found.ok_or_else(|| self.value(key, &from.value, needed))
     }
 
     fn saturation(&self, table: &SaturationTable) -> Result<Algebraic, MotorError> {
@@ -314,11 +321,7 @@ impl Check<'_> {
                     .is_ok_and(|flux| core.current_and_inverse_inductance(flux).1.is_positive_definite());
                 if !convex {
                     let found = format!("not convex near i_d = {:.3} A, i_q = {:.3} A", current.d, current.q);
-                    return Err(self.value(
-                        "saturation",
-                        &found,
-                        "an energy whose inductances stay positive",
-                    ));
+                    return Err(self.value("saturation", found, CONVEX));
                 }
             }
         }

@@ -17,9 +17,9 @@ use crate::{
 impl Check<'_> {
     pub(super) fn ratings(&self, table: &RatingTable) -> Result<Ratings, MotorError> {
         Ok(Ratings {
-            power: table.power.as_ref().map(|power| self.positive("rating.power", power)).transpose()?,
-            speed_rpm: table.speed.as_ref().map(|speed| self.positive("rating.speed", speed)).transpose()?,
-            torque: table.torque.as_ref().map(|torque| self.positive("rating.torque", torque)).transpose()?,
+            power: self.positive_if_given("rating.power", table.power.as_ref())?,
+            speed_rpm: self.positive_if_given("rating.speed", table.speed.as_ref())?,
+            torque: self.positive_if_given("rating.torque", table.torque.as_ref())?,
         })
     }
 
@@ -43,23 +43,16 @@ impl Check<'_> {
                 let key = if torque.is_some() { "rotor.cogging_periods" } else { "rotor.cogging_torque" };
                 return Err(self.value(
                     key,
-                    &"missing",
+                    "missing",
                     "given: cogging has a torque and a number of periods",
                 ));
             }
         };
         let backlash = match &r.brake_backlash {
             None => 0.0,
-            Some(backlash) if (0.0..=90.0).contains(&backlash.value.value()) => {
-                backlash.value.value().to_radians()
-            }
-            Some(backlash) => {
-                return Err(self.value(
-                    "rotor.brake_backlash",
-                    &backlash.value,
-                    "from 0 to 90 deg of the shaft",
-                ));
-            }
+            Some(play) => self
+                .within("rotor.brake_backlash", play, 0.0..=90.0, "from 0 to 90 deg of the shaft")?
+                .to_radians(),
         };
         Ok(Rotor { inertia: self.positive("rotor.inertia", &r.inertia)?, friction, cogging, backlash })
     }
@@ -82,11 +75,11 @@ impl Check<'_> {
         circuit: &MagneticCircuit,
     ) -> Result<Harmonics, MotorError> {
         let Some(table) = table else { return Ok(Harmonics::default()) };
-        let value = |from: &Option<Sourced<_>>| from.as_ref().map_or(0.0, |from| from.value.value());
-        let flux = |from: &Option<Sourced<_>>| from.as_ref().map_or(0.0, |from| from.value.value());
+        let inductance = |from: &Option<Sourced<_>>| from.as_ref().map_or(0.0, Sourced::number);
+        let flux = |from: &Option<Sourced<_>>| from.as_ref().map_or(0.0, Sourced::number);
         let harmonics = Harmonics {
-            inductance_4: value(&table.inductance_4),
-            asymmetry: value(&table.asymmetry),
+            inductance_4: inductance(&table.inductance_4),
+            asymmetry: inductance(&table.asymmetry),
             flux_5: flux(&table.flux_5),
             flux_7: flux(&table.flux_7),
         };
@@ -110,7 +103,7 @@ impl Check<'_> {
         let rest = circuit.rest(Heading::ZERO).norm();
         for (key, found) in [("harmonics.flux_5", &table.flux_5), ("harmonics.flux_7", &table.flux_7)] {
             if let Some(found) = found
-                && found.value.value().abs() > 0.3 * rest
+                && found.number().abs() > 0.3 * rest
             {
                 let needed =
                     format!("at most 0.3 of the flux without current, {}", listed(&[0.3 * rest], "Wb"));
@@ -122,19 +115,11 @@ impl Check<'_> {
 
     pub(super) fn eddy(&self, table: Option<&EddyTable>) -> Result<Option<EddyBranch>, MotorError> {
         let Some(table) = table else { return Ok(None) };
-        let time_constant = table.time_constant.value.value();
-        if !(1e-6..=1.0).contains(&time_constant) {
-            return Err(self.value("eddy.time_constant", &table.time_constant.value, "from 1 µs to 1 s"));
-        }
-        let depth = |key, from: &Sourced<One>| {
-            let depth = from.value.value();
-            let needed = "a share of the inductance, from 0 to 0.9";
-            if (0.0..=0.9).contains(&depth) { Ok(depth) } else { Err(self.value(key, &from.value, needed)) }
-        };
+        let (time, needed) = ("from 1 µs to 1 s", "a share of the inductance, from 0 to 0.9");
         Ok(Some(EddyBranch {
-            time_constant,
-            d_depth: depth("eddy.d_depth", &table.d_depth)?,
-            q_depth: depth("eddy.q_depth", &table.q_depth)?,
+            time_constant: self.within("eddy.time_constant", &table.time_constant, 1e-6..=1.0, time)?,
+            d_depth: self.within("eddy.d_depth", &table.d_depth, 0.0..=0.9, needed)?,
+            q_depth: self.within("eddy.q_depth", &table.q_depth, 0.0..=0.9, needed)?,
         }))
     }
 
@@ -147,7 +132,7 @@ impl Check<'_> {
         let Some(table) = table else { return Ok(None) };
         let HysteresisTable { coercive_current: coercive, depth, cells } = table;
         let [least, most] = [1e-4, 0.1].map(|share| share * rated_current);
-        let current = coercive.value.value();
+        let current = coercive.number();
         if current != 0.0 && !(least..=most).contains(&current) {
             let needed = format!(
                 "0, or from 0.01 % to 10 % of rated current, {} to {}: less is not seen, more is no soft iron",
@@ -156,16 +141,14 @@ impl Check<'_> {
             );
             return Err(self.value("hysteresis.coercive_current", &coercive.value, &needed));
         }
-        if !(0.001..=0.5).contains(&depth.value.value()) {
-            let needed = "a share of the inductance, from 0.001 to 0.5: most of it is the air gap's";
-            return Err(self.value("hysteresis.depth", &depth.value, needed));
-        }
+        let needed = "a share of the inductance, from 0.001 to 0.5: most of it is the air gap's";
+        let depth = self.within("hysteresis.depth", depth, 0.001..=0.5, needed)?;
         // Few and whole.
         #[allow(clippy::cast_possible_truncation)]
-        let number = (0..=MOST_CELLS as u8).find(|n| f64::from(*n) == cells.value.value());
+        let number = (0..=MOST_CELLS as u8).find(|n| f64::from(*n) == cells.number());
         Ok(Some(Hysteresis {
-            coercive_current: coercive.value.value(),
-            depth: depth.value.value(),
+            coercive_current: current,
+            depth,
             cells: number.ok_or_else(|| {
                 self.value("hysteresis.cells", &cells.value, "0 (no hysteresis), 1, 2 or 3")
             })?,
@@ -174,18 +157,9 @@ impl Check<'_> {
 
     pub(super) fn thermal(&self, table: Option<&ThermalTable>) -> Result<Thermal, MotorError> {
         let Some(table) = table else { return Ok(Thermal::default()) };
-        let reference = table.reference.value.value();
-        if !(-60.0..=300.0).contains(&reference) {
-            return Err(self.value("thermal.reference", &table.reference.value, "from -60 to 300 °C"));
-        }
-        let coefficient = |key, from: &Sourced<_>| {
-            let found = from.value.value();
-            if found.abs() <= 0.02 {
-                Ok(found)
-            } else {
-                Err(self.value(key, &from.value, "from -0.02 to 0.02 1/K"))
-            }
-        };
+        let (celsius, per_kelvin) = ("from -60 to 300 °C", "from -0.02 to 0.02 1/K");
+        let reference = self.within("thermal.reference", &table.reference, -60.0..=300.0, celsius)?;
+        let coefficient = |key, from: &Sourced<_>| self.within(key, from, -0.02..=0.02, per_kelvin);
         Ok(Thermal {
             winding_reference: reference,
             magnet_reference: reference,

@@ -18,9 +18,9 @@ use crate::{Algebraic, Core, Falls, Linear, Magnetics, Winding};
 
 fn falls(shares: &SharesTable) -> Falls {
     Falls {
-        d: shares.d.value.value(),
-        minus_d: shares.minus_d.as_ref().map(|share| share.value.value()),
-        q: shares.q.as_ref().map_or(0.0, |share| share.value.value()),
+        d: shares.d.number(),
+        minus_d: shares.minus_d.as_ref().map(|share| share.number()),
+        q: shares.q.as_ref().map_or(0.0, |share| share.number()),
     }
 }
 
@@ -29,18 +29,18 @@ pub(super) fn core(nameplate: &NameplateTable, winding: &Winding, magnet_flux: f
     let Some(saturation) = &nameplate.saturation else {
         return Some(Core::Linear(Linear::from_winding(winding, magnet_flux)));
     };
-    let inductance = [nameplate.d_axis_inductance.value.value(), nameplate.q_axis_inductance.value.value()];
-    let rated_current = nameplate.rated_current.value.value();
+    let inductance = [nameplate.d_axis_inductance.number(), nameplate.q_axis_inductance.number()];
+    let rated_current = nameplate.rated_current.number();
     Algebraic::falling(inductance, magnet_flux, rated_current, falls(saturation)).ok().map(Core::Algebraic)
 }
 
 /// L_d's fall at rated current along −d, where it is not given.
 fn assumed_minus_d(nameplate: &NameplateTable) -> Option<f64> {
     let winding = Winding { mean_inductance: 0.0, saliency: 0.0, leakage: 0.0 };
-    let core = core(nameplate, &winding, nameplate.magnet_flux.value.value())?;
-    let at = standstill_interface::Dq::new(-nameplate.rated_current.value.value(), 0.0);
+    let core = core(nameplate, &winding, nameplate.magnet_flux.number())?;
+    let at = standstill_interface::Dq::new(-nameplate.rated_current.number(), 0.0);
     let inductance = core.current_and_inverse_inductance(core.flux_at(at).ok()?).1.inverse().xx;
-    Some(1.0 - inductance / nameplate.d_axis_inductance.value.value())
+    Some(1.0 - inductance / nameplate.d_axis_inductance.number())
 }
 
 pub(super) fn entries(nameplate: &NameplateTable) -> Vec<Entry> {
@@ -69,7 +69,7 @@ pub(super) fn entries(nameplate: &NameplateTable) -> Vec<Entry> {
         reason: reason.to_owned(),
     };
     let share =
-        |key: &str, from: &Sourced<Share>| percent(key, from.value.value(), from.source, from.reason.trim());
+        |key: &str, from: &Sourced<Share>| percent(key, from.number(), from.source, from.reason.trim());
     let Some(saturation) = &nameplate.saturation else {
         entries.push(Entry {
             key: "nameplate.saturation".to_owned(),

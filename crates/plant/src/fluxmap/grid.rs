@@ -56,17 +56,17 @@ impl Grid {
         }
         let mut mirrored = [false; 2];
         let turned = Self::rectangle(file, &points, MOST_VALUES)?;
+        let mut mirror = |axis: &[f64], of: fn(&MapPoint) -> f64, twin: fn(&MapPoint) -> MapPoint| {
+            let twins = points.iter().filter(|point| axis[nearest(axis, of(point))] != 0.0).map(twin);
+            points = twins.chain(points.iter().cloned()).collect();
+        };
         if one_sided(&turned.q) && turned.is_odd_in_q() {
             mirrored[1] = true;
-            let twins = points.iter().filter(|p| turned.q[nearest(&turned.q, p.i_q)] != 0.0);
-            let twins = twins.map(|p| MapPoint { i_q: -p.i_q, psi_q: -p.psi_q, ..p.clone() });
-            points = twins.chain(points.iter().cloned()).collect();
+            mirror(&turned.q, |p| p.i_q, |p| MapPoint { i_q: -p.i_q, psi_q: -p.psi_q, ..p.clone() });
         }
         if axes == MapAxes::NoMagnet && one_sided(&turned.d) && turned.is_odd_in_d() {
             mirrored[0] = true;
-            let twins = points.iter().filter(|p| turned.d[nearest(&turned.d, p.i_d)] != 0.0);
-            let twins = twins.map(|p| MapPoint { i_d: -p.i_d, psi_d: -p.psi_d, ..p.clone() });
-            points = twins.chain(points.iter().cloned()).collect();
+            mirror(&turned.d, |p| p.i_d, |p| MapPoint { i_d: -p.i_d, psi_d: -p.psi_d, ..p.clone() });
         }
         // What symmetry adds is not the file's.
         let grid = Self::rectangle(file, &points, 2 * MOST_VALUES)?;
@@ -109,17 +109,9 @@ impl Grid {
             let (a, b) = (nearest(&d, point.i_d), nearest(&q, point.i_q));
             let cell = &mut places[a * q.len() + b];
             if let Some(first) = cell {
-                let found = format!(
-                    "a second point at i_d = {} A, i_q = {} A, after {first}",
-                    short(point.i_d),
-                    short(point.i_q)
-                );
-                return Err(MapError::new(
-                    file,
-                    Some(&point.place),
-                    found,
-                    "each pair of currents once".to_owned(),
-                ));
+                let [i_d, i_q] = [point.i_d, point.i_q].map(short);
+                let found = format!("a second point at i_d = {i_d} A, i_q = {i_q} A, after {first}");
+                return Err(MapError::new(file, Some(&point.place), found, "each pair of currents once"));
             }
             *cell = Some(point.place.clone());
             (psi_d[(a, b)], psi_q[(a, b)]) = (point.psi_d, point.psi_q);
@@ -148,12 +140,8 @@ impl Grid {
             let ratio = step(&most) / step(&least);
             if ratio > UNEVEN {
                 let words = |pair: &[f64]| {
-                    format!(
-                        "{} A (from {} to {} A)",
-                        rounded(step(&pair)),
-                        rounded(pair[0]),
-                        rounded(pair[1])
-                    )
+                    let [width, low, high] = [step(&pair), pair[0], pair[1]].map(rounded);
+                    format!("{width} A (from {low} to {high} A)")
                 };
                 let found =
                     format!("steps of {name} from {} to {}, {ratio:.0} : 1", words(least), words(most));
@@ -319,26 +307,16 @@ impl Grid {
         let slack = NO_FLUX * self.largest_flux();
         for a in 0..self.d.len() {
             for b in 0..self.q.len() {
-                let (d, q) = (&self.psi_d, &self.psi_q);
-                if a > 0 && d[(a, b)] <= d[(a - 1, b)] - slack {
-                    let found = format!(
-                        "psi_d = {} Wb at {}, after {} Wb at {}",
-                        short(d[(a, b)]),
-                        name(a, b),
-                        short(d[(a - 1, b)]),
-                        name(a - 1, b)
-                    );
-                    return error(a, b, found, "more flux along d with more current along d");
-                }
-                if b > 0 && q[(a, b)] <= q[(a, b - 1)] - slack {
-                    let found = format!(
-                        "psi_q = {} Wb at {}, after {} Wb at {}",
-                        short(q[(a, b)]),
-                        name(a, b),
-                        short(q[(a, b - 1)]),
-                        name(a, b - 1)
-                    );
-                    return error(a, b, found, "more flux along q with more current along q");
+                let before_d = (a.saturating_sub(1), b);
+                let before_q = (a, b.saturating_sub(1));
+                for (axis, psi, before) in [("d", &self.psi_d, before_d), ("q", &self.psi_q, before_q)] {
+                    if before != (a, b) && psi[(a, b)] <= psi[before] - slack {
+                        let [now, then] = [psi[(a, b)], psi[before]].map(short);
+                        let (here, there) = (name(a, b), name(before.0, before.1));
+                        let found = format!("psi_{axis} = {now} Wb at {here}, after {then} Wb at {there}");
+                        let needed = format!("more flux along {axis} with more current along {axis}");
+                        return error(a, b, found, &needed);
+                    }
                 }
             }
         }

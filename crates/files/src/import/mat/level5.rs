@@ -8,7 +8,7 @@
 use std::io::Read;
 
 use super::Variables;
-use crate::import::arrays::{Array, MOST_POINTS, each};
+use crate::import::arrays::{self, Array, MOST_POINTS};
 
 /// Types of elements.
 const COMPRESSED: u32 = 15;
@@ -91,24 +91,24 @@ impl<'a> Reader<'a> {
 
     /// Numbers of an element of one of the numeric types.
     fn numbers(&self, kind: u32, data: &[u8]) -> Option<Vec<f64>> {
-        let big = self.big;
         // As numbers of eight bytes, bytes take eight times their room.
         if data.len() > 8 * MOST_POINTS {
             return None;
         }
-        Some(match kind {
-            1 => each(data, big, |bytes| f64::from(i8::from_le_bytes(bytes))),
-            2 => each(data, big, |bytes| f64::from(u8::from_le_bytes(bytes))),
-            3 => each(data, big, |bytes| f64::from(i16::from_le_bytes(bytes))),
-            4 => each(data, big, |bytes| f64::from(u16::from_le_bytes(bytes))),
-            5 => each(data, big, |bytes| f64::from(i32::from_le_bytes(bytes))),
-            6 => each(data, big, |bytes| f64::from(u32::from_le_bytes(bytes))),
-            7 => each(data, big, |bytes| f64::from(f32::from_le_bytes(bytes))),
-            9 => each(data, big, f64::from_le_bytes),
-            12 => each(data, big, |bytes| i64::from_le_bytes(bytes) as f64),
-            13 => each(data, big, |bytes| u64::from_le_bytes(bytes) as f64),
+        let kind = match kind {
+            1 => "i1",
+            2 => "u1",
+            3 => "i2",
+            4 => "u2",
+            5 => "i4",
+            6 => "u4",
+            7 => "f4",
+            9 => "f8",
+            12 => "i8",
+            13 => "u8",
             _ => return None,
-        })
+        };
+        arrays::numbers(kind, data, self.big)
     }
 }
 

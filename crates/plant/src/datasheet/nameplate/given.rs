@@ -22,13 +22,12 @@ mod tests;
 
 use std::f64::consts::{PI, SQRT_2};
 
-use standstill_quantity::Unit;
 use standstill_quantity::unit::{
     Ampere, Henry, Ohm, RevolutionsPerMinuteVolt, VoltPerThousandRevolutionsPerMinute, Weber,
 };
 use toml::{Table, Value};
 
-use super::reader::{Reader, positive};
+use super::reader::Reader;
 use super::whole::sourced;
 
 /// A number that data sheets give in several ways: its name, the keys that it has in the end, and the ways, each with its keys.
@@ -172,28 +171,22 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
     let from = |key: &str| given.get(key).cloned().unwrap_or(Value::Float(0.0));
     let key = way[0];
     let volts = |reader: &mut Reader| {
-        number::<VoltPerThousandRevolutionsPerMinute>(reader, key, "positive, such as \"4.6 V/krpm\"")
+        reader.positive::<VoltPerThousandRevolutionsPerMinute>(key, "positive, such as \"4.6 V/krpm\"")
     };
     let flux = |value: f64, how: &str| Some(vec![converted(value, &from(key), how)]);
     match key {
         "resistance_line_to_line" => {
-            let r = number::<Ohm>(
-                reader,
-                key,
-                "the positive resistance between two terminals, such as \"0.1 Ω\"",
-            )?;
+            let r = reader
+                .positive::<Ohm>(key, "the positive resistance between two terminals, such as \"0.1 Ω\"")?;
             Some(vec![converted(0.5 * r, &from(key), "half of {} between two terminals")])
         }
         "vesc_R" => {
-            let r = number::<Ohm>(reader, key, "the positive foc_motor_r of a VESC, such as \"18 mΩ\"")?;
+            let r = reader.positive::<Ohm>(key, "the positive foc_motor_r of a VESC, such as \"18 mΩ\"")?;
             Some(vec![converted(r, &from(key), "foc_motor_r = {}")])
         }
         "L_line_to_line" => {
-            let l = number::<Henry>(
-                reader,
-                key,
-                "the positive inductance between two terminals, such as \"40 µH\"",
-            )?;
+            let l = reader
+                .positive::<Henry>(key, "the positive inductance between two terminals, such as \"40 µH\"")?;
             Some(vec![converted(
                 0.5 * l,
                 &from(key),
@@ -202,7 +195,7 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
         }
         "L_line_to_line_min" => {
             let [least, most] = ["L_line_to_line_min", "L_line_to_line_max"].map(|key| {
-                number::<Henry>(reader, key, "the positive inductance between two terminals where it is least (min) or most (max), such as \"40 µH\"")
+                reader.positive::<Henry>(key, "the positive inductance between two terminals where it is least (min) or most (max), such as \"40 µH\"")
             });
             let (least, most) = (least?, most?);
             if most < least {
@@ -216,7 +209,7 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
             Some(vec![half(least, "L_line_to_line_min"), half(most, "L_line_to_line_max")])
         }
         "vesc_L" => {
-            let l = number::<Henry>(reader, key, "the positive foc_motor_l of a VESC, such as \"14 µH\"")?;
+            let l = reader.positive::<Henry>(key, "the positive foc_motor_l of a VESC, such as \"14 µH\"")?;
             let apart = "vesc_ld_lq_diff";
             let difference = match given.get(apart) {
                 None => 0.0,
@@ -229,7 +222,7 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
             Some([-0.5, 0.5].map(|half| converted(l + half * difference, &from(key), how)).into())
         }
         "Kv" => {
-            let kv = number::<RevolutionsPerMinuteVolt>(reader, key, "positive, such as \"900 rpm/V\"")?;
+            let kv = reader.positive::<RevolutionsPerMinuteVolt>(key, "positive, such as \"900 rpm/V\"")?;
             flux(of_speed_constant(kv, pole_pairs()?), "Kv = {}, 60 / (2π √3 p Kv)")
         }
         "Ke_line_peak" => flux(
@@ -247,22 +240,17 @@ fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
             flux(of_voltage_constant(volts(reader)? * SQRT_2, pole_pairs()?), "Ke = {} of a phase, rms")
         }
         "vesc_lambda" => {
-            let flux_linkage = number::<Weber>(
-                reader,
+            let flux_linkage = reader.positive::<Weber>(
                 key,
                 "the positive foc_motor_flux_linkage of a VESC, such as \"3.4 mWb\"",
             )?;
             flux(flux_linkage, "foc_motor_flux_linkage = {}")
         }
         "rated_current_rms" => {
-            let i = number::<Ampere>(reader, key, "the positive rms current of a phase, such as \"10 A\"")?;
+            let i =
+                reader.positive::<Ampere>(key, "the positive rms current of a phase, such as \"10 A\"")?;
             Some(vec![converted(SQRT_2 * i, &from(key), "√2 times {} rms")])
         }
         _ => None,
     }
-}
-
-fn number<U: Unit>(reader: &mut Reader, key: &'static str, needed: &str) -> Option<f64> {
-    let table = reader.table;
-    reader.number::<U>(key, table.get(key), needed, positive)
 }

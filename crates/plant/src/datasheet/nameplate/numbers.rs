@@ -63,8 +63,8 @@ impl DataSheet {
                 put(own.leakage.as_mut()?, value);
             }
         }
-        let inductance = [plate.d_axis_inductance.value.value(), plate.q_axis_inductance.value.value()];
-        let [mean, saliency] = winding(inductance, own.leakage.as_ref()?.value.value());
+        let inductance = [plate.d_axis_inductance.number(), plate.q_axis_inductance.number()];
+        let [mean, saliency] = winding(inductance, own.leakage.as_ref()?.number());
         put(own.mean_inductance.as_mut()?, mean);
         put(own.saliency.as_mut()?, saliency);
         if !(inertia || stiction || coulomb) {
@@ -72,10 +72,10 @@ impl DataSheet {
         }
         let strength = Strength {
             inductance,
-            magnet_flux: plate.magnet_flux.value.value(),
-            rated_current: plate.rated_current.value.value(),
-            dc_link: plate.dc_link.value.value(),
-            pole_pairs: plate.pole_pairs.value.value(),
+            magnet_flux: plate.magnet_flux.number(),
+            rated_current: plate.rated_current.number(),
+            dc_link: plate.dc_link.number(),
+            pole_pairs: plate.pole_pairs.number(),
         };
         let [assumed_inertia, friction] = strength.inertia_and_friction();
         let rotor = &mut sheet.rotor;

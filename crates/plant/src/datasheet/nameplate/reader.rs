@@ -68,7 +68,7 @@ pub(in crate::datasheet) fn spelled_out(
 }
 
 /// Larger or smaller numbers are typing errors of any motor, and would end in infinities.
-pub(super) fn positive(value: f64) -> bool {
+fn positive(value: f64) -> bool {
     (1e-15..=1e12).contains(&value)
 }
 
@@ -103,7 +103,7 @@ impl Reader<'_> {
         };
         let place = self.place(key.split('.').next().unwrap_or(key));
         match Sourced::<U>::of(with_source(value)) {
-            Ok(found) if fits(found.value.value()) => Some(found.value.value()),
+            Ok(found) if fits(found.number()) => Some(found.number()),
             Ok(found) => {
                 self.problems.push(format!("{place}{key} is {}, but must be {needed}", found.value));
                 None
@@ -115,6 +115,12 @@ impl Reader<'_> {
         }
     }
 
+    /// A positive number by its key.
+    pub(super) fn positive<U: Unit>(&mut self, key: &'static str, needed: &str) -> Option<f64> {
+        let table = self.table;
+        self.number::<U>(key, table.get(key), needed, positive)
+    }
+
     fn nameplate(&mut self) -> Option<Nameplate> {
         let table = self.table;
         let get = |key: &str| table.get(key);
@@ -124,17 +130,15 @@ impl Reader<'_> {
             "a whole number from 1 to 200, half the number of poles",
             |p| (1.0..=200.0).contains(&p) && p.fract() == 0.0,
         );
-        let resistance = self.number::<Ohm>(
+        let resistance = self.positive::<Ohm>(
             "resistance",
-            get("resistance"),
             "the positive resistance of one phase, half of that between two terminals, such as \"50 mΩ\"",
-            positive,
         );
         let [l_d, l_q] = [("L_d", "along the magnet"), ("L_q", "across the magnet")].map(|(key, where_to)| {
             let needed = format!(
                 "the positive inductance of one phase {where_to} without current, half of the one between two terminals there, such as \"2.1 mH\""
             );
-            self.number::<Henry>(key, get(key), &needed, positive)
+            self.positive::<Henry>(key, &needed)
         });
         let magnet_flux = self.number::<Weber>(
             "magnet_flux",
@@ -142,33 +146,20 @@ impl Reader<'_> {
             "zero or more, the peak voltage of a phase over the electrical speed in rad/s, such as \"90 mWb\"",
             |flux| flux == 0.0 || positive(flux),
         );
-        let rated_current = self.number::<Ampere>(
+        let rated_current = self.positive::<Ampere>(
             "rated_current",
-            get("rated_current"),
             "the positive peak current of a phase, the rms value times 1.414, such as \"10 A\"",
-            positive,
         );
-        let dc_link = self.number::<Volt>(
-            "dc_link",
-            get("dc_link"),
-            "the positive voltage of the drive's DC link, such as \"48 V\"",
-            positive,
-        );
-        if let Some(power) = get("power") {
-            self.number::<Watt>("power", Some(power), "positive, such as \"5 kW\"", positive);
+        let dc_link =
+            self.positive::<Volt>("dc_link", "the positive voltage of the drive's DC link, such as \"48 V\"");
+        if table.contains_key("power") {
+            self.positive::<Watt>("power", "positive, such as \"5 kW\"");
         }
-        for key in ["rated_speed", "rated_torque"] {
-            let (value, speed) = (get(key), key == "rated_speed");
-            let _ = match value {
-                None => None,
-                value if speed => self.number::<RevolutionsPerMinute>(
-                    key,
-                    value,
-                    "positive, such as \"3000 rpm\"",
-                    positive,
-                ),
-                value => self.number::<NewtonMetre>(key, value, "positive, such as \"14 N m\"", positive),
-            };
+        if table.contains_key("rated_speed") {
+            self.positive::<RevolutionsPerMinute>("rated_speed", "positive, such as \"3000 rpm\"");
+        }
+        if table.contains_key("rated_torque") {
+            self.positive::<NewtonMetre>("rated_torque", "positive, such as \"14 N m\"");
         }
         let leakage = match get("leakage") {
             None => Some(0.0),

@@ -117,17 +117,7 @@ impl<V: Wide> Circuits<V> {
     pub fn fits(&self, circuit: &MagneticCircuit) -> bool {
         let same_formula = match (&self.formula, formula(&circuit.core)) {
             (None, _) => true,
-            (Some(these), Some(core)) => {
-                let exponents = |d: u8, q: u8, cross_d: u8, cross_q: u8| [d, q, cross_d, cross_q];
-                exponents(these.d_exponent, these.q_exponent, these.cross_d_exponent, these.cross_q_exponent)
-                    == exponents(
-                        core.d_exponent,
-                        core.q_exponent,
-                        core.cross_d_exponent,
-                        core.cross_q_exponent,
-                    )
-                    && these.bridge.map(|bridge| bridge.exponent) == core.bridge.map(|bridge| bridge.exponent)
-            }
+            (Some(these), Some(core)) => these.exponents() == core.exponents(),
             (Some(_), None) => false,
         };
         same_formula
