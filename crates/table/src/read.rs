@@ -79,87 +79,78 @@ impl Reader {
         places: [usize; N],
         mut each: impl FnMut([Option<f64>; N]),
     ) -> Result<(), TableError> {
-        let at = |place: Place, n: usize, found: String| TableError::At {
-            path: self.path.clone(),
-            place,
-            column: Some(self.columns[places[n]].clone()),
-            found,
-            needed: Kind::Number.needed().to_owned(),
+        let numeric = |_: Kind, cell: &Value<'_>| {
+            matches!(cell, Value::Empty | Value::Whole(_))
+                || matches!(cell, Value::Number(x) if x.is_finite())
         };
-        match self.source {
-            Source::Csv(mut from, first) => {
-                let mut next = first;
-                while let Some(mut record) = next {
-                    let mut row = [None; N];
-                    for (n, cell) in row.iter_mut().enumerate() {
-                        let text = &record[places[n]];
-                        *cell = number(text).map_err(|()| {
-                            at(Place::Line(line(&self.path, record.position())), n, quoted(text))
-                        })?;
-                    }
-                    each(row);
-                    next = advance(&self.path, &mut from, &mut record)?.then_some(record);
-                }
-            }
-            Source::Parquet(file) => file.rows(&self.path, &places, |row, cells| {
-                let mut numbers = [None; N];
-                for (n, (number, cell)) in numbers.iter_mut().zip(cells).enumerate() {
-                    *number = match cell {
-                        Value::Empty => None,
-                        Value::Whole(whole) => Some(*whole as f64),
-                        Value::Number(number) if number.is_finite() => Some(*number),
-                        other => return Err(at(Place::Row(row), n, said(other))),
-                    };
-                }
-                each(numbers);
-                Ok(())
-            })?,
-        }
-        Ok(())
+        self.cells(&places.map(|place| (place, Kind::Number)), numeric, |cells| {
+            let number = |cell: &Value<'_>| match cell {
+                Value::Whole(whole) => Some(*whole as f64),
+                Value::Number(number) => Some(*number),
+                _ => None,
+            };
+            each(std::array::from_fn(|n| number(&cells[n])));
+        })
     }
 
     /// Calls `each` with the values that every row has in these columns, which must be there with these kinds.
     ///
     /// # Errors
     /// A column that is missing; a value of another kind; a file that cannot be read any further.
-    pub fn values(self, columns: &[Column], mut each: impl FnMut(&[Value<'_>])) -> Result<(), TableError> {
+    pub fn values(self, columns: &[Column], each: impl FnMut(&[Value<'_>])) -> Result<(), TableError> {
         let place = |column: &Column| {
             let found = self.columns.iter().position(|name| *name == column.name);
-            found.ok_or_else(|| file_error(&self.path, &format!("no column {}", column.name)))
+            let found = found.ok_or_else(|| file_error(&self.path, &format!("no column {}", column.name)));
+            found.map(|place| (place, column.kind))
         };
         let places = columns.iter().map(place).collect::<Result<Vec<_>, _>>()?;
-        let wrong = |place: Place, column: &Column, found: String| TableError::At {
+        self.cells(&places, is_of, each)
+    }
+
+    /// Calls `each` with the cells that every row has in columns of these indices and kinds; `fits` says whether one of a Parquet file
+    /// is of its kind.
+    fn cells(
+        self,
+        columns: &[(usize, Kind)],
+        fits: fn(Kind, &Value<'_>) -> bool,
+        mut each: impl FnMut(&[Value<'_>]),
+    ) -> Result<(), TableError> {
+        let wrong = |place: Place, (column, kind): (usize, Kind), found: String| TableError::At {
             path: self.path.clone(),
             place,
-            column: Some(column.name.clone()),
+            column: Some(self.columns[column].clone()),
             found,
-            needed: column.kind.needed().to_owned(),
+            needed: kind.needed().to_owned(),
         };
         match self.source {
             Source::Csv(mut from, first) => {
                 let mut next = first;
                 while let Some(mut record) = next {
-                    let cell = |(column, place): (&Column, &usize)| {
-                        let text = &record[*place];
-                        value(column.kind, text).ok_or_else(|| {
-                            wrong(Place::Line(line(&self.path, record.position())), column, quoted(text))
+                    let cell = |&(column, kind): &(usize, Kind)| {
+                        let text = &record[column];
+                        value(kind, text).ok_or_else(|| {
+                            let place = Place::Line(line(&self.path, record.position()));
+                            wrong(place, (column, kind), quoted(text))
                         })
                     };
-                    let row = columns.iter().zip(&places).map(cell).collect::<Result<Vec<_>, _>>()?;
+                    let row = columns.iter().map(cell).collect::<Result<Vec<_>, _>>()?;
                     each(&row);
                     next = advance(&self.path, &mut from, &mut record)?.then_some(record);
                 }
-            }
-            Source::Parquet(file) => file.rows(&self.path, &places, |row, cells| {
-                let unlike = |(column, cell): &(&Column, &Value<'_>)| !is_of(column.kind, cell);
-                if let Some((column, cell)) = columns.iter().zip(cells).find(unlike) {
-                    return Err(wrong(Place::Row(row), column, said(cell)));
-                }
-                each(cells);
                 Ok(())
-            })?,
+            }
+            Source::Parquet(file) => {
+                let places: Vec<usize> = columns.iter().map(|(place, _)| *place).collect();
+                file.rows(&self.path, &places, |row, cells| {
+                    let unlike = |((_, kind), cell): &(&(usize, Kind), &Value<'_>)| !fits(*kind, cell);
+                    if let Some((column, cell)) = columns.iter().zip(cells).find(unlike) {
+                        return Err(wrong(Place::Row(row), *column, said(cell)));
+                    }
+                    each(cells);
+                    Ok(())
+                })
+            }
         }
-        Ok(())
     }
 
     fn open_csv(path: &Path) -> Result<Self, TableError> {
