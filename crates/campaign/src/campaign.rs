@@ -27,7 +27,7 @@ use thiserror::Error;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Campaign<'a, S = LineInductanceSettings<f64>> {
-    /// What each trial is.
+    /// The scenario of each trial.
     pub scenario: &'a Scenario<S>,
     /// How many.
     pub trials: u64,

@@ -19,7 +19,7 @@ use standstill_scenario::{Record, TrialError};
 
 /// Trials that can be run, at one point or several.
 pub(crate) trait Trials: Sync {
-    /// What all trials at a point have in common.
+    /// Common data of all trials at a point.
     type Point: Send + Sync;
     /// Why a point or a trial cannot be run.
     type Error: Send;
@@ -84,7 +84,7 @@ impl Group {
     }
 }
 
-/// What one thread did of a block: records with their places, and where it had to stop.
+/// One thread's part of a block: records with their places, and where it had to stop.
 struct Part<E> {
     records: Vec<(usize, Record)>,
     failed: Option<(usize, E)>,
@@ -156,7 +156,7 @@ impl<'a, T: Trials> Engine<'a, T> {
     }
 }
 
-/// What one thread does: group by group, as many trials of each as the others leave it.
+/// Work of one thread: group by group, as many trials of each as the others leave it.
 fn run<'g, T: Trials>(
     trials: &T,
     points: &BTreeMap<usize, T::Point>,

@@ -31,7 +31,7 @@ impl Trials for Plan {
 /// Trials of a plan at one of its points, which are looked at and not stored.
 #[derive(Clone, Debug)]
 pub struct Glance<'a> {
-    /// What each trial is.
+    /// The scenario of each trial.
     pub plan: &'a Plan,
     /// The point.
     pub point: usize,

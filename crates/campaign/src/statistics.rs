@@ -153,7 +153,7 @@ impl Default for Statistics {
     }
 }
 
-/// What a campaign says.
+/// Summary of a campaign.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Trials in all.
@@ -164,7 +164,7 @@ pub struct Summary {
     pub undetermined: u64,
     /// Given up by the detector.
     pub failed: u64,
-    /// That the simulation could not carry out.
+    /// Trials that the simulation could not carry out.
     pub errors: u64,
     /// Why there was no angle, and how often.
     pub reasons: BTreeMap<String, Occurrence>,

@@ -72,7 +72,7 @@ fn law_a_pole_is_named_exactly_where_its_evidence_is_enough() {
 #[test]
 fn law_evidence_tells_a_wrong_signature_and_is_none_without_one() {
     for method in MethodName::ALL.into_iter().filter(|method| few(*method) > 0) {
-        let told = |signature| {
+        let configured = |signature| {
             let motor = built_in("paper-5k5").expect("built in");
             let scenario = Scenario::new(motor, ErrorSet::Default, RotorState::Locked, 1, |drive| {
                 let drive = Nameplate { signature, pulse_signature: signature, ..*drive };
@@ -81,11 +81,12 @@ fn law_evidence_tells_a_wrong_signature_and_is_none_without_one() {
             outcomes(&scenario, 2, false)
         };
         let evidence = |(outcome, north): &(Outcome<f64>, Angle<f64>)| outcome.evidence_for(*north);
-        for (right, wrong) in told(Signature::Normal).iter().zip(&told(Signature::Inverted)) {
-            let (right, wrong) = (evidence(right).expect("told"), evidence(wrong).expect("told"));
+        for (right, wrong) in configured(Signature::Normal).iter().zip(&configured(Signature::Inverted)) {
+            let (right, wrong) =
+                (evidence(right).expect("a signature"), evidence(wrong).expect("a signature"));
             assert!(right > 0.0 && (right + wrong).abs() < 1e-9 * right, "{method}: {right} {wrong}");
         }
-        assert!(told(Signature::None).iter().all(|none| evidence(none).is_none()), "{method}");
+        assert!(configured(Signature::None).iter().all(|none| evidence(none).is_none()), "{method}");
     }
     // An alignment turns the rotor to a known angle: its readings say that it followed, not which pole came.
     let aligned = Scenario::of_method(
@@ -147,18 +148,18 @@ fn regress_ringing_leaves_few_poles_open() {
         let Method::MaximumLikelihood(settings) = &scenario.detector else { panic!("as asked") };
         // Of each component of a sum over three lines.
         let floor = settings.pulses.pole_floor * 1.5_f64.sqrt();
-        let told = |scenario: &Scenario<Method<f64>>| -> Vec<[f64; 2]> {
-            let told = |(outcome, north): &(Outcome<f64>, Angle<f64>)| {
+        let errors = |scenario: &Scenario<Method<f64>>| -> Vec<[f64; 2]> {
+            let error = |(outcome, north): &(Outcome<f64>, Angle<f64>)| {
                 let needed = outcome.findings().pole_evidence.expect("a signature").needed;
                 [outcome.evidence_for(*north).expect("a signature"), needed]
             };
-            outcomes(scenario, trials, false).iter().map(told).collect()
+            outcomes(scenario, trials, false).iter().map(error).collect()
         };
-        let with = told(&scenario);
+        let with = errors(&scenario);
         if let Method::MaximumLikelihood(settings) = &mut scenario.detector {
             settings.pulses.pole_floor = 1e-9;
         }
-        let without = told(&scenario);
+        let without = errors(&scenario);
         assert!(with.iter().all(|[evidence, needed]| evidence > &-needed), "a wrong pole: {with:?}");
         let middle = |of: &dyn Fn(f64, f64) -> f64| {
             let mut all: Vec<f64> = with.iter().zip(&without).map(|([a, _], [b, _])| of(*a, *b)).collect();

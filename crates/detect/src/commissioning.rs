@@ -26,7 +26,7 @@
 //! It can be learnt, best together with M, which it lets vary with 2θ; but its two unknowns made as much uncertain as
 //! they explained, up to 32 positions of a drive whose single reading is good to 0.2°, and more with one of 0.5°.
 //!
-//! What no position can tell is a common turn of all: where θ = 0 is. It is defined by the winding, as is that H and P
+//! A common turn of all positions, the place of θ = 0, cannot be identified. It is defined by the winding, as is that H and P
 //! are real, which holds for motors whose halves about the d-axis are alike.
 
 mod correction;
@@ -47,7 +47,7 @@ use fit::{Extent, Factor, Normal, Position, minimise};
 use model::{Model, at};
 use thiserror::Error;
 
-/// What learning demands.
+/// Settings of a commissioning run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommissioningSettings<T> {
     /// Sign of the motor's L_B.
@@ -105,7 +105,7 @@ pub enum CommissioningError<T> {
     TooClose {
         /// See [`CommissioningSettings::most_dilution`]. Infinite where an unknown has no effect at all.
         dilution: T,
-        /// What is allowed.
+        /// The limit.
         allowed: T,
     },
     /// The lines are not those of such a motor.
@@ -116,7 +116,7 @@ pub enum CommissioningError<T> {
     Unexplained {
         /// rms of what is left, in units of |L_B|.
         residual: T,
-        /// What is allowed.
+        /// The limit.
         allowed: T,
     },
     /// No least sum of squares was found, or it is one of no such motor.
@@ -138,7 +138,7 @@ pub struct Deviations<T> {
     pub axis: T,
 }
 
-/// What was learnt.
+/// Result of a commissioning run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Learnt<T> {
     /// To be kept.
@@ -208,11 +208,11 @@ impl<T: Real> Commissioning<T> {
         self.count == 0
     }
 
-    /// L_AB, L_BC, L_CA in H at another position, and the rotor's angle as that detection told it, if it told a pole.
+    /// L_AB, L_BC, L_CA in H at another position, and the rotor's angle by that detection, if it found a pole.
     /// Only the pole is taken from it: an error below 90° does not matter.
     ///
     /// # Errors
-    /// What is no inductance, or one more than there is room for; nothing was added.
+    /// A value that is no inductance, or no room for another; nothing was added.
     pub fn add(&mut self, lines: Abc<T>, north: Option<Angle<T>>) -> Result<(), CommissioningError<T>> {
         if !lines.0.iter().all(|line| line.is_finite() && *line > T::zero()) {
             return Err(CommissioningError::NotInductive);
@@ -225,7 +225,7 @@ impl<T: Real> Commissioning<T> {
         Ok(())
     }
 
-    /// What the positions tell together. Saturation is learnt if every position has its pole.
+    /// Estimate from all positions. Saturation is learnt if every position has its pole.
     ///
     /// # Errors
     /// Too few positions, too close to each other, or of no such motor.

@@ -1,6 +1,6 @@
 //! Keys: what an engineer may set of a method, by name, in a scenario or on a command line.
 //!
-//! What a key is, its unit, its range and what it means, stands here once, because several methods may have the same. Which
+//! A key's name, unit, range and meaning stand here once, because several methods may have the same. Which
 //! keys a method has and what each does to its settings stands in the method's own file, as a table of [`Setting`]s:
 //! everything that reads, checks, lists or prints them goes through these tables.
 //!
@@ -36,7 +36,7 @@ pub enum Value {
     Flag(bool),
 }
 
-/// What the values of a key are.
+/// Kind of a key's values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// Numbers.
@@ -63,13 +63,13 @@ pub enum Kind {
 pub struct Key {
     /// Its name, as in files.
     pub name: &'static str,
-    /// What it sets.
+    /// Description, in a sentence.
     pub about: &'static str,
-    /// What its values are.
+    /// Kind of its values.
     pub kind: Kind,
 }
 
-/// What a key does to settings `S`.
+/// How a key reads and changes settings `S`.
 #[derive(Debug)]
 pub struct Setting<S: 'static> {
     /// The key.
@@ -109,7 +109,7 @@ pub trait Keyed: Sized + 'static {
         None
     }
 
-    /// What a key does, if there is such a key.
+    /// The setting of a key, if there is such a key.
     fn setting(key: &Key) -> Option<&'static Setting<Self>> {
         Self::SETTINGS.iter().find(|setting| setting.key.name == key.name)
     }

@@ -236,13 +236,13 @@ impl<T: Real> Method<T> {
         matches!(self, Self::MaximumLikelihood(settings) if settings.adaptive.is_some())
     }
 
-    /// The same with line pulses of this length; none of a method without line pulses.
+    /// The method with line pulses of this length; none of a method without line pulses.
     #[must_use]
     pub fn with_pulse(mut self, pulse: Nanos) -> Option<Self> {
         self.set(&keys::PULSE, Value::time(pulse)).then_some(self)
     }
 
-    /// A method as it suits this motor and drive, told the motor's polarity signature.
+    /// A method as it suits this motor and drive, with the motor's polarity signature.
     pub fn suited(name: MethodName, drive: &Nameplate<T>) -> Self {
         let line_inductance = |decay| {
             let mut settings = LineInductanceSettings::paper(decay, drive);

@@ -1,4 +1,4 @@
-//! What the engineer of a drive knows of it and of its motor, from which each method's settings can follow.
+//! Nameplate data of motor and drive, from which each method's settings follow.
 
 use standstill_interface::{Nanos, Real};
 
@@ -30,7 +30,7 @@ impl<T: Real> Default for Sensing<T> {
 }
 
 impl<T: Real> Sensing<T> {
-    /// The same in another precision.
+    /// Conversion to another precision.
     fn cast<U: Real>(&self) -> Sensing<U> {
         let cast = |value: T| U::of(value.to_double());
         Sensing {
@@ -146,7 +146,7 @@ pub struct Nameplate<T> {
     pub magnet_flux: T,
     /// Which pole draws the larger current near rated current.
     pub signature: Signature,
-    /// The same for pulses of half the rated current, which the bipolar methods use.
+    /// Which pole draws the larger current in pulses of half the rated current, which the bipolar methods use.
     pub pulse_signature: Signature,
     /// By what share one pole's current exceeds the other's near rated current.
     pub polarity_difference: T,
@@ -210,7 +210,7 @@ impl<T: Real> Nameplate<T> {
         Nanos::from_seconds(self.rated_pulse.seconds() * (0.9 + 0.1 * share))
     }
 
-    /// The same in another precision.
+    /// Conversion to another precision.
     ///
     /// ```
     /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));

@@ -1,4 +1,4 @@
-//! What methods share: each part is one thing that a method does or knows, and none knows a method.
+//! Parts that methods share; none of them knows a method.
 
 pub(crate) mod both_ways;
 pub(crate) mod complex;

@@ -1,4 +1,4 @@
-//! What the detectors' settings have in common.
+//! Common parts of the detectors' settings.
 
 use core::fmt;
 
@@ -20,7 +20,7 @@ choice! {
 pub struct SettingsError {
     /// Its name.
     pub setting: &'static str,
-    /// What it must be.
+    /// The requirement, in words.
     pub needed: &'static str,
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn require_error<T: Real>(value: T, setting: &'static str) -> Result<
 /// No detection waits longer for a single thing.
 pub(crate) const LONGEST: Nanos = Nanos(60_000_000_000);
 
-/// What a detector is made from.
+/// Settings from which a detector is made.
 ///
 /// ```
 /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));

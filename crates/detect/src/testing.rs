@@ -1,4 +1,4 @@
-//! What several tests need.
+//! A motor and noise for tests.
 
 extern crate std;
 use std::vec::Vec;
@@ -119,7 +119,7 @@ impl LineMotor {
         }
     }
 
-    /// What the sensors read during a command of line pulses.
+    /// Readings of the sensors during a command of line pulses.
     pub fn readings<T: Real>(&mut self, command: &Command<T>) -> Vec<Reading<T>> {
         let count = usize::try_from(command.sampling.count).expect("few");
         let mut currents = std::vec![[0.0; 3]; count];
@@ -179,7 +179,7 @@ impl LineMotor {
         self
     }
 
-    /// What an outcome says for the motor's north pole, found or not, in standard deviations.
+    /// Evidence of an outcome for the motor's north pole, found or not, in standard deviations.
     pub fn evidence(&self, outcome: &Outcome<f64>) -> f64 {
         outcome.evidence_for(Angle::from_radians(self.angle)).expect("evidence")
     }

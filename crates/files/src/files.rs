@@ -29,7 +29,7 @@ pub struct Files {
     fence: Option<PathBuf>,
 }
 
-/// What tells the content of one file from that of another.
+/// Digest of a file's content: its length and checksum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest {
     /// Its length.
@@ -91,7 +91,7 @@ pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64, most)) } else { Ok(bytes) }
 }
 
-/// The same of a text that a program wrote, such as the results of an earlier run: of at most 128 MiB.
+/// Text of a file that a program wrote, such as the results of an earlier run: of at most 128 MiB.
 ///
 /// # Errors
 /// As [`read_at_most`], and bytes that are not UTF-8.
@@ -107,7 +107,7 @@ pub fn open(path: &Path) -> io::Result<std::fs::File> {
     open_as(path, OpenOptions::new().read(true))
 }
 
-/// The same as these options say, to write it or to make one that is not there.
+/// A file with an end, opened with these options: to write it or to make one that is not there.
 ///
 /// # Errors
 /// As [`open`].
@@ -171,7 +171,7 @@ impl Files {
         Ok(bytes)
     }
 
-    /// The same as a text.
+    /// The content of a file as text.
     ///
     /// # Errors
     /// As [`Files::read`], a text that is too long, and bytes that are not UTF-8.
@@ -183,7 +183,7 @@ impl Files {
         as_text(&bytes).map(str::to_owned)
     }
 
-    /// The same files, and no further ones: asking for another is an error. So the digests of a run that has begun are
+    /// Seals the files read so far: asking for another is an error. So the digests of a run that has begun are
     /// those of all that it reads.
     #[must_use]
     pub fn sealed(&self) -> Self {
@@ -191,7 +191,7 @@ impl Files {
         Self { folder: self.folder.clone(), read: Arc::new(Mutex::new(read)), sealed: true, fence: None }
     }
 
-    /// The same files, and further ones from below this folder alone, wherever symbolic links lead: for whoever takes paths
+    /// Restricts further files to those below this folder, wherever symbolic links lead: for whoever takes paths
     /// from others.
     ///
     /// # Errors
@@ -200,7 +200,7 @@ impl Files {
         Ok(Self { fence: Some(folder.canonicalize()?), ..self.clone() })
     }
 
-    /// What was read so far, by path.
+    /// Digests of the files read so far, by path.
     ///
     /// ```
     /// use standstill_files::Files;

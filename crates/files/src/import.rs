@@ -54,7 +54,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// What a file holds, in its own order and its own axes.
+/// Points of a file, in its own order and its own axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapSamples {
     /// The file.
@@ -67,7 +67,7 @@ pub struct MapSamples {
     pub resistance: Option<f64>,
 }
 
-/// What its user says of a file.
+/// Layout of a file as its user states it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MapLayout {
     /// Whether currents and fluxes are peak or rms values; without it they are peak values.
@@ -120,7 +120,7 @@ impl MapSamples {
         Self::read_as(path, files, &MapLayout::default())
     }
 
-    /// The same with what its user says of it.
+    /// Reads a file, by its ending, with the layout that its user states.
     pub fn read_as(path: &Path, files: &Files, layout: &MapLayout) -> Result<Self, MapError> {
         let file = path.display().to_string();
         let wrong = |found: String, needed: &str| MapError::new(&file, None, found, needed);

@@ -1,4 +1,4 @@
-//! What a run reads: the one door through which files come in, flux maps of every format, and tables of TOML as typed values.
+//! Input files of a run: the one door through which files come in, flux maps of every format, and tables of TOML as typed values.
 //!
 //! Nothing here knows what a motor must be: `standstill-plant` makes motors of what stands in these tables and maps.
 //!

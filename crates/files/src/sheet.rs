@@ -1,4 +1,4 @@
-//! What a motor's data sheet says, table by table: its keys and their kinds, and nothing of what a motor must be.
+//! Tables of a motor's data sheet: keys and their units. Whether the numbers make a motor is judged elsewhere.
 #![allow(missing_docs, reason = "fields are the keys of the files; docs/reference.md says what each is")]
 
 mod map;

@@ -18,7 +18,7 @@ pub enum Refused<'a> {
     Key(&'a str),
     /// A value of a key, which needs such.
     Value(&'a str, &'static str),
-    /// What the method says.
+    /// The method's refusal.
     Settings(SettingsError),
 }
 
@@ -41,7 +41,7 @@ fn signature(stronger: i32) -> Signature {
     }
 }
 
-/// What a plate says.
+/// Nameplate data from the C struct.
 fn nameplate(plate: &Plate) -> Nameplate<f32> {
     Nameplate {
         rated_current: plate.rated_current,

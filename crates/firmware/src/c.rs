@@ -1,7 +1,7 @@
 //! The functions of `sts_detectors.h`: the only place of `unsafe` here.
 //!
-//! What makes it sound: the caller keeps the header's side: pointers to whole structs of its own, zero-ended texts, arrays as
-//! long as it says. A state that `sts_begin` did not make is told by its mark.
+//! Soundness: the caller keeps the header's side: pointers to whole structs of its own, zero-ended texts, arrays as
+//! long as it says. A state that `sts_begin` did not make lacks its mark.
 #![allow(unsafe_code, reason = "C calls these functions with pointers")]
 
 use core::ffi::{CStr, c_char};
@@ -18,7 +18,7 @@ use standstill_interface::{Detector as _, Reading, Step};
 use crate::begin::{self, Refused};
 use crate::convert;
 
-/// What a state has inside.
+/// Content of an `sts_state`.
 #[repr(C)]
 pub struct State {
     mark: u64,

@@ -13,7 +13,7 @@ use crate::model::{Model, Version};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binary(pub Vec<u8>);
 
-/// What a shared library of this version has in it, and no other one.
+/// Mark by which the shared library of this version is known.
 #[allow(unsafe_code, reason = "a linker keeps only what is exported, and no other crate exports this name")]
 #[unsafe(no_mangle)]
 pub static STANDSTILL_FMU: &str = concat!("standstill_fmu=", env!("CARGO_PKG_VERSION"), ";");
@@ -25,7 +25,7 @@ impl Binary {
     /// From a file's bytes.
     ///
     /// # Errors
-    /// What they are instead of this crate as a shared library.
+    /// Description of the file, where it is not this crate as a shared library.
     pub fn of(bytes: Vec<u8>) -> Result<Self, String> {
         let has = |text: &str| bytes.windows(text.len()).any(|there| there == text.as_bytes());
         let lacks = if cfg!(target_os = "linux") {

@@ -1,4 +1,4 @@
-//! What functions of both versions of the standard do alike, and the one form in which they are exported.
+//! Common code of the functions of both versions, and the one form in which they are exported.
 #![allow(unsafe_code, reason = "an importer calls through pointers")]
 
 use std::ffi::c_int;
@@ -13,7 +13,7 @@ pub const ERROR: c_int = 3;
 
 /// An instance as a version of the standard has it, with whom it tells of errors.
 pub trait Component {
-    /// What runs inside.
+    /// The instance.
     fn instance(&mut self) -> &mut Instance;
     /// Tells the importer what went wrong.
     fn tell(&self, message: &str);

@@ -64,7 +64,7 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
     c"2.0".as_ptr()
 }
 
-/// What is logged are errors only, always.
+/// Accepted and ignored: errors are logged, always, and nothing else is.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SetDebugLogging(
     _: *mut Component,

@@ -49,7 +49,7 @@ pub extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
 }
 
-/// What is logged are errors only, always.
+/// Accepted and ignored: errors are logged, always, and nothing else is.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3SetDebugLogging(
     _: *mut Component,

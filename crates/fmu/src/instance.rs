@@ -22,7 +22,7 @@ choice! {
     pub enum Phase {
         /// Parameters may be set.
         Instantiated = "instantiated",
-        /// The same; outputs can be read.
+        /// Parameters may be set and outputs read.
         Initialising = "in initialization mode",
         /// Steps may be taken.
         Stepping = "in step mode",
@@ -56,7 +56,7 @@ pub(crate) struct Instance {
     pub state: State,
 }
 
-/// What an importer did wrong, or what went wrong.
+/// A result, or a message about a wrong call or a failed step.
 pub(crate) type Outcome<T = ()> = Result<T, String>;
 
 impl Instance {
@@ -327,7 +327,7 @@ impl State {
     }
 }
 
-/// What the last step read; before the first one, what the sensors say of a drive at rest.
+/// Value of the last reading; before the first step, that of the drive at rest.
 fn sampled(rig: &Rig, of: Sampled) -> f64 {
     let reading = &rig.reading;
     match of {

@@ -32,7 +32,7 @@ pub(crate) unsafe fn slice<'a, T>(pointer: *const T, count: usize) -> &'a [T] {
     unsafe { std::slice::from_raw_parts(pointer, count) }
 }
 
-/// The same to be written.
+/// A C array to be written; empty for a null pointer.
 ///
 /// # Safety
 /// Null, or so many values that nobody else reads or writes meanwhile.

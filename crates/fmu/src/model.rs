@@ -1,4 +1,4 @@
-//! What an FMU is of: a scenario's drive or its motor alone, and the variables that it has.
+//! Model of an FMU: a scenario's drive or its motor alone, and its variables.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::units::readable;
 use crate::variables::{Variable, dead_time, variables};
 
-/// What is inside.
+/// Content: a drive or a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// Inverter, motor and sensors; legs go in.
@@ -65,11 +65,11 @@ pub enum Version {
 /// A scenario as an FMU has it.
 #[derive(Debug)]
 pub struct Model {
-    /// What is inside.
+    /// Content: a drive or a motor.
     pub part: Part,
     /// The scenario, which needs no file but those of [`Model::packed`].
     pub(crate) document: Document,
-    /// What goes to the resources.
+    /// Files for the resources.
     pub packed: Packed,
     /// Its variables; the number of each is its value reference.
     pub variables: Vec<Variable>,
@@ -79,7 +79,7 @@ pub struct Model {
     period: Nanos,
 }
 
-/// What cannot be exported.
+/// Errors of an export.
 #[derive(Debug, Error)]
 pub enum ModelError {
     /// The scenario.
@@ -182,12 +182,12 @@ impl Model {
         self.period
     }
 
-    /// The same for people, with all digits: a communication step may be off it by a nanosecond.
+    /// The PWM period for people, with all digits: a communication step may be off it by a nanosecond.
     pub fn period_text(&self) -> String {
         readable(self.period.seconds(), "s")
     }
 
-    /// What tells this model from another: part, version of the program, and all that the resources say.
+    /// Digest of the model: part, version of the program, and all that the resources say.
     pub fn token(&self) -> String {
         // Fowler–Noll–Vo, twice.
         let hash = |basis: u64, bytes: &mut dyn Iterator<Item = u8>| {

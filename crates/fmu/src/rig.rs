@@ -1,4 +1,4 @@
-//! What runs inside: the engine, with the scenario that it borrows.
+//! The engine behind an instance, with the scenario that it borrows.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ pub(crate) struct Rig {
     elapsed: Nanos,
     /// Where the rotor stood at the start, in rad.
     start_angle: f64,
-    /// What the last step read; before the first one, what the sensors say of the drive at rest, all switches off.
+    /// Reading of the last step; before the first one, that of the drive at rest, all switches off.
     pub reading: Reading<f64>,
 }
 
@@ -78,7 +78,7 @@ impl Rig {
         self.start_angle
     }
 
-    /// What is there now.
+    /// State of the machine now.
     pub fn now(&self) -> Snapshot {
         self.driven.now()
     }

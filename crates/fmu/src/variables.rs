@@ -13,7 +13,7 @@ use toml::Value;
 use crate::model::{Part, RESOLVER};
 use crate::units;
 
-/// What the values are.
+/// Kind of the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Numbers.
@@ -26,7 +26,7 @@ pub enum Kind {
     Clock,
 }
 
-/// What a variable is for.
+/// Role of a variable.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Role {
     /// A key of the scenario.
@@ -41,15 +41,15 @@ pub enum Role {
     Angle,
     /// Where in a step the converters sample.
     SampleAt,
-    /// What a leg does, by its number.
+    /// Mode of a leg, by its number.
     Mode(usize),
     /// Its duty.
     Duty(usize),
     /// Potential of a motor's terminal.
     Voltage(usize),
-    /// What the converters and sensors say of the last step.
+    /// Reading of the last step.
     Sampled(Sampled),
-    /// What is there.
+    /// Content found at that place.
     True(Truth),
     /// Time, which FMI 3.0 wants among the variables.
     Time,
@@ -96,11 +96,11 @@ pub enum Truth {
 pub struct Variable {
     /// Its name, with points between its parts.
     pub name: String,
-    /// What it is, in a sentence.
+    /// Description, in a sentence.
     pub about: String,
-    /// What its values are.
+    /// Kind of its values.
     pub kind: Kind,
-    /// What it is for.
+    /// Its role.
     pub role: Role,
     /// Unit as the scenarios' schema writes it; empty for pure numbers and shares.
     pub unit: String,
@@ -108,7 +108,7 @@ pub struct Variable {
     pub start: Option<f64>,
     /// The least and the largest value, where there are such.
     pub limits: Option<[f64; 2]>,
-    /// That in words, as messages have it.
+    /// The limits in words, as messages have them.
     pub allowed: String,
 }
 
@@ -311,7 +311,7 @@ fn number(value: Option<Value>) -> Option<f64> {
     value.and_then(|value| value.as_float())
 }
 
-/// What a key is, in an FMU: there each has a value, and what starts is a simulation.
+/// Description of a key as that of an FMU's variable: there each has a value, and what starts is a simulation.
 fn about(of: &str) -> String {
     let about = of.replace('\n', " ").replace("the start of the detection", "the start");
     about.split(" Without it").next().unwrap_or_default().to_owned()
@@ -327,7 +327,7 @@ fn of_key(key: &Key, start: f64) -> Option<Variable> {
     Some(variable.unit(unit).start(start).limits([range.low, range.high], range.needed))
 }
 
-/// What differs from one motor to the next of its kind, and with what is coupled to its shaft.
+/// Parameters of the motor that differ from one of its kind to the next, and with the load on its shaft.
 fn of_motor(packed: &Packed, motor: &Motor, state: RotorState) -> Vec<Variable> {
     let friction = motor.rotor.friction;
     let numbers = [

@@ -101,7 +101,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// What a field has that was not written to: no number, and none that a computation has as its result.
+    /// Value of a field that nobody wrote to: a quiet NaN with a payload that no computation produces.
     pub const UNSET: f32 = f32::from_bits(0x7FC5_7500);
 
     /// Nothing known.
@@ -147,7 +147,7 @@ pub const DETECTOR_BYTES: usize = 10 * 1024;
 /// `STS_MOST_SAMPLES`: of a command of any method.
 pub const MOST_SAMPLES: usize = 128;
 
-/// `sts_plate`: what a detector of the static library is told.
+/// `sts_plate`: the nameplate for a detector of the static library.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plate {

@@ -4,16 +4,16 @@
 ///
 /// [`choice!`](crate::choice) makes one from a single list.
 pub trait Choice: Copy + PartialEq + Send + Sync + 'static {
-    /// What is chosen, in a word.
+    /// Name of the choice, in a word.
     const WHAT: &'static str;
-    /// What it is, in a sentence; empty where nothing is said.
+    /// Description of the choice, in a sentence; empty where there is none.
     const ABOUT: &'static str = "";
     /// All that can be chosen.
     const ALL: &'static [Self];
     /// Their names, in the same order.
     const NAMES: &'static [&'static str];
 
-    /// What this one is, in a sentence; empty where nothing is said.
+    /// Description of this variant, in a sentence; empty where there is none.
     fn about(self) -> &'static str {
         ""
     }

@@ -1,4 +1,4 @@
-//! What a detector asks of the drive.
+//! Commands of a detector to the drive.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -61,7 +61,7 @@ impl Mul<u64> for Nanos {
     }
 }
 
-/// What one inverter leg is told to do.
+/// Switching order of one inverter leg.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Leg<T> {
     /// Both switches off; only the diodes can conduct.
@@ -210,7 +210,7 @@ impl Sampling {
 pub struct Command<T> {
     /// First stage.
     pub stage: Stage<T>,
-    /// What follows at once, if anything.
+    /// A second stage that follows at once, if any.
     pub then: Option<Stage<T>>,
     /// ADC triggers over the whole command.
     pub sampling: Sampling,

@@ -2,7 +2,7 @@
 
 use crate::{Command, Outcome, Reading, Real};
 
-/// What a detector wants next.
+/// A detector's next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use = "a step that is not carried out is lost"]
 // A command is small and made once per millisecond; boxing it would need an allocator.

@@ -14,7 +14,7 @@ pub struct Polarity<T> {
 }
 
 impl<T: Real> Polarity<T> {
-    /// What separates the two answers, in A.
+    /// Absolute difference of the two currents in A.
     ///
     /// ```
     /// use standstill_interface::Polarity;
@@ -28,7 +28,7 @@ impl<T: Real> Polarity<T> {
     }
 }
 
-/// What the readings say of the pole, in standard deviations of what may be wrong with them.
+/// Test statistic for the pole: how far the readings are from no preference, in standard deviations of their error.
 ///
 /// The sign refers to the angle of the outcome that it comes with: positive speaks for the north pole at that angle,
 /// negative for the other end of the axis. An angle that was found is the end that the evidence speaks for, so there it
@@ -39,7 +39,7 @@ impl<T: Real> Polarity<T> {
 pub struct PoleEvidence<T> {
     /// Signed. Infinite where nothing is known to be wrong with the readings.
     pub deviations: T,
-    /// What the method demands before it names a pole. Infinite where no amount would do, because what the evidence
+    /// Threshold of the method for naming a pole. Infinite where no amount would do, because what the evidence
     /// is made of contradicts the axis.
     pub needed: T,
 }
@@ -59,14 +59,14 @@ impl<T: Real> PoleEvidence<T> {
         self.deviations.abs() >= self.needed && self.needed < T::infinity()
     }
 
-    /// The same, referred to the other end of the axis.
+    /// Evidence referred to the other end of the axis.
     #[must_use]
     pub fn opposite(self) -> Self {
         Self { deviations: -self.deviations, ..self }
     }
 }
 
-/// What a detector learnt about the motor on the way. A method fills in what it measures.
+/// Quantities that a detector measured on the way; a method fills in those that it measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Findings<T> {
     /// Line inductances L_AB, L_BC, L_CA in H.
@@ -83,7 +83,7 @@ pub struct Findings<T> {
     pub angle_deviation: Option<T>,
     /// Probability that the pole is the wrong one, as the method judges it.
     pub pole_error: Option<T>,
-    /// What speaks for the pole. None before there is an axis; where the motor's poles answer alike by its configured
+    /// Evidence for the pole. None before there is an axis; where the motor's poles answer alike by its configured
     /// signature, so that no reading could speak for either; and of a method that measures no pole, such as one that
     /// turns the rotor to a known angle.
     pub pole_evidence: Option<PoleEvidence<T>>,
@@ -109,19 +109,19 @@ pub struct Findings<T> {
 pub struct Own {
     /// The detector's number for it.
     pub code: u32,
-    /// What it is in words, for people. Static, so that a detector without allocator has it too; who makes detectors from
+    /// The reason in words, for people. Static, so that a detector without allocator has it too; who makes detectors from
     /// elsewhere looks the text up once.
     pub text: &'static str,
 }
 
-/// Why the pole could not be told although the axis is known.
+/// Reason why the pole is undetermined although the axis is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Undetermined<T> {
     /// The two currents differ by less than the noise of the readings, or the least margin set, allows to trust.
     MarginBelowNoise {
-        /// What was measured, in A.
+        /// Measured current in A.
         margin: T,
-        /// What is needed, in A.
+        /// Required current in A.
         needed: T,
     },
     /// Both poles of this motor answer alike, as its configured signature says: there is nothing to compare.
@@ -130,14 +130,14 @@ pub enum Undetermined<T> {
     NotDecided {
         /// Probability of a wrong pole.
         error: T,
-        /// What is allowed.
+        /// The limit.
         allowed: T,
     },
-    /// What should point along the axis points elsewhere: the motor or a sensor is not as configured.
+    /// A vector that should lie along the axis does not: the motor or a sensor is not as configured.
     OffAxis {
         /// Angle in rad between the two.
         angle: T,
-        /// What is allowed.
+        /// The limit.
         allowed: T,
     },
     /// A reason of the detector's own.
@@ -157,19 +157,19 @@ pub enum Fault<T> {
     Hidden(Phase),
     /// A pulse raised less current than can be measured: a broken wire, a missing DC link, too short a pulse.
     NoCurrent {
-        /// What was measured, in A.
+        /// Measured current in A.
         peak: T,
-        /// What is needed, in A.
+        /// Required current in A.
         needed: T,
     },
     /// The current did not decay in the time allowed.
     CurrentPersists(T),
     /// No saliency found: |L_B| / L_A is no more than what noise, the sensors' gains and the drive may make of a motor that has
-    /// none, or less than the method is told to need. Such a motor has no axis that the method could name.
+    /// none, or less than the method is set to need. Such a motor has no axis that the method could name.
     NoSaliency {
         /// |L_B| / L_A as measured.
         ratio: T,
-        /// What is needed.
+        /// The least value that would do.
         needed: T,
     },
     /// The samples have no inductance as their solution: equation (10) gave a value that is not positive.
@@ -179,14 +179,14 @@ pub enum Fault<T> {
     DidNotFollow {
         /// Flux in Wb that the magnet swept across the winding.
         swept: T,
-        /// What is needed.
+        /// The least value that would do.
         needed: T,
     },
     /// The rotor does not stand still: later pulses see another angle than earlier ones.
     RotorMoves {
         /// Angle in rad between the axes that they see.
         angle: T,
-        /// What is allowed.
+        /// The limit.
         allowed: T,
     },
     /// The drive returned other samples than were asked for.
@@ -202,7 +202,7 @@ pub enum Outcome<T> {
     Found {
         /// The electrical angle of the north pole.
         angle: Angle<T>,
-        /// What was measured.
+        /// Values measured on the way.
         findings: Findings<T>,
     },
     /// The d-axis is known, which of its ends is north is not.
@@ -211,20 +211,20 @@ pub enum Outcome<T> {
         angle: Angle<T>,
         /// Why.
         reason: Undetermined<T>,
-        /// What was measured.
+        /// Values measured on the way.
         findings: Findings<T>,
     },
     /// No angle.
     Failed {
         /// Why.
         fault: Fault<T>,
-        /// What was measured before.
+        /// Values measured before the fault.
         findings: Findings<T>,
     },
 }
 
 impl<T: Copy> Outcome<T> {
-    /// What was measured.
+    /// Values measured on the way.
     ///
     /// ```
     /// use standstill_interface::{Angle, Findings, Outcome};
@@ -243,7 +243,7 @@ impl<T: Copy> Outcome<T> {
 }
 
 impl<T> Outcome<T> {
-    /// The same with this [`Findings::fault_margin`].
+    /// The outcome with this [`Findings::fault_margin`].
     #[must_use]
     pub fn with_fault_margin(mut self, margin: Option<T>) -> Self {
         let (Self::Found { findings, .. } | Self::Axis { findings, .. } | Self::Failed { findings, .. }) =
@@ -280,7 +280,7 @@ impl<T: Real> Outcome<T> {
 }
 
 impl<T> Undetermined<T> {
-    /// What all cases of it have in common, without their numbers.
+    /// Name of the reason, without its numbers.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::MarginBelowNoise { .. } => "polarity margin below noise",
@@ -293,7 +293,7 @@ impl<T> Undetermined<T> {
 }
 
 impl<T> Fault<T> {
-    /// What all cases of it have in common, without their numbers.
+    /// Name of the reason, without its numbers.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Clipped(_) => "current clipped by the ADC",

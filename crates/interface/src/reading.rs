@@ -1,4 +1,4 @@
-//! What the drive tells the detector.
+//! Readings: the samples that a drive hands to a detector.
 
 use crate::{Abc, Nanos};
 
@@ -17,7 +17,7 @@ pub enum Sensed {
     Hidden,
 }
 
-/// What the converters counted: the codes behind the values, as a firmware reads them from their registers.
+/// Raw codes of the converters: those behind the values, as a firmware reads them from their registers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counts {
     /// Of the phase currents. Zero for a phase that its own sensor did not measure.
@@ -44,6 +44,6 @@ pub struct Reading<T> {
     pub dc_link: T,
     /// Whether that was at the end of its converter's range.
     pub dc_link_clipped: bool,
-    /// The same as the converters' codes; zeros where there are none.
+    /// Codes of the converters; zeros where there are none.
     pub counts: Counts,
 }

@@ -7,7 +7,7 @@ use num_traits::float::FloatCore;
 
 use crate::Reading;
 
-/// What the vectors of the planes are made of: a number, or several side by side that are computed alike.
+/// Component of a vector: a number, or several side by side that are computed alike.
 pub trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {

@@ -108,7 +108,7 @@ impl Bridge {
     /// combination fits, up to ties of measure zero. The bounds of a MOSFET leg whose gate is on are one: it is blocked
     /// where its current is zero and stays so, and passes through zero from one direction to the other.
     ///
-    /// What mostly happens is looked at first, and taken where it fits so well that nothing else can.
+    /// The most frequent combination is tried first, and taken where it fits so well that no other can.
     ///
     /// ```
     /// use standstill_interface::AlphaBeta;

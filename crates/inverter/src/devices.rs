@@ -53,7 +53,7 @@ impl DeviceKind {
 /// Forward characteristics of a leg's devices: a threshold and a slope each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Devices {
-    /// What the switches are.
+    /// Kind of the switches.
     pub kind: DeviceKind,
     /// V_ce0 in V: a conducting switch's drop at no current. A MOSFET's is zero.
     pub switch_drop: f64,

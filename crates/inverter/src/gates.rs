@@ -1,4 +1,4 @@
-//! What a leg's gates do, and how late they are.
+//! Gate states of a leg, and their delays.
 
 use standstill_interface::Nanos;
 

@@ -16,7 +16,7 @@ use crate::setting::Setting;
 pub struct Advice {
     /// Keys and their values, as `-s KEY=VALUE` takes them; none where nothing suits.
     pub keys: Option<BTreeMap<String, String>>,
-    /// What speaks for it, in a sentence.
+    /// Reason, in a sentence.
     pub text: String,
 }
 
@@ -45,7 +45,7 @@ impl Adviser {
         Self { find, known: Mutex::default() }
     }
 
-    /// What suits a setting, whatever detector it has.
+    /// Advice for a setting, whatever detector it has.
     pub fn answer(&self, bench: &Bench, request: &Request) -> Result<Value, LabError> {
         let mut setting = request.setting.clone();
         setting.set.retain(|key, _| !key.starts_with("detector."));

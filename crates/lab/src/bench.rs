@@ -19,14 +19,14 @@ use crate::folder::Folder;
 use crate::setting::Setting;
 use crate::values;
 
-/// What the lab is started with.
+/// The scenario that the lab is started with.
 #[derive(Clone, Debug)]
 pub struct Given {
     /// The scenario.
     pub document: Document,
     /// Its file as the command line names it, if there is one.
     pub file: Option<PathBuf>,
-    /// What the command line sets of it; the document has it already.
+    /// Keys from the command line; the document has them already.
     pub keys: Vec<(String, String)>,
 }
 
@@ -72,14 +72,14 @@ pub(crate) fn names_library(document: &Document) -> bool {
     document.get("detector.library").is_some() || varied("axes") || varied("tolerances")
 }
 
-/// What a page is told that asks for a library.
+/// Refusal of scenarios that name a library.
 pub(crate) const LIBRARY: &str =
     "a detector from a library is run where the lab is started with its scenario, and not at the page's word";
 
 /// Scenarios that are kept ready, so that going back and forth costs nothing.
 const KEPT: usize = 48;
 
-/// What the page asks: see the crate's documentation.
+/// State of the lab: see the crate's documentation.
 pub struct Bench {
     given: Given,
     folder: Option<Folder>,
@@ -165,7 +165,7 @@ impl Bench {
         cloud::run(self, request, stop, sink)
     }
 
-    /// What a page needs to know once.
+    /// Data that a page asks for once.
     fn start(&self) -> Result<Value, LabError> {
         Ok(json!({
             "version": env!("CARGO_PKG_VERSION"),

@@ -43,7 +43,7 @@ pub struct Pair {
     pub b: Setting,
 }
 
-/// What a comparison needs of a trial.
+/// Results of a trial that comparisons need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Kept {
     axis_error: Option<f64>,

@@ -1,4 +1,4 @@
-//! What is on the page as a command line: whoever copies it gets the same numbers.
+//! Command lines for the page's settings: they compute the same numbers.
 
 use std::path::PathBuf;
 
@@ -35,7 +35,7 @@ pub(crate) fn trace(
     words.extend(written.file.as_ref().map(|file| quoted(&file.display().to_string())));
     let names_method = setting.set.contains_key("detector.method")
         || written.keys.iter().any(|(key, _)| key == "detector.method");
-    // Without a scenario, `trace` shows the paper's method unless it is told another.
+    // Without a scenario, `trace` shows the paper's method unless another one is set.
     if written.file.is_none() && !names_method {
         words.extend(["-s".to_owned(), quoted(&format!("detector.method={method}"))]);
     }

@@ -3,7 +3,7 @@
 //! ```text
 //!   length of the header │ header (JSON, padded to 8 bytes) │ times (f64) │ a column (f32) after the other │ modes (bytes)
 //! ```
-//! The same again for the samples: times, then columns. All little-endian.
+//! The samples follow in this layout: times, then columns. All little-endian.
 
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -77,7 +77,7 @@ fn traced<S: Settings<f64>>(
     Ok((Record { trial, run }, trace))
 }
 
-/// What a sample reads, and by how much it is off the current that flows.
+/// A sample: its readings and their errors.
 struct Sample {
     time: f64,
     columns: [f64; 7],

@@ -1,4 +1,4 @@
-//! What the page is told when something cannot be.
+//! Errors of the lab, as the page shows them.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use thiserror::Error;
 pub struct LabError {
     /// The key of the scenario that it is about, if it is about one.
     pub key: Option<String>,
-    /// What is wrong, and what would be right.
+    /// The fault and the requirement, in words.
     pub message: String,
 }
 

@@ -1,4 +1,4 @@
-//! What lies in the lab's folder: scenarios, finished runs, and runs that are under way.
+//! Content of the lab's folder: scenarios, finished runs, and runs that are under way.
 
 use std::collections::HashMap;
 use std::fs;
@@ -25,7 +25,7 @@ const MOST: usize = 200;
 struct Followed {
     rows: Rows,
     statistics: Statistics,
-    /// That of the last row.
+    /// Point of the last row.
     point: usize,
     /// Bytes that the file had. One that has fewer now is another run's.
     length: u64,
@@ -184,7 +184,7 @@ impl Folder {
 }
 
 impl Followed {
-    /// What has come since.
+    /// Reads the rows that have come since.
     fn read(&mut self) -> Result<(), LabError> {
         while let Some(block) = self.rows.block().map_err(LabError::of)? {
             for (point, row) in &block {

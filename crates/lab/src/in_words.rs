@@ -28,7 +28,7 @@ fn odds(count: u64, of: Estimate) -> String {
     }
 }
 
-/// What the page says of a summary, by the quantity.
+/// Texts of a summary, by the quantity.
 pub(crate) fn in_words(s: &Summary) -> Value {
     json!({
         "rms": interval(s.rms_deg, "°"),

@@ -1,6 +1,6 @@
 //! The lab behind an address of this machine.
 //!
-//! It listens on 127.0.0.1 alone. The address begins with a token of 128 random bits, so that nobody who was not told it gets
+//! It listens on 127.0.0.1 alone. The address begins with a token of 128 random bits, so that nobody without it gets
 //! an answer; what it serves is compiled in, so that no path of a request names a file.
 
 mod guard;
@@ -25,7 +25,7 @@ use crate::error::LabError;
 /// Makes the page of a finished run in a folder, from files below the lab's folder alone, which comes second.
 pub type Report = Box<dyn Fn(&Path, &Path) -> Result<String, String> + Send + Sync>;
 
-/// Requests that are answered at the same time; further ones are told to come back. Only those with the token count.
+/// Requests that are answered at the same time; further ones are asked to come back. Only those with the token count.
 const MOST_REQUESTS: usize = 64;
 
 /// Connections whose requests are being read: whoever sends slowly takes no place from requests that are answered.
@@ -107,7 +107,7 @@ impl Server {
         }))
     }
 
-    /// What a browser opens.
+    /// Address for a browser.
     pub fn address(&self) -> String {
         format!("http://127.0.0.1:{}/{}/", self.guard.port, self.guard.token)
     }

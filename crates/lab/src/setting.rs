@@ -1,4 +1,4 @@
-//! What the page has set: a scenario and what differs from it.
+//! Settings of the page: a scenario and the keys that differ from it.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ pub struct Setting {
 const MOST: usize = 64 << 10;
 
 impl Setting {
-    /// What tells it from others.
+    /// Key for caches: equal settings have equal names.
     pub fn name(&self) -> String {
         // Texts and a number: nothing that JSON lacks.
         serde_json::to_string(self).unwrap_or_default()
@@ -31,7 +31,7 @@ impl Setting {
         self.set.iter().map(|(key, value)| key.len() + value.len() + 8).sum::<usize>() <= MOST
     }
 
-    /// The same without what is set of a key.
+    /// The setting without a key.
     #[must_use]
     pub fn without(&self, key: &str) -> Self {
         let mut other = self.clone();
@@ -39,7 +39,7 @@ impl Setting {
         other
     }
 
-    /// What is set, in the order in which a document takes it: a motor comes before what is changed of it.
+    /// Changed keys, in the order in which a document takes them: a motor comes before its numbers.
     pub fn in_order(&self) -> impl Iterator<Item = (&str, &str)> {
         let rank = |key: &str| match key {
             "motor" => 0,

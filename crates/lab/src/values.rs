@@ -1,4 +1,4 @@
-//! What all keys come to in a setting: what the controls show.
+//! Effective values of all keys in a setting, as the controls show them.
 
 use std::collections::BTreeMap;
 
@@ -25,14 +25,14 @@ pub(crate) struct Request {
     trials: u64,
 }
 
-/// What a control shows.
+/// State of a control.
 #[derive(Debug, PartialEq, Serialize)]
 struct Shown {
     /// In SI, angles in degrees; a choice by its name.
     value: Option<Value>,
     /// With its unit.
     text: String,
-    /// What it is where the page sets nothing.
+    /// Its value where the page sets nothing.
     default: String,
     /// From where to where a slider goes.
     slider: Option<[f64; 2]>,
@@ -109,7 +109,7 @@ fn toml(ready: &Ready, trials: u64) -> Result<String, LabError> {
     Ok(file.text()?)
 }
 
-/// What a key comes to.
+/// Effective value of a key.
 fn value(key: &str, ready: &Ready, file: &ScenarioFile) -> Option<Value> {
     ready.scenario.value(key).or_else(|| match key {
         "errors" => Some(file.errors.0.name().into()),

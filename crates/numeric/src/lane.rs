@@ -1,6 +1,6 @@
 //! Numbers side by side: the equations are written once and computed for one machine or for many alike.
 //!
-//! What is computed for `f64` and for one lane of several is the same sequence of additions, multiplications, divisions
+//! A computation in `f64` and one in a lane of several are the same sequence of additions, multiplications, divisions
 //! and roots, each rounded by itself, so the results are the same to the last bit. Whatever a lane does not take is
 //! computed and not chosen; there are no branches on values.
 
@@ -18,7 +18,7 @@ pub use wide::{Compute, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest};
 pub trait Lane:
     Arithmetic + Add<f64, Output = Self> + Sub<f64, Output = Self> + Mul<f64, Output = Self> + std::fmt::Debug
 {
-    /// What holds in which lane.
+    /// A truth value for each lane.
     type Mask: Copy + std::fmt::Debug;
 
     /// Absolute value.
@@ -117,7 +117,7 @@ pub fn four<T: Lane>(x: T, x2: T, c: [f64; 4]) -> T {
     (x * c[3] + c[2]) * x2 + (x * c[1] + c[0])
 }
 
-/// The same with eight coefficients, given x² and x⁴, after G. Estrin, "Organization of computer systems" (1960),
+/// Polynomial with eight coefficients, given x² and x⁴, after G. Estrin, "Organization of computer systems" (1960),
 /// DOI 10.1145/1460361.1460365.
 ///
 /// ```

@@ -1,4 +1,4 @@
-//! What everything computes with: the same operations, in the same order, on every machine.
+//! Arithmetic and elementary functions: the same operations, in the same order, on every machine.
 //!
 //! * [`Lane`]: a number, or several of them side by side in wide registers ([`Wide`]). Equations are written once for both.
 //! * [`sin_cos`], [`power`], [`four`], [`eight`]: functions of a lane that no library has for several numbers.

@@ -36,7 +36,7 @@ impl<T: Arithmetic> Symmetric<T> {
         Self::new(self.yy / det, -self.xy / det, self.xx / det)
     }
 
-    /// The same operator, given in the rotor's plane, in the stator's plane.
+    /// Transforms an operator in the rotor's plane to the stator's plane.
     #[inline(always)]
     #[must_use]
     pub fn unpark_by(self, sin: T, cos: T) -> Self {

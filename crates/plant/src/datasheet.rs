@@ -31,9 +31,9 @@ pub struct DataSheet {
     text: Arc<str>,
     /// Through which its map is read.
     files: Files,
-    /// What a nameplate left out.
+    /// Numbers that a nameplate left out, as assumed.
     assumed: Vec<Entry>,
-    /// What stands in it.
+    /// The tables of the file.
     tables: Sheet,
 }
 
@@ -110,7 +110,7 @@ impl DataSheet {
         Ok(Self { assumed, ..sheet })
     }
 
-    /// What a nameplate left out, and what was assumed in its place.
+    /// Numbers that a nameplate left out, with the values assumed for them.
     pub fn assumed(&self) -> &[Entry] {
         &self.assumed
     }
@@ -126,7 +126,7 @@ impl DataSheet {
         Ok(Self { file, text, files: Files::default(), assumed: Vec::new(), tables })
     }
 
-    /// The same sheet, whose map is read through this door.
+    /// Sets the door through which the map is read.
     #[must_use]
     pub fn with_files(self, files: &Files) -> Self {
         Self { files: files.clone(), ..self }
@@ -137,17 +137,17 @@ impl DataSheet {
         &self.tables.name
     }
 
-    /// What stands in it, to be changed; [`Self::motor`] judges it.
+    /// The tables of the file, to be changed; [`Self::motor`] judges them.
     pub const fn tables_mut(&mut self) -> &mut Sheet {
         &mut self.tables
     }
 
-    /// What the motor is.
+    /// Description of the motor, in a line.
     pub fn title(&self) -> &str {
         &self.tables.title
     }
 
-    /// What its user should know.
+    /// Notes for the motor's user.
     pub fn notes(&self) -> &str {
         &self.tables.notes
     }

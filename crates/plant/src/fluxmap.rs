@@ -70,7 +70,7 @@ impl fmt::Display for MapAxes {
     }
 }
 
-/// What was found out about a map when it was read.
+/// Report on a map that was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapReport {
     /// Its file.
@@ -158,7 +158,7 @@ impl FluxMap {
         Self::made(samples, false)
     }
 
-    /// The same, continued by algebraic cores that were fitted to it where its file has one side of the d-axis only.
+    /// A map continued by algebraic cores that were fitted to it, where its file has one side of the d-axis only.
     pub fn continued(samples: &MapSamples) -> Result<(Self, MapReport), MapError> {
         Self::made(samples, true)
     }

@@ -129,7 +129,7 @@ fn newton(
     if near(left, flux, 1e-11) { Ok(flux) } else { Err(NoConvergence { current, beyond: None }) }
 }
 
-/// The same from a flux that is known to be close, as a map's co-energy gives it. Steps are halved until the current comes
+/// Newton's method from a flux that is known to be close, as a map's co-energy gives it. Steps are halved until the current comes
 /// closer to the one sought: beyond the surface's edge, where energy and current no longer belong together, that still
 /// leads back.
 pub(crate) fn explicit_newton(
@@ -199,7 +199,7 @@ pub enum Core {
     Series(Box<Series>),
 }
 
-/// The same of whichever core it is.
+/// Dispatches to the core.
 macro_rules! of_each {
     ($self:ident, $core:ident => $value:expr) => {
         match $self {

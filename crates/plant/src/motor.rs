@@ -26,11 +26,11 @@ pub struct Motor {
     pub magnet_flux: f64,
     /// The magnetics that are simulated.
     pub magnetics: MagneticCircuit,
-    /// What temperature does to it.
+    /// Coefficients of temperature.
     pub thermal: Thermal,
     /// The mechanical side.
     pub rotor: Rotor,
-    /// What the nameplate says of the machine at work.
+    /// Ratings by the nameplate.
     pub ratings: Ratings,
 }
 
@@ -46,7 +46,7 @@ pub struct Ratings {
 }
 
 impl Motor {
-    /// The same motor with a core that does not saturate and has neither harmonics nor eddy currents nor hysteresis: the winding of
+    /// The motor with a linear core, without harmonics, eddy currents and hysteresis: the winding of
     /// equations (1) and (2) alone.
     ///
     /// ```
@@ -72,13 +72,13 @@ impl Motor {
         self.magnet_flux != 0.0
     }
 
-    /// Whether anything is known of the core's saturation, without which its poles cannot be told apart. A core that is
+    /// Whether anything is known of the core's saturation, without which its poles cannot be distinguished. A core that is
     /// stated not to saturate is known.
     pub fn saturation_is_known(&self) -> bool {
         !matches!(self.magnetics.core(), Core::Linear(_))
     }
 
-    /// What is known of which pole draws more current; of a map that was continued along d, only what all cores say that fit it.
+    /// Knowledge of which pole draws more current; of a map that was continued along d, only what all cores say that fit it.
     pub fn pole_knowledge(&self) -> PoleKnowledge {
         if !self.saturation_is_known() {
             return PoleKnowledge::NotGiven;
@@ -86,7 +86,7 @@ impl Motor {
         self.magnetics.map().map_or(PoleKnowledge::Known, |map| map.pole(self.rated_current))
     }
 
-    /// What must be said of all results, where its map is too coarse.
+    /// Caveat for all results, where its map is too coarse.
     pub fn map_note(&self) -> Option<String> {
         self.magnetics.map().and_then(FluxMap::note).map(|note| format!("the motor's map is {note}"))
     }
@@ -133,7 +133,7 @@ impl Motor {
     /// it against cogging and load (in N·m); else where it comes to rest after it has slid and swung. None if nothing
     /// stops it, as when a load overhauls it.
     ///
-    /// What cogging and load give on the way and sliding friction does not take is kinetic energy; it turns back where
+    /// Work of cogging and load less that of sliding friction is kinetic energy; the rotor turns back where
     /// none is left and stays there if stiction holds it. Viscous friction is left out.
     pub fn standing_angle(&self, angle: f64, load_torque: f64) -> Option<f64> {
         let stiction = self.rotor.friction.stiction;

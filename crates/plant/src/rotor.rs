@@ -18,7 +18,7 @@ pub struct Friction {
 pub struct Rotor {
     /// Moment of inertia J in kg·m², with everything that is coupled to the shaft.
     pub inertia: f64,
-    /// What holds it back.
+    /// Friction of the bearings.
     pub friction: Friction,
     /// Torque without current, from slots.
     pub cogging: Option<Cogging>,

@@ -1,4 +1,4 @@
-//! What a motor's magnetics look like to a detection: inductances, saliency, and which pole draws more current.
+//! Survey of a motor's magnetics as a detection meets them: inductances, saliency, and which pole draws more current.
 
 use serde::Serialize;
 use standstill_interface::Dq;
@@ -39,7 +39,7 @@ pub struct OperatingPoint {
     pub l_qq: f64,
 }
 
-/// What the polarity test sees at one current.
+/// Inductances towards north and south at one current, as the polarity test meets them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PolarityPoint {
     /// Current in A along the d-axis, either way.
@@ -63,7 +63,7 @@ impl PolarityPoint {
         Self::between(magnetics, rest, current)
     }
 
-    /// The same where the flux without current in Wb is known, and no harmonics are left.
+    /// At this current in A, where the flux without current in Wb is known and no harmonics are left.
     fn between(magnetics: &MagneticCircuit, rest: Dq<f64>, current: f64) -> Result<Self, NoConvergence> {
         let flux_at = |d: f64| magnetics.flux_at(Dq::new(d, 0.0), Heading::ZERO).map(|flux| flux.d);
         let (north, south) = (flux_at(current)? - rest.d, rest.d - flux_at(-current)?);
@@ -121,7 +121,7 @@ pub struct Survey {
     pub along_q: Vec<OperatingPoint>,
     /// From small to large currents.
     pub polarity: Vec<PolarityPoint>,
-    /// What they amount to.
+    /// Their common sign.
     pub signature: PolaritySignature,
     /// rms of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d over the rms of their mean, by differences over a grid to `reach`; zero where
     /// there is no cross-coupling. Zero up to rounding for any core that is an energy.

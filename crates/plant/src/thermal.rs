@@ -48,7 +48,7 @@ pub struct TemperatureError {
 }
 
 impl Motor {
-    /// The same motor at other temperatures: resistance and open-circuit flux change in proportion to the distance
+    /// The motor at other temperatures: resistance and open-circuit flux change in proportion to the distance
     /// from the reference, the cogging torque with the square of the flux. The iron stays as it is.
     ///
     /// The temperatures become the references, with coefficients in proportion to what the numbers are there: it does not

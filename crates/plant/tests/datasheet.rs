@@ -53,9 +53,9 @@ fn on_a_map(folder: &Path, name: &str, current: f64, trace: f64, d: &[f64], q: &
     std::fs::write(folder.join("map.csv"), text).expect("written");
     let sheet = built_in_text(name);
     let (head, rest) = sheet.split_once("[saturation]").expect("a table");
-    let told =
+    let stated =
         |line: &&str| ["mean_ind", "saliency", "leakage", "magnet_f"].iter().any(|key| line.starts_with(key));
-    let kept: Vec<&str> = head.lines().filter(|line| !told(line)).collect();
+    let kept: Vec<&str> = head.lines().filter(|line| !stated(line)).collect();
     let file = "[map]\nfile = { value = \"map.csv\", source = \"given\", reason = \"a test\" }\n\n";
     let rotor = &rest[rest.find("[rotor]").expect("a table")..];
     (kept.join("\n") + "\n\n" + file + rotor).replace("\"8 A\"", &format!("\"{} A\"", 8.0 * current))
@@ -303,8 +303,8 @@ fn law_every_example_sheet_is_a_motor_and_says_where_its_numbers_come_from() {
         assert_eq!(format!("{}.toml", motor.name), name);
         assert!(sheet.notes().contains("Source:"), "{name} names no source");
         for entry in sheet.entries() {
-            let told = entry.reason != standstill_files::sheet::PLAIN && !entry.reason.is_empty();
-            assert!(told, "{name}: {} has no reason", entry.key);
+            let has_reason = entry.reason != standstill_files::sheet::PLAIN && !entry.reason.is_empty();
+            assert!(has_reason, "{name}: {} has no reason", entry.key);
         }
         known += 1;
     }

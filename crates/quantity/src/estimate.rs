@@ -37,7 +37,7 @@ pub struct Estimate {
 /// JSON has no word for what is not a number but `null`.
 ///
 /// # Errors
-/// What is neither.
+/// A value that is neither number nor `null`.
 #[doc(hidden)]
 pub fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
@@ -47,7 +47,7 @@ impl Estimate {
     /// Nothing is known.
     pub const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
 
-    /// The same in another unit, of which one is `1 / factor` of this one's.
+    /// Conversion to another unit, of which one is `1 / factor` of this one's.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
         Self { value: factor * self.value, low: factor * self.low, high: factor * self.high }
@@ -116,7 +116,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// What a share is at most, in per cent, with two digits: the end of its interval, as that prints it.
+/// Upper end of a share's interval in per cent, with two digits, as the interval prints it.
 ///
 /// ```
 /// assert_eq!(standstill_quantity::at_most(3.6889e-6), "0.00037");

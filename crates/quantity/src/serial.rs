@@ -71,7 +71,7 @@ impl<U: Unit> schemars::JsonSchema for Quantity<U> {
     }
 }
 
-/// What JSON Schema says of a number of this dimension. Not generic, as [`Number`].
+/// JSON Schema of a number of this dimension. Not generic, as [`Number`].
 fn schema(dimension: &Dimension) -> schemars::Schema {
     let number = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*";
     let units: Vec<String> = dimension.spellings().map(|unit| unit.replace('^', r"\^")).collect();

@@ -106,7 +106,7 @@ pub fn si_power(unit: &str) -> Option<i32> {
     DIMENSIONS.iter().find_map(|dimension| dimension.power(unit))
 }
 
-/// The same with the symbol of its unit, which is empty for shares and plain numbers.
+/// Value in SI and the symbol of its unit, which is empty for shares and plain numbers.
 pub fn any_quantity(text: &str) -> Option<(f64, &'static str)> {
     DIMENSIONS.iter().find_map(|dimension| Some((dimension.parse(text).ok()?, dimension.symbol)))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// What a unit is called and how the field writes its values.
+/// Names of a unit and the way its values are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension {
     /// Symbol of the SI unit, as printed; empty for pure numbers.
@@ -19,7 +19,7 @@ pub struct Dimension {
 
 /// A physical dimension with its SI unit.
 pub trait Unit: Copy + fmt::Debug + PartialEq {
-    /// What is known of it.
+    /// Names and notation of the unit.
     const DIMENSION: Dimension;
     /// Symbol of the SI unit, as printed.
     const SYMBOL: &'static str = Self::DIMENSION.symbol;

@@ -8,7 +8,7 @@ use super::{Column, Destination, METADATA, TableError, Value};
 
 pub(super) struct Sink<'w> {
     to: csv::Writer<Destination<'w>>,
-    /// What the next row has in the column of the metadata, if there is one.
+    /// Content of the next row's metadata column, if there is one.
     run: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What can go wrong with a table, in one line each.
+//! Errors of tables, in one line each.
 
 use std::fmt;
 use std::io;
@@ -19,9 +19,9 @@ pub enum TableError {
         row: u64,
         /// Which column, unless it is about the whole row.
         column: Option<String>,
-        /// What was given.
+        /// The value that was given.
         found: String,
-        /// What would fit.
+        /// The requirement, in words.
         needed: String,
     },
     /// The table could not be written.
@@ -41,7 +41,7 @@ pub enum TableError {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault, in words.
         why: String,
     },
     /// A place in a file does not hold what it must.
@@ -53,9 +53,9 @@ pub enum TableError {
         place: Place,
         /// Which column, unless it is about the whole row.
         column: Option<String>,
-        /// What is there.
+        /// Content found at that place.
         found: String,
-        /// What must be.
+        /// The requirement, in words.
         needed: String,
     },
 }

@@ -56,7 +56,7 @@ pub struct Readme;
 /// Name of the column that holds the metadata of a CSV table. No other column may have it.
 pub const METADATA: &str = "run";
 
-/// What the cells of a column hold, unless they are empty.
+/// Kind of a column's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Whole numbers from 0 to `i64::MAX`.
@@ -74,11 +74,11 @@ pub enum Kind {
 pub struct Column {
     /// Unique in its table and not empty.
     pub name: String,
-    /// What its cells hold.
+    /// Kind of its cells.
     pub kind: Kind,
 }
 
-/// What one cell holds.
+/// Content of a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value<'a> {
     /// Nothing.
@@ -160,7 +160,7 @@ impl Format {
         }
     }
 
-    /// What files of this format end in, without the dot.
+    /// Extension of files of this format, without the dot.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Csv => "csv",

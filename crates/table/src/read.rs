@@ -24,7 +24,7 @@ const MOST_RECORD: u64 = 16 << 20;
 /// A table in a file: what its columns are called, what is said of it, and its numbers.
 ///
 /// A Parquet file that ends too early is an error; other damage is found only where it breaks the encoding, since the
-/// library writes no checksums. A CSV file cut after a whole row cannot be told from a shorter table.
+/// library writes no checksums. A CSV file cut after a whole row cannot be distinguished from a shorter table.
 pub struct Reader {
     /// The names of the columns, without that of a CSV file's metadata.
     pub columns: Vec<String>,
@@ -186,7 +186,7 @@ impl Reader {
     }
 }
 
-/// What a text says in a column of this kind.
+/// Value of a text in a column of this kind.
 fn value(kind: Kind, text: &str) -> Option<Value<'_>> {
     if text.is_empty() {
         return Some(Value::Empty);
@@ -210,7 +210,7 @@ fn is_of(kind: Kind, cell: &Value<'_>) -> bool {
     }
 }
 
-/// The same cell in a message.
+/// Text of a cell for messages.
 fn said(cell: &Value<'_>) -> String {
     match cell {
         Value::Empty => "nothing".to_owned(),
@@ -221,7 +221,7 @@ fn said(cell: &Value<'_>) -> String {
     }
 }
 
-/// What a field says: a number or, also as other programs write it, nothing.
+/// Value of a field: a number or, also as other programs write it, nothing.
 fn number(text: &str) -> Result<Option<f64>, ()> {
     if text.is_empty() {
         return Ok(None);

@@ -2,7 +2,7 @@
 
 use super::Estimate;
 
-/// What the second run, B, has more than the first, A, with 95 % intervals. An interval that holds zero, or is not known, shows
+/// Differences of the second run, B, from the first, A, with 95 % intervals. An interval that holds zero, or is not known, shows
 /// no difference.
 #[derive(Clone, Copy, Debug)]
 pub struct Apart {
@@ -14,7 +14,7 @@ pub struct Apart {
     pub error: Estimate,
 }
 
-/// What the differences that are shown say together.
+/// Verdict on the differences that are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Judgement {
     /// All that is shown speaks for B.
@@ -53,7 +53,7 @@ impl Apart {
         }
     }
 
-    /// The same in words, which say better or worse only where nothing speaks against it.
+    /// The verdict in words, which say better or worse only where nothing speaks against it.
     ///
     /// ```
     /// use standstill_campaign::{Apart, Estimate};

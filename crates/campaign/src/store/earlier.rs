@@ -1,4 +1,4 @@
-//! What an earlier run with fewer trials has of a longer one, so that only the rest is computed.
+//! Rows of an earlier run with fewer trials, so that only the rest of a longer one is computed.
 //!
 //! ```text
 //!   earlier run, 8,000 trials a point:  0 … 7999 │ 0 … 7999

@@ -1,4 +1,4 @@
-//! What run it is, and which part of it.
+//! Identity of runs and of their shards.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -22,7 +22,7 @@ impl Shard {
     /// All of it.
     pub const WHOLE: Self = Self { index: 1, count: 1 };
 
-    /// What is its own of `all`.
+    /// Its own range of `all`.
     pub fn range(&self, all: u64) -> Range<u64> {
         // In 128 bits, because a product of two counts may not fit in 64.
         let end = |index: u64| {
@@ -47,12 +47,12 @@ impl fmt::Display for Shard {
     }
 }
 
-/// What makes two runs the same.
+/// Identity of a run: two runs are the same if it is equal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Version of the program.
     pub version: String,
-    /// What it computes: see [`crate::NUMERICS`].
+    /// Version of its numerical results, see [`crate::NUMERICS`].
     #[serde(default)]
     pub numerics: u32,
     /// Seed of all random numbers.
@@ -68,16 +68,16 @@ pub struct Identity {
     pub shard: Shard,
     /// The scenario with all overrides, as a file would say it.
     pub scenario: String,
-    /// What must be said of wrong poles: which pole draws more current, the motor's data do not tell.
+    /// Caveat for wrong poles: which pole draws more current, the motor's data do not tell.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pole_note: Option<String>,
     /// Whether they cannot be judged for that.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub pole_is_open: bool,
-    /// What must be said of all results: a motor's map is too coarse.
+    /// Caveat for all results: a motor's map is too coarse.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub map_note: Option<String>,
-    /// What must be said of a detector from a library that keeps something outside of its own memory.
+    /// Caveat for a detector from a library that keeps something outside of its own memory.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub library_note: Option<String>,
     /// Digests of the files that it names, by their paths from its folder.
@@ -97,7 +97,7 @@ impl Identity {
         Self { shard: Shard::WHOLE, ..self.clone() }
     }
 
-    /// What the file of trials says of its run, by name.
+    /// Metadata of the file of trials, by name.
     pub fn metadata(&self) -> Vec<(String, String)> {
         let files: Vec<String> =
             self.files.iter().map(|(path, digest)| format!("{path}: {digest}")).collect();

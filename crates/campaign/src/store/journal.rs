@@ -19,13 +19,13 @@ use super::identity::{Identity, Shard};
 use super::row::Row;
 use super::walk::Walk;
 
-/// What a journal of rows begins with.
+/// Magic bytes of a journal of rows.
 const ROWS: [u8; 8] = *b"stdstil1";
 
 /// Most bytes of a block. Those that a run writes have a thousandth of it; a damaged length may claim 4 GiB, which a sparse file has.
 const MOST_BLOCK: u32 = 64 << 20;
 
-/// What a journal of statistics begins with, see [`super::Tally`].
+/// Magic bytes of a journal of statistics, see [`super::Tally`].
 pub(super) const TALLY: [u8; 8] = *b"stdstilT";
 
 /// A journal that cannot be used.
@@ -51,12 +51,12 @@ pub enum JournalError {
     Other {
         /// The journal.
         path: PathBuf,
-        /// What is different.
+        /// The differences, in words.
         difference: String,
     },
 }
 
-/// What is written of a run while it goes on.
+/// Sink of a run's rows while it goes on.
 pub trait Keep {
     /// Where the run stands.
     fn walk(&self) -> &Walk;
@@ -301,7 +301,7 @@ impl Rows {
         Ok(Self { path: path.to_owned(), file, walk: Walk::new(&identity), identity, whole, damaged: false })
     }
 
-    /// What run it is of.
+    /// Identity of the run.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
@@ -345,7 +345,7 @@ impl Rows {
     }
 }
 
-/// What stands where a block may be.
+/// Result of reading a block.
 pub(super) enum Block {
     Whole(Vec<u8>),
     /// The end of the file, in a block or behind the last.

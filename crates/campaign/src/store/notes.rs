@@ -1,4 +1,4 @@
-//! What a question of a scenario has computed so far: parts of its answer, each under a key that says what it depends on.
+//! Notes: intermediate results of a question about a scenario, parts of its answer, each under a key that says what it depends on.
 //!
 //! ```text
 //!   magic  length  header (JSON)  crc │ length  key, bytes  crc │ …
@@ -15,7 +15,7 @@ use standstill_files::open;
 use super::identity::Identity;
 use super::journal::{self, Block, JournalError};
 
-/// What a journal of notes begins with.
+/// Magic bytes of a journal of notes.
 const NOTES: [u8; 8] = *b"stdstilN";
 
 /// Notes that are read back, in bytes: all of them are kept in memory.
@@ -77,7 +77,7 @@ impl Notes {
         std::fs::remove_file(&self.path).map_err(io)
     }
 
-    /// What stands under a key.
+    /// The note of a key.
     pub fn get(&self, key: &str) -> Option<&[u8]> {
         self.known.get(key).map(Vec::as_slice)
     }

@@ -1,4 +1,4 @@
-//! What is kept of a trial.
+//! Rows: stored results of trials.
 
 use serde::{Deserialize, Serialize};
 
@@ -33,7 +33,7 @@ pub struct Row {
     pub peak_current_a: f64,
     /// Why there is no angle; empty if there is one.
     pub reason: String,
-    /// What kind of reason that is; empty if there is an angle.
+    /// Name of the reason; empty if there is an angle.
     pub kind: String,
 }
 

@@ -21,7 +21,7 @@ pub struct Shards {
     tallies: bool,
 }
 
-/// What run a journal is of, whatever it keeps of it.
+/// Identity of a journal's run, whether it keeps rows or statistics.
 ///
 /// # Errors
 /// A file that is no journal, or cannot be read.
@@ -38,7 +38,7 @@ pub(super) fn identity(path: &Path) -> Result<Identity, JournalError> {
     }
 }
 
-/// What two shards are if the run was split in two ways: their rows overlap.
+/// Error for two shards of different splits: their rows overlap.
 fn split(paths: [&Path; 2], of: [&Identity; 2]) -> Result<(), ShardsError> {
     let shards = of.map(|identity| identity.shard);
     if shards[0].count == shards[1].count {
@@ -153,7 +153,7 @@ pub enum ShardsError {
         path: PathBuf,
         /// One of the run that the first belongs to.
         first: PathBuf,
-        /// What is different.
+        /// The differences, in words.
         difference: String,
     },
     /// One has fewer trials than another: it was not extended yet.
@@ -287,7 +287,7 @@ impl Shards {
 /// those of another run. What cannot be read says nothing.
 ///
 /// # Errors
-/// What is there.
+/// Content found at that place.
 pub fn beside(folder: &Path, own: &Identity, others: bool) -> Result<(), ShardsError> {
     let path = folder.join(own.shard.file_name());
     for other in journals(&[folder.to_owned()]).unwrap_or_default() {

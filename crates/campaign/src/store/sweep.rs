@@ -14,7 +14,7 @@ use thiserror::Error;
 /// A plan, or a shard of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Sweep<'a> {
-    /// What each trial is.
+    /// The scenario of each trial.
     pub plan: &'a Plan,
     /// Which trials.
     pub shard: Shard,
@@ -37,7 +37,7 @@ pub enum SweepError {
 }
 
 impl Sweep<'_> {
-    /// What makes it this run.
+    /// Identity of the run.
     ///
     /// # Errors
     /// A scenario that cannot be written down.
@@ -74,7 +74,7 @@ impl Sweep<'_> {
         self.run_after(&mut Earlier::default(), journal, stop, |_, rows| progress(rows))
     }
 
-    /// The same; rows that earlier runs have are taken from these, and `progress` sees the point of the last row too.
+    /// As [`Sweep::run`], with rows taken from earlier runs where they have them; `progress` sees the point of the last row too.
     ///
     /// # Errors
     /// Those of [`Sweep::run`].

@@ -38,13 +38,13 @@ pub struct Tally {
     limit: f64,
     /// Of the points since the last block; the last one may go on.
     open: BTreeMap<usize, Statistics>,
-    /// What earlier runs with fewer trials have of the points.
+    /// Statistics of the points by earlier runs with fewer trials.
     earlier: BTreeMap<usize, Statistics>,
     begun: Instant,
     written: Instant,
 }
 
-/// What a block says.
+/// Content of a block.
 #[derive(Serialize, Deserialize)]
 struct Standing {
     /// Point and trial of the next row.
@@ -178,7 +178,7 @@ impl Tallied {
         Self::open(path).map(|(tallied, _)| tallied)
     }
 
-    /// The same, and where that block ends.
+    /// Reads a journal, and where its last whole block ends.
     fn open(path: &Path) -> Result<(Self, u64), JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
         let foreign = || JournalError::Foreign(path.to_owned());
@@ -204,7 +204,7 @@ impl Tallied {
         Ok((tallied, end))
     }
 
-    /// What run it is of.
+    /// Identity of the run.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
@@ -296,7 +296,7 @@ mod tests {
             }
             let other = Identity { seed: 2, ..identity };
             assert!(matches!(Tally::open(&path, &other, 1.5), Err(JournalError::Other { .. })));
-            // A bit that fell over in the last block: it is told, and computed again.
+            // A bit that fell over in the last block: it is reported, and computed again.
             let whole = std::fs::read(&path).expect("there");
             let mut bytes = whole.clone();
             let last = bytes.len() - 20;

@@ -1,4 +1,4 @@
-//! What was learnt, as it is kept and used.
+//! Corrections from commissioning, as they are kept and used.
 
 use standstill_interface::{Abc, Angle, Real};
 
@@ -7,10 +7,10 @@ use crate::parts::complex::{Complex, Turning};
 use crate::parts::lines::{Saliency, SaliencySign, reflection};
 use crate::settings::{SettingsError, require};
 
-/// What [`Commissioning`](crate::Commissioning) learnt: four numbers for a memory that survives without power.
+/// Correction by [`Commissioning`](crate::Commissioning): four numbers for a memory that survives without power.
 ///
 /// They are relative to the mean L_A measured along with them. So what scales all lines alike, such as the gain of the
-/// DC link's sensor or a dead time not told, neither spoils a correction nor ages it.
+/// DC link's sensor or an unknown dead time, neither spoils a correction nor ages it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction<T> {
     offset: Complex<T>,
@@ -56,7 +56,7 @@ impl<T: Real> Correction<T> {
 
     /// [`Saliency::from_lines`] of L_AB, L_BC, L_CA in H without what was learnt.
     ///
-    /// What saturation does depends on the pole. `north` is the rotor's angle as a detection told it, good to 90°; where
+    /// The effect of saturation depends on the pole. `north` is the rotor's angle by a detection, good to 90°; where
     /// it is none, saturation stays uncorrected.
     pub fn apply(&self, lines: Abc<T>, sign: SaliencySign, north: Option<Angle<T>>) -> Saliency<T> {
         let (z, mean) = reflection(lines);

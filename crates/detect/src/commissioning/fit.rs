@@ -5,7 +5,7 @@ use standstill_interface::{Angle, Real};
 use super::model::{Model, Reading, UNKNOWNS, at};
 use crate::parts::complex::{Complex, Turning};
 
-/// What was measured at one position.
+/// Measurement at one position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Position<T> {
     pub(super) z: Complex<T>,
@@ -13,7 +13,7 @@ pub(super) struct Position<T> {
     pub(super) north: Option<Angle<T>>,
 }
 
-/// What is to be learnt.
+/// Selection of the unknowns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Extent {
     /// Whether P is.

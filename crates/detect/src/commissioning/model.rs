@@ -1,4 +1,4 @@
-//! What three lines read at an angle, and the angle at which they read so.
+//! Model of the three line inductances over the angle, and its inverse.
 //!
 //! With `u = e^{j2θ}` and `v = e^{jθ}`
 //! ```text

@@ -98,7 +98,7 @@ impl<T: Real> AlignmentSettings<T> {
     }
 }
 
-/// What the last command was.
+/// State of the sequence, named after the last command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Start,

@@ -127,7 +127,7 @@ impl<T: Real> Bipolar<T> {
         T::of((s.interval * samples as u64 - self.train.lead - s.dead_time).seconds())
     }
 
-    /// What sample `n` of a pulse would show if all phases were converted at its trigger: while the current rises evenly, a phase that
+    /// Sample `n` of a pulse as it would be if all phases were converted at its trigger: while the current rises evenly, a phase that
     /// is converted later reads more in proportion to the time. None where that does not hold.
     fn at_once(&self, slot: Slot, n: usize, (from, to): (T, T)) -> Option<(T, T)> {
         let sensing = &self.settings.sensing;

@@ -126,7 +126,7 @@ impl<T: Real> LineInductanceSettings<T> {
     }
 }
 
-/// What the last command was, and so what its readings mean.
+/// State of the sequence, named after the last command, whose readings come next.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
 enum State<T> {

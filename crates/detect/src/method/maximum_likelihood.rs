@@ -137,7 +137,7 @@ impl<T: Real> MaximumLikelihood<T> {
             }
         });
         let found = fit(&curves, &model, start).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
-        // Which line is at fault cannot be told; the first stands for all.
+        // Which line is at fault is unknown; the first stands for all.
         found.ok_or(Fault::NotInductive(LINES[0].0))
     }
 
@@ -169,7 +169,7 @@ impl<T: Real> MaximumLikelihood<T> {
         // In each component of the sum over three directions, as far as they are alike.
         let pointer_variance = pointer_variance / two;
         let floor = s.pole_variance(self.train.derived);
-        // Nor can what the model does not explain be told from saturation; relative to the current at the peak.
+        // Nor can what the model does not explain be separated from saturation; relative to the current at the peak.
         let peak = self.dc_link * pulse / (plain.mean * T::of(3.0));
         let floor = (T::of(1.5) * (floor + fit.misfit / (peak * peak))).sqrt() / relative;
 

@@ -69,7 +69,7 @@ impl<T: Real> SubdivisionSettings<T> {
 /// Vectors of the first round.
 const FIRST: usize = 12;
 
-/// What the last command was.
+/// State of the sequence, named after the last command.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
 enum State<T> {

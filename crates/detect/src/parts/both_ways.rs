@@ -24,7 +24,7 @@ pub struct BothWaysSettings<T> {
     pub least_saliency: T,
     /// Standard deviation of the sensors' gains, relative; zero: taken as equal.
     pub gain_tolerance: T,
-    /// What a commissioning run learnt of motor and sensors.
+    /// Correction from a commissioning run.
     pub correction: Correction<T>,
     /// Which pole draws more current in pulses like these.
     pub signature: Signature,
@@ -33,7 +33,7 @@ pub struct BothWaysSettings<T> {
     /// Standard deviation of what looks like saturation and repetition does not reveal, as a share of the inductance at the
     /// pulse's peak: offsets, delays of the legs.
     pub pole_floor: T,
-    /// What is known of the sensors.
+    /// Lag, delays and pick-up of the sensors.
     pub sensing: Sensing<T>,
 }
 
@@ -53,7 +53,7 @@ impl<T: Real> BothWaysSettings<T> {
         }
     }
 
-    /// What the train does not ask for itself.
+    /// Checks all but the train.
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         require_share(self.least_saliency, "least_saliency")?;
         let tolerance = self.gain_tolerance;

@@ -3,7 +3,7 @@
 pub(crate) use num_complex::Complex;
 use standstill_interface::{AlphaBeta, Real};
 
-/// What is asked of a complex number beyond its arithmetic. Sine, arc tangent and root are those of [`Real`].
+/// Operations of a complex number beyond its arithmetic. Sine, arc tangent and root are those of [`Real`].
 pub(crate) trait Turning<T> {
     /// 0.
     fn zero() -> Self;

@@ -1,4 +1,4 @@
-//! What rotating and pulsating high-frequency injection have in common.
+//! Sequence and settings of high-frequency injection, rotating and pulsating.
 //!
 //! ```text
 //!   wait ─► a voltage per carrier period, a sample at its end, for some cycles ─► demodulated ─► polarity test
@@ -117,7 +117,7 @@ impl<T: Real> InjectionSettings<T> {
         (T::one() / self.d_axis_inductance + T::one() / self.q_axis_inductance) / T::of(2.0)
     }
 
-    /// What gains and modulation add to the variance of each component of |L_B|/L_A e^{j2θ}, where `voltage` V drove the current
+    /// Contribution of gains and modulation to the variance of each component of |L_B|/L_A e^{j2θ}, where `voltage` V drove the current
     /// that was read; `of_delays` is what the legs' delays make of it.
     pub(crate) fn doubt(&self, dc_link: T, voltage: T, of_delays: impl Fn(T, T, T, T) -> T) -> T {
         let pwm = &self.modulation;
@@ -161,7 +161,7 @@ impl Clock {
     }
 }
 
-/// What is injected and how its answer is read.
+/// Demodulator of an injection: the injected voltage, and how its current is read.
 pub trait Demodulator<T: Real>: 'static {
     /// Before the first measurement.
     fn new() -> Self;
@@ -203,7 +203,7 @@ impl<T: Real, D: Demodulator<T>> InjectionMethod<T, D> {
     }
 }
 
-/// What the last command was.
+/// State of the sequence, named after the last command.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
 enum State<T> {

@@ -44,7 +44,7 @@ impl<T: Real> Interval<T> {
 ///     duration: end - begin,
 /// };
 /// let (resistance, inductance) =
-///     line_impedance(between(0.0, 1e-4), between(1e-4, 2e-4)).ok_or("not told apart")?;
+///     line_impedance(between(0.0, 1e-4), between(1e-4, 2e-4)).ok_or("singular")?;
 /// assert!((resistance - 2.0).abs() < 1e-3 && (inductance - 20e-3).abs() < 1e-6);
 /// # Ok::<(), &str>(())
 /// ```
@@ -97,7 +97,7 @@ impl SaliencySign {
     }
 }
 
-/// What the three line inductances tell.
+/// Saliency by the three line inductances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Saliency<T> {
     /// L_A in H, equation (5).

@@ -33,7 +33,7 @@ impl<T: Real> Margin<T> {
         self.at_most(taken, T::of(f64::from(attempts)));
     }
 
-    /// What is not a number has no margin; a factor that is negative beyond all bounds is as bad as none.
+    /// A value that is not a number has no margin; a factor that is negative beyond all bounds is as bad as none.
     fn add(&mut self, factor: T) {
         let margin = factor - T::one();
         let beyond = margin < T::zero() && !margin.is_finite();

@@ -6,7 +6,7 @@ use crate::keys::Value;
 use crate::nameplate::Nameplate;
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
-/// What PWM needs to know of the drive.
+/// Settings of the PWM.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModulationSettings<T> {
     /// Period of the drive's PWM carrier.
@@ -60,7 +60,7 @@ impl<T: Real> ModulationSettings<T> {
         require_positive(self.fade, "modulation.fade")
     }
 
-    /// What dead time and drops take of a leg's voltage, as a share of the link.
+    /// Loss of a leg's voltage by dead time and drops, as a share of the link.
     pub(crate) fn lost(&self, dc_link: T) -> T {
         T::of(self.dead_time.seconds()) / T::of(self.carrier_period.seconds()) + self.drop / dc_link
     }

@@ -33,7 +33,7 @@ const LEAST_PAIRS: u16 = 2;
 const SCATTERED_PAIRS: u16 = 4;
 const BY_CHANCE: f64 = 4.0;
 
-/// What the test says.
+/// Result of the polarity test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pole<T> {
     /// The north pole's electrical angle, or one end of the axis if there is a reason.
@@ -44,7 +44,7 @@ pub struct Pole<T> {
     pub polarity: Option<Polarity<T>>,
     /// Probability that the pole is wrong, where the rule knows it.
     pub error: Option<T>,
-    /// What speaks for it, referred to `angle`; none without a signature.
+    /// Evidence for it, referred to `angle`; none without a signature.
     pub evidence: Option<PoleEvidence<T>>,
 }
 
@@ -80,7 +80,7 @@ impl<T: Real> Pole<T> {
     }
 }
 
-/// What the test wants next.
+/// Next step of the test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use = "a step that is not carried out is lost"]
 #[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
@@ -99,7 +99,7 @@ impl<T: Real> PolarityStep<T> {
     }
 }
 
-/// What the last command was.
+/// State of the sequence, named after the last command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Settling { last: bool },

@@ -185,7 +185,7 @@ impl<T: Real> Settler<T> {
 pub(crate) struct Noise<T> {
     squares: T,
     pairs: T,
-    /// The same of the DC link, relative to its voltage.
+    /// Sum of squares for the DC link, relative to its voltage.
     link_squares: T,
     links: T,
 }

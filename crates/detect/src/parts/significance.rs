@@ -10,7 +10,7 @@
 //! σ² that are known and parts that are estimated add up, each multiplied by its own k². With `ln(1 + f x) ≥ f ln(1 + x)` for a share f
 //! of σ², p is not exceeded whatever the shares are.
 //!
-//! What σ² consists of:
+//! Contributions to σ²:
 //!
 //! * **Line inductances** whose relative errors have the variance ε²: z is 2/3 of their mean with the weights e^{j2φ_k}
 //!   beside their mean, equations (5) and (6), so `σ² = 2 ε²/3` and `σ_θ = 0.408 ε/(|L_B|/L_A)`: [`of_lines`]. ε² is
@@ -35,7 +35,7 @@ const CHANCE: f64 = 1e-3;
 /// Standard deviation of a leg's delay that a drive is trusted to have, as a share of its dead time: 100 ns of 2 µs.
 const DELAY: f64 = 0.05;
 
-/// What is left of dead time and drops by the clamping of currents near zero, which no compensation knows: measured on motors
+/// Remainder of dead time and drops by the clamping of currents near zero, which no compensation knows: measured on motors
 /// without saliency, 550 V and 12 V, as the saliency that they seem to have.
 const LEFT: f64 = 0.03;
 
@@ -76,7 +76,7 @@ pub(crate) fn of_rotating_delays<T: Real>(dead_time: T, period: T, dc_link: T, v
     T::of(8.0 / (3.0 * core::f64::consts::PI * core::f64::consts::PI)) * share * share
 }
 
-/// The same of a pulsating one: all legs' fundamentals have one phase, so that across the axis stands `2/3 · 4/π Σ δ_k sin γ_k`, which is
+/// Variance by the legs' delays under pulsating injection: all legs' fundamentals have one phase, so that across the axis stands `2/3 · 4/π Σ δ_k sin γ_k`, which is
 /// twice as much.
 pub(crate) fn of_pulsating_delays<T: Real>(dead_time: T, period: T, dc_link: T, voltage: T) -> T {
     T::of(4.0) * of_rotating_delays(dead_time, period, dc_link, voltage)

@@ -82,7 +82,7 @@ impl<T: Real> PulseTrainSettings<T> {
         }
     }
 
-    /// The same with pulses of another length, in as many samples.
+    /// The train with pulses of another length, in as many samples.
     #[must_use]
     pub fn with_pulse(self, pulse: Nanos) -> Self {
         let interval = Nanos(pulse.0 / (self.samples_on() as u64).max(1));
@@ -90,7 +90,7 @@ impl<T: Real> PulseTrainSettings<T> {
         Self { pulse, interval, rest: rest_after(pulse), ..self }
     }
 
-    /// What an engineer would copy into a drive.
+    /// Calls `line` with the settings that an engineer would copy into a drive.
     pub(crate) fn describe(&self, line: &mut Lines<'_>) {
         line("train.pulse", format_args!("{}", Microseconds(self.pulse)));
         line("train.rest", format_args!("{}", Microseconds(self.rest)));
@@ -121,7 +121,7 @@ impl<T: Real> PulseTrainSettings<T> {
         require_zero_or_more(self.off_drop, "off_drop")
     }
 
-    /// The rest as a share of the pulse, as it was told: times are whole nanoseconds.
+    /// The rest as a share of the pulse, as it was set: times are whole nanoseconds.
     pub(crate) fn rest_share(&self) -> f64 {
         let pulse = self.pulse.0.max(1);
         (self.rest.0.saturating_mul(1000).saturating_add(pulse / 2) / pulse) as f64 / 1e3
@@ -369,7 +369,7 @@ impl<T: Real> Train<T> {
         Ok((from + to) / T::of(2.0))
     }
 
-    /// The same as each of the two sensors shows it: in the phase that it enters and in the one that it leaves.
+    /// The current by each of the two sensors: in the phase that it enters and in the one that it leaves.
     pub fn both(&self, slot: Slot, reading: &Reading<T>) -> Result<(T, T), Fault<T>> {
         let seen = all_seen(reading)?;
         let (from, to) = slot.phases();

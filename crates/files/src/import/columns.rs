@@ -1,11 +1,11 @@
-//! What the header of a column says: which quantity, in which unit, and whether peak or rms.
+//! Headers of columns: quantity, unit, and whether values are peak or rms.
 
 use std::f64::consts::PI;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// What a column, or a block of a wide table, holds.
+/// Quantity of a column, or of a block of a wide table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     /// i_d, i_q, ψ_d, ψ_q: their place among the four.
@@ -73,12 +73,12 @@ pub(super) struct Column {
     pub(super) quantity: Quantity,
     /// From its unit to SI.
     pub(super) scale: f64,
-    /// What it says of peak and rms.
+    /// Whether it says peak or rms.
     pub(super) values: Option<MapValues>,
 }
 
 impl Column {
-    /// What a header such as `Id [A]`, `psi_d_mWb` or `i_q/A` says; none for another quantity.
+    /// Reads a header such as `Id [A]`, `psi_d_mWb` or `i_q/A`; none for another quantity.
     ///
     /// # Errors
     /// A quantity of a map in a unit that is none of it; what would be one.

@@ -21,7 +21,7 @@ pub(super) struct Line<'a> {
     /// From 1.
     pub(super) number: usize,
     pub(super) text: &'a str,
-    /// What separates its fields; a blank stands for any number of blanks.
+    /// Separator of its fields; a blank stands for any number of blanks.
     separator: char,
 }
 
@@ -45,7 +45,7 @@ impl<'a> Line<'a> {
     }
 }
 
-/// What is being read.
+/// The file that is being read, for messages.
 pub(super) struct Source<'a> {
     pub(super) file: &'a str,
     pub(super) layout: &'a MapLayout,
@@ -56,7 +56,7 @@ impl Source<'_> {
         MapError::new(self.file, Some(&Place::Line(line)), found, needed)
     }
 
-    /// What the header of a column says; none for a quantity of no map.
+    /// Quantity and unit by the header of a column; none for a quantity of no map.
     pub(super) fn column(&self, line: usize, name: &str) -> Result<Option<Column>, MapError> {
         let column = Column::parse(name).map_err(|units| {
             self.error(line, format!("the column `{}`", shortened(name)), format!("one of the units {units}"))
@@ -213,7 +213,7 @@ impl Header {
     }
 }
 
-/// What was found, and the command that would read it.
+/// Error for an unknown header, with the command that would read the file.
 fn unknown(source: &Source, line: Line, there: &[&str]) -> MapError {
     let numbers = there.iter().all(|field| line.value(field).is_some());
     let what = if numbers { "numbers without a header" } else { "a header" };

@@ -45,7 +45,7 @@ const LAYOUTS: [Layout; 8] = [
     Layout { names: ["i_d_A", "i_q_A", "psi_d_Wb", "psi_q_Wb"], rows: Rows::Direct },
 ];
 
-/// What is read besides.
+/// Names of further variables.
 const POLE_PAIRS: &str = "motorModel.data.p";
 const RESISTANCE: &str = "motorModel.data.Rs";
 

@@ -42,7 +42,7 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Result<MapSamples, MapError> {
     points(file, &[a, b, c, d], Rows::Direct)
 }
 
-/// What was found and what is needed.
+/// Found value and requirement, in words.
 type Fault = (String, String);
 
 fn array(name: &str, content: &[u8]) -> Result<Array, Fault> {

@@ -13,7 +13,7 @@ use super::{MapError, MapSamples, Place};
 /// A point of one flux: its currents, the flux and its line.
 type Entry = ([f64; 2], f64, usize);
 
-/// What the corner of a block says.
+/// Head of a block: its flux and its currents.
 struct Block {
     /// Of ψ_d or ψ_q.
     flux: usize,

@@ -55,7 +55,7 @@ impl<U: Unit> Sourced<U> {
     /// From a value of TOML: a plain number, a text with a unit, or a table with source and reason.
     ///
     /// # Errors
-    /// What was found and is needed, and the key below where it stands.
+    /// Found value and requirement, and the key below where they stand.
     pub fn of(from: toml::Value) -> Result<Self, TableError> {
         let (value, source, reason) = of_value(Number(U::DIMENSION), from)?;
         Ok(Self { value: Quantity::si(value), source, reason })
@@ -172,7 +172,7 @@ impl Visitor<'_> for Value {
     }
 }
 
-/// What is said of a number that stands by itself.
+/// Reason of a number that stands by itself.
 pub const PLAIN: &str = "in the data sheet, without a reason";
 
 fn plain(value: f64) -> (f64, Source, String) {

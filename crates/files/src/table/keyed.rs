@@ -12,13 +12,13 @@ use toml::Value;
 use super::place::quoted;
 use super::wording;
 
-/// What is wrong with a table, and with which of its keys.
+/// Fault of a table, with the key at fault.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{message}")]
 pub struct TableError {
     /// The path of the key as TOML writes it, so with quotes around a part that has dots; empty if it is the table itself.
     pub key: String,
-    /// What is wrong.
+    /// The fault, in words.
     pub message: String,
 }
 
@@ -44,12 +44,12 @@ impl TableError {
         self.message.strip_prefix("missing field `")?.strip_suffix('`')
     }
 
-    /// The same, seen from one table further out, where it stands under this key.
+    /// The error seen from the enclosing table, where it stands under this key.
     fn below(self, key: &str) -> Self {
         self.inside(&quoted(key))
     }
 
-    /// The same, seen from one step further out: a key of a table as it is written, or a place in a list.
+    /// The error seen from the enclosing value: below a key as it is written, or a place in a list.
     fn inside(mut self, outer: &str) -> Self {
         let dot = if self.key.is_empty() || self.key.starts_with('[') { "" } else { "." };
         self.key.insert_str(0, dot);
@@ -178,7 +178,7 @@ impl<'de> Deserializer<'de> for Keyed {
 
 struct Entries {
     table: <toml::Table as IntoIterator>::IntoIter,
-    /// What belongs to the key that was read last, with that key.
+    /// The key that was read last, with its value.
     value: Option<(String, Value)>,
 }
 

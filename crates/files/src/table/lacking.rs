@@ -4,7 +4,7 @@ use toml::{Table, Value};
 
 use super::keyed::TableError;
 
-/// What stands in place of a key that is missing, so that the next one shows: whichever of these it may be.
+/// Placeholders for a missing key, one of which lets the reader go on to the next missing one.
 fn fillers() -> [Value; 4] {
     [
         Value::Float(0.0),

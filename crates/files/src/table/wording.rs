@@ -1,4 +1,4 @@
-//! What was found where something else is needed, in words for people: what stands in a file, and no names of types.
+//! Found value and requirement in the words of the file's format instead of names of Rust types.
 
 use std::borrow::Cow;
 
@@ -7,7 +7,7 @@ use serde::de::{Expected, Unexpected};
 /// Longer texts are not repeated whole.
 const MOST_CHARACTERS: usize = 60;
 
-/// What stands there, as TOML writes it.
+/// The found value, as TOML writes it.
 pub(super) fn found(found: Unexpected<'_>) -> Cow<'static, str> {
     match found {
         Unexpected::Bool(flag) => flag.to_string().into(),
@@ -26,7 +26,7 @@ pub(super) fn found(found: Unexpected<'_>) -> Cow<'static, str> {
     }
 }
 
-/// What serde says that it expected, where that is the name of a type; else its own words.
+/// The requirement: serde's names of types translated, other words as they are.
 pub(super) fn needed(expected: &dyn Expected) -> Cow<'static, str> {
     let words = expected.to_string();
     let whole = |most: u64| format!("a whole number from 0 to {most}").into();

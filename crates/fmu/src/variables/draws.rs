@@ -1,4 +1,4 @@
-//! What a trial draws, and how the rotor stands.
+//! Variables of the draws and of the rotor.
 
 use std::f64::consts::TAU;
 
@@ -41,7 +41,7 @@ pub(super) fn draws(part: Part, document: &Document, scenario: &Scenario<Method<
     all
 }
 
-/// What an angle may be. An importer that counts in degrees meets it soon.
+/// Allowed angles, in words. An importer that counts in degrees meets it soon.
 const TURN: &str = "from -6.2832 to 6.2832 rad, a turn either way: 1° is 0.017453 rad";
 
 pub(super) fn of_rotor(document: &Document, scenario: &Scenario<Method<f64>>) -> Vec<Variable> {

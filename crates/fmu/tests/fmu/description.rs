@@ -1,4 +1,4 @@
-//! What importers are told: variables, units, limits, structure.
+//! Descriptions for importers: variables, units, limits, structure.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -77,7 +77,7 @@ fn law_the_description_has_all_variables_with_units_limits_and_starts() {
         } else {
             ("Output", "InitialUnknown", "valueReference")
         };
-        let told = |name: &str| -> BTreeSet<usize> {
+        let listed = |name: &str| -> BTreeSet<usize> {
             let nodes = find(name);
             let nodes: Vec<_> = if version == Version::Two {
                 nodes[0].children().filter(roxmltree::Node::is_element).collect()
@@ -86,8 +86,8 @@ fn law_the_description_has_all_variables_with_units_limits_and_starts() {
             };
             nodes.iter().map(|node| whole(*node, key)).collect()
         };
-        assert_eq!(told(output), outputs);
-        assert!(told(unknown).is_subset(&outputs) && !told(unknown).is_empty());
+        assert_eq!(listed(output), outputs);
+        assert!(listed(unknown).is_subset(&outputs) && !listed(unknown).is_empty());
         let ability = if version == Version::Two { "canGetAndSetFMUstate" } else { "canGetAndSetFMUState" };
         assert_eq!(find("CoSimulation")[0].attribute(ability), Some("true"));
         let clocks = find("Clock");
@@ -149,7 +149,7 @@ fn law_only_this_crate_s_library_of_this_version_is_a_binary() {
     assert_eq!(of(&other), "the library of another program, or of another version of this one");
 }
 
-/// A dead time that a run refuses is none of an FMU, and none that its importer is told of.
+/// A dead time that a run refuses is none of an FMU, and none in its description.
 #[test]
 fn law_a_dead_time_leaves_the_pwm_room() {
     let model = |text: &str, part| {

@@ -227,7 +227,7 @@ fn law_mistakes_are_errors_with_a_message() {
         assert_eq!(slave.set(name, value), 3, "{name}");
         assert!(slave.said().contains(says), "{name}: {}", slave.said());
     }
-    // What depends on other keys is told when the machine is made.
+    // What depends on other keys is refused when the machine is made.
     assert_eq!(slave.set("inverter.terminal_capacitance", 1e-12), 0);
     assert_eq!(slave.call("fmi2ExitInitializationMode"), 3);
     let said = slave.said();

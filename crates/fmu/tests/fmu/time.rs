@@ -82,7 +82,7 @@ fn law_a_simulation_begins_and_ends_where_nanoseconds_can_be_told_apart() {
     assert!(slave.said().contains("an instance simulates at most 10000 s"), "{}", slave.said());
 }
 
-/// The description says how long a period is before any parameter is set, and the clock of FMI 3.0 is told to be constant.
+/// The description says how long a period is before any parameter is set, and the clock of FMI 3.0 is declared constant.
 #[test]
 fn law_no_parameter_changes_the_communication_step() {
     let unpacked = unpacked(FIELD, Part::Drive);

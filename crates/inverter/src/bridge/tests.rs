@@ -152,7 +152,7 @@ fn law_resolved_modes_never_contradict_themselves() {
     }
 }
 
-/// What is looked at first against the search through all combinations, with random and with exactly balanced ports.
+/// The first guess against the search through all combinations, with random and with exactly balanced ports.
 #[test]
 fn law_what_is_likely_is_what_the_search_finds() {
     let mut state = 7_u64;

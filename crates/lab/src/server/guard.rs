@@ -1,8 +1,8 @@
-//! Who gets an answer: pages of this very lab, opened by whoever was told its address.
+//! Who gets an answer: pages of this very lab, opened by whoever has its address.
 
 use super::http::Request;
 
-/// What a request must have.
+/// Requirements of a request.
 pub(super) struct Guard {
     pub port: u16,
     pub token: String,

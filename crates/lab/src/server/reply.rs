@@ -4,11 +4,11 @@ use std::io::{self, Write};
 
 use crate::error::LabError;
 
-/// What the lab's own pages may do: run its own scripts and talk to it.
+/// Content security policy of the lab's own pages: run its own scripts and talk to it.
 const OWN: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; \
                    base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// What the page of a report may do, which has all in itself: nothing with this server.
+/// Content security policy of a report's page, which has all in itself: nothing with this server.
 const REPORT: &str = "sandbox allow-scripts allow-downloads allow-modals; default-src 'none'; script-src 'unsafe-inline'; \
                       style-src 'unsafe-inline'; img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'; \
                       frame-ancestors 'none'";
@@ -43,7 +43,7 @@ impl Reply {
         Self { code: 200, kind: "text/html; charset=utf-8", policy: REPORT, body: html.into_bytes() }
     }
 
-    /// What the bench answers.
+    /// Reply with the bench's answer.
     pub fn of(answer: Result<Vec<u8>, LabError>) -> Self {
         match answer {
             Ok(body) => Self { code: 200, kind: "application/octet-stream", policy: OWN, body },

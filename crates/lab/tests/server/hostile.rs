@@ -177,10 +177,10 @@ fn law_bad_input_is_refused_in_words_and_harms_nobody() {
     ] {
         let answer = lab.post("setting", &asked(&[(key, value)]));
         assert_eq!(answer.code, 422, "{key}");
-        let told = answer.json();
-        assert!(told["message"].as_str().expect("words").contains(word), "{key}: {told}");
+        let error = answer.json();
+        assert!(error["message"].as_str().expect("words").contains(word), "{key}: {error}");
         if ["sensors.noise", "detector.voltage"].contains(&key) {
-            assert_eq!(told["key"], key);
+            assert_eq!(error["key"], key);
         }
     }
     let long = "x".repeat(300_000);

@@ -351,7 +351,7 @@ fn law_every_key_has_a_control_and_what_a_method_does_not_have_is_not_there() {
         .iter()
         .find(|entry| entry["key"] == "motor.winding.resistance");
     assert_eq!(entry.expect("there")["text"], "2 Ω");
-    // Settings are told apart by all that they are.
+    // Settings differ if any part of them does.
     assert_ne!(Setting::default().name(), Setting { point: 1, ..Setting::default() }.name());
 }
 

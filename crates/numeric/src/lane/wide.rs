@@ -66,7 +66,7 @@ pub const MOST_LANES: usize = 8;
 /// A computation that [`Wide::compute`] carries out. Its method must be `#[inline(always)]`, and so must be all that is to
 /// use wide registers.
 pub trait Compute {
-    /// What comes of it.
+    /// Result of the computation.
     type Output;
 
     /// Computes it.
@@ -96,7 +96,7 @@ impl Wide for f64 {
 
 /// Work that is the same for every type of numbers side by side.
 pub trait OnWidest {
-    /// What comes of it.
+    /// Result of the computation.
     type Output;
 
     /// Does it with numbers of this type.
@@ -167,7 +167,7 @@ mod tests {
     use super::*;
     use crate::sin_cos;
 
-    /// What a lane can do, with two numbers.
+    /// Every operation of a lane, on two numbers.
     fn results<T: Lane>(x: T, y: T) -> [T; 7] {
         [
             x + y * x - y / x,

@@ -199,7 +199,7 @@ numbers!(
     avx2
 );
 
-/// What AVX-512 does in its own way: a mask is a bit for each number.
+/// Operations that differ in AVX-512: a mask is a bit for each number.
 mod avx512 {
     use super::*;
 
@@ -227,7 +227,7 @@ mod avx512 {
     }
 }
 
-/// What AVX2 does in its own way: a mask is all bits of a number or none.
+/// Operations that differ in AVX2: a mask is all bits of a number or none.
 mod avx2 {
     use super::*;
 
@@ -260,5 +260,5 @@ mod avx2 {
     }
 }
 
-/// What is kept for each machine side by side has room for all of them.
+/// Arrays with an entry for each lane have room for every width.
 const _: () = assert!(Avx512::LANES <= MOST_LANES && Avx2::LANES <= MOST_LANES);

@@ -124,7 +124,7 @@ impl DataSheet {
         Ok((winding, magnet_flux, self.core(check, &winding, magnet_flux)?))
     }
 
-    /// The same from a map; what `[winding]` states besides must agree with it.
+    /// Winding, magnet flux and core from a map; what `[winding]` states besides must agree with it.
     fn mapped(&self, check: &Check, map: FluxMap) -> Result<(Winding, f64, Core), MotorError> {
         for (key, given) in
             [("saturation", self.tables.saturation.is_some()), ("bridge", self.tables.bridge.is_some())]
@@ -191,7 +191,7 @@ const MAP_REACH: f64 = 1.05;
 /// No number of a motor is larger than this in SI units. It keeps typing errors from becoming infinite.
 const LARGEST: f64 = 1e12;
 
-/// What a core must be.
+/// Requirement of a core.
 const CONVEX: &str = "an energy whose inductances stay positive";
 
 /// And no positive one is smaller. What is small or large for a motor depends on its other numbers.

@@ -1,4 +1,4 @@
-//! What is said of a data sheet that is not a motor.
+//! Errors of data sheets.
 
 use standstill_files::{MapError, TableError, key_span, line_of};
 use thiserror::Error;
@@ -11,7 +11,7 @@ pub enum MotorError {
     Format {
         /// The file, or the built-in's name.
         file: String,
-        /// What the parser says.
+        /// The parser's message.
         message: String,
     },
     /// A number that no motor has.
@@ -26,9 +26,9 @@ pub enum MotorError {
         line: usize,
         /// Its key.
         key: &'static str,
-        /// What was found.
+        /// The value that was found.
         found: String,
-        /// What is needed.
+        /// The least value that would do.
         needed: String,
     },
     /// Its flux map is none.

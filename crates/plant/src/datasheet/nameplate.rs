@@ -1,6 +1,6 @@
 //! `[nameplate]`: a motor as its owner has it, in place of `[rating]`, `[winding]` and `[saturation]`.
 //!
-//! What stands there is checked at once, so that all that is missing or wrong is named together, and becomes a data sheet
+//! All of it is checked at once, so that all that is missing or wrong is named together, and becomes a data sheet
 //! like any other: what was left out has a default that says that it is assumed.
 
 mod given;

@@ -46,7 +46,7 @@ pub struct Continuation {
     pub cores: Vec<FittedCore>,
 }
 
-/// What cores of one kind say of the poles.
+/// Difference of the poles by cores of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PoleSpread {
     /// Whether they have iron bridges.
@@ -59,13 +59,13 @@ pub struct PoleSpread {
     pub difference: [f64; 2],
 }
 
-/// What a data sheet tells of which pole draws more current.
+/// Knowledge of which pole draws more current, by the data sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PoleKnowledge {
     /// It has both sides of the d-axis.
     Known,
-    /// It says nothing of saturation, without which poles cannot be told apart.
+    /// It says nothing of saturation, without which poles cannot be distinguished.
     NotGiven,
     /// Its map lacks one side, and all cores that fit the other agree.
     Assumed,
@@ -79,7 +79,7 @@ impl PoleKnowledge {
         matches!(self, Self::NotGiven | Self::NotDetermined)
     }
 
-    /// What a verdict on the pole must say, where it is not simply known.
+    /// Caveat for a verdict on the pole, where it is not simply known.
     pub const fn note(self) -> Option<&'static str> {
         match self {
             Self::Known => None,
@@ -137,7 +137,7 @@ impl Continuation {
         Ok(Some((whole, Self { measured: [low, high], cores })))
     }
 
-    /// What the cores of each kind say of the poles up to a current in A along d.
+    /// Difference of the poles by cores of each kind, up to a current in A along d.
     pub fn spread(&self, map: &FluxMap, current: f64) -> Vec<PoleSpread> {
         [false, true].into_iter().filter_map(|bridged| self.spread_of(map, current, bridged)).collect()
     }
@@ -161,13 +161,13 @@ impl Continuation {
         let of_map = (map.flux_at(at(known)).ok()? - map_rest).d.abs();
         let of_core = (core.flux_at(at(-known)).ok()? - core_rest).d.abs();
         let change = Dq::new(known * of_map.min(of_core), 0.0);
-        let (told, assumed) =
+        let (measured, assumed) =
             (map.current(map_rest + change).d.abs(), core.current(core_rest - change).d.abs());
-        let [north, south] = if known < 0.0 { [assumed, told] } else { [told, assumed] };
+        let [north, south] = if known < 0.0 { [assumed, measured] } else { [measured, assumed] };
         Some(north / south - 1.0)
     }
 
-    /// What is known of the poles up to a current in A along d: near it and at half of it, where pulses are.
+    /// Knowledge of the poles up to a current in A along d: near it and at half of it, where pulses are.
     pub fn pole(&self, map: &FluxMap, current: f64) -> PoleKnowledge {
         if self.measured[1].min(-self.measured[0]) >= current * (1.0 - 1e-6) {
             return PoleKnowledge::Known;

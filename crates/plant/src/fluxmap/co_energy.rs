@@ -32,7 +32,7 @@ impl CoEnergy {
         self.between(current, &self.d.at(current.d), &self.q.at(current.q))
     }
 
-    /// The same with the splines of either axis there.
+    /// Sample where the splines of both axes are known.
     fn between(&self, current: Dq<f64>, d: &Local, q: &Local) -> Sample {
         let mut sums = [[0.0; 3]; 3];
         for (a, order_d) in (0..).zip(0..d.values[0].len()) {

@@ -29,7 +29,7 @@ pub(super) struct Known<'a> {
     pub(super) factor: &'a Factor,
     /// In Wb, of independent points.
     pub(super) noise: f64,
-    /// What is simulated in its place.
+    /// The surface that is simulated in its place.
     pub(super) simulated: &'a FluxMap,
 }
 
@@ -106,7 +106,7 @@ impl InductanceErrors {
         self.coarseness.is_some_and(|coarseness| coarseness > COARSE)
     }
 
-    /// What must be said of results where it is.
+    /// Caveat for results where it is.
     pub(super) fn note(&self) -> Option<Arc<str>> {
         let coarseness = self.coarseness.filter(|_| self.too_coarse())?;
         Some(

@@ -36,7 +36,7 @@ const UNEVEN: f64 = 20.0;
 /// corrected, since a turned rectangle of currents is none, and what is found of the rotor's angle is off by as much.
 const OFF_AXIS: f64 = 1.0;
 
-/// Share of the largest flux that no flux off the axis is told from: what measured maps are good for.
+/// Share of the largest flux below which a flux off the axis counts as noise: the accuracy of measured maps.
 const FLUX_NOISE: f64 = 1e-3;
 
 impl Grid {
@@ -177,7 +177,7 @@ impl Grid {
         })
     }
 
-    /// With these values of i_d besides, all on one side of those there are; `flux` is told the indices of i_d in `side` and of i_q.
+    /// With these values of i_d besides, all on one side of those there are; `flux` takes the indices of i_d in `side` and of i_q.
     pub(super) fn with_side(
         &self,
         side: &[f64],

@@ -234,7 +234,7 @@ fn power_of(x: f64, exponent: usize) -> f64 {
 pub(super) struct Scaled {
     /// Values, slopes and their slopes along d (rows are places), over currents in units of half the range.
     pub(super) d: [DMatrix<f64>; 3],
-    /// The same along q.
+    /// Matrices along q.
     pub(super) q: [DMatrix<f64>; 3],
 }
 

@@ -37,13 +37,13 @@ pub struct FluxMap {
     cells: Arc<[Cells; 2]>,
     /// Of the cells, those along q one after the other.
     pieces: Arc<[Piece]>,
-    /// What the surface was fitted to: it tells the flux of a current without a search.
+    /// The co-energy that the surface was fitted to; it gives the flux of a current without a search.
     co_energy: Arc<CoEnergy>,
     range: [[f64; 2]; 2],
     magnet: bool,
     /// How it goes on beyond its file, if it does.
     continuation: Option<Arc<Continuation>>,
-    /// What must be said of results with it.
+    /// Caveat for results with it.
     note: Option<Arc<str>>,
 }
 
@@ -124,12 +124,12 @@ impl FluxMap {
         Self { note, ..self }
     }
 
-    /// What must be said of all results with this map: it is too coarse for its saturation.
+    /// Caveat for all results with this map: it is too coarse for its saturation.
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
     }
 
-    /// What it tells of which pole draws more current, up to a current in A along d.
+    /// Knowledge of which pole draws more current, up to a current in A along d.
     pub fn pole(&self, current: f64) -> PoleKnowledge {
         self.continuation.as_ref().map_or(PoleKnowledge::Known, |beyond| beyond.pole(self, current))
     }

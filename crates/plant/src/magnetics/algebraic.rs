@@ -44,7 +44,7 @@ pub struct Algebraic<T = f64> {
 }
 
 impl Algebraic {
-    /// The same iron with magnets that are stronger or weaker by such a factor that the flux without current is
+    /// Scales the magnets, with the iron as it is, such that the flux without current is
     /// `flux` in Wb, along d. Both places where a magnet appears, i_f and ψ_n, are in proportion to its remanence. None
     /// if no such factor is found.
     ///

@@ -124,21 +124,21 @@ impl MagneticCircuit {
         })
     }
 
-    /// The same with harmonics, which must be smaller than the inductances: see [`Harmonics::fit`].
+    /// Sets the harmonics, which must be smaller than the inductances: see [`Harmonics::fit`].
     #[must_use]
     pub fn with_harmonics(self, harmonics: Harmonics) -> Self {
         let distortion = harmonics.any().then(|| Distortion::new(harmonics, self.rest, self.inductance));
         Self { harmonics, distortion, ..self }
     }
 
-    /// The same with eddy currents.
+    /// Sets the eddy currents.
     #[must_use]
     pub fn with_eddy_currents(self, eddy: Option<EddyBranch>) -> Self {
         let eddy = eddy.map(|branch| (branch, branch.inverse_inductance(self.inductance)));
         Self { eddy, ..self }
     }
 
-    /// The same with iron that remembers. Without a coercive current, or without cells, it is as it was.
+    /// Sets the hysteresis. Without a coercive current, or without cells, it is as it was.
     #[must_use]
     pub fn with_hysteresis(self, hysteresis: Option<Hysteresis>) -> Self {
         let remembers = |of: &Hysteresis| of.coercive_current > 0.0 && of.depth > 0.0 && of.cells > 0;
@@ -147,7 +147,7 @@ impl MagneticCircuit {
         Self { hysteresis, ..self }
     }
 
-    /// The same with a magnet that drives `share` of the flux without current that it drives now, as a hot one does. The
+    /// Scales the magnet: it drives `share` of the flux without current that it drives now, as a hot one does. The
     /// iron stays as it is and with it the saturation: what changes is the magnet's magnetomotive force.
     ///
     /// * A magnet in series with the iron of its axis is a current in a winding around it: `W = W₀ − m·ψ`. The iron's

@@ -19,7 +19,7 @@ pub struct EddyBranch {
     pub time_constant: f64,
     /// Share of L_d, without current, that an infinitely short pulse does not meet; 0 to below 1.
     pub d_depth: f64,
-    /// The same of L_q.
+    /// Share of L_q that eddy currents take from a short pulse.
     pub q_depth: f64,
 }
 

@@ -29,13 +29,13 @@ pub struct Falls {
     pub q: f64,
 }
 
-/// What cannot be.
+/// A fall that no core has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("the fall along {key} must be {needed}")]
 pub struct FallsError {
     /// The fall: `d`, `minus_d` or `q`.
     pub key: &'static str,
-    /// What it must be.
+    /// The requirement, in words.
     pub needed: &'static str,
 }
 
@@ -94,7 +94,7 @@ impl Knee {
         flux + self.height * (self.width * (self.v(t) - self.v(rest)) - self.w(rest) * flux)
     }
 
-    /// The same with the height that makes g(δ) exceed 1 by `rise` where the current is I. None: no height does.
+    /// Chooses the height such that g(δ) exceeds 1 by `rise` where the current is I. None: no height does.
     fn rising(self, rise: f64) -> Option<Self> {
         let at = |flux: f64| {
             let growth = self.w(self.t(flux)) - self.w(self.t(0.0));

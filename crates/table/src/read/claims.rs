@@ -1,4 +1,4 @@
-//! What a Parquet file says of its own sizes, before the library believes it.
+//! Checks of a Parquet file's claims about its sizes, before the library believes them.
 //!
 //! The library makes room for as many columns, bytes and values as a file names, and goes as deep into its schema as that
 //! leads: a hundred bytes can ask for gigabytes. The footer and the heads of pages are structures in Thrift's compact form;
@@ -54,7 +54,7 @@ const COUNT: i16 = -1;
 /// A message about the file, without its name.
 type Claim = String;
 
-/// What is read of a structure in Thrift's compact form.
+/// Reader of a structure in Thrift's compact form.
 struct Walk<'a> {
     bytes: &'a [u8],
     /// Fields in which it is.
@@ -202,7 +202,7 @@ pub(super) fn footer(file: &File, length: u64) -> io::Result<Result<(), Claim>> 
     })
 }
 
-/// What a column's part of a row group may be.
+/// Limits of a column's part of a row group.
 pub(super) struct Part {
     /// Where its pages are.
     pub(super) place: Range<u64>,
@@ -214,7 +214,7 @@ pub(super) struct Part {
     pub(super) encodings: &'static [i64],
 }
 
-/// What is read of a page's head.
+/// Fields of a page's head.
 #[derive(Default)]
 struct Head {
     kind: Option<i64>,

@@ -29,7 +29,7 @@ const LITTLE_TEXT: u64 = 1 << 20;
 /// A file whose footer holds what it must.
 pub(super) struct Parquet {
     reader: SerializedFileReader<File>,
-    /// The same file, to look at its pages first.
+    /// Second handle of the file, to check its pages first.
     file: File,
     length: u64,
 }

@@ -1,4 +1,4 @@
-//! What a journal keeps, and what becomes of one that is damaged.
+//! Journals keep their rows; damaged ones are cut.
 
 use std::collections::BTreeMap;
 

@@ -149,7 +149,7 @@ fn law_the_drive_knows_how_its_sensors_lag_when_they_are_converted_and_what_edge
         pick_up: [0.2, 0.5e-6],
     };
     let untold = settings::<f64>();
-    let told = BipolarSettings(BothWaysSettings { sensing: known, ..untold.0 });
+    let informed = BipolarSettings(BothWaysSettings { sensing: known, ..untold.0 });
     let (mut worst, mut unknown) = (0.0_f64, 0.0_f64);
     for degrees in [0.0, 33.0, 77.0, 130.0, 200.0, 310.0] {
         // The resistance is in each line's inductance whatever the sensors are.
@@ -168,7 +168,7 @@ fn law_the_drive_knows_how_its_sensors_lag_when_they_are_converted_and_what_edge
             };
             (motor.error(angle) - own, outcome)
         };
-        let (error, outcome) = behind(told);
+        let (error, outcome) = behind(informed);
         let (_, findings) = found(outcome);
         worst = worst.max(error.abs());
         assert!((findings.mean_inductance.expect("found") / inductance - 1.0).abs() < 2e-3, "{findings:?}");

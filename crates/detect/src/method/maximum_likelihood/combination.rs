@@ -1,4 +1,4 @@
-//! What several trains say together, each weighted by its information.
+//! Mean of several trains, each weighted by its information.
 
 use standstill_interface::{Abc, AlphaBeta, Angle, Fault, Real};
 
@@ -16,13 +16,13 @@ const MOST_MOVEMENT: f64 = 0.01;
 /// Standard deviation in rad, and relative of a gain, that no train goes below: without noise a weight would be infinite.
 const LEAST_DEVIATION: f64 = 1e-6;
 
-/// What one train says.
+/// Estimates from one train.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Said<T> {
     /// Line inductances in H, and the variance in rad² that they give the axis.
     pub lines: [T; 3],
     pub variance: T,
-    /// What noise has in that: the covariance of the lines in H².
+    /// Covariance of the lines by noise, in H².
     pub covariance: [[T; 3]; 3],
     /// The rest of it in H, the standard deviation that a specimen's own lag gives each line: the same in all trains.
     pub shift: [T; 3],
@@ -36,7 +36,7 @@ pub(super) struct Said<T> {
     pub floor: T,
 }
 
-/// What all trains so far say.
+/// Weighted means over all trains so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Combined<T> {
     /// How many they are.

@@ -41,7 +41,7 @@ pub(crate) struct Fit<T> {
     pub variance: T,
     /// The part of it in A² that neighbours have in common beyond chance: noise has none, a model that does not fit has.
     pub misfit: T,
-    /// What is added to each inductance in H where the sensors of its line alone lag by a second more.
+    /// Shift of each inductance in H where the sensors of its line alone lag by a second more.
     pub lag_slope: [T; 3],
     /// τ of the sensors in s.
     #[cfg_attr(not(test), allow(dead_code, reason = "tests ask for it"))]
@@ -186,7 +186,7 @@ fn accumulate<T: Real>(
 /// One curve against the model.
 struct Residuals<'a, T> {
     curve: &'a [T],
-    /// That of the sample before.
+    /// Residual of the sample before.
     last: T,
 }
 
@@ -215,11 +215,11 @@ impl<T: Real> Residuals<'_, T> {
     }
 }
 
-/// What the inverse of the normal matrix says of L and c.
+/// Blocks of the inverse of the normal matrix for L and c.
 struct Inverse<T> {
     inductance: [[T; 3]; 3],
     slope: [T; 3],
-    /// What a change of τ of one line alone does to its L.
+    /// Derivative of a line's L by τ of that line alone.
     lag: [T; 3],
 }
 

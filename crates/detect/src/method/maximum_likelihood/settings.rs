@@ -44,7 +44,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         Self { pulses, adaptive: None }
     }
 
-    /// The same with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
+    /// Settings with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
     /// a tenth of a degree and the pole is certain, at most to what raises three quarters of the
     /// rated current, and never to more than the rated current in any line.
     pub fn adaptive(drive: &Nameplate<T>) -> Self {
@@ -66,7 +66,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         Self { pulses, adaptive: Some(adaptive) }
     }
 
-    /// The same with pulses of another length, or with `adaptive` the first of them; sampled every 10 µs as far as there
+    /// Sets the length of the pulses, or with `adaptive` of the first of them; sampled every 10 µs as far as there
     /// is room for the samples.
     #[must_use]
     pub fn with_pulse(self, pulse: Nanos) -> Self {
@@ -108,7 +108,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
 /// Samples in a pulse at least.
 const LEAST_PARTS: u64 = 4;
 
-/// The same train with pulses of another length, in whole microseconds, and as many samples as fit.
+/// The train with pulses of another length, in whole microseconds, and as many samples as fit.
 pub(super) fn lengthened<T: Real>(
     train: PulseTrainSettings<T>,
     pulse: Nanos,

@@ -56,7 +56,7 @@ impl<T: Real> SequentialSettings<T> {
         wald.max(tail(mean * mean / variance))
     }
 
-    /// The same in standard deviations `√v` of the mean, for the pole that draws more current: Wald's rule and the tail
+    /// Evidence in standard deviations `√v` of the mean, for the pole that draws more current: Wald's rule and the tail
     /// both ask for so many.
     pub(super) fn evidence(&self, mean: T, variance: T) -> PoleEvidence<T> {
         let deviation = variance.sqrt();

@@ -1,4 +1,4 @@
-//! What a polarity test is told: the motor's signature, its vectors and its rule.
+//! Settings of the polarity test: the motor's signature, its vectors and its rule.
 
 use standstill_interface::{
     Abc, AlphaBeta, Angle, Command, Leg, Nanos, PoleEvidence, Real, Sampling, Stage, choice,
@@ -23,7 +23,7 @@ choice! {
 }
 
 impl Signature {
-    /// What it says of the motor.
+    /// Description of the motor, in words.
     pub const fn in_words(self) -> &'static str {
         match self {
             Self::Normal => "north draws more current",
@@ -32,7 +32,7 @@ impl Signature {
         }
     }
 
-    /// What speaks for the pole that draws more current, referred to north; none if neither does.
+    /// Evidence for the pole that draws more current, referred to north; none if neither does.
     pub(super) fn towards_north<T: Real>(self, draws_more: PoleEvidence<T>) -> Option<PoleEvidence<T>> {
         match self {
             Self::Normal => Some(draws_more),
@@ -68,7 +68,7 @@ pub struct PolaritySettings<T> {
     pub least_current: T,
     /// Difference of the two currents in A below which two vectors name no pole, however quiet the sensors are.
     pub least_margin: T,
-    /// What the motor's answer means.
+    /// The motor's signature: which pole draws more current.
     pub signature: Signature,
     /// When to stop.
     pub rule: PolarityRule<T>,
@@ -103,7 +103,7 @@ impl<T: Real> PolaritySettings<T> {
         Self::near_rated_current(drive, drive.signature, rule)
     }
 
-    /// What an engineer would copy into a drive.
+    /// Calls `line` with the settings that an engineer would copy into a drive.
     pub(crate) fn describe(&self, line: &mut Lines<'_>) {
         line("polarity.current", format_args!("{:.3} A", self.current));
         line("polarity vector", format_args!("{}", Microseconds(self.duration())));
@@ -169,7 +169,7 @@ impl<T: Real> PolaritySettings<T> {
         T::of(4.0 / 3.0).sqrt() * noise
     }
 
-    /// What two vectors say of the pole that draws more current, along the axis minus against it in A, and how much is
+    /// Evidence of two vectors for the pole that draws more current, along the axis minus against it in A, and how much is
     /// needed, in standard deviations of that difference by the noise.
     ///
     /// Sensors without noise, or whose converters hide it, count as if they had a thousandth of the least margin.

@@ -110,7 +110,7 @@ fn law_the_error_probability_stated_is_not_exceeded() {
         assert!(wrong <= 0.02, "{sensor} {scatter}: {wrong} wrong, {open} open, {pairs} pairs");
         assert!(open < 0.7, "{sensor} {scatter}: {open} open");
     }
-    // Less than it was told, that the motor answers: the tail keeps a pole from being named too often.
+    // The motor answers less than the setting says: the tail keeps a pole from being named too often.
     let (wrong, _, _) = rates(0.002, 0.2, 0.0, LOOSE);
     assert!(wrong <= 0.04, "{wrong}");
 }

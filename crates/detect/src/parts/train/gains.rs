@@ -1,4 +1,4 @@
-//! What a train tells of the current sensors.
+//! Gains of the current sensors relative to each other, from a train.
 
 use standstill_interface::{Abc, Real};
 

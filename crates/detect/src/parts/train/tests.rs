@@ -292,18 +292,15 @@ fn law_a_rest_is_a_share_of_its_pulse_and_longer_than_that() {
     let suited = PulseTrainSettings::suited(&crate::testing::PLATE, Nanos(20_000));
     let suited = PulseTrainSettings { pulse, rest: rest_after(pulse), ..suited };
     assert_eq!((suited.rest, suited.rest_share()), (Nanos(320_000), 1.6));
-    let told = |share: f64| {
+    let set = |share: f64| {
         let mut settings = suited;
         settings.set_rest_share(share);
         settings
     };
-    assert_eq!((told(1.05).rest, told(1.05).rest_share()), (Nanos(210_000), 1.05));
-    assert!(told(1.05).check().is_ok());
+    assert_eq!((set(1.05).rest, set(1.05).rest_share()), (Nanos(210_000), 1.05));
+    assert!(set(1.05).check().is_ok());
     // As long as the pulse is too short, and so is less.
     for share in [1.0, 0.5] {
-        assert!(
-            told(share).check().is_err_and(|error| std::format!("{error:?}").contains("rest")),
-            "{share}"
-        );
+        assert!(set(share).check().is_err_and(|error| std::format!("{error:?}").contains("rest")), "{share}");
     }
 }

@@ -25,7 +25,7 @@ pub(super) struct Hdf5 {
     left: Arc<Left>,
 }
 
-/// What may still be read. Headers and trees refer to their parts by place, and thirty parts that each refer to the next one
+/// Budget of bytes and reads. Headers and trees refer to their parts by place, and thirty parts that each refer to the next one
 /// twice are a thousand million ways; the library bounds how deep they go, not how many they are.
 struct Left {
     bytes: AtomicU64,

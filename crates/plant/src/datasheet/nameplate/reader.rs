@@ -1,4 +1,4 @@
-//! What a `[nameplate]` says, checked: all that is missing or wrong is named together.
+//! Reads and checks a `[nameplate]`; all missing and wrong keys are named together.
 
 use standstill_files::sheet::{SharesTable, Sourced};
 use standstill_files::{in_words, key_span, line_of};
@@ -72,7 +72,7 @@ fn positive(value: f64) -> bool {
     (1e-15..=1e12).contains(&value)
 }
 
-/// What must be right, in the order of the file.
+/// Reader of a `[nameplate]` that collects problems, in the order of the file.
 pub(super) struct Reader<'a> {
     pub(super) table: &'a Table,
     text: Option<&'a str>,
@@ -227,7 +227,7 @@ impl Reader<'_> {
         numbers
     }
 
-    /// What no number alone can get wrong.
+    /// Checks relations between the numbers.
     fn together(&mut self, found: &Nameplate) {
         let [l_d, l_q] = found.inductance;
         if l_d.min(l_q) < 1e-6 * found.resistance {

@@ -12,7 +12,7 @@ pub(super) fn sourced(value: impl Into<Value>, source: &str, reason: &str) -> Va
     Value::Table(pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
 }
 
-/// The same of what a file says, which may have a source already.
+/// A number of a file with its source, which it may have already.
 pub(super) fn with_source(value: &Value) -> Value {
     match value {
         Value::Table(_) => value.clone(),
@@ -37,7 +37,7 @@ pub(super) fn winding([l_d, l_q]: [f64; 2], leakage: f64) -> [f64; 2] {
     [(l_d + l_q - 2.0 * leakage) / 3.0, (l_d - l_q) / 3.0]
 }
 
-/// What inertia and friction depend on, in SI.
+/// Quantities that assumed inertia and friction follow from, in SI.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Strength {
     pub(super) inductance: [f64; 2],

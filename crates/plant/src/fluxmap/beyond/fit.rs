@@ -34,7 +34,7 @@ const FACTORS: usize = 7;
 /// S, T, U and V.
 type Exponents = [u8; 4];
 
-/// What is not linear in a bridge: ψ_n, ln k_q, ln a_bp, and its exponent.
+/// Parameters of a bridge that enter nonlinearly: ψ_n, ln k_q, ln a_bp, and its exponent.
 #[derive(Clone, Copy)]
 struct Bridge {
     numbers: [f64; 3],
@@ -51,7 +51,7 @@ struct Shape {
     square: f64,
 }
 
-/// What cores are fitted to.
+/// Data that cores are fitted to.
 pub(super) struct Data {
     points: Vec<Point>,
     flux: f64,
@@ -151,7 +151,7 @@ impl Data {
         Some(best)
     }
 
-    /// Factors for these exponents by least squares, none of them negative; none where they cannot be told apart at all.
+    /// Factors for these exponents by least squares, none of them negative; none where they are not identifiable.
     fn linear(&self, exponents: Exponents, bridge: Option<Bridge>) -> Option<Shape> {
         let mut normal = [[0.0; FACTORS]; FACTORS];
         let mut right = [0.0; FACTORS];
@@ -202,7 +202,7 @@ impl Data {
     }
 }
 
-/// What each factor contributes to i_d and to i_q at a flux.
+/// Contribution of each factor to i_d and to i_q at a flux.
 fn functions(flux: Dq<f64>, [s, t, u, v]: Exponents, bridge: Option<Bridge>) -> [[f64; FACTORS]; 2] {
     let (x, y) = (flux.d.abs(), flux.q.abs());
     let cross_d = power(x, u) * power(y, v + 2) * flux.d / f64::from(v + 2);

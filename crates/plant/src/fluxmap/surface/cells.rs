@@ -140,7 +140,7 @@ impl Cells {
         [value, slope.map(|slope| slope * per_width)]
     }
 
-    /// What makes the third derivative of coefficients `first` to `first + 3`, times the third power of a cell's width.
+    /// Weights that make the third derivative of coefficients `first` to `first + 3`, times the third power of a cell's width.
     pub(super) fn third_derivative(&self, first: usize) -> [f64; 4] {
         let mut factors = [[0.0; 4]; 4];
         for (k, factors) in factors.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! What is simulated is convex, also where the data are not.
+//! The nearest convex co-energy, for data that are not convex.
 
 use super::*;
 

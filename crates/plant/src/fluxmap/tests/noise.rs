@@ -1,4 +1,4 @@
-//! What noise and coarse grids do to inductances, and what is said of it.
+//! Standard errors of a map's inductances by noise and by a coarse grid.
 
 use super::*;
 

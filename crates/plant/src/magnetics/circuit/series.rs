@@ -109,7 +109,7 @@ impl Magnetics for Series {
 }
 
 impl MagneticCircuit {
-    /// The same with a constant inductance in H in series along d and along q. It may be negative, but the sum must
+    /// Adds a constant inductance in H in series along d and along q. It may be negative, but the sum must
     /// stay an inductance.
     #[must_use]
     pub fn with_series_inductance(&self, inductance: Dq<f64>) -> Self {

@@ -9,7 +9,7 @@ use standstill_interface::{Arithmetic, Real};
 pub(super) struct Both<T>(pub [T; 2]);
 
 impl<T: Real> Both<T> {
-    /// The same both ways.
+    /// One value for both ways.
     #[inline(always)]
     pub fn all(value: T) -> Self {
         Self([value; 2])

@@ -14,7 +14,7 @@ pub(crate) enum Way {
     Forward,
 }
 
-/// What is known of a pulse and its samples.
+/// Known quantities of a pulse and its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PulseModel<T> {
     /// Voltage in V across the line while the pulse lasts.
@@ -31,7 +31,7 @@ pub(crate) struct PulseModel<T> {
     pub blank: T,
 }
 
-/// What a current depends on: L in H, c in H/A, both of its line, and t_s in s; and how it is seen.
+/// Parameters of a current: L in H, c in H/A, both of its line, and t_s in s; and how it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LineParameters<T> {
     pub inductance: T,
@@ -158,7 +158,7 @@ impl<T: Real> PulseModel<T> {
 /// One step of the classical Runge–Kutta method, and the rate at its beginning: its error is far below any sensor's at a
 /// twentieth of a pulse.
 ///
-/// What it takes and gives is in memory, pair by pair: there the compiler sees that two numbers are computed alike.
+/// Arguments and result stay in memory, pair by pair: there the compiler sees that two numbers are computed alike.
 #[inline(never)]
 fn step<T: Real>(
     at: &Flow<Both<T>>,

@@ -22,7 +22,7 @@ pub(super) trait Scaled<T>: Arithmetic + Mul<T, Output = Self> + Div<T, Output =
 
 impl<T, V: Arithmetic + Mul<T, Output = V> + Div<T, Output = V>> Scaled<T> for V {}
 
-/// What a step of one length does.
+/// Response of a first-order lag over a step of one length.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Response<T> {
     /// r, the step as a multiple of the lag.
@@ -58,7 +58,7 @@ impl<T: Real> Response<T> {
         Self { ratio, left: one - first, weights: [first, second, third] }
     }
 
-    /// The same for another length, which most often is none.
+    /// Response over another length, which most often is the same.
     pub fn at(self, ratio: T) -> Self {
         if ratio == self.ratio { self } else { Self::of(ratio) }
     }
@@ -75,11 +75,11 @@ fn quadratic<V: Arithmetic>(begin: V, rise: V, end: V) -> [V; 3] {
     [begin, rise, end - begin - rise]
 }
 
-/// What sensors have seen of a current and its slopes.
+/// Current and its slopes behind a first-order lag.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Memory<V> {
     pub seen: Flow<V>,
-    /// What a second sensor behind the first sees of the current.
+    /// The current behind a second lag in series, for the slope over τ.
     second: V,
 }
 

@@ -36,7 +36,7 @@ fn analytic_the_drive_knows_when_each_phase_is_converted_and_which_samples_are_s
     let (skew, ringing) = (0.5e-6, [0.3, 0.4e-6, 5e6]);
     let plain = |sensing| Nameplate { sensing, ..nameplate() };
     let known = plain(sensing(None, skew, [0.3, 0.4e-6]));
-    let (mut worst, mut told, mut unknown) = (0.0_f64, Vec::new(), Vec::new());
+    let (mut worst, mut informed, mut unknown) = (0.0_f64, Vec::new(), Vec::new());
     for degrees in [0.0, 33.0, 77.0, 130.0, 200.0, 310.0] {
         let error = |settings| {
             let mut motor = LineMotor { skew, pick_up: ringing, slope: 4e-4, ..LineMotor::at(degrees) };
@@ -46,13 +46,13 @@ fn analytic_the_drive_knows_when_each_phase_is_converted_and_which_samples_are_s
         worst = worst.max(error(MaximumLikelihoodSettings::suited(&known)));
         worst = worst.max(error(MaximumLikelihoodSettings::adaptive(&known)));
         let mut motor = LineMotor { skew, pick_up: ringing, slope: 4e-4, ..LineMotor::at(degrees) };
-        let untold = MaximumLikelihoodSettings::suited(&plain(Sensing::default()));
+        let uninformed = MaximumLikelihoodSettings::suited(&plain(Sensing::default()));
         let deviation = |outcome: &Outcome<f64>| outcome.findings().angle_deviation.expect("stated");
-        unknown.push(deviation(&detect(untold, &mut motor, |_| ())));
+        unknown.push(deviation(&detect(uninformed, &mut motor, |_| ())));
         let mut motor = LineMotor { skew, pick_up: ringing, slope: 4e-4, ..LineMotor::at(degrees) };
-        told.push(deviation(&detect(MaximumLikelihoodSettings::suited(&known), &mut motor, |_| ())));
+        informed.push(deviation(&detect(MaximumLikelihoodSettings::suited(&known), &mut motor, |_| ())));
     }
     assert!(worst < 0.06, "{worst}");
     // What is not known looks like noise.
-    assert!((0..6).all(|k| unknown[k] > 5.0 * told[k]), "{unknown:?} {told:?}");
+    assert!((0..6).all(|k| unknown[k] > 5.0 * informed[k]), "{unknown:?} {informed:?}");
 }

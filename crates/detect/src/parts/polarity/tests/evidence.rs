@@ -1,4 +1,4 @@
-//! What speaks for a pole, in standard deviations.
+//! Evidence for a pole, in standard deviations, from a pointer along the magnet.
 
 use super::*;
 use crate::testing::mean_and_deviation;
