@@ -7,7 +7,7 @@ pub use standstill_quantity::fixed;
 use standstill_quantity::{at_most, magnitude, number as rounded};
 use standstill_report::page::Tone;
 
-use crate::terminal::{painted, paragraph};
+use crate::shell::terminal::{painted, paragraph};
 
 /// A number with so many decimals; a dash for what is none.
 pub fn number(value: f64, digits: usize) -> String {

@@ -3,14 +3,14 @@
 use serde_json::{Value, json};
 use standstill_analysis::{Bound, Bounds, informative};
 
-use crate::Report;
 use crate::arguments::Bounds as Options;
 use crate::doubts;
 use crate::error::Error;
-use crate::interrupt;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
+use crate::shell::Report;
+use crate::shell::interrupt;
+use crate::shell::table::{Column, Table};
+use crate::shell::terminal::paragraph;
 
 /// A bound's values; none of one that says nothing.
 fn values(bound: &Bound) -> [Option<f64>; 4] {

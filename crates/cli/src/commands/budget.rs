@@ -12,16 +12,16 @@ use super::question::{
     self, Answer, Identity, folder, interrupted, json as with_setup, on_threads, plan, setting,
     unless_stopped,
 };
-use super::run::quoted;
-use crate::Report;
 use crate::arguments::Budget as Options;
 use crate::columns;
 use crate::error::Error;
 use crate::figures::{self, Bar};
-use crate::output::Output;
+use crate::shell::Report;
+use crate::shell::command_line::quoted;
+use crate::shell::output::Output;
+use crate::shell::table::{Column, Table as Printed};
+use crate::shell::terminal::paragraph;
 use crate::summary::with_interval;
-use crate::table::{Column, Table as Printed};
-use crate::terminal::paragraph;
 
 const FILES: [&str; 7] = [
     "budget.csv",

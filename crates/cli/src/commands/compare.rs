@@ -17,20 +17,20 @@ use standstill_report::page::Tone;
 use standstill_sim::RunError;
 
 use self::cells::{Cell, Comparison};
-use crate::Report;
 use crate::arguments::Compare;
-use crate::asked::Asked;
 use crate::columns;
-use crate::commands::reproduce::file_list;
 use crate::doubts;
 use crate::error::Error;
 use crate::figures;
-use crate::interrupt::{self, INTERRUPTED};
-use crate::output::Output;
-use crate::progress;
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::interrupt::{self, INTERRUPTED};
+use crate::shell::output::Output;
+use crate::shell::output::file_list;
+use crate::shell::progress;
+use crate::shell::table::{Column, Table};
+use crate::shell::terminal::paragraph;
 use crate::summary::{good_heading, good_interval, right};
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
 
 /// Angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding twice.
 const ANGLES: usize = 16;

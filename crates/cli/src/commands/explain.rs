@@ -15,21 +15,23 @@ use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{Document, FileError, Plan, Record, Single};
 use standstill_sim::{NoProbe, Trace, run as simulate};
 
-pub use self::choose::options_of;
 use self::choose::{Choice, Chosen};
-use super::question::{Answer, Made, setting, typed};
-use super::report::setup::Setup;
-use super::report::{Run, say_extension};
-use crate::Report;
+use super::question::{Answer, Made, setting};
+use crate::results::Run;
+use crate::results::say_extension;
+use crate::shell::command_line::typed;
+use crate::shell::setup::Setup;
+
 use crate::arguments::Explain as Options;
-use crate::asked::Asked;
 use crate::columns;
 use crate::error::Error;
 use crate::figures;
-use crate::interrupt::INTERRUPTED;
-use crate::output::Output;
-use crate::progress::Watched;
-use crate::terminal::paragraph;
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::interrupt::INTERRUPTED;
+use crate::shell::output::Output;
+use crate::shell::progress::Watched;
+use crate::shell::terminal::paragraph;
 
 /// Time in s between two points of a waveform at most.
 const RESOLUTION: f64 = 5e-6;
@@ -93,7 +95,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     watched.bar.finish_and_clear();
     let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
     let varied = run.file.axes.keys().cloned().collect();
-    let folder_of_run = super::run::quoted(&options.folder.to_string_lossy());
+    let folder_of_run = crate::shell::command_line::quoted(&options.folder.to_string_lossy());
     let command = format!("standstill run scenario.toml --out {folder_of_run}\n{}", typed());
     let (text, files) = (&run.summary.run.scenario, &run.summary.run.files);
     let setup = Setup { place: &place, text, files, fence: None, varied, others: Vec::new() };
@@ -216,7 +218,7 @@ fn without_axis(lost: u64, told: usize) -> Option<String> {
 }
 
 fn answer(run: &Run, plan: &Plan, all: &[Told], lost: u64) -> Result<Answer, Error> {
-    let setting = super::report::setting(&run.file);
+    let setting = crate::shell::setup::setting(&run.file);
     let mut text = format!("{setting}\n");
     let lost_said = without_axis(lost, all.len());
     text.extend(lost_said.iter().map(|said| paragraph("", said)));

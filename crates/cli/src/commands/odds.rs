@@ -15,16 +15,17 @@ use standstill_sim::{NoProbe, Tape, Trace, run as simulate};
 
 use self::words::{page, text};
 use super::question::{
-    self, Answer, Identity, folder, interrupted, json as with_setup, on_threads, plan, probability, setting,
+    self, Answer, Identity, folder, interrupted, json as with_setup, on_threads, plan, setting,
     unless_stopped,
 };
-use crate::Report;
 use crate::arguments::Odds as Options;
 use crate::columns;
 use crate::error::Error;
 use crate::figures;
-use crate::output::Output;
-use crate::progress::Watched;
+use crate::shell::Report;
+use crate::shell::output::Output;
+use crate::shell::progress::Watched;
+use crate::shell::values::probability;
 
 /// Time in s between two points of a waveform at most.
 const RESOLUTION: f64 = 5e-6;

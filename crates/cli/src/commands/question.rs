@@ -6,30 +6,29 @@ mod identity;
 pub use ends::{Key, allowed};
 pub use identity::Identity;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::json;
 use standstill_analysis::Halt;
-use standstill_campaign::Estimate;
 use standstill_campaign::store::Notes;
 use standstill_detect::Method;
-use standstill_quantity::magnitude;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section};
 use standstill_scenario::Scenario;
 use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
 
-use super::report::setup::{self, Setup};
-use super::reproduce::file_list;
-use crate::Report;
 use crate::arguments::{Question, default_folder};
-use crate::asked::Asked;
 use crate::doubts;
 use crate::error::Error;
-use crate::interrupt::INTERRUPTED;
-use crate::output::Output;
-use crate::progress::Watched;
 use crate::scenario::{self, Shorthands};
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::command_line::to_resume;
+use crate::shell::interrupt::INTERRUPTED;
+use crate::shell::output::Output;
+use crate::shell::output::file_list;
+use crate::shell::progress::Watched;
+use crate::shell::setup::Setup;
 
 /// The document with what the command line sets in it.
 pub fn document(question: &Question) -> Result<Document, Error> {
@@ -83,7 +82,7 @@ fn notes_of(question: &Question, name: &str) -> Option<PathBuf> {
 pub fn watched(question: &Question, name: &str, asked: &Identity, trials: u64) -> Result<Watched, Error> {
     let Some(path) = notes_of(question, name) else { return Ok(Watched::new(trials)) };
     if let Some(folder) = path.parent() {
-        crate::output::remove_stale(folder);
+        crate::shell::output::remove_stale(folder);
     }
     if !question.force {
         asked.guard(&path.with_extension("json"))?;
@@ -117,7 +116,7 @@ pub fn forget(question: &Question, name: &str) -> Result<(), Error> {
 /// What there is to say of a question that was not answered.
 pub fn interrupted(question: &Question, name: &str, watched: &Watched, done: &str) -> Report {
     let kept = notes_of(question, name).filter(|_| watched.has_notes());
-    let command = super::run::to_resume();
+    let command = to_resume();
     let text = match (question.json, kept) {
         (true, None) => format!("{:#}\n", serde_json::json!({ "interrupted": true, "done": done })),
         (true, Some(path)) => {
@@ -201,23 +200,6 @@ pub struct Made<'a> {
     pub asked: Option<Asked>,
 }
 
-/// This process's command line as one can type it again; none of another program's.
-pub fn typed() -> String {
-    typed_of(None)
-}
-
-/// The same with `scenario.toml` in place of the scenario's file.
-pub fn typed_of(scenario: Option<&Path>) -> String {
-    if crate::host::current().is_some() {
-        return String::new();
-    }
-    let words = std::env::args_os().skip(1).map(|word| match scenario {
-        Some(path) if path.as_os_str() == word => "scenario.toml".to_owned(),
-        _ => super::run::quoted(&word.to_string_lossy()),
-    });
-    std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
-}
-
 impl Answer {
     fn names(&self) -> Vec<String> {
         let mut names = ["csv", "json", "html"].map(|kind| format!("{}.{kind}", self.name)).to_vec();
@@ -242,7 +224,7 @@ impl Answer {
                 varied: Vec::new(),
                 others: Vec::new(),
             },
-            command: setup::command(self.name, &asked.options),
+            command: crate::shell::command_line::command(self.name, &asked.options),
             asked: None,
         };
         let report = self.written(folder, question.json, &made)?;
@@ -289,50 +271,5 @@ impl Answer {
         }
         let text = if as_json { json } else { self.text + &files };
         Ok(Report { text, code: self.code })
-    }
-}
-
-/// A probability with three digits, as people read it: `4.27e-5`, `0.125`.
-pub fn probability(value: f64) -> String {
-    probability_to(value, i32::MIN)
-}
-
-/// The same without the digits below this power of ten.
-fn probability_to(value: f64, last: i32) -> String {
-    let digits =
-        |most: i32, first: i32| usize::try_from(first.saturating_sub(last).clamp(0, most)).unwrap_or(0);
-    match magnitude(value) {
-        None => "0".to_owned(),
-        Some(first) if first < -3 => format!("{value:.*e}", digits(2, first)),
-        // What is not zero is not shown as zero.
-        Some(first) => {
-            let least = usize::try_from(-first).unwrap_or(0);
-            format!("{value:.*}", digits(4, 0).max(least))
-        }
-    }
-}
-
-/// An estimate of a probability with its interval, in the digits that this supports.
-pub fn probability_interval(estimate: &Estimate) -> String {
-    let Estimate { value, low, high } = *estimate;
-    let last = estimate.last_place().unwrap_or(i32::MIN);
-    let [value, low, high] = [value, low, high].map(|p| probability_to(p, last));
-    format!("{value} [{low}, {high}]")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn law_probabilities_have_no_digits_beyond_their_intervals() {
-        let text = |value, low, high| probability_interval(&Estimate { value, low, high });
-        assert_eq!(text(4.954e-5, 4.371e-5, 5.604e-5), "5.0e-5 [4.4e-5, 5.6e-5]");
-        assert_eq!(text(3.04e-6, 5.02e-7, 1.203e-5), "3e-6 [5e-7, 1.2e-5]");
-        assert_eq!(text(0.015_61, 0.014_72, 0.016_53), "0.0156 [0.0147, 0.0165]");
-        assert_eq!(text(0.21, 0.042, 0.43), "0.21 [0.04, 0.43]");
-        assert_eq!(text(0.21, 0.004, 0.43), "0.21 [0.004, 0.43]");
-        assert_eq!(text(0.5, 0.5, 0.5), "0.500 [0.500, 0.500]");
-        assert_eq!((probability(0.0), probability(1.152_8e-4)), ("0".to_owned(), "1.15e-4".to_owned()));
     }
 }

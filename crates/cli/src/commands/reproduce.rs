@@ -3,7 +3,6 @@
 mod tables;
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use standstill_analysis::paper::{self, Finding, TABLE_2};
 use standstill_campaign::store::Row;
@@ -16,17 +15,19 @@ use standstill_scenario::{Record, Scenario, Specimen};
 use standstill_sim::{Trace, run as simulate};
 use standstill_table::{Format, TableError, Writer};
 
-use crate::Report;
 use crate::arguments::Reproduce;
-use crate::asked::Asked;
 use crate::columns::{self, trial_columns, trial_values};
 use crate::error::Error;
 use crate::figures;
-use crate::interrupt::{self, INTERRUPTED};
 use crate::log::Logged;
-use crate::output::Output;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::{progress, summary};
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::interrupt::{self, INTERRUPTED};
+use crate::shell::output::Output;
+use crate::shell::output::file_list;
+use crate::shell::progress;
+use crate::summary;
 
 const FILES: [&str; 11] = [
     "audit.csv",
@@ -179,15 +180,6 @@ impl Study {
         }
         Ok(())
     }
-}
-
-/// What was written.
-pub fn file_list(folder: &Path, files: &[String]) -> String {
-    let mut text = format!("Files in {}:\n", folder.display());
-    for name in files {
-        let _ = writeln!(text, "  {name}");
-    }
-    text
 }
 
 /// Disagreements of one place of the paper, in words.

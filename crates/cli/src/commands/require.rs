@@ -5,9 +5,7 @@ mod tradeoff;
 mod unanswered;
 mod words;
 
-pub use tradeoff::{EVERYWHERE, Point};
-pub use unanswered::{Unanswered, percent};
-pub use words::shown;
+pub use unanswered::Unanswered;
 
 use serde::Serialize;
 use serde_json::json;
@@ -24,13 +22,15 @@ use super::question::{
     self, Answer, Identity, Key, document, folder, interrupted, json as with_setup, on_threads, plan,
     setting, unless_stopped,
 };
-use crate::Report;
 use crate::arguments::Require as Options;
 use crate::columns;
 use crate::error::Error;
-use crate::figures::{self, Judged};
-use crate::output::Output;
-use crate::progress::Watched;
+use crate::figures::{self};
+use crate::shell::Report;
+use crate::shell::output::Output;
+use crate::shell::progress::Watched;
+use crate::shell::values::shown;
+use standstill_analysis::require::Judged;
 
 const FILES: [&str; 5] = ["require.csv", "require.json", "require.html", "require.svg", "require.png"];
 

@@ -2,8 +2,6 @@
 
 mod words;
 
-pub use words::scale;
-
 use std::fmt::Write as _;
 
 use indexmap::IndexMap;
@@ -21,13 +19,13 @@ use super::question::{
     self, Answer, Identity, Key, document, folder, interrupted, json as with_setup, on_threads, plan,
     setting, unless_stopped,
 };
-use crate::Report;
 use crate::arguments::Tune as Options;
 use crate::columns;
 use crate::error::Error;
 use crate::figures;
-use crate::output::Output;
-use crate::progress::Watched;
+use crate::shell::Report;
+use crate::shell::output::Output;
+use crate::shell::progress::Watched;
 
 const FILES: [&str; 5] = ["tune.csv", "tune.json", "tune.html", "tune.svg", "tune.png"];
 

@@ -8,8 +8,8 @@ use standstill_plant::{DataSheet, Entry, Motor, PoleKnowledge, Source};
 use standstill_report::page::Tone;
 use standstill_scenario::ErrorSet;
 
-use crate::table::{Column, Table};
-use crate::terminal::{painted, paragraph};
+use crate::shell::table::{Column, Table};
+use crate::shell::terminal::{painted, paragraph};
 
 /// What was asked, and what was found.
 pub struct Asked<'a> {

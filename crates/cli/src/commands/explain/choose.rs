@@ -1,9 +1,9 @@
 //! Which trials are explained.
 
-use super::Run;
 use crate::arguments::Explain as Options;
 use crate::error::Error;
-use crate::progress;
+use crate::results::Run;
+use crate::shell::progress;
 
 /// Wrong poles that are explained where nobody says how many.
 const WRONG_POLES: usize = 10;
@@ -99,19 +99,4 @@ pub fn choose(run: &Run, options: &Options) -> Result<Choice, Error> {
 /// The point that was asked for, as part of a name.
 fn of_point(options: &Options) -> String {
     options.point.map_or_else(String::new, |point| format!("-point-{point}"))
-}
-
-/// The options that a folder's name stands for.
-pub fn options_of(name: &str) -> Option<String> {
-    let (of, point) = name
-        .split_once("-point-")
-        .map_or((name, String::new()), |(of, point)| (of, format!(" --point {point}")));
-    let chosen = if let Some(trial) = of.strip_prefix("trial-") {
-        format!(" --trial {trial}")
-    } else if let Some(most) = of.strip_prefix("worst-") {
-        format!(" --worst {most}")
-    } else {
-        format!(" --wrong-poles --worst {}", of.strip_prefix("wrong-poles-")?)
-    };
-    Some(chosen + &point)
 }

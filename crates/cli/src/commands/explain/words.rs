@@ -10,9 +10,9 @@ use standstill_sim::Ended;
 
 use super::Told;
 use crate::commands::trace::specimen;
+use crate::shell::table::{Column, Table};
+use crate::shell::terminal::paragraph;
 use crate::summary::{decimals_of, fixed};
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
 
 /// Errors that are told, those with the largest effect first.
 const TOLD: usize = 12;

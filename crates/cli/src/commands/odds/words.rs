@@ -8,8 +8,10 @@ use standstill_quantity::{magnitude, rounded};
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
 
 use super::Row;
-use crate::commands::question::{probability, probability_interval};
-use crate::table::{Column, Table as Printed};
+
+use crate::shell::table::{Column, Table as Printed};
+use crate::shell::values::probability;
+use crate::shell::values::probability_interval;
 
 /// Draws of a sector that are told.
 const TOLD: usize = 6;

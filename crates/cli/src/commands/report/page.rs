@@ -7,13 +7,14 @@ use standstill_quantity::at_most;
 use standstill_report::figure::{Figure, Layer};
 use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn};
 
-use super::study::setting;
 use super::verdict::verdict;
-use super::{Run, setup};
-use crate::commands::run::quoted;
-use crate::commands::run::results::{PointSummary, SummaryFile};
+use crate::results::Run;
+use crate::results::{PointSummary, SummaryFile};
+use crate::shell::command_line::quoted;
+use crate::shell::setup;
+use crate::shell::setup::setting;
+use crate::shell::values::Shown;
 use crate::summary::{good, number, share_of};
-use crate::units::Shown;
 
 pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
     let summary = &run.summary;

@@ -12,7 +12,7 @@ mod shown;
 mod trials;
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use standstill_campaign::{Estimate, Summary};
@@ -23,18 +23,20 @@ use self::row::{P95, RMS, Row};
 use self::settings::settings;
 use self::shown::{figure, page};
 use self::trials::{Trial, of_run, summary};
-use super::Run;
-use super::study::setting;
-use crate::Report as Said;
+
 use crate::arguments::Report;
+use crate::shell::asked::Asked;
 use crate::columns;
-use crate::commands::reproduce::file_list;
-use crate::commands::run::results::PointSummary;
 use crate::error::Error;
-use crate::output::Output;
-use crate::table::{self, Table};
-use crate::terminal::paragraph;
-use crate::units::Shown;
+use crate::results::PointSummary;
+use crate::results::Run;
+use crate::shell::Report as Said;
+use crate::shell::output::Output;
+use crate::shell::output::file_list;
+use crate::shell::setup::setting;
+use crate::shell::table::{self, Table};
+use crate::shell::terminal::paragraph;
+use crate::shell::values::Shown;
 
 const FILES: [&str; 5] =
     ["comparison.csv", "comparison.json", "comparison.html", "comparison.svg", "comparison.png"];
@@ -63,15 +65,12 @@ struct Common {
 }
 
 /// Compares two finished runs; the files go to `out`.
-pub fn run(options: &Report, second: &Path) -> Result<Said, Error> {
+pub fn run(options: &Report, second: &Path, out: Option<(PathBuf, Asked)>) -> Result<Said, Error> {
     let folders = [options.folder.as_path(), second];
     let runs = [Run::open(folders[0])?, Run::open(folders[1])?];
-    let output = match (super::folder(options), options.json) {
-        (Some(out), _) => {
-            let asked = super::asked(options, &out);
-            Some((Output::answering(asked, &out, &FILES)?, out))
-        }
-        (None, _) => None,
+    let output = match out {
+        Some((out, asked)) => Some((Output::answering(asked, &out, &FILES)?, out)),
+        None => None,
     };
     let two = Two::of([&runs[0], &runs[1]])?;
     let (rows, settings) = (two.rows(), settings(two.runs));

@@ -7,8 +7,8 @@ use standstill_plant::rotor_angle_from_lines;
 use standstill_scenario::Verdict;
 
 use super::disagreements;
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
+use crate::shell::table::{Column, Table};
+use crate::shell::terminal::paragraph;
 
 /// A row of `table1.csv`.
 #[derive(Debug, Serialize)]

@@ -5,10 +5,10 @@ use std::fmt;
 use serde_json::json;
 use standstill_scenario::{Document, FileError};
 
-use super::shown;
 use crate::commands::question::allowed;
 use crate::error::Error;
-use crate::figures::Judged;
+use crate::shell::values::shown;
+use standstill_analysis::require::Judged;
 
 /// The values that were refused, and why.
 #[derive(Debug, Default)]

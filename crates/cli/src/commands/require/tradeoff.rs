@@ -1,15 +1,13 @@
 //! Two keys: how much of one buys how much of the other.
 
-use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::Halt;
-use standstill_analysis::bracket::{Found, Search};
+use standstill_analysis::bracket::Search;
+use standstill_analysis::require::Point;
 use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::Plan;
 
-use super::words::shown_interval;
-use super::{Question, shown};
-use crate::Report;
+use super::Question;
 use crate::arguments::Require as Options;
 use crate::columns;
 use crate::commands::question::{
@@ -17,29 +15,14 @@ use crate::commands::question::{
 };
 use crate::error::Error;
 use crate::figures;
-use crate::table::{Column, Table};
+use crate::shell::Report;
+use crate::shell::table::{Column, Table};
+use crate::shell::values::shown;
+use crate::shell::values::shown_interval;
 
 /// Values of the first key, and the width that the second key's interval may have: curves need less than single answers.
 const VALUES: usize = 9;
 const WIDTH: f64 = 0.1;
-
-/// What is said where all values of the second key do.
-pub const EVERYWHERE: &str = "every value meets it";
-
-/// A point of the curve: a value of the first key, and what the second must be.
-#[derive(Clone, Debug, Serialize)]
-pub struct Point {
-    pub first: f64,
-    /// The edge of the second key, and its interval; where it has two the upper one.
-    pub second: Option<f64>,
-    pub low: Option<f64>,
-    pub high: Option<f64>,
-    /// Its lower edge, where it has two.
-    pub from: Option<f64>,
-    pub from_low: Option<f64>,
-    pub from_high: Option<f64>,
-    pub answer: &'static str,
-}
 
 pub fn run(
     options: &Options,
@@ -54,7 +37,7 @@ pub fn run(
     let done = on_threads(&options.question, || {
         for value in walk.values() {
             let found = asked.find(&[value])?;
-            points.push(point(value, &found));
+            points.push(Point::of(value, &found));
             watched.bar.set_message(format!("{} of {VALUES} points", points.len()));
         }
         Ok::<(), Halt<_>>(())
@@ -69,34 +52,6 @@ pub fn run(
         ));
     }
     answer(options, plan, asked, &points)?.report(&options.question, &asked.identity)
-}
-
-fn point(first: f64, found: &Found) -> Point {
-    let none = |answer| Point {
-        first,
-        second: None,
-        low: None,
-        high: None,
-        from: None,
-        from_low: None,
-        from_high: None,
-        answer,
-    };
-    match found {
-        Found::Nowhere => none("no value meets it"),
-        Found::Everywhere => none(EVERYWHERE),
-        Found::Stretch(stretch) => {
-            let mut point = none("edge");
-            if let [from, _] = &stretch.edges[..] {
-                point.answer = "between";
-                (point.from, [point.from_low, point.from_high]) = (Some(from.value), from.interval);
-            }
-            if let Some(last) = stretch.last() {
-                (point.second, [point.low, point.high]) = (Some(last.value), last.interval);
-            }
-            point
-        }
-    }
 }
 
 fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, points: &[Point]) -> Result<Answer, Error> {

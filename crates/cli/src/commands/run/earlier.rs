@@ -8,10 +8,12 @@ use standstill_campaign::store::{JournalError, head};
 use standstill_scenario::Verdict;
 use standstill_table::{Column, Format, Reader, Value};
 
-use super::results::{STATISTICS, SummaryFile, trials_name};
 use crate::columns::trial_columns;
 use crate::error::Error;
-use crate::terminal::tell;
+use crate::results::STATISTICS;
+use crate::results::SummaryFile;
+use crate::results::trials_name;
+use crate::shell::terminal::tell;
 
 /// Rows that wait to be taken, block by block.
 const WAITING: usize = 64;

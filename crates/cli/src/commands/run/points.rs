@@ -3,11 +3,11 @@
 use standstill_campaign::Summary;
 use standstill_report::page::Tone;
 
-use super::results::PointSummary;
+use crate::results::PointSummary;
+use crate::shell::table::{Column, Table};
+use crate::shell::terminal::paragraph;
+use crate::shell::values::Shown;
 use crate::summary::{self, share};
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
-use crate::units::Shown;
 
 /// Points that are printed; of more, only the best and the worst.
 const MOST_LINES: usize = 30;

@@ -6,18 +6,19 @@ use serde_json::json;
 use standstill_report::page::{Block, Chart, Page, Section};
 
 use super::{ended, plan, trial_of};
-use crate::Report;
 use crate::arguments::{FormatName, Keys, Source, Trace as Options};
-use crate::asked::Asked;
 use crate::commands::explain::watch;
-use crate::commands::question::{Identity, typed_of};
-use crate::commands::report::conditions;
-use crate::commands::report::setup::Setup;
-use crate::commands::reproduce::file_list;
+use crate::commands::question::Identity;
 use crate::error::Error;
 use crate::figures;
-use crate::output::Output;
-use crate::table::{Column, Table};
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::command_line::typed_of;
+use crate::shell::output::Output;
+use crate::shell::output::file_list;
+use crate::shell::setup::Setup;
+use crate::shell::setup::conditions;
+use crate::shell::table::{Column, Table};
 use standstill_scenario::Verdict;
 
 /// Settings that one picture can tell apart.

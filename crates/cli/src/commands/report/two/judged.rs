@@ -3,11 +3,11 @@
 use standstill_campaign::{Apart, Estimate, Judgement, Summary, binomial_interval};
 use standstill_report::page::Tone;
 
-use super::super::verdict::range;
 use super::Common;
 use super::difference::{Rates, independent};
 use super::row::Row;
 use super::trials::Trial;
+use crate::shell::values::range;
 use crate::summary::{GOOD, right};
 
 impl Common {

@@ -5,8 +5,8 @@ use standstill_campaign::{Statistics, Summary};
 use standstill_scenario::Verdict;
 use standstill_table::{Column, Kind, Value};
 
-use super::Run;
 use crate::error::Error;
+use crate::results::Run;
 
 /// A trial as far as it is compared.
 #[derive(Clone, Copy, Debug, PartialEq)]

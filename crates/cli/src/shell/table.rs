@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use console::{Alignment, measure_text_width, pad_str};
 use standstill_report::page::Tone;
 
-use crate::terminal::{colours, paint, width, wrapped};
+use crate::shell::terminal::{colours, paint, width, wrapped};
 
 /// Prose is not broken into narrower columns than this.
 const NARROWEST: usize = 24;

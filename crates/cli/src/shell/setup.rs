@@ -8,7 +8,23 @@ use standstill_quantity::{listed, number};
 use standstill_report::page::{Block, Section, Table, TableColumn};
 use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, Values, keys};
 
-use crate::commands::run::quoted;
+/// What was run, in a line. What is an axis is not repeated.
+pub fn setting(file: &ScenarioFile) -> String {
+    conditions(file, |key| file.axes.contains_key(key))
+}
+
+/// The same without the keys that are varied.
+pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> String {
+    let fixed = |key: &str, text: String| (!is_varied(key)).then_some(text);
+    let parts = [
+        fixed("motor", file.motor.name()),
+        fixed("detector.method", file.detector.name().to_owned()),
+        fixed("errors", format!("{} errors", file.errors.0.name())),
+        fixed("rotor.state", format!("rotor {}", file.rotor.state().name())),
+        fixed("seed", format!("seed {}", file.seed)),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
 
 /// A scenario as it was written down with its results.
 pub struct Setup<'a> {
@@ -138,17 +154,6 @@ impl Setup<'_> {
             blocks: vec![Block::Text(said), code("Commands", commands), code("scenario.toml", self.text)],
         }
     }
-}
-
-/// A command line of this program; what an option has several of, joined by commas, becomes an option each.
-pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
-    let mut words = vec![format!("standstill {name} scenario.toml")];
-    for (option, values) in options {
-        let several = ["--key", "--vary", "--between"].contains(&option.as_str());
-        let values: Vec<&str> = if several { values.split(", ").collect() } else { vec![values] };
-        words.extend(values.into_iter().map(|value| format!("{option} {}", quoted(value))));
-    }
-    words.join(" ")
 }
 
 /// The points whose values are compared. Along a grid a value of an axis is met first where all other axes have their first
