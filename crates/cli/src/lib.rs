@@ -5,6 +5,7 @@
     allow(dead_code, unused_imports, reason = "what commands of the program alone use")
 )]
 
+mod answer;
 mod arguments;
 mod columns;
 mod commands;

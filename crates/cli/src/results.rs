@@ -15,7 +15,7 @@ use standstill_quantity::Quantity;
 use standstill_scenario::StopTable;
 use standstill_table::Format;
 
-pub use self::folder::{Run, say_extension};
+pub use self::folder::{Run, rows, say_extension};
 pub use self::stale::mark;
 pub use self::tables::Tables;
 use crate::arguments::Results as Options;

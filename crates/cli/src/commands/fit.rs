@@ -22,9 +22,10 @@ use crate::shell::interrupt;
 use crate::shell::output::Output;
 use crate::shell::output::file_list;
 use crate::shell::progress;
-use crate::shell::table::{Column, Table};
+use crate::shell::table::Print as _;
 use crate::shell::terminal::paragraph;
 use crate::summary::{decimals_of, fixed};
+use standstill_report::page::{Column, Table};
 
 const FILES: [&str; 4] = ["motor.toml", "fit.json", "fit.svg", "fit.png"];
 

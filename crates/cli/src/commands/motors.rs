@@ -9,8 +9,9 @@ use crate::arguments::Motors;
 use crate::doubts;
 use crate::error::Error;
 use crate::shell::Report;
-use crate::shell::table::{Column, Table};
+use crate::shell::table::Print as _;
 use crate::shell::terminal::{paragraph, tell};
+use standstill_report::page::{Column, Table};
 
 pub fn run(options: &Motors) -> Result<Report, Error> {
     let mut out = String::new();

@@ -5,61 +5,39 @@ mod study;
 mod two;
 mod verdict;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use serde_json::json;
 use standstill_report::figure::Figure;
 use standstill_report::study::figures;
 
 use crate::results::Run;
 use crate::results::say_extension;
-use crate::shell::output::file_list;
 
+use crate::answer::Made;
 use crate::arguments::Report;
 use crate::error::Error;
 use crate::shell::Report as Said;
 use crate::shell::asked::Asked;
 use crate::shell::interrupt;
-use crate::shell::output::Output;
 
 pub fn run(options: &Report) -> Result<Said, Error> {
     interrupt::at_once();
+    let default = || (!options.json).then(|| options.folder.join("report"));
+    let out = options.out.clone().or_else(default);
+    let asked = out.as_deref().map(|out| asked(options, out));
     if let Some(second) = &options.second {
-        let out = folder(options);
-        return two::run(options, second, out.map(|out| (out.clone(), asked(options, &out))));
+        return two::run(options, second, out, asked);
     }
     let run = Run::open(&options.folder)?;
     say_extension(&options.folder);
-    let (_, headline, details) = verdict::verdict(&run.summary);
-    let mut text = format!("{headline}\n  {}\n", details.join("\n  "));
-    if options.json {
-        let json = json!({ "headline": headline, "details": details, "run": run.summary.run });
-        text = format!("{json:#}\n");
+    let figures = if out.is_some() { drawn(&run)? } else { Vec::new() };
+    let names: Vec<String> = figures.iter().map(|(name, ..)| format!("{name}.")).collect();
+    let made = Made { asked, ..page::made(&run) };
+    let said = page::answer(&run, figures).report(out.clone(), options.json, made)?;
+    if let Some(out) = out {
+        remove_stale(&out, &names);
     }
-    let Some(out) = folder(options) else { return Ok(Said { text, code: 0 }) };
-    let (html, figures) = made(&run)?;
-    let names: Vec<String> =
-        figures.iter().flat_map(|(name, _)| ["svg", "png"].map(|kind| format!("{name}.{kind}"))).collect();
-    let all: Vec<&str> = names.iter().map(String::as_str).chain(["report.html"]).collect();
-    let mut output = Output::answering(asked(options, &out), &out, &all)?;
-    output.file("report.html", html.as_bytes())?;
-    for (name, figure) in &figures {
-        output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
-        output.file(&format!("{name}.png"), &figure.png()?)?;
-    }
-    let files = output.finish()?;
-    remove_stale(&out, &files);
-    if !options.json {
-        text += "\n";
-        text += &file_list(&out, &files);
-    }
-    Ok(Said { text, code: 0 })
-}
-
-/// The folder for the files, if any are wanted.
-fn folder(options: &Report) -> Option<PathBuf> {
-    let default = || (!options.json).then(|| options.folder.join("report"));
-    options.out.clone().or_else(default)
+    Ok(said)
 }
 
 /// What these files answer: of which folders they are. What stands in these may have become more since, or another run: then it is for
@@ -81,26 +59,30 @@ fn asked(options: &Report, out: &Path) -> Asked {
 /// The page of a finished run, with nothing written and no file read that is not below `fence`.
 pub fn html(folder: &Path, fence: &Path) -> Result<String, Error> {
     let run = Run { fence: Some(fence.to_owned()), ..Run::open(folder)? };
-    made(&run).map(|(html, _)| html)
+    page::answer(&run, Vec::new()).page(drawn(&run)?, &page::made(&run)).html().map_err(Error::Page)
 }
 
-/// The page and its figures.
-fn made(run: &Run) -> Result<(String, Vec<(String, Figure)>), Error> {
-    let cloud = run.cloud()?;
-    let study = study::study(run, cloud);
-    let figures = figures(&study);
-    let html = page::page(run, &figures).html().map_err(Error::Page)?;
-    Ok((html, figures))
+/// The figures with their captions.
+fn drawn(run: &Run) -> Result<Vec<(String, Figure, String)>, Error> {
+    let study = study::study(run, run.cloud()?);
+    let captioned = |(name, figure): (String, Figure)| {
+        let caption = page::caption(&name, &figure);
+        (name, figure, caption)
+    };
+    Ok(figures(&study).into_iter().map(captioned).collect())
 }
 
 /// Figures of an earlier report that this one does not have would be taken for its own.
-fn remove_stale(folder: &Path, files: &[String]) {
+fn remove_stale(folder: &Path, own: &[String]) {
     let ours =
         ["error_over_angle.", "distribution.", "sweep_", "wrong_poles_", "heat_", "methods.", "scatter."];
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         let figure = [".svg", ".png"].iter().any(|end| name.ends_with(end));
-        if figure && ours.iter().any(|ours| name.starts_with(ours)) && !files.contains(&name) {
+        if figure
+            && ours.iter().any(|ours| name.starts_with(ours))
+            && !own.iter().any(|own| name.starts_with(own.as_str()))
+        {
             let _ = std::fs::remove_file(entry.path());
         }
     }

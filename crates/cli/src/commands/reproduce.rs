@@ -9,12 +9,14 @@ use standstill_campaign::store::Row;
 use standstill_campaign::{Campaign, Statistics};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_quantity::Quantity;
+use standstill_report::page::{Block, Section};
 use standstill_report::study::ErrorCloud;
 use standstill_scenario::{Document, ScenarioFile};
 use standstill_scenario::{Record, Scenario, Specimen};
 use standstill_sim::{Trace, run as simulate};
 use standstill_table::{Format, TableError, Writer};
 
+use crate::answer;
 use crate::arguments::Reproduce;
 use crate::columns::{self, trial_columns, trial_values};
 use crate::error::Error;
@@ -96,7 +98,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
 
     let figures = statistics.summary();
     let interrupted = done < file.trials;
-    text += &summary::text(&figures, false);
+    text += &answer::sections(&[Section::new("Results", [Block::Table(summary::figures(&figures, false))])]);
     let json = serde_json::json!({
         "setup": super::setup_json(file, &scenario.motor),
         "trials_asked_for": file.trials,
@@ -175,8 +177,7 @@ impl Study {
             ("polarity", figures::polarity(&trace, &detector.entries, axis, place)),
         ];
         for (name, figure) in figures {
-            output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
-            output.file(&format!("{name}.png"), &figure.png()?)?;
+            output.figure(name, &figure)?;
         }
         Ok(())
     }

@@ -4,7 +4,6 @@ pub mod by_host;
 mod earlier;
 pub mod isolated;
 mod opening;
-mod points;
 pub mod results;
 
 use std::path::Path;

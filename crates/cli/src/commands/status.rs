@@ -11,7 +11,8 @@ use crate::results::SummaryFile;
 use crate::shell::Report;
 
 use crate::error::Error;
-use crate::shell::table::{Column, Table};
+use crate::shell::table::Print as _;
+use standstill_report::page::{Column, Table};
 
 const STATES: [(State, &str); 5] = [
     (State::Done, "done"),

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use standstill_campaign::store::{Identity, Journal, Rows, Shard};
+use standstill_campaign::store::{Identity, Journal, Row, Rows, Shard};
 use standstill_report::study::ErrorCloud;
-use standstill_scenario::{Document, ScenarioFile};
-use standstill_table::{Format, Reader};
+use standstill_scenario::{Document, ScenarioFile, Verdict};
+use standstill_table::{Column, Format, Reader, TableError, Value};
 
 use super::{STATISTICS, SUMMARY, SummaryFile, trials_name};
+use crate::columns::trial_columns;
 use crate::error::Error;
 use crate::shell::command_line::quoted;
 use crate::shell::progress;
@@ -162,36 +163,39 @@ impl Run {
         }
     }
 
-    /// The trials, and the places of columns.
-    pub fn columns<const N: usize>(&self, names: [&str; N]) -> Result<(Reader, [usize; N]), Error> {
+    /// All trials, point by point.
+    ///
+    /// # Errors
+    /// A table that cannot be read, or is not this run's.
+    pub fn trials(&self, mut each: impl FnMut(usize, Row)) -> Result<(), Error> {
         let reader = Reader::open(&self.trials).map_err(Error::Table)?;
         for (key, needed) in self.summary.run.metadata() {
             if reader.metadata.get(&key) != Some(&needed) {
                 return Err(self.foreign(format!("another {key}, or none")));
             }
         }
-        let mut places = [0; N];
-        for (place, name) in places.iter_mut().zip(names) {
-            let found = reader.columns.iter().position(|column| column == name);
-            *place = found.ok_or_else(|| self.foreign(format!("no column {name}")))?;
+        if let Some(name) = trial_columns().find(|column| !reader.columns.contains(&column.name)) {
+            return Err(self.foreign(format!("no column {}", name.name)));
         }
-        Ok((reader, places))
+        let bar = progress::reading(self.summary.trials());
+        let read = rows(reader, |point, row| {
+            bar.inc(1);
+            each(point, row);
+        });
+        bar.finish_and_clear();
+        read.map_err(Error::Table)
     }
 
     /// The errors of all trials, of which only as much is kept as can be drawn.
     pub fn cloud(&self) -> Result<ErrorCloud, Error> {
-        let (reader, places) = self.columns(["true_angle_deg", "axis_error_deg", "error_deg"])?;
         let (mut cloud, mut complete) = (ErrorCloud::new(), true);
         let open = self.summary.run.pole_is_open;
-        let bar = progress::reading(self.summary.trials());
-        let read = reader.numbers(places, |[angle, axis_error, error]| {
-            complete &= angle.is_some();
+        self.trials(|_, row| {
+            complete &= !row.true_angle_deg.is_nan();
             // Where poles are not judged, none is wrong.
-            cloud.add(angle.unwrap_or(f64::NAN), axis_error, if open { axis_error } else { error });
-            bar.inc(1);
-        });
-        bar.finish_and_clear();
-        read.map_err(Error::Table)?;
+            let error = if open { row.axis_error_deg } else { row.error_deg };
+            cloud.add(row.true_angle_deg, row.axis_error_deg, error);
+        })?;
         if !complete {
             return Err(self.foreign("a trial without its angle".to_owned()));
         }
@@ -201,4 +205,46 @@ impl Run {
         }
         Ok(cloud)
     }
+}
+
+const VERDICTS: [Verdict; 4] = [Verdict::Found, Verdict::Undetermined, Verdict::Failed, Verdict::Error];
+
+/// The rows of a table of trials with the numbers of their points. A number that is none is no number; the table has reasons in words
+/// alone, without their kinds.
+///
+/// # Errors
+/// A table that cannot be read any further.
+pub fn rows(reader: Reader, mut each: impl FnMut(usize, Row)) -> Result<(), TableError> {
+    let columns: Vec<Column> = trial_columns().collect();
+    let (mut point, mut last) = (0, None);
+    reader.values(&columns, |values| {
+        let Some(row) = row(values) else { return };
+        // Each point begins at its first trial.
+        point += usize::from(last.is_some_and(|last| row.trial <= last));
+        last = Some(row.trial);
+        each(point, row);
+    })
+}
+
+fn row(values: &[Value<'_>]) -> Option<Row> {
+    let &[Value::Whole(trial), ref values @ ..] = values else { return None };
+    let number = |place: usize| if let Value::Number(number) = values[place] { Some(number) } else { None };
+    let known = |place: usize| number(place).unwrap_or(f64::NAN);
+    let text = |place: usize| if let Value::Text(text) = &values[place] { text.as_ref() } else { "" };
+    Some(Row {
+        trial,
+        true_angle_deg: known(0),
+        estimated_angle_deg: number(1),
+        error_deg: number(2),
+        verdict: VERDICTS.into_iter().find(|verdict| verdict.name() == text(3))?,
+        pole_correct: if let Value::Flag(correct) = values[4] { Some(correct) } else { None },
+        rotor_moved_deg: known(5),
+        duration_s: known(6),
+        axis_deg: number(7),
+        axis_error_deg: number(8),
+        start_angle_deg: known(9),
+        peak_current_a: known(10),
+        reason: text(11).to_owned(),
+        kind: String::new(),
+    })
 }

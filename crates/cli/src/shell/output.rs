@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use standstill_files::Digest;
+use standstill_report::figure::Figure;
 use tempfile::TempDir;
 
 use crate::error::Error;
@@ -156,6 +157,12 @@ impl Output {
         let mut file = self.begin(name)?;
         file.write_all(content).map_err(Error::writing(&self.target.join(name)))?;
         self.close(name, file)
+    }
+
+    /// A figure, drawn twice: `NAME.svg` and `NAME.png`.
+    pub fn figure(&mut self, name: &str, figure: &Figure) -> Result<(), Error> {
+        self.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
+        self.file(&format!("{name}.png"), &figure.png()?)
     }
 
     /// Moves all files into place; returns their names.

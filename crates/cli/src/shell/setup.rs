@@ -5,7 +5,7 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 use standstill_quantity::{listed, number};
-use standstill_report::page::{Block, Section, Table, TableColumn};
+use standstill_report::page::{Block, Column, Section, Table};
 use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, Values, keys};
 
 /// What was run, in a line. What is an axis is not repeated.
@@ -48,20 +48,6 @@ const COMPARED: usize = 256;
 /// Different values of a fact that are listed.
 const LISTED: usize = 6;
 
-/// Motor, method, errors and rotor of a scenario.
-pub fn heading(file: &ScenarioFile, varied: &[String]) -> Vec<(String, String)> {
-    let fact = |name: &str, key: &str, text: &str| {
-        let text = if varied.iter().any(|varied| varied == key) { "varied" } else { text };
-        (name.to_owned(), text.to_owned())
-    };
-    vec![
-        fact("Motor", "motor", &file.motor.name()),
-        fact("Method", "detector.method", file.detector.name()),
-        fact("Errors of drive and sensors", "errors", file.errors.0.name()),
-        fact("Rotor", "rotor.state", file.rotor.state().name()),
-    ]
-}
-
 impl Setup<'_> {
     fn document(&self, text: &str) -> Result<Document, FileError> {
         let mut document = Document::parse(self.place, text)?;
@@ -75,16 +61,24 @@ impl Setup<'_> {
         self.varied.iter().any(|varied| varied == key)
     }
 
-    /// [`heading`] as a block.
-    pub fn heading(&self) -> Option<Block> {
+    /// Motor, method, errors and rotor.
+    pub fn heading(&self) -> Option<Vec<(String, String)>> {
         let file = self.document(self.text).and_then(|document| document.load()).ok()?;
-        Some(Block::Facts(heading(&file, &self.varied)))
+        let fact = |name: &str, key: &str, text: &str| {
+            (name.to_owned(), if self.is_varied(key) { "varied" } else { text }.to_owned())
+        };
+        Some(vec![
+            fact("Motor", "motor", &file.motor.name()),
+            fact("Method", "detector.method", file.detector.name()),
+            fact("Errors of drive and sensors", "errors", file.errors.0.name()),
+            fact("Rotor", "rotor.state", file.rotor.state().name()),
+        ])
     }
 
     /// Facts of drive and sensors, with the values that they have at the points that are compared, and the motor's data sheet
     /// where there is one alone.
     pub fn section(&self) -> Section {
-        Section { title: "Motor, drive and sensors".to_owned(), blocks: self.blocks() }
+        Section::new("Motor, drive and sensors", self.blocks())
     }
 
     fn blocks(&self) -> Vec<Block> {
@@ -116,16 +110,14 @@ impl Setup<'_> {
         let mut blocks = vec![Block::Facts(facts)];
         if !self.is_varied("motor") {
             let rows = sheet.entries().into_iter();
+            let caption = format!(
+                "Data sheet {}: {}; rms values, where any, say so",
+                sheet.name(),
+                sheet.title().trim_end_matches('.')
+            );
+            let columns = ["key", "value", "source", "reason"].map(Column::word);
             let rows = rows.map(|entry| vec![entry.key, entry.value, entry.source.to_string(), entry.reason]);
-            blocks.push(Block::Table(Table {
-                caption: format!(
-                    "Data sheet {}: {}; rms values, where any, say so",
-                    sheet.name(),
-                    sheet.title().trim_end_matches('.')
-                ),
-                columns: ["key", "value", "source", "reason"].map(TableColumn::text).to_vec(),
-                rows: rows.collect(),
-            }));
+            blocks.push(Block::Table(Table::new(columns).captioned(caption).rows(rows)));
         }
         blocks
     }
@@ -149,10 +141,8 @@ impl Setup<'_> {
         );
         let code =
             |caption: &str, text: &str| Block::Code { caption: caption.to_owned(), text: text.to_owned() };
-        Section {
-            title: "How to reproduce it".to_owned(),
-            blocks: vec![Block::Text(said), code("Commands", commands), code("scenario.toml", self.text)],
-        }
+        let blocks = [Block::Text(said), code("Commands", commands), code("scenario.toml", self.text)];
+        Section::new("How to reproduce it", blocks)
     }
 }
 

@@ -35,11 +35,6 @@ impl Shown {
         .collect()
     }
 
-    /// The key with the unit.
-    pub fn title(&self) -> String {
-        format!("{} {}", self.key, self.scale.unit).trim_end().to_owned()
-    }
-
     /// A value without its unit: six digits are enough to tell points apart.
     pub fn text(&self, value: &Value) -> String {
         match value {
@@ -149,10 +144,7 @@ mod tests {
     #[test]
     fn analytic_values_stand_in_their_unit() {
         let shown = Shown { key: "sensors.noise".to_owned(), scale: Scale::suiting("A", 0.05) };
-        assert_eq!(
-            (shown.text(&Value::from(0.05)), shown.title().as_str()),
-            ("50".to_owned(), "sensors.noise mA")
-        );
+        assert_eq!(shown.text(&Value::from(0.05)), "50");
         assert_eq!(shown.text(&Value::from(1e-3 * 10.0_f64.sqrt())), "3.16228");
     }
 

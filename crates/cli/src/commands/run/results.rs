@@ -10,7 +10,7 @@ use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Point};
 use standstill_table::{Column, Columns, Format, TableError, Value, Writer};
 
-use super::points;
+use crate::answer;
 use crate::arguments::{Results as Options, Rows, Run};
 use crate::columns::{AxisColumn, trial_columns, trial_values};
 use crate::error::Error;
@@ -202,24 +202,13 @@ impl Results {
         if options.json {
             return Report { text: json, code };
         }
-        let mut text = String::new();
-        let open = file.run.pole_is_open;
-        text += &file.whole().map_or_else(|| points::text(&file.points, open), |s| summary::text(s, open));
-        if let Some(note) = file.unreached() {
+        let run = &file.run;
+        let notes = [("Poles", &run.pole_note), ("Map", &run.map_note), ("Library", &run.library_note)];
+        let notes = notes.into_iter().filter_map(|(of, note)| Some(format!("{of}: {}.", note.as_ref()?)));
+        let mut text = answer::sections(&summary::sections(&file));
+        for note in file.unreached().into_iter().chain(notes) {
             text += "\n";
             text += &paragraph("", &note);
-        }
-        if let Some(note) = &file.run.pole_note {
-            text += "\n";
-            text += &paragraph("", &format!("Poles: {note}."));
-        }
-        if let Some(note) = &file.run.map_note {
-            text += "\n";
-            text += &paragraph("", &format!("Map: {note}."));
-        }
-        if let Some(note) = &file.run.library_note {
-            text += "\n";
-            text += &paragraph("", &format!("Library: {note}."));
         }
         text += "\n";
         text += &file_list(&options.out, &files);

@@ -7,11 +7,11 @@ use standstill_quantity::{Scale, listed};
 use standstill_report::page::Tone;
 
 use crate::commands::require::Unanswered;
-use crate::shell::table::{Column, Table};
 use crate::shell::values::percent;
 use crate::shell::values::scale;
 use crate::shell::values::shown;
 use crate::summary::decimals_of;
+use standstill_report::page::{Column, Table};
 
 fn digits(estimate: &Estimate, scale: &Scale) -> usize {
     decimals_of([estimate.value, estimate.low, estimate.high].map(|value| scale.number(value)))
