@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
+use serde::Serialize;
 use standstill_campaign::Estimate;
 use standstill_quantity::si_value;
 use standstill_scenario::{Document, FileError, Origin, Plan, Record, seed_value};
 use toml::Value;
 
-use crate::bracket::Look;
+use crate::bracket::{Found, Look};
 use crate::limit::{Limits, Tally};
 use crate::system::kept;
 use crate::{Halt, Watch};
@@ -34,6 +35,76 @@ pub struct Judgement {
     pub look: Look,
     /// The share of starts without an answer, where the root mean square is limited.
     pub without_answer: Option<Estimate>,
+}
+
+/// A value that was judged, with the measure of each limit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// The value, in SI.
+    pub value: f64,
+    /// Trials of it.
+    pub trials: u64,
+    /// Whether they made it clear, so that no more were taken.
+    pub clear: bool,
+    /// The measures, limit by limit.
+    pub measures: Vec<Estimate>,
+    /// The share of starts without an answer, where the root mean square is limited.
+    pub without_answer: Option<Estimate>,
+}
+
+/// The answer of a point where every value of the second key meets the limits.
+pub const EVERYWHERE: &str = "every value meets it";
+
+/// A point of the curve: a value of the first key, and what the second must be.
+#[derive(Clone, Debug, Serialize)]
+pub struct Point {
+    /// The value of the first key.
+    pub first: f64,
+    /// The edge of the second key, and its interval; where it has two the upper one.
+    pub second: Option<f64>,
+    /// The lower end of its interval; none where it is open.
+    pub low: Option<f64>,
+    /// The upper end.
+    pub high: Option<f64>,
+    /// Its lower edge, where it has two.
+    pub from: Option<f64>,
+    /// The lower end of that edge's interval.
+    pub from_low: Option<f64>,
+    /// The upper end.
+    pub from_high: Option<f64>,
+    /// `edge`, `between`, or why there is no edge.
+    pub answer: &'static str,
+}
+
+impl Point {
+    /// The point at a value of the first key.
+    pub fn of(first: f64, found: &Found) -> Self {
+        let none = |answer| Self {
+            first,
+            second: None,
+            low: None,
+            high: None,
+            from: None,
+            from_low: None,
+            from_high: None,
+            answer,
+        };
+        match found {
+            Found::Nowhere => none("no value meets it"),
+            Found::Everywhere => none(EVERYWHERE),
+            Found::Stretch(stretch) => {
+                let mut point = none("edge");
+                if let [from, _] = &stretch.edges[..] {
+                    point.answer = "between";
+                    (point.from, [point.from_low, point.from_high]) = (Some(from.value), from.interval);
+                }
+                if let Some(last) = stretch.last() {
+                    (point.second, [point.low, point.high]) = (Some(last.value), last.interval);
+                }
+                point
+            }
+        }
+    }
 }
 
 /// Trials that a thread runs at a time.

@@ -238,22 +238,28 @@ impl Statistics {
 
     /// Adds a record as it was stored.
     pub fn add_row(&mut self, row: &Row) {
-        self.trials += 1;
+        self.add_outcome(row.verdict, row.pole_correct, row.axis_error_deg);
         self.moved = self.moved.max(row.rotor_moved_deg);
         self.duration.add(row.duration_s);
         self.peak_current = self.peak_current.max(row.peak_current_a);
-        match row.verdict {
+        if !row.kind.is_empty() {
+            *self.reasons.entry(row.kind.clone()).or_default() += 1;
+        }
+        self.beyond_limit += u64::from(row.error_deg.is_some_and(|e| e.abs() > self.limit_deg));
+    }
+
+    /// Adds a trial of which only its outcome is known: the error of its axis in degrees, if it has one, and whether the pole that
+    /// it named is the right one.
+    pub fn add_outcome(&mut self, verdict: Verdict, pole_correct: Option<bool>, axis_error_deg: Option<f64>) {
+        self.trials += 1;
+        match verdict {
             Verdict::Found => {}
             Verdict::Undetermined => self.undetermined += 1,
             Verdict::Failed => self.failed += 1,
             Verdict::Error => self.errors_of_simulation += 1,
         }
-        if !row.kind.is_empty() {
-            *self.reasons.entry(row.kind.clone()).or_default() += 1;
-        }
-        self.wrong_poles += u64::from(row.pole_correct == Some(false));
-        self.beyond_limit += u64::from(row.error_deg.is_some_and(|e| e.abs() > self.limit_deg));
-        if let Some(error) = row.axis_error_deg {
+        self.wrong_poles += u64::from(pole_correct == Some(false));
+        if let Some(error) = axis_error_deg {
             let square = error * error;
             for (sum, power) in
                 self.powers.iter_mut().zip([error, square, square * square, square * square * square])

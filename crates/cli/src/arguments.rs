@@ -5,18 +5,15 @@ mod folder;
 mod motors;
 mod scenario;
 mod slurm;
+mod values;
 
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use standstill_campaign::NUMERICS;
 use standstill_detect::{Decay, MethodName, Signature};
 use standstill_foreign::ABI;
-use standstill_interface::Choice;
-use standstill_plant::MapValues;
 use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 
 #[cfg(feature = "program")]
@@ -25,12 +22,14 @@ pub use campaigns::{
     Amount, Bounds, Budget, Explain, FormatName, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Question,
     Report, Require, Results, Rows, Run, Status, Sweep, Tune,
 };
-pub use folder::{OUT, default_folder};
+pub use folder::default_folder;
 pub use motors::{Fit, Magnetics, Motors};
 #[cfg(feature = "program")]
 pub use motors::{Fmu, FmuPart};
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 pub use slurm::Slurm;
+pub use values::Force;
+use values::{MOST_ROWS, OUT, amperes, choice, degrees, milliseconds, tolerance, trial, whole};
 
 /// What decides whether a run goes on and a library fits, besides the version.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
@@ -110,14 +109,6 @@ pub enum Command {
     Worker,
     /// The built-in motors, a line each; of one motor each number, and where it comes from
     Motors(Motors),
-}
-
-/// Whether what is there may go.
-#[derive(Clone, Copy, Debug, Args)]
-pub struct Force {
-    /// Replace the results of another run in that folder; without it, they stay, and nothing is run
-    #[arg(long)]
-    pub force: bool,
 }
 
 #[derive(Debug, Args)]
@@ -274,88 +265,4 @@ pub struct Check {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
-}
-
-fn map_values(text: &str) -> Result<MapValues, String> {
-    MapValues::named(text).ok_or_else(|| format!("not one of {}", MapValues::NAMES.join(", ")))
-}
-
-/// No more than a turn either way: more is a mistake.
-fn degrees(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(angle) if angle.abs() <= 360.0 => Ok(angle.rem_euclid(360.0)),
-        _ => Err("needed a number of degrees from -360 to 360".to_owned()),
-    }
-}
-
-/// Most trials whose rows are kept, or that are held in memory.
-const MOST_ROWS: u64 = 100_000_000;
-
-/// A whole number in a range; its largest value is told where it is not that of all numbers.
-fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
-    range: RangeInclusive<u64>,
-) -> impl TypedValueParser<Value = T> {
-    move |text: &str| {
-        let number = text.trim().parse().ok().filter(|number| range.contains(number));
-        number.and_then(|number| T::try_from(number).ok()).ok_or_else(|| match (range.start(), range.end()) {
-            (low, &u64::MAX) => format!("needed a whole number from {low}"),
-            (low, high) => format!("needed a whole number from {low} to {high}"),
-        })
-    }
-}
-
-/// A choice by its name.
-fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(T::NAMES).try_map(|name| T::named(&name).ok_or("no such choice"))
-}
-
-/// The number of a trial; streams have room for so many.
-fn trial() -> impl TypedValueParser<Value = u64> {
-    whole::<u64>(0..=(1 << 60) - 1)
-}
-
-fn tolerance(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(degrees) if (0.001..=90.0).contains(&degrees) => Ok(degrees),
-        _ => Err("not a number of degrees from 0.001 to 90".to_owned()),
-    }
-}
-
-fn milliseconds(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(time) if (0.1..=20_000.0).contains(&time) => Ok(time),
-        _ => Err("not a number of milliseconds from 0.1 to 20000".to_owned()),
-    }
-}
-
-fn seed(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("needed a whole number from 0 to {}", u64::MAX))
-}
-
-fn amperes(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(current) if (1e-6..=1e5).contains(&current) => Ok(current),
-        _ => Err("not a number of amperes from 1e-6 to 100000".to_owned()),
-    }
-}
-
-fn ohms(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(resistance) if (1e-9..=1e6).contains(&resistance) => Ok(resistance),
-        _ => Err("not a positive number of ohms, from 1e-9 to 1e6".to_owned()),
-    }
-}
-
-fn newton_metres(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(torque) if torque.abs() <= 1e6 => Ok(torque),
-        _ => Err("not a number of newton metres from -1000000 to 1000000".to_owned()),
-    }
-}
-
-fn celsius(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(temperature) if (-60.0..=300.0).contains(&temperature) => Ok(temperature),
-        _ => Err("not a temperature from -60 to 300 °C".to_owned()),
-    }
 }

@@ -4,6 +4,8 @@ pub mod bounds;
 pub mod budget;
 pub mod check;
 pub mod compare;
+#[cfg(feature = "program")]
+pub mod completions;
 pub mod explain;
 pub mod fit;
 #[cfg(feature = "program")]
@@ -20,8 +22,6 @@ pub mod report;
 pub mod reproduce;
 pub mod require;
 pub mod run;
-#[cfg(feature = "program")]
-pub mod shell;
 pub mod slurm;
 pub mod status;
 pub mod trace;
@@ -36,7 +36,7 @@ use standstill_scenario::{MotorSpec, Record, ScenarioFile};
 
 use crate::error::Error;
 use crate::scenario;
-use crate::terminal::tell;
+use crate::shell::terminal::tell;
 
 /// The angle that a detector named, or the end of its axis that is nearer to the rotor, in rad.
 fn found(record: &Record) -> Option<f64> {

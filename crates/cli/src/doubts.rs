@@ -5,8 +5,8 @@ use standstill_plant::Motor;
 use standstill_quantity::listed;
 use standstill_scenario::{Key, Scenario, Usual, Values, keys};
 
-use crate::host;
-use crate::terminal::tell;
+use crate::shell::host;
+use crate::shell::terminal::tell;
 
 /// Says on standard error what is doubtful about a scenario. A host has other ways to look at its scenario.
 pub fn warn(scenario: &Scenario<Method<f64>>) {

@@ -78,6 +78,15 @@ impl Error {
         move |error| Self::Write(path, error)
     }
 
+    /// Results that are not replaced.
+    pub fn another_run(path: PathBuf, difference: &str) -> Self {
+        Self::Results {
+            path,
+            found: format!("the results of another run: {difference}"),
+            needed: "another --out, or --force to replace them".to_owned(),
+        }
+    }
+
     /// A table that cannot be written; where the operating system refuses, the message names `path`.
     pub fn table(path: &Path, error: TableError) -> Self {
         match error {

@@ -2,12 +2,12 @@
 
 use standstill_campaign::Statistics;
 use standstill_interface::{Abc, Angle, Phase};
-use standstill_inverter::Conduction;
 use standstill_plant::{OperatingPoint, PolarityPoint, Survey};
-use standstill_report::figure::{Axis, Figure, Lane, Layer, Panel, Style};
+use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_report::study::{self, ErrorCloud};
-use standstill_sim::{Event, Snapshot, Trace};
+use standstill_sim::{Event, Trace};
 
+use self::parts::{WIDTH, Window, curve};
 use crate::log::Entry;
 
 mod budget;
@@ -15,6 +15,7 @@ mod comparison;
 mod detection;
 mod fit;
 mod odds;
+mod parts;
 mod require;
 mod tune;
 
@@ -23,90 +24,8 @@ pub use comparison::comparison;
 pub use detection::{detection, overlaid};
 pub use fit::fit;
 pub use odds::odds;
-pub use require::{Judged, require, tradeoff};
+pub use require::{require, tradeoff};
 pub use tune::tune;
-
-const WIDTH: u32 = 900;
-
-fn curve(label: &str, points: Vec<(f64, f64)>, style: Style) -> Layer {
-    Layer::Line { label: Some(label.to_owned()), points, style }
-}
-
-/// A waveform between two times in s, over ms or µs.
-struct Window<'a> {
-    trace: &'a Trace,
-    from: f64,
-    to: f64,
-    /// Time of the axis's zero in s, and its unit in s.
-    origin: f64,
-    unit: f64,
-}
-
-impl Window<'_> {
-    fn snapshots(&self) -> impl Iterator<Item = &Snapshot> {
-        self.trace.snapshots.iter().filter(|s| s.time >= self.from - 1e-9 && s.time <= self.to + 1e-9)
-    }
-
-    fn place(&self, time: f64) -> f64 {
-        (time - self.origin) / self.unit
-    }
-
-    fn points(&self, value: impl Fn(&Snapshot) -> f64) -> Vec<(f64, f64)> {
-        self.snapshots().map(|s| (self.place(s.time), value(s))).collect()
-    }
-
-    fn axis(&self, label: &str) -> Axis {
-        let unit = if self.unit < 1e-4 { "µs" } else { "ms" };
-        Axis::new(format!("{label} ({unit})")).range(self.place(self.from), self.place(self.to))
-    }
-
-    fn currents(&self, axis: Axis) -> Panel {
-        Phase::ALL.into_iter().enumerate().fold(
-            Panel { weight: 1.5, ..Panel::new(axis, Axis::new("current (A)")) },
-            |panel, (k, phase)| {
-                let label = format!("i_{}", phase.letter());
-                panel.with(curve(&label, self.points(|s| s.current[k]), Style::PHASES[k]))
-            },
-        )
-    }
-
-    fn modes(&self, axis: Axis) -> Panel {
-        let lanes = Phase::ALL
-            .into_iter()
-            .enumerate()
-            .map(|(k, phase)| Lane { label: format!("leg {}", phase.letter()), spans: self.spans(k) })
-            .collect();
-        let categories = self.categories().iter().map(|mode| mode.to_string().replace('_', " ")).collect();
-        Panel { weight: 0.7, ..Panel::new(axis, Axis::new("")) }.with(Layer::Lanes { lanes, categories })
-    }
-
-    /// The modes that legs of this kind have: a MOSFET's channel conducts both ways, an IGBT never backwards.
-    fn categories(&self) -> Vec<Conduction> {
-        let seen = |mode: &Conduction| self.snapshots().any(|s| s.modes.contains(mode));
-        let backwards =
-            |mode: &Conduction| matches!(mode, Conduction::UpperReverse | Conduction::LowerReverse);
-        Conduction::ALL.into_iter().filter(|mode| !backwards(mode) || seen(mode)).collect()
-    }
-
-    /// Stretches of one conduction mode of leg `k`.
-    fn spans(&self, k: usize) -> Vec<(f64, f64, usize)> {
-        let categories = self.categories();
-        let category = |mode| categories.iter().position(|known| *known == mode).unwrap_or(0);
-        let mut spans: Vec<(f64, f64, usize)> = Vec::new();
-        for s in self.snapshots() {
-            let (at, category) = (self.place(s.time), category(s.modes[k]));
-            match spans.last_mut() {
-                Some(last) if last.2 == category => last.1 = at,
-                Some(last) => {
-                    last.1 = at;
-                    spans.push((at, at, category));
-                }
-                None => spans.push((at, at, category)),
-            }
-        }
-        spans
-    }
-}
 
 /// Fig. 5 of the paper: voltage and current of the lines a-b and b-c.
 pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure {

@@ -5,29 +5,24 @@
     allow(dead_code, unused_imports, reason = "what commands of the program alone use")
 )]
 
+mod answer;
 mod arguments;
-mod asked;
 mod columns;
 mod commands;
 mod doubts;
 mod error;
 #[allow(clippy::disallowed_methods, reason = "pictures may differ by a shade from one machine to the next")]
 mod figures;
-mod host;
-mod interrupt;
 mod log;
-mod output;
-mod progress;
+mod results;
 mod scenario;
+mod shell;
 mod summary;
-mod table;
-mod terminal;
-mod text;
-mod units;
 
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::Parser;
 use clap::error::ErrorKind;
@@ -36,16 +31,9 @@ use arguments::{Arguments, Command};
 use error::Error;
 
 pub use commands::run::by_host::{Hosted, Stopped, Trial};
-pub use host::Host;
-
-/// What a command leaves to say, and the code it ends with.
-#[derive(Debug)]
-pub struct Report {
-    /// What it prints.
-    pub text: String,
-    /// 0: all is well; 1: the answer is no, or a trial could not be simulated; 130: interrupted.
-    pub code: u8,
-}
+pub use shell::Report;
+pub use shell::host::Host;
+use shell::{command_line, host, terminal};
 
 /// The program: carries out the command line of this process.
 #[cfg(feature = "program")]
@@ -61,11 +49,11 @@ pub fn main() -> ExitCode {
         } else {
             terminal::for_reading(report.text)
         };
-        print(&text).map(|()| report.code)
+        terminal::print(&text).map(|()| report.code)
     });
     ExitCode::from(outcome.unwrap_or_else(|error| {
         // `eprintln!` would panic where standard error cannot be written.
-        let line = format!("standstill: {}\n", text::one_line(&error.to_string()));
+        let line = format!("standstill: {}\n", command_line::one_line(&error.to_string()));
         let _ = write!(std::io::stderr(), "{}", terminal::for_reading_of_errors(line));
         2
     }))
@@ -83,6 +71,18 @@ fn prints_for_programs(command: &Command) -> bool {
             | Command::Init(_)
             | Command::Worker
     )
+}
+
+impl Host {
+    /// Carries out a command line, without the program's name, in this thread. What the program would print, or the line
+    /// in which it would say what is wrong.
+    ///
+    /// # Errors
+    /// What `standstill` says behind its name.
+    pub fn command(self: &Arc<Self>, words: impl IntoIterator<Item = OsString>) -> Result<Report, String> {
+        self.run(|| arguments(std::iter::once("standstill".into()).chain(words)).and_then(command))
+            .map_err(|error| command_line::one_line(&error.to_string()))
+    }
 }
 
 /// Carries out a command.
@@ -117,9 +117,9 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         #[cfg(feature = "program")]
         Command::Init(options) => commands::init::run(&options),
         #[cfg(feature = "program")]
-        Command::Completions(options) => Ok(commands::shell::completions(&options)),
+        Command::Completions(options) => Ok(commands::completions::completions(&options)),
         #[cfg(feature = "program")]
-        Command::Man(options) => commands::shell::man(&options),
+        Command::Man(options) => commands::completions::man(&options),
         Command::Worker if cfg!(feature = "program") => commands::run::isolated::worker(),
         // A host is no program that could be started again as a worker.
         Command::Worker => {
@@ -128,26 +128,6 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         #[cfg(feature = "program")]
         Command::Schema => Ok(commands::init::schema()),
     }
-}
-
-/// Writes to standard output. Whoever reads it may stop reading (`| head`); that is no error.
-pub(crate) fn print(text: &str) -> Result<(), Error> {
-    match write(text) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::Write("standard output".into(), error))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Writes to standard output, or where it went when a library was loaded, which may print there what it likes.
-pub(crate) fn write(text: &str) -> std::io::Result<()> {
-    #[cfg(target_os = "linux")]
-    if let Some(mut output) = standstill_foreign::output() {
-        return output.write_all(text.as_bytes());
-    }
-    let mut output = std::io::stdout();
-    output.write_all(text.as_bytes()).and_then(|()| output.flush())
 }
 
 /// A command line, beginning with the program's name; mistakes in one line.
@@ -164,6 +144,6 @@ fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Err
         {
             error.exit()
         }
-        _ => Error::Arguments(text::one_line(&error.render().to_string())),
+        _ => Error::Arguments(command_line::one_line(&error.render().to_string())),
     })
 }

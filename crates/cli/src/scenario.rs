@@ -10,8 +10,8 @@ use toml::Value;
 
 use crate::arguments::{Axes, Keys, Load, PaperDecay, Seed, Setup, Source, Temperatures};
 use crate::error::Error;
-use crate::host;
-use crate::terminal::tell;
+use crate::shell::host;
+use crate::shell::terminal::tell;
 
 /// The paper's method on its motor: what `reproduce` runs, and `trace` shows, where they are given no scenario.
 const PAPER: &str = include_str!("../scenarios/reproduce.toml");

@@ -1,13 +1,13 @@
 //! Statistics in words.
 
-use std::fmt::Write as _;
+mod points;
 
 use standstill_campaign::{Estimate, Summary, binomial_interval};
 pub use standstill_quantity::fixed;
 use standstill_quantity::{at_most, magnitude, number as rounded};
-use standstill_report::page::Tone;
+use standstill_report::page::{Block, Column, Section, Table, Tone};
 
-use crate::terminal::{painted, paragraph};
+use crate::results::SummaryFile;
 
 /// A number with so many decimals; a dash for what is none.
 pub fn number(value: f64, digits: usize) -> String {
@@ -65,9 +65,9 @@ pub fn good_interval(s: &Summary, open: bool) -> String {
     format!("{value} [{low}, {high}]")
 }
 
-/// The heading of that share.
+/// The name of that share, in per cent.
 pub const fn good_heading(open: bool) -> &'static str {
-    if open { "axis %" } else { "right %" }
+    if open { "axis" } else { "right" }
 }
 
 /// More starts than this that are not answered rightly make a point no good, whatever its error.
@@ -84,60 +84,63 @@ pub fn rank(a: &Summary, b: &Summary, open: bool) -> std::cmp::Ordering {
     missed(a).total_cmp(&missed(b)).then(rms(a).total_cmp(&rms(b)))
 }
 
-/// Every figure with its interval, a line each; wrong poles only where they are judged.
-pub fn text(s: &Summary, open: bool) -> String {
-    let trials = if s.trials == 1 { "trial" } else { "trials" };
-    let mut text = format!("Monte Carlo: {} {trials}, [95 % intervals]\n", s.trials);
-    let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", percent(of));
-    let largest = format!(
-        "{}°, exceeded by at most {} % (97.5 % sure)",
-        number(s.max_deg, 3),
-        at_most(s.beyond_max.high)
-    );
-    let beyond = format!("angle off by > {}°", s.limit_deg);
-    let poles = if s.wrong_poles > 0 { Tone::Bad } else { Tone::Good };
-    let wrong = if open {
-        "not judged".to_owned()
-    } else {
-        painted(poles, &share(s.wrong_poles, &s.wrong_pole_probability))
+/// The results of a run: its figures, or its points, and why starts were not answered. Terminals leave the reasons of points out.
+pub fn sections(summary: &SummaryFile) -> Vec<Section> {
+    let open = summary.run.pole_is_open;
+    // Axes are varied on purpose: what they say together depends on how they were chosen.
+    let (table, is_whole) = match summary.whole() {
+        Some(whole) => (figures(whole, open), true),
+        None => (points::table(&summary.points, open), false),
     };
-    let mut lines = vec![
-        ("rms axis error", format!("{}° over {} axes", s.rms_deg, s.axes)),
-        ("mean axis error", format!("{}°", s.bias_deg)),
-        ("median", format!("{}°", s.p50_deg)),
-        ("95th percentile", format!("{}°", s.p95_deg)),
-        ("99th percentile", format!("{}°", s.p99_deg)),
-        ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
-        (beyond.as_str(), format!("{} % of {} with an angle", percent(&s.beyond_limit), s.found)),
-        ("wrong poles", wrong),
-        ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
-        ("failed", share(s.failed, &s.failed_probability)),
-        ("rotor moved at most", format!("{:.2}° electrical", s.max_moved_deg)),
-        ("detection takes", format!("{} ms on average", rounded(1, s.mean_duration_s * 1e3))),
-        ("largest current", format!("{} A", rounded(2, s.peak_current_a))),
+    let mut sections = vec![Section::new("Results", [Block::Table(table)])];
+    if summary.each().any(|s| !s.reasons.is_empty()) {
+        let reasons = Section::new("Reasons", [Block::Table(points::reasons(summary))]);
+        sections.push(if is_whole { reasons } else { reasons.aside() });
+    }
+    sections
+}
+
+/// Every figure of a run with its interval, a line each; wrong poles only where they are judged.
+pub fn figures(s: &Summary, open: bool) -> Table {
+    let trials = if s.trials == 1 { "trial" } else { "trials" };
+    let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", percent(of));
+    let largest = || {
+        let least = at_most(s.beyond_max.high);
+        format!("{}°, exceeded by at most {least} % (97.5 % sure)", number(s.max_deg, 3))
+    };
+    // Of poles that no start named nothing is known.
+    let (tone, wrong) = match s.found {
+        _ if open => (Tone::Neutral, "not judged".to_owned()),
+        0 => (Tone::Neutral, "none named".to_owned()),
+        _ if s.wrong_poles > 0 => (Tone::Bad, share(s.wrong_poles, &s.wrong_pole_probability)),
+        _ => (Tone::Good, share(0, &s.wrong_pole_probability)),
+    };
+    let line = |name: &str, value: String| (Tone::Neutral, vec![name.to_owned(), value]);
+    let beyond = format!("angle off by > {}°", s.limit_deg);
+    let errors = (s.errors > 0).then(|| line("simulation errors", s.errors.to_string()));
+    let lines = [
+        line("rms axis error", format!("{}° over {} axes", s.rms_deg, s.axes)),
+        line("mean axis error", format!("{}°", s.bias_deg)),
+        line("median", format!("{}°", s.p50_deg)),
+        line("95th percentile", format!("{}°", s.p95_deg)),
+        line("99th percentile", format!("{}°", s.p99_deg)),
+        line("largest", if s.axes == 0 { "–".to_owned() } else { largest() }),
+        line(&beyond, format!("{} % of {} with an angle", percent(&s.beyond_limit), s.found)),
+        (tone, vec!["wrong poles".to_owned(), wrong]),
+        line("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
+        line("failed", share(s.failed, &s.failed_probability)),
+        line("rotor moved at most", format!("{:.2}° electrical", s.max_moved_deg)),
+        line("detection takes", format!("{} ms on average", rounded(1, s.mean_duration_s * 1e3))),
+        line("largest current", format!("{} A", rounded(2, s.peak_current_a))),
     ];
-    if s.errors > 0 {
-        lines.push(("simulation errors", s.errors.to_string()));
-    }
-    for (name, value) in lines {
-        let _ = writeln!(text, "  {name:<20} {value}");
-    }
-    for (reason, times) in &s.reasons {
-        let probability = percent(&times.probability);
-        let said = format!("{} times, probability {probability} %: {reason}", times.count);
-        text += &paragraph("    ", &said);
-    }
-    text
+    Table::new([Column::word(""), Column::word("").judged()])
+        .captioned(format!("Monte Carlo: {} {trials}, [95 % intervals]", s.trials))
+        .judged(lines.into_iter().chain(errors))
 }
 
 /// Decimals of a value with the ends of its interval.
 pub fn decimals_of([value, low, high]: [f64; 3]) -> usize {
     Estimate { value, low, high }.decimals()
-}
-
-/// A value and the ends of its interval, what is no number empty.
-pub fn with_interval([value, low, high]: [f64; 3]) -> [String; 3] {
-    Estimate { value, low, high }.texts()
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use standstill_campaign::store::Shard;
 use standstill_table::Format;
 
 use super::scenario::{Axes, Keys, Seed, Source, assignment};
-use super::{Force, MOST_ROWS, OUT, choice, trial, whole};
+use super::values::{Force, MOST_ROWS, OUT, choice, trial, whole};
 use crate::error::Error;
 
 /// Most trials of a run that keeps statistics alone. With as many at as many points as a design may have, the run's rows are

@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::Command;
-
-/// What stands for it in the help: the names of the scenario's file, or of the motor, and of the command.
-pub const OUT: &str = "standstill-out/SCENARIO-COMMAND";
+use super::values::OUT;
 
 /// Of a command on a scenario's file or a motor; without one the command's name alone.
 ///

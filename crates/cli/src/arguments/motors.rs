@@ -7,10 +7,9 @@ use standstill_plant::MapValues;
 #[cfg(feature = "program")]
 use standstill_scenario::{ErrorSet, Rotor};
 
-use super::{Force, OUT, Temperatures, amperes, map_values, ohms, scenario, whole};
+use super::scenario::{self, Keys, Seed, Temperatures};
+use super::values::{Force, OUT, amperes, choice, map_values, ohms, whole};
 #[cfg(feature = "program")]
-use super::{Keys, Seed, choice};
-
 #[cfg(feature = "program")]
 #[derive(Debug, Args)]
 pub struct Fmu {

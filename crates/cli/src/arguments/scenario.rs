@@ -7,7 +7,7 @@ use standstill_plant::Temperature;
 use standstill_scenario::DesignKind;
 use standstill_scenario::{ErrorSet, Rotor};
 
-use super::{celsius, choice, newton_metres, seed, whole};
+use super::values::{celsius, choice, newton_metres, seed, whole};
 
 /// A scenario file and its keys, for commands that can do without a file.
 #[derive(Debug, Args)]

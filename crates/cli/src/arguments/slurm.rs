@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::campaigns::{Amount, FormatName, Rows};
 use super::scenario::{Axes, Keys};
-use super::{OUT, whole};
+use super::values::{OUT, whole};
 
 #[derive(Debug, Args)]
 pub struct Slurm {

@@ -1,16 +1,16 @@
 //! `standstill bounds`: the Cramér–Rao limit of a scenario's pulses over the rotor's angle.
 
-use serde_json::{Value, json};
+use serde_json::json;
 use standstill_analysis::{Bound, Bounds, informative};
+use standstill_report::page::{Block, Column, Table, Tone};
 
-use crate::Report;
+use crate::answer::{Answer, Made, Record, Records, verdict};
 use crate::arguments::Bounds as Options;
 use crate::doubts;
 use crate::error::Error;
-use crate::interrupt;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
+use crate::shell::Report;
+use crate::shell::interrupt;
 
 /// A bound's values; none of one that says nothing.
 fn values(bound: &Bound) -> [Option<f64>; 4] {
@@ -18,10 +18,17 @@ fn values(bound: &Bound) -> [Option<f64>; 4] {
         .map(|v| v.and_then(informative))
 }
 
-const NAMES: [&str; 4] = ["scheme_deg", "all_deg", "hybrid_deg", "hybrid_all_deg"];
+fn record(bound: &Bound) -> Record {
+    let names = ["scheme_deg", "all_deg", "hybrid_deg", "hybrid_all_deg"];
+    names
+        .into_iter()
+        .zip(values(bound))
+        .fold(Record::default(), |record, (name, value)| record.with(name, value))
+}
 
-fn object(bound: &Bound) -> serde_json::Map<String, Value> {
-    NAMES.iter().zip(values(bound)).map(|(name, value)| ((*name).to_owned(), json!(value))).collect()
+fn cells(first: String, bound: &Bound) -> Vec<String> {
+    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.4}"));
+    std::iter::once(first).chain(values(bound).map(number)).collect()
 }
 
 pub fn run(options: &Options) -> Result<Report, Error> {
@@ -37,49 +44,40 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let method = file.detector.name();
     let (found, interval) = (bounds.over(angles)?, bounds.interval);
     let angle = |number: usize| 360.0 * number as f64 / angles as f64;
-    if options.json {
-        let each = |(number, bound): (usize, &Bound)| {
-            let mut object = object(bound);
-            object.insert("angle_deg".to_owned(), angle(number).into());
-            Value::Object(object)
-        };
-        let json = json!({
-            "setup": super::setup_json(&file, &motor),
-            "method": method,
-            "rms": found.as_ref().map(|bounds| object(&Bound::rms(bounds))),
-            "angles": found.as_ref().map(|bounds| bounds.iter().enumerate().map(each).collect::<Vec<_>>()),
-        });
-        return Ok(Report { text: format!("{json:#}\n"), code: 0 });
-    }
-    let mut text = format!(
-        "{}, {method}, {} errors: no unbiased method knows the axis better from these commands (Cramér–Rao)\n\n",
+    let each = |(number, bound): (usize, &Bound)| record(bound).with("angle_deg", angle(number));
+    let json = json!({
+        "setup": super::setup_json(&file, &motor),
+        "method": method,
+        "rms": found.as_ref().map(|bounds| record(&Bound::rms(bounds))),
+        "angles": found.as_ref().map(|bounds| bounds.iter().enumerate().map(each).collect::<Records>()),
+    });
+    let headline = format!(
+        "{}, {method}, {} errors: no unbiased method knows the axis better from these commands (Cramér–Rao)",
         motor.name,
         file.errors.0.name()
     );
-    let Some(bounds) = found else {
-        text += "The method turns the rotor: it does not look for where the rotor stood, and has no such limit.\n";
-        return Ok(Report { text, code: 0 });
+    let blocks = match &found {
+        None => vec![Block::Text(TURNS.to_owned())],
+        Some(bounds) => {
+            let rows = bounds
+                .iter()
+                .enumerate()
+                .map(|(number, bound)| cells(format!("{:.1}", angle(number)), bound));
+            let columns = ["angle", "own samples", "all samples", "on a specimen", "all, specimen"];
+            let table = Table::new(columns.map(|name| Column::number(name).unit("°")))
+                .rows(rows.chain([cells("rms".to_owned(), &Bound::rms(bounds))]));
+            let legend = format!(
+                "All samples: every {:.0} µs of the same commands. On a specimen: gains, offsets and delays of drive and \
+                 sensors are not known either.",
+                interval.seconds() * 1e6
+            );
+            vec![Block::Table(table), Block::Text(legend)]
+        }
     };
-    let cells = |first: String, bound: &Bound| {
-        let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.4}"));
-        std::iter::once(first).chain(values(bound).map(number)).collect()
-    };
-    let mut rows: Vec<Vec<String>> = bounds
-        .iter()
-        .enumerate()
-        .map(|(number, bound)| cells(format!("{:.1}", angle(number)), bound))
-        .collect();
-    rows.push(cells("rms".to_owned(), &Bound::rms(&bounds)));
-    let titles = ["angle °", "own samples °", "all samples °", "on a specimen °", "all, specimen °"];
-    text += &Table::new(titles.map(Column::number)).rows(rows).text();
-    text.push('\n');
-    text += &paragraph(
-        "",
-        &format!(
-            "All samples: every {:.0} µs of the same commands. On a specimen: gains, offsets and delays of drive and \
-             sensors are not known either.",
-            interval.seconds() * 1e6
-        ),
-    );
-    Ok(Report { text, code: 0 })
+    let verdict = verdict(Tone::Neutral, headline, Vec::new());
+    let answer = Answer::new("bounds", "Cramér–Rao limit".to_owned(), String::new(), verdict, blocks);
+    Answer { json, ..answer }.report(None, options.json, Made::default())
 }
+
+const TURNS: &str =
+    "The method turns the rotor: it does not look for where the rotor stood, and has no such limit.";

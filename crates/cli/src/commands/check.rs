@@ -8,14 +8,14 @@ use standstill_analysis::{Demands, Progress, Suitability, Suited};
 use standstill_interface::Choice;
 use standstill_scenario::Document;
 
-use crate::Report;
 use crate::arguments::{Check, Temperatures};
 use crate::doubts;
 use crate::error::Error;
-use crate::host;
-use crate::interrupt;
-use crate::progress;
 use crate::scenario::{self, Shorthands};
+use crate::shell::Report;
+use crate::shell::host;
+use crate::shell::interrupt;
+use crate::shell::progress;
 
 /// The scenario of what is named.
 fn document(options: &Check) -> Result<Document, Error> {

@@ -3,93 +3,34 @@
 mod cache;
 mod cells;
 
-use std::collections::BTreeMap;
-use std::fmt::Write as _;
-
-use serde::Serialize;
+use serde_json::json;
 use standstill_analysis::{Bound, Entry, informative, mean_energy};
-use standstill_campaign::{Campaign, Estimate, Occurrence, Statistics};
+use standstill_campaign::{Campaign, Estimate, Occurrence, Statistics, Summary};
 use standstill_detect::MethodName;
 use standstill_plant::Motor;
 use standstill_quantity::{decimals, number as rounded};
 use standstill_report::figure::rounded as rounded_to;
-use standstill_report::page::Tone;
+use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_sim::RunError;
 
 use self::cells::{Cell, Comparison};
-use crate::Report;
+use crate::answer::{Answer, Made, Record, Records, verdict};
 use crate::arguments::Compare;
-use crate::asked::Asked;
-use crate::columns;
-use crate::commands::reproduce::file_list;
 use crate::doubts;
 use crate::error::Error;
 use crate::figures;
-use crate::interrupt::{self, INTERRUPTED};
-use crate::output::Output;
-use crate::progress;
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::interrupt::{self, INTERRUPTED};
+use crate::shell::output::Output;
+use crate::shell::progress;
 use crate::summary::{good_heading, good_interval, right};
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
 
 /// Angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding twice.
 const ANGLES: usize = 16;
 
 /// The same where a detection is long and the limit costs as many seconds as the trials.
 const FEW_ANGLES: usize = 8;
-
-const FILES: [&str; 3] = ["comparison.csv", "comparison.svg", "comparison.png"];
-
-/// A row of `comparison.csv` and of the JSON list. What does not exist is empty, or null.
-#[derive(Debug, Serialize)]
-struct Row {
-    method: String,
-    rotor: &'static str,
-    errors: &'static str,
-    trials: u64,
-    /// Share of starts that were answered rightly: with an angle and the right pole; none where the motor's data do not tell the
-    /// poles. All figures of errors are of starts with an axis alone.
-    right: Option<f64>,
-    /// The same, or the share of starts with an axis, as it is printed.
-    #[serde(skip)]
-    good_percent: String,
-    rms_deg: Option<f64>,
-    rms_low_deg: Option<f64>,
-    rms_high_deg: Option<f64>,
-    bias_deg: Option<f64>,
-    p95_deg: Option<f64>,
-    #[serde(skip)]
-    rms: Estimate,
-    #[serde(skip)]
-    p95: Estimate,
-    max_deg: Option<f64>,
-    /// None where they are not judged.
-    wrong_poles: Option<u64>,
-    /// Upper end of the 95 % interval of their probability.
-    wrong_poles_at_most: Option<f64>,
-    undetermined: u64,
-    failed: u64,
-    simulation_errors: u64,
-    duration_ms: f64,
-    #[serde(rename = "peak_current_A")]
-    peak_current: f64,
-    #[serde(rename = "energy_J")]
-    energy: Option<f64>,
-    moved_deg: f64,
-    /// Cramér–Rao limit from the scheme's samples, from all samples at 100 kHz, and on a specimen with its own gains,
-    /// offsets and delays.
-    bound_deg: Option<f64>,
-    bound_all_deg: Option<f64>,
-    bound_hybrid_deg: Option<f64>,
-    efficiency: Option<f64>,
-    /// Why there was no angle, or no pole, and how often; and why there is no limit.
-    reasons: String,
-    /// What must be said of wrong poles, and of a map that is too coarse.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pole_note: Option<&'static str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    map_note: Option<String>,
-}
 
 /// Whether the motor's data do not tell its poles.
 fn is_open(motor: &Motor) -> bool {
@@ -100,111 +41,112 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-impl Row {
-    fn new(entry: &Entry, motor: &Motor) -> Self {
-        let s = &entry.summary;
-        let open = is_open(motor);
-        Self {
-            method: entry.method.clone(),
-            rotor: entry.rotor.name(),
-            errors: entry.errors.name(),
-            trials: s.trials,
-            right: (!open).then(|| right(s)),
-            good_percent: good_interval(s, open),
-            rms_deg: finite(s.rms_deg.value),
-            rms_low_deg: finite(s.rms_deg.low),
-            rms_high_deg: finite(s.rms_deg.high),
-            bias_deg: finite(s.bias_deg.value),
-            p95_deg: finite(s.p95_deg.value),
-            rms: s.rms_deg,
-            p95: s.p95_deg,
-            max_deg: finite(s.max_deg),
-            wrong_poles: (!open).then_some(s.wrong_poles),
-            wrong_poles_at_most: (!open).then_some(s.wrong_pole_probability.high),
-            undetermined: s.undetermined,
-            failed: s.failed,
-            simulation_errors: s.errors,
-            duration_ms: s.mean_duration_s * 1e3,
-            peak_current: s.peak_current_a,
-            energy: finite(entry.energy_j),
-            moved_deg: s.max_moved_deg,
-            bound_deg: entry.bound.and_then(|bound| informative(bound.scheme_deg)),
-            bound_all_deg: entry.bound.and_then(|bound| informative(bound.all_deg)),
-            bound_hybrid_deg: entry.bound.and_then(|bound| bound.hybrid_deg).and_then(informative),
-            efficiency: entry.efficiency(),
-            reasons: reasons(&s.reasons, entry.no_bound),
-            pole_note: motor.pole_knowledge().note().filter(|_| motor.has_magnet()),
-            map_note: motor.map_note(),
-        }
-    }
+/// A row for programs. What does not exist is null, or empty.
+fn record(entry: &Entry, motor: &Motor) -> Record {
+    let s = &entry.summary;
+    let open = is_open(motor);
+    let bound = |of: fn(&Bound) -> Option<f64>| entry.bound.as_ref().and_then(of).and_then(informative);
+    let record = Record::default()
+        .with("method", &entry.method)
+        .with("rotor", entry.rotor.name())
+        .with("errors", entry.errors.name())
+        .with("trials", s.trials)
+        // Of starts with an angle and the right pole; all figures of errors are of starts with an axis alone.
+        .with("right", (!open).then(|| right(s)))
+        .estimate("rms", "_deg", Some(s.rms_deg))
+        .with("bias_deg", s.bias_deg.value)
+        .with("p95_deg", s.p95_deg.value)
+        .with("max_deg", s.max_deg)
+        .with("wrong_poles", (!open).then_some(s.wrong_poles))
+        // The upper end of the 95 % interval of their probability.
+        .with("wrong_poles_at_most", (!open).then_some(s.wrong_pole_probability.high))
+        .with("undetermined", s.undetermined)
+        .with("failed", s.failed)
+        .with("simulation_errors", s.errors)
+        .with("duration_ms", s.mean_duration_s * 1e3)
+        .with("peak_current_A", s.peak_current_a)
+        .with("energy_J", finite(entry.energy_j))
+        .with("moved_deg", s.max_moved_deg)
+        // From the scheme's samples, from all samples at 100 kHz, and on a specimen with its own gains, offsets and delays.
+        .with("bound_deg", bound(|bound| Some(bound.scheme_deg)))
+        .with("bound_all_deg", bound(|bound| Some(bound.all_deg)))
+        .with("bound_hybrid_deg", bound(|bound| bound.hybrid_deg))
+        .with("efficiency", entry.efficiency())
+        .with("reasons", reasons(entry));
+    let pole_note = motor.pole_knowledge().note().filter(|_| motor.has_magnet());
+    let record = if let Some(note) = pole_note { record.with("pole_note", note) } else { record };
+    if let Some(note) = motor.map_note() { record.with("map_note", note) } else { record }
+}
 
-    /// Of the table, with so many decimals of currents and energies. The method is named where it is another one than in
-    /// the row before.
-    fn cells(&self, before: Option<&Self>, digits: [usize; 2]) -> Vec<String> {
-        let number = |value: Option<f64>, digits: usize| {
-            value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
-        };
-        let Estimate { value, low, high } = self.rms;
-        // Of the limit, which is computed, and the rms, which is as sure as its interval is narrow.
-        let limit = self.efficiency.unwrap_or(f64::NAN) * value;
-        let efficiency = Estimate { value: limit / value, low: limit / high, high: limit / low };
-        vec![
-            if before.is_some_and(|row| row.method == self.method) {
-                String::new()
-            } else {
-                self.method.clone()
-            },
-            self.rotor.to_owned(),
-            self.errors.to_owned(),
-            self.trials.to_string(),
-            self.good_percent.clone(),
-            self.rms.to_string(),
-            self.p95.to_string(),
-            number(self.max_deg, 2),
-            self.wrong_poles.map_or_else(|| "–".to_owned(), |count| count.to_string()),
-            self.undetermined.to_string(),
-            (self.failed + self.simulation_errors).to_string(),
-            rounded(1, self.duration_ms),
-            number(Some(self.peak_current), digits[0]),
-            number(self.energy, digits[1]),
-            number(Some(self.moved_deg), 2),
-            self.bound_deg.map_or_else(|| "–".to_owned(), |limit| rounded_to(limit, 3)),
-            efficiency.alone(),
-        ]
-    }
+/// A row of the table, with so many decimals of currents and energies.
+fn cells(entry: &Entry, open: bool, digits: [usize; 2]) -> (Tone, Vec<String>) {
+    let s = &entry.summary;
+    let number = |value: f64, digits: usize| {
+        finite(value).map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
+    };
+    let Estimate { value, low, high } = s.rms_deg;
+    // Of the limit, which is computed, and the rms, which is as sure as its interval is narrow.
+    let limit = entry.efficiency().unwrap_or(f64::NAN) * value;
+    let efficiency = Estimate { value: limit / value, low: limit / high, high: limit / low };
+    let bound = entry.bound.and_then(|bound| informative(bound.scheme_deg));
+    let tone = if s.wrong_poles > 0 && !open { Tone::Bad } else { Tone::Neutral };
+    let cells = vec![
+        entry.method.clone(),
+        entry.rotor.name().to_owned(),
+        entry.errors.name().to_owned(),
+        s.trials.to_string(),
+        good_interval(s, open),
+        s.rms_deg.to_string(),
+        s.p95_deg.to_string(),
+        number(s.max_deg, 2),
+        if open { "–".to_owned() } else { s.wrong_poles.to_string() },
+        s.undetermined.to_string(),
+        (s.failed + s.errors).to_string(),
+        rounded(1, s.mean_duration_s * 1e3),
+        number(s.peak_current_a, digits[0]),
+        number(entry.energy_j, digits[1]),
+        number(s.max_moved_deg, 2),
+        bound.map_or_else(|| "–".to_owned(), |limit| rounded_to(limit, 3)),
+        efficiency.alone(),
+    ];
+    (tone, cells)
 }
 
 /// The columns; where there is no room, the method stands above its rows, and what tells methods apart the least goes first.
-fn columns(rows: &[Row], open: bool) -> [Column; 17] {
+fn columns(entries: &[Entry], open: bool) -> [Column; 17] {
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
     // What happened anywhere keeps its column; what did not, `right %` says as well.
-    let count = |title: &str, rank: u8, of: fn(&Row) -> u64| {
-        number(title, if rows.iter().all(|row| of(row) == 0) { rank } else { 0 })
+    let count = |title: &str, rank: u8, of: fn(&Summary) -> u64| {
+        number(title, if entries.iter().all(|entry| of(&entry.summary) == 0) { rank } else { 0 })
     };
-    let limits = if rows.iter().any(|row| row.bound_deg.is_some()) { 0 } else { 8 };
+    let limits = if entries.iter().any(|entry| entry.limit().is_some()) { 0 } else { 8 };
     [
         Column::word("method"),
         Column::word("rotor"),
         Column::word("errors"),
         number("trials", 7),
-        number(good_heading(open), 0).bracket(11),
-        number("rms °", 0).bracket(9),
-        number("p95 °", 2).bracket(10),
-        number("max °", 6),
-        count("wrong", 1, |row| row.wrong_poles.unwrap_or(0)).judged(),
-        count("undet.", 6, |row| row.undetermined),
-        count("failed", 6, |row| row.failed + row.simulation_errors),
+        number(good_heading(open), 0).unit("%").bracket(11),
+        number("rms", 0).unit("°").bracket(9),
+        number("p95", 2).unit("°").bracket(10),
+        number("max", 6).unit("°"),
+        count("wrong", 1, |s| s.wrong_poles).judged(),
+        count("undet.", 6, |s| s.undetermined),
+        count("failed", 6, |s| s.failed + s.errors),
         number("ms", 0),
-        number("peak A", 3),
+        number("peak", 3).unit("A"),
         number("J", 8),
-        number("moved °", 1),
-        number("limit °", 4 + limits),
+        number("moved", 1).unit("°"),
+        number("limit", 4 + limits).unit("°"),
         number("eff.", 5 + limits),
     ]
 }
 
-fn reasons(counts: &BTreeMap<String, Occurrence>, no_bound: Option<RunError>) -> String {
-    let counted = counts.iter().map(|(reason, times)| format!("{} × {reason}", times.count));
+/// Why there was no angle, or no pole, and how often; and why there is no limit.
+fn reasons(entry: &Entry) -> String {
+    let counted = entry.summary.reasons.iter();
+    let counted =
+        counted.map(|(reason, Occurrence { count, .. }): (&String, _)| format!("{count} × {reason}"));
+    let no_bound: Option<RunError> = entry.no_bound;
     let all: Vec<String> = counted.chain(no_bound.map(|reason| format!("no limit: {reason}"))).collect();
     all.join("; ")
 }
@@ -264,58 +206,63 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
         let said = format!("{}, seed {seed}", motor.name);
         Asked::new("compare", said, &(options.no_limit, each), options.force.force)
     };
-    let output = if options.json { None } else { Some(Output::answering(asked(), &options.out, &FILES)?) };
+    let asked = (!options.json).then(asked);
+    if let Some(asked) = &asked {
+        drop(Output::answering(asked.clone(), &options.out, &["comparison.csv", "comparison.html"])?);
+    }
     let entries = entries(&cells, !options.no_limit, options.threads.map(usize::from))?;
     let interrupted = entries.len() < cells.len();
-    let rows: Vec<Row> = entries.iter().map(|entry| Row::new(entry, &motor)).collect();
-    let failed = rows.iter().any(|row| row.simulation_errors > 0);
+    let failed = entries.iter().any(|entry| entry.summary.errors > 0);
     let code = if interrupted { INTERRUPTED } else { u8::from(failed) };
-    let Some(mut output) = output else {
-        let json = serde_json::to_string_pretty(&rows);
+    let records: Records = entries.iter().map(|entry| record(entry, &motor)).collect();
+    if options.json {
+        let json = serde_json::to_string_pretty(&records);
         let json = json.map_err(|error| Error::Write("standard output".into(), error.into()))?;
         return Ok(Report { text: json + "\n", code });
-    };
-    if rows.is_empty() {
-        let text = "Interrupted before the first method was done.\n".to_owned();
-        return Ok(Report { text, code });
     }
-    let csv = columns::csv(&rows).map_err(|error| Error::Write("comparison.csv".into(), error))?;
-    output.file("comparison.csv", &csv)?;
+    if entries.is_empty() {
+        return Ok(Report { text: "Interrupted before the first method was done.\n".to_owned(), code });
+    }
+    let mut blocks = blocks(&entries, &motor);
+    if interrupted {
+        let said = format!("Interrupted: {} of {} rows are in these files.", entries.len(), cells.len());
+        blocks.push(Block::Text(said));
+    }
     let open = is_open(&motor);
     let judged = if open { ", poles not judged" } else { "" };
-    let subtitle = format!("{}, seed {seed}{judged}", motor.name);
-    let figure = figures::comparison(&entries, subtitle, open);
-    output.file("comparison.svg", figure.svg()?.as_bytes())?;
-    output.file("comparison.png", &figure.png()?)?;
-    let files = output.finish()?;
-    let mut text = format!("Methods on {}, seed {seed}\n\n", motor.name);
-    let largest = |of: fn(&Row) -> f64| rows.iter().map(of).fold(0.0, f64::max);
+    let figure = figures::comparison(&entries, format!("{}, seed {seed}{judged}", motor.name), open);
+    let title = format!("Methods on {}, seed {seed}", motor.name);
+    let verdict = verdict(Tone::Neutral, title.clone(), Vec::new());
+    let answer =
+        Answer::new("comparison", title, String::new(), verdict, blocks).with("comparison", figure, "");
+    let answer = Answer { json: json!(records), csv: Some(records), code, ..answer };
+    answer.report(Some(options.out.clone()), false, Made { asked, ..Made::default() })
+}
+
+fn blocks(entries: &[Entry], motor: &Motor) -> Vec<Block> {
+    let open = is_open(motor);
+    let largest = |of: fn(&Entry) -> f64| entries.iter().map(of).fold(0.0, f64::max);
     let digits = [
-        decimals(1, largest(|row| row.peak_current)),
-        decimals(2, largest(|row| row.energy.unwrap_or_default())),
+        decimals(1, largest(|entry| entry.summary.peak_current_a)),
+        decimals(2, largest(|entry| finite(entry.energy_j).unwrap_or_default())),
     ];
-    let lines = rows.iter().enumerate().map(|(k, row)| {
-        let tone = if row.wrong_poles.is_some_and(|count| count > 0) { Tone::Bad } else { Tone::Neutral };
-        (tone, row.cells(k.checked_sub(1).map(|before| &rows[before]), digits))
-    });
-    text += &Table::new(columns(&rows, open)).judged(lines).headed().text();
+    let rows = entries.iter().map(|entry| self::cells(entry, open, digits));
+    let table = Table::new(columns(entries, open)).judged(rows).headed();
     let good =
         if open { "axis: starts with an axis." } else { "right: starts with an angle and the right pole." };
-    let _ = write!(text, "\n{}", paragraph("", &format!("{good} {LEGEND}")));
-    if let Some(note) = rows[0].pole_note {
-        let _ = writeln!(text, "wrong, undet.: {note}.");
-    }
-    if let Some(note) = &rows[0].map_note {
-        let _ = write!(text, "{}", paragraph("", &format!("Map: {note}.")));
-    }
-    for row in rows.iter().filter(|row| !row.reasons.is_empty()) {
-        text += &paragraph("  ", &format!("{}, {}, {}: {}", row.method, row.rotor, row.errors, row.reasons));
-    }
-    let _ = write!(text, "\n{}", file_list(&options.out, &files));
-    if interrupted {
-        let _ = writeln!(text, "\nInterrupted: {} of {} rows are in these files.", rows.len(), cells.len());
-    }
-    Ok(Report { text, code })
+    let poles = motor.pole_knowledge().note().filter(|_| motor.has_magnet());
+    let poles = poles.map(|note| format!("wrong, undet.: {note}."));
+    let map = motor.map_note().map(|note| format!("Map: {note}."));
+    let legend: Vec<String> = [format!("{good} {LEGEND}")].into_iter().chain(poles).chain(map).collect();
+    let reasons =
+        entries.iter().map(|entry| (entry, reasons(entry))).filter(|(_, reasons)| !reasons.is_empty());
+    let reasons = reasons.map(|(Entry { method, rotor, errors, .. }, reasons)| {
+        format!("{method}, {}, {}: {reasons}", rotor.name(), errors.name())
+    });
+    let reasons: Vec<String> = reasons.collect();
+    let mut blocks = vec![Block::Table(table), Block::Text(legend.join("\n\n"))];
+    blocks.extend((!reasons.is_empty()).then_some(Block::List(reasons)));
+    blocks
 }
 
 const LEGEND: &str = "rms, p95, max: error of the axis, of starts that have one. wrong: wrong poles; undet.: axis without pole; failed: no angle. ms, peak A, J: \

@@ -3,56 +3,36 @@
 mod choose;
 mod words;
 
-use std::fmt::Write as _;
 use std::path::Path;
 
-use serde::Serialize;
 use serde_json::json;
-use standstill_analysis::{Explained, Halt, Trials};
+use standstill_analysis::{Cause, Explained, Halt, Trials};
 use standstill_campaign::store::{Shard, Sweep};
 use standstill_report::figure::Figure;
-use standstill_report::page::{Block, Page, Section, Tone};
-use standstill_scenario::{Document, FileError, Plan, Record, Single};
+use standstill_report::page::{Block, Section};
+use standstill_scenario::{Document, FileError, Plan, Record as Trial, Single};
 use standstill_sim::{NoProbe, Trace, run as simulate};
 
-pub use self::choose::options_of;
 use self::choose::{Choice, Chosen};
-use super::question::{Answer, Made, setting, typed};
-use super::report::setup::Setup;
-use super::report::{Run, say_extension};
-use crate::Report;
+use super::question::setting;
+use crate::answer::{Answer, Made, Record};
 use crate::arguments::Explain as Options;
-use crate::asked::Asked;
-use crate::columns;
 use crate::error::Error;
 use crate::figures;
-use crate::interrupt::INTERRUPTED;
-use crate::output::Output;
-use crate::progress::Watched;
-use crate::terminal::paragraph;
+use crate::results::{Run, say_extension};
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::command_line::{quoted, typed};
+use crate::shell::interrupt::INTERRUPTED;
+use crate::shell::output::Output;
+use crate::shell::progress::Watched;
+use crate::shell::setup::{self, Setup};
 
 /// Time in s between two points of a waveform at most.
 const RESOLUTION: f64 = 5e-6;
 
-/// A row of `explain.csv`: a trial without one of its errors.
-#[derive(Debug, Serialize)]
-struct Row {
-    point: usize,
-    trial: u64,
-    error: String,
-    key: String,
-    drawn_deviations: Option<f64>,
-    outcome_without: &'static str,
-    error_without_deg: Option<f64>,
-    axis_error_without_deg: Option<f64>,
-    part_deg: Option<f64>,
-    part_low_deg: Option<f64>,
-    part_high_deg: Option<f64>,
-    within_rounding: bool,
-}
-
 /// A trial, what made it, and its waveforms.
-struct Told {
+struct Repeated {
     chosen: Chosen,
     single: Single,
     explained: Explained,
@@ -93,15 +73,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     watched.bar.finish_and_clear();
     let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
     let varied = run.file.axes.keys().cloned().collect();
-    let folder_of_run = super::run::quoted(&options.folder.to_string_lossy());
+    let folder_of_run = quoted(&options.folder.to_string_lossy());
     let command = format!("standstill run scenario.toml --out {folder_of_run}\n{}", typed());
     let (text, files) = (&run.summary.run.scenario, &run.summary.run.files);
     let setup = Setup { place: &place, text, files, fence: None, varied, others: Vec::new() };
-    answer(&run, &plan, &all, lost)?.written(
-        folder,
-        options.json,
-        &Made { setup, command, asked: Some(asked) },
-    )
+    let made = Made { setup: Some(setup), facts: Vec::new(), command, asked: Some(asked) };
+    answer(&run, &plan, &all, lost).report(folder, options.json, made)
 }
 
 /// The plan of the run, if its trials can be had again: the same program and the same files.
@@ -124,7 +101,7 @@ fn plan(run: &Run, options: &Options) -> Result<Plan, Error> {
 }
 
 /// Runs a trial again, with everything watched, and once without each of its errors.
-fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Told, Halt<Error>> {
+fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Repeated, Halt<Error>> {
     let failed = |error: FileError| Halt::Failed(Error::from(error));
     let trials = Trials::at(plan, chosen.point).map_err(failed)?;
     let explained =
@@ -138,36 +115,33 @@ fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Told, Halt<Err
     let scenario = &single.scenario;
     let title = format!("trial {}, rotor at {:.2}°", chosen.trial, record.start_angle_deg());
     let figure = figures::detection(&trace, &title, &setting(&file, scenario), super::found(&record));
-    Ok(Told { chosen, single, explained, figure })
+    Ok(Repeated { chosen, single, explained, figure })
 }
 
 /// The trial to the last bit, and its waveforms.
-pub fn watch(single: &Single) -> Result<(Record, Trace), standstill_detect::SettingsError> {
+pub fn watch(single: &Single) -> Result<(Trial, Trace), standstill_detect::SettingsError> {
     let (case, scenario) = (single.case(), &single.scenario);
     let alone = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut NoProbe);
     let mut trace = Trace::new(RESOLUTION);
     let _ = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut trace);
-    Ok((Record { trial: single.trial, run: alone }, trace))
+    Ok((Trial { trial: single.trial, run: alone }, trace))
 }
 
-fn rows(told: &Told) -> impl Iterator<Item = Row> + '_ {
-    told.explained.causes.iter().map(|cause| Row {
-        point: told.chosen.point,
-        trial: told.chosen.trial,
-        error: cause.name.clone(),
-        key: cause.key.clone(),
-        drawn_deviations: cause.drawn,
-        outcome_without: cause.without.verdict().name(),
-        error_without_deg: cause.without.error_deg(),
-        axis_error_without_deg: cause.without.axis_error_deg(),
-        part_deg: cause.part_deg.map(|part| part.value),
-        part_low_deg: cause.part_deg.map(|part| part.low),
-        part_high_deg: cause.part_deg.map(|part| part.high),
-        within_rounding: cause.within_rounding,
-    })
+fn record(of: &Repeated, cause: &Cause) -> Record {
+    Record::default()
+        .with("point", of.chosen.point)
+        .with("trial", of.chosen.trial)
+        .with("error", &cause.name)
+        .with("key", &cause.key)
+        .with("drawn_deviations", cause.drawn)
+        .with("outcome_without", cause.without.verdict().name())
+        .with("error_without_deg", cause.without.error_deg())
+        .with("axis_error_without_deg", cause.without.axis_error_deg())
+        .estimate("part", "_deg", cause.part_deg)
+        .with("within_rounding", cause.within_rounding)
 }
 
-fn ended(record: &Record) -> serde_json::Value {
+fn ended(record: &Trial) -> serde_json::Value {
     json!({
         "outcome": record.verdict().name(),
         "reason": record.reason(),
@@ -177,8 +151,8 @@ fn ended(record: &Record) -> serde_json::Value {
     })
 }
 
-fn json_of(told: &Told) -> serde_json::Value {
-    let cause = |cause: &standstill_analysis::Cause| {
+fn json_of(told: &Repeated) -> serde_json::Value {
+    let cause = |cause: &Cause| {
         let part = cause.part_deg;
         json!({
             "error": cause.name,
@@ -215,59 +189,28 @@ fn without_axis(lost: u64, told: usize) -> Option<String> {
     })
 }
 
-fn answer(run: &Run, plan: &Plan, all: &[Told], lost: u64) -> Result<Answer, Error> {
-    let setting = super::report::setting(&run.file);
-    let mut text = format!("{setting}\n");
-    let lost_said = without_axis(lost, all.len());
-    text.extend(lost_said.iter().map(|said| paragraph("", said)));
-    let mut sections = Vec::new();
-    for told in all {
-        let about = words::about(plan, told);
-        let _ = write!(
-            text,
-            "\n{}{}{}\n{}{}",
-            paragraph("", &about.headline),
-            about.details.iter().map(|line| paragraph("  ", line)).collect::<String>(),
-            about.specimen,
-            if told.explained.causes.is_empty() { String::new() } else { about.table.text() },
-            about.left_out + &paragraph("", &about.legend)
-        );
-        let tone = if told.explained.record.pole_correct() == Some(true) { Tone::Neutral } else { Tone::Bad };
-        let verdict = Block::Verdict { tone, headline: about.headline, details: about.details };
-        let first = sections.is_empty();
-        let said = lost_said.clone().filter(|_| first).map(Block::Text);
-        let errors = (!told.explained.causes.is_empty()).then(|| Block::Code {
-            caption: "Without one of its errors".to_owned(),
-            text: about.whole.whole() + &about.legend,
-        });
-        sections.push(Section {
-            title: format!("Trial {}", told.chosen.trial),
-            blocks: [verdict]
-                .into_iter()
-                .chain(said)
-                .chain([Block::Code { caption: "What it drew".to_owned(), text: about.specimen }])
-                .chain(errors)
-                .collect(),
-        });
+fn answer(run: &Run, plan: &Plan, all: &[Repeated], lost: u64) -> Answer {
+    let mut sections: Vec<Section> = Vec::new();
+    for one in all {
+        let mut blocks = words::blocks(plan, one);
+        let lost = without_axis(lost, all.len()).filter(|_| sections.is_empty()).map(Block::Text);
+        blocks.splice(1..1, lost);
+        sections.push(Section::new(format!("Trial {}", one.chosen.trial), blocks));
     }
-    let rows: Vec<Row> = all.iter().flat_map(rows).collect();
-    let figures = all.iter().map(|told| {
-        let name = format!("trial_{}_{}", told.chosen.point, told.chosen.trial);
-        let caption = "Marks are what the drive read.".to_owned();
-        (name, told.figure.clone(), caption)
+    let figures = all.iter().map(|one| {
+        let name = format!("trial_{}_{}", one.chosen.point, one.chosen.trial);
+        (name, one.figure.clone(), "Marks are what the drive read.".to_owned())
     });
-    Ok(Answer {
+    Answer {
         name: "explain",
-        text,
-        json: json!({ "folder": run.folder, "without_axis": lost, "trials": all.iter().map(json_of).collect::<Vec<_>>() }),
-        csv: columns::csv(&rows).map_err(|error| Error::Write("explain.csv".into(), error))?,
+        title: "Why these trials".to_owned(),
+        setting: setup::setting(&run.file),
+        sections,
         figures: figures.collect(),
-        page: Page {
-            title: "Why these trials".to_owned(),
-            subtitle: setting,
-            sections,
-            footer: String::new(),
-        },
+        json: json!({ "folder": run.folder, "without_axis": lost, "trials": all.iter().map(json_of).collect::<Vec<_>>() }),
+        csv: Some(
+            all.iter().flat_map(|one| one.explained.causes.iter().map(|cause| record(one, cause))).collect(),
+        ),
         code: 0,
-    })
+    }
 }

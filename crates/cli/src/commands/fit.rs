@@ -12,19 +12,20 @@ use standstill_scenario::Document;
 
 mod next;
 
-use super::reproduce::file_list;
-use crate::Report;
 use crate::arguments::{Fit as Options, Keys};
-use crate::asked::Asked;
 use crate::error::Error;
 use crate::figures;
-use crate::interrupt;
-use crate::output::Output;
-use crate::progress;
 use crate::scenario::{self, Shorthands};
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::interrupt;
+use crate::shell::output::Output;
+use crate::shell::output::file_list;
+use crate::shell::progress;
+use crate::shell::table::Print as _;
+use crate::shell::terminal::paragraph;
 use crate::summary::{decimals_of, fixed};
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
+use standstill_report::page::{Column, Table};
 
 const FILES: [&str; 4] = ["motor.toml", "fit.json", "fit.svg", "fit.png"];
 

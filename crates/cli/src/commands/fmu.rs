@@ -8,13 +8,12 @@ use standstill_fmu::{Binary, Model, Part, Version, pack};
 use standstill_interface::Choice;
 use standstill_scenario::Document;
 
-use crate::Report;
 use crate::arguments::{Fmu, FmuPart};
-use crate::commands::run::results::of_another_run;
 use crate::error::Error;
-use crate::interrupt;
-use crate::output::Output;
 use crate::scenario::{self, Shorthands};
+use crate::shell::Report;
+use crate::shell::interrupt;
+use crate::shell::output::Output;
 
 /// Most bytes of the shared library: with all that a debugger wants it has some hundred MB.
 const MOST_BYTES: u64 = 1 << 30;
@@ -64,7 +63,7 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     let there = read_at_most(&options.out, content.len() as u64);
     let other = there.map_or_else(|error| error.kind() != io::ErrorKind::NotFound, |there| there != content);
     if !options.force && other {
-        return Err(of_another_run(options.out.clone(), "this FMU is another one"));
+        return Err(Error::another_run(options.out.clone(), "this FMU is another one"));
     }
     let mut output = Output::create(folder, &[&name]).map_err(|error| match error {
         // The file that was asked for, and not its folder.

@@ -10,9 +10,9 @@ use std::path::Path;
 
 use standstill_scenario as file;
 
-use crate::Report;
 use crate::arguments::Init;
 use crate::error::Error;
+use crate::shell::Report;
 
 /// The example with every key, but those of the tables: they follow from the registry of keys.
 const SCENARIO: &str = include_str!("init/scenario.toml");

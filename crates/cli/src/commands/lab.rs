@@ -8,18 +8,18 @@ use standstill_analysis::{Demands, Suitability};
 use standstill_lab::{Advice, Bench, Folder, Given, LabError, Server};
 use standstill_scenario::Document;
 
-use crate::Report;
 use crate::arguments::Lab as Options;
 use crate::error::Error;
-use crate::interrupt;
 use crate::scenario::{self, Shorthands};
+use crate::shell::Report;
+use crate::shell::interrupt;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let server =
         Server::bind(options.port.unwrap_or(0), bench(options)?, Box::new(report)).map_err(Error::Lab)?;
     let stopped = Arc::clone(&server);
     interrupt::then(move || stopped.stop());
-    crate::print(&format!(
+    crate::shell::terminal::print(&format!(
         "The lab is at {}\nWho has this address can use it. Ctrl-C ends the lab.\n",
         server.address()
     ))?;

@@ -11,13 +11,13 @@ use standstill_plant::{
 };
 use standstill_quantity::short;
 
-use crate::Report;
 use crate::arguments::Magnetics;
-use crate::asked::Asked;
 use crate::error::Error;
 use crate::figures;
-use crate::interrupt;
-use crate::output::Output;
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::interrupt;
+use crate::shell::output::Output;
 
 /// Points from no current to the largest.
 const STEPS: u16 = 10;
@@ -147,7 +147,7 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     output.file("magnetics.svg", figure.svg()?.as_bytes())?;
     output.file("magnetics.png", &figure.png()?)?;
     let files = output.finish()?;
-    let text = text::of(&subject, &survey) + &super::reproduce::file_list(&options.out, &files);
+    let text = text::of(&subject, &survey) + &crate::shell::output::file_list(&options.out, &files);
     Ok(Report { text, code: 0 })
 }
 

@@ -2,16 +2,17 @@
 
 use standstill_campaign::store::Shards;
 
-use super::run::results::{self, Results};
-use crate::Report;
+use super::run::results::Results;
 use crate::arguments::Merge;
 use crate::error::Error;
-use crate::interrupt::{self, INTERRUPTED};
+use crate::results::guard;
+use crate::shell::Report;
+use crate::shell::interrupt::{self, INTERRUPTED};
 
 pub fn run(options: &Merge) -> Result<Report, Error> {
     let stop = interrupt::flag();
     let shards = Shards::collect(&options.shards)?;
-    results::guard(&options.results, &shards.identity().whole(), true)?;
+    guard(&options.results, &shards.identity().whole(), true)?;
     match Results::write(&options.results, &shards, &stop)? {
         Some(results) => Ok(results.report(&options.results)),
         None => Ok(Report {

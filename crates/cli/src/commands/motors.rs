@@ -5,12 +5,13 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 use standstill_plant::{Entry, built_in_names};
 
-use crate::Report;
 use crate::arguments::Motors;
 use crate::doubts;
 use crate::error::Error;
-use crate::table::{Column, Table};
-use crate::terminal::{paragraph, tell};
+use crate::shell::Report;
+use crate::shell::table::Print as _;
+use crate::shell::terminal::{paragraph, tell};
+use standstill_report::page::{Column, Table};
 
 pub fn run(options: &Motors) -> Result<Report, Error> {
     let mut out = String::new();

@@ -4,99 +4,64 @@ mod words;
 
 use std::sync::{Mutex, PoisonError};
 
-use serde::Serialize;
-use serde_json::json;
 use standstill_analysis::subset::{Effort, End, Run, Settings};
-use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, RUNS, Sector, Trials, Watch};
+use standstill_analysis::{Anatomy, Event, RUNS, Trials, Watch};
 use standstill_report::figure::Figure;
-use standstill_scenario::Plan;
 use standstill_scenario::Record;
 use standstill_sim::{NoProbe, Tape, Trace, run as simulate};
 
-use self::words::{page, text};
-use super::question::{
-    self, Answer, Identity, folder, interrupted, json as with_setup, on_threads, plan, probability, setting,
-    unless_stopped,
-};
-use crate::Report;
+use super::question::{Asked, plan, setting};
 use crate::arguments::Odds as Options;
-use crate::columns;
 use crate::error::Error;
 use crate::figures;
-use crate::output::Output;
-use crate::progress::Watched;
+use crate::shell::Report;
+use crate::shell::progress::Watched;
+use crate::shell::values::probability;
 
 /// Time in s between two points of a waveform at most.
 const RESOLUTION: f64 = 5e-6;
-
-/// A run's row in `odds.csv`.
-#[derive(Debug, Serialize)]
-struct Row {
-    run: usize,
-    probability: f64,
-    own_variation: f64,
-    levels: u32,
-    trials: u64,
-    acceptance: f64,
-    ancestors: u32,
-    end: &'static str,
-}
-
-impl Row {
-    fn new((number, run): (usize, &Run)) -> Self {
-        let end = match run.end {
-            End::Reached => "reached",
-            End::Flat => "flat",
-            End::TooRare => "too rare",
-            End::Constant => "constant",
-        };
-        Self {
-            run: number + 1,
-            probability: run.probability,
-            own_variation: run.variation,
-            levels: run.levels,
-            trials: run.trials,
-            acceptance: run.acceptance,
-            ancestors: run.ancestors,
-            end,
-        }
-    }
-}
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
     let plan = plan(question)?;
     let trials = Trials::new(&plan)?;
-    if let Some(folder) = folder(question, "odds") {
-        // Made and removed again: what cannot be written shows before the first trial.
-        drop(Output::create(&folder, &["odds.csv", "odds.json", "odds.html", "odds.svg", "odds.png"])?);
-    }
     let effort = (options.effort != Effort::default()).then(|| options.effort.name().to_owned());
-    let asked = Identity::new(&plan, [("--event", Some(options.event.to_string())), ("--effort", effort)])?;
     let settings =
         Settings { seed: plan.file().seed, states: options.effort.states(), ..Settings::default() };
-    let watched = question::watched(question, "odds", &asked, expected(&settings, &[]))?;
-    let listening = Listening { watched: &watched, found: Mutex::default() };
+    let named = [("--event", Some(options.event.to_string())), ("--effort", effort)];
+    let asked = Asked::new(question, "odds", &plan, named, expected(&settings, &[]))?;
+    let bar = &asked.watched.bar;
+    let listening = Listening { watched: &asked.watched, found: Mutex::default() };
     let mut done = Vec::new();
-    let answered = on_threads(question, || {
-        watched.bar.set_message(progress(&SoFar::default()));
+    let answered = asked.run(|| {
+        bar.set_message(progress(&SoFar::default()));
         let hear = |run: &Run| {
             done.push((run.levels, run.probability));
-            watched.bar.set_length(expected(&settings, &done));
+            bar.set_length(expected(&settings, &done));
             listening.hear(|so_far| {
                 so_far.runs.push((run.end, run.probability));
                 so_far.level = None;
             });
         };
         let odds = trials.odds(options.event, &settings, &listening, hear)?;
-        let anatomy = Anatomy::of(&trials, options.event, &odds.failures, &watched)?;
+        let anatomy = Anatomy::of(&trials, options.event, &odds.failures, &asked.watched)?;
         Ok((odds, anatomy))
     })?;
-    watched.bar.finish_and_clear();
-    let Some((odds, anatomy)) = unless_stopped(answered)? else {
-        return Ok(interrupted(question, "odds", &watched, &listening.interrupted()));
+    let Some((odds, anatomy)) = answered else {
+        return Ok(asked.interrupted(&listening.interrupted()));
     };
-    answer(&plan, &trials, options.event, &odds, &anatomy)?.report(question, &asked)
+    let setting = setting(plan.file(), trials.scenario());
+    let mut answer = words::answer(setting.clone(), options.event, &odds, &anatomy);
+    if !odds.runs.is_empty() {
+        let caption =
+            "Each run goes down by levels of a tenth; where they meet the event, their mean counts.";
+        answer = answer.with("odds", figures::odds(&odds, options.event, setting.clone()), caption);
+    }
+    if let Some(tape) = &anatomy.typical {
+        let (figure, caption) = typical(&trials, tape, options.event, &setting)?;
+        answer = answer.with("typical", figure, caption);
+    }
+    asked.answer(trials.scenario(), answer)
 }
 
 /// What is known while runs go on.
@@ -190,70 +155,6 @@ fn expected(settings: &Settings, done: &[(u32, f64)]) -> u64 {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let trials = (f64::from(RUNS) * (states + (levels - 1.0).max(0.0) * level)) as u64;
     trials
-}
-
-fn answer(
-    plan: &Plan,
-    trials: &Trials<'_>,
-    event: Event,
-    odds: &Odds,
-    anatomy: &Anatomy,
-) -> Result<Answer, Error> {
-    let setting = setting(plan.file(), trials.scenario());
-    let found = odds.probability;
-    let rows: Vec<Row> = odds.runs.iter().enumerate().map(Row::new).collect();
-    let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
-    let answer = json!({
-        "event": event.to_string(),
-        "share_of": words::share_of(event),
-        "probability": found.value,
-        "low": found.low,
-        "high": found.high,
-        "widened": odds.widened,
-        "trials": odds.trials,
-        "levels": odds.levels,
-        "by": by(odds.answer),
-        "runs": rows,
-        "alarms": alarms,
-        "remarks": odds.remarks.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        "sectors": anatomy.sectors.iter().map(sector_json).collect::<Vec<_>>(),
-    });
-    let mut figures = Vec::new();
-    if !odds.runs.is_empty() {
-        let caption =
-            "Each run goes down by levels of a tenth; where they meet the event, their mean counts.";
-        figures.push(("odds".to_owned(), figures::odds(odds, event, setting.clone()), caption.to_owned()));
-    }
-    if let Some(tape) = &anatomy.typical {
-        let (figure, caption) = typical(trials, tape, event, &setting)?;
-        figures.push(("typical".to_owned(), figure, caption));
-    }
-    Ok(Answer {
-        name: "odds",
-        text: text(&setting, event, odds, &alarms, anatomy),
-        json: with_setup(plan.file(), trials.scenario(), answer),
-        csv: columns::csv(&rows).map_err(|error| Error::Write("odds.csv".into(), error))?,
-        figures,
-        page: page(setting, event, odds, alarms, anatomy, &rows),
-        code: 0,
-    })
-}
-
-const fn by(answer: By) -> &'static str {
-    match answer {
-        By::Subset => "subset simulation",
-        By::Plain => "plain trials",
-    }
-}
-
-fn sector_json(sector: &Sector) -> serde_json::Value {
-    let draw = |draw: &Draw| json!({ "draw": draw.name, "mean": draw.mean, "deviation": draw.deviation });
-    json!({
-        "angles_deg": [sector.angles_deg.0, sector.angles_deg.1],
-        "positive_error": sector.positive,
-        "share": sector.share,
-        "draws": sector.draws.iter().map(draw).collect::<Vec<_>>(),
-    })
 }
 
 /// The waveforms of a start with the event.

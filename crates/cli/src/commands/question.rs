@@ -6,30 +6,26 @@ mod identity;
 pub use ends::{Key, allowed};
 pub use identity::Identity;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::json;
 use standstill_analysis::Halt;
-use standstill_campaign::Estimate;
 use standstill_campaign::store::Notes;
 use standstill_detect::Method;
-use standstill_quantity::magnitude;
-use standstill_report::figure::Figure;
-use standstill_report::page::{Block, Chart, Page, Section};
 use standstill_scenario::Scenario;
 use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
 
-use super::report::setup::{self, Setup};
-use super::reproduce::file_list;
-use crate::Report;
+use crate::answer::{Answer, Made};
 use crate::arguments::{Question, default_folder};
-use crate::asked::Asked;
 use crate::doubts;
 use crate::error::Error;
-use crate::interrupt::INTERRUPTED;
-use crate::output::Output;
-use crate::progress::Watched;
 use crate::scenario::{self, Shorthands};
+use crate::shell::Report;
+use crate::shell::command_line::{command, to_resume};
+use crate::shell::interrupt::INTERRUPTED;
+use crate::shell::output::{Output, remove_stale};
+use crate::shell::progress::Watched;
+use crate::shell::setup::Setup;
 
 /// The document with what the command line sets in it.
 pub fn document(question: &Question) -> Result<Document, Error> {
@@ -54,20 +50,116 @@ pub fn plan(question: &Question) -> Result<Plan, Error> {
     Ok(plan)
 }
 
-/// Runs on as many threads as asked for.
-pub fn on_threads<T: Send>(question: &Question, work: impl FnOnce() -> T + Send) -> Result<T, Error> {
-    let threads = question.threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))?;
-    Ok(pool.install(work))
+/// A question that is being answered.
+pub struct Asked<'a> {
+    question: &'a Question,
+    /// The command, and the name of the files.
+    name: &'static str,
+    plan: &'a Plan,
+    identity: Identity,
+    /// A bar, an interrupt's flag, and notes from which `--resume` goes on.
+    pub watched: Watched,
 }
 
-/// The result, or none if it was interrupted.
-pub fn unless_stopped<T>(result: Result<T, Halt<FileError>>) -> Result<Option<T>, Error> {
-    match result {
-        Ok(value) => Ok(Some(value)),
-        Err(Halt::Stopped) => Ok(None),
-        Err(Halt::Failed(error)) => Err(error.into()),
+impl<'a> Asked<'a> {
+    /// A question of about so many trials, of none where that is not known.
+    ///
+    /// # Errors
+    /// Files that cannot be written; notes that are in the way, or of another scenario; the answer to another question.
+    pub fn new<const N: usize>(
+        question: &'a Question,
+        name: &'static str,
+        plan: &'a Plan,
+        options: [(&str, Option<String>); N],
+        trials: u64,
+    ) -> Result<Self, Error> {
+        if let Some(folder) = folder(question, name) {
+            let names = ["csv", "json", "html", "svg", "png"].map(|kind| format!("{name}.{kind}"));
+            // Made and removed again: what cannot be written shows before the first trial.
+            drop(Output::create(&folder, &names.each_ref().map(String::as_str))?);
+        }
+        let identity = Identity::new(plan, options)?;
+        let watched = match notes_of(question, name) {
+            Some(path) => Watched::noting(trials, Some(notes(question, path, &identity)?)),
+            None => Watched::new(trials),
+        };
+        Ok(Self { question, name, plan, identity, watched })
+    }
+
+    /// The result of work on as many threads as asked for; none if it was interrupted.
+    pub fn run<T: Send>(
+        &self,
+        work: impl FnOnce() -> Result<T, Halt<FileError>> + Send,
+    ) -> Result<Option<T>, Error> {
+        let threads = self.question.threads.map_or(0, usize::from);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))?;
+        let found = pool.install(work);
+        self.watched.bar.finish_and_clear();
+        match found {
+            Ok(value) => Ok(Some(value)),
+            Err(Halt::Stopped) => Ok(None),
+            Err(Halt::Failed(error)) => Err(error.into()),
+        }
+    }
+
+    /// Removes the notes of a question.
+    pub fn forget(&self) -> Result<(), Error> {
+        match notes_of(self.question, self.name).filter(|notes| notes.exists()) {
+            Some(notes) => std::fs::remove_file(&notes).map_err(Error::writing(&notes)),
+            None => Ok(()),
+        }
+    }
+
+    /// The report of a question that was not answered.
+    pub fn interrupted(&self, done: &str) -> Report {
+        let kept = notes_of(self.question, self.name).filter(|_| self.watched.has_notes());
+        let command = to_resume();
+        let text = match (self.question.json, kept) {
+            (true, None) => format!("{:#}\n", json!({ "interrupted": true, "done": done })),
+            (true, Some(path)) => {
+                let json = json!({ "interrupted": true, "done": done, "journal": path, "resume": command });
+                format!("{json:#}\n")
+            }
+            (false, None) => format!("Interrupted: {done}; no files were written.\n"),
+            (false, Some(path)) => format!(
+                "Interrupted: {done}; what was computed is kept in {}. Go on with\n  {command}\n",
+                path.display()
+            ),
+        };
+        Report { text, code: INTERRUPTED }
+    }
+
+    /// Writes the answer, of which the numbers are `answer.json`.
+    pub fn answer(&self, scenario: &Scenario<Method<f64>>, mut answer: Answer) -> Result<Report, Error> {
+        let (file, json) = (self.plan.file(), &mut answer.json);
+        json["setup"] = super::setup_json(file, &scenario.motor);
+        json["method"] = file.detector.name().into();
+        if let Some(note) = pole_note(scenario) {
+            json["pole_note"] = note.into();
+        }
+        if let Some(note) = scenario.motor.map_note() {
+            json["map_note"] = note.into();
+        }
+        json[identity::KEY] = json!(self.identity);
+        let place = self.question.scenario.with_file_name("scenario");
+        let made = Made {
+            setup: Some(Setup {
+                place: &place,
+                text: &self.identity.of.scenario,
+                files: &self.identity.of.files,
+                fence: None,
+                varied: Vec::new(),
+                others: Vec::new(),
+            }),
+            facts: Vec::new(),
+            command: command(self.name, &self.identity.options),
+            asked: None,
+        };
+        let report = answer.report(folder(self.question, self.name), self.question.json, made)?;
+        // Only now that the files are in place.
+        self.forget()?;
+        Ok(report)
     }
 }
 
@@ -76,62 +168,36 @@ fn notes_of(question: &Question, name: &str) -> Option<PathBuf> {
     Some(folder(question, name)?.join(format!("{name}.journal")))
 }
 
-/// Who looks on: a bar for about this many trials, an interrupt's flag, and notes from which `--resume` goes on.
-///
-/// # Errors
-/// Notes that are in the way, or of another scenario; the answer to another question.
-pub fn watched(question: &Question, name: &str, asked: &Identity, trials: u64) -> Result<Watched, Error> {
-    let Some(path) = notes_of(question, name) else { return Ok(Watched::new(trials)) };
+/// The notes at this path: new ones, or those of the same question.
+fn notes(question: &Question, path: PathBuf, asked: &Identity) -> Result<Notes, Error> {
     if let Some(folder) = path.parent() {
-        crate::output::remove_stale(folder);
+        remove_stale(folder);
     }
     if !question.force {
         asked.guard(&path.with_extension("json"))?;
     }
-    let notes = if question.resume {
-        Notes::resume(&path, &asked.of)?
-    } else if path.exists() && question.force {
-        let notes = Notes::new(&path, &asked.of);
-        notes.replace()?;
-        notes
-    } else if path.exists() {
-        return Err(Error::Results {
-            path,
-            found: "what a question has computed that was interrupted".to_owned(),
-            needed: "--resume to go on with it, another --out, or --force to throw it away".to_owned(),
-        });
-    } else {
-        Notes::new(&path, &asked.of)
-    };
-    Ok(Watched::noting(trials, Some(notes)))
-}
-
-/// Removes what was computed of a question that has no answer.
-pub fn forget(question: &Question, name: &str) -> Result<(), Error> {
-    match notes_of(question, name).filter(|notes| notes.exists()) {
-        Some(notes) => std::fs::remove_file(&notes).map_err(Error::writing(&notes)),
-        None => Ok(()),
+    if question.resume {
+        return Ok(Notes::resume(&path, &asked.of)?);
     }
+    let notes = Notes::new(&path, &asked.of);
+    match (path.exists(), question.force) {
+        (false, _) => {}
+        (true, true) => notes.replace()?,
+        (true, false) => {
+            return Err(Error::Results {
+                path,
+                found: "what a question has computed that was interrupted".to_owned(),
+                needed: "--resume to go on with it, another --out, or --force to throw it away".to_owned(),
+            });
+        }
+    }
+    Ok(notes)
 }
 
-/// What there is to say of a question that was not answered.
-pub fn interrupted(question: &Question, name: &str, watched: &Watched, done: &str) -> Report {
-    let kept = notes_of(question, name).filter(|_| watched.has_notes());
-    let command = super::run::to_resume();
-    let text = match (question.json, kept) {
-        (true, None) => format!("{:#}\n", serde_json::json!({ "interrupted": true, "done": done })),
-        (true, Some(path)) => {
-            let json =
-                serde_json::json!({ "interrupted": true, "done": done, "journal": path, "resume": command });
-            format!("{json:#}\n")
-        }
-        (false, None) => format!("Interrupted: {done}; no files were written.\n"),
-        (false, Some(path)) => format!(
-            "Interrupted: {done}; what was computed is kept in {}. Go on with\n  {command}\n",
-            path.display()
-        ),
-    };
-    Report { text, code: INTERRUPTED }
+/// Where files go; none if none are wanted.
+fn folder(question: &Question, name: &str) -> Option<PathBuf> {
+    let default = || (!question.json).then(|| default_folder(Some(&question.scenario), name));
+    question.out.clone().or_else(default)
 }
 
 /// Motor, method and errors that an answer speaks of, in a line.
@@ -151,188 +217,4 @@ pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String 
 /// What must be said of poles that the motor's data do not tell.
 fn pole_note(scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
     scenario.motor.pole_knowledge().note().filter(|_| scenario.motor.has_magnet())
-}
-
-/// The same for JSON, together with what is answered.
-pub fn json(
-    file: &ScenarioFile,
-    scenario: &Scenario<Method<f64>>,
-    answer: serde_json::Value,
-) -> serde_json::Value {
-    let mut json = answer;
-    json["setup"] = super::setup_json(file, &scenario.motor);
-    json["method"] = file.detector.name().into();
-    if let Some(note) = pole_note(scenario) {
-        json["pole_note"] = note.into();
-    }
-    if let Some(note) = scenario.motor.map_note() {
-        json["map_note"] = note.into();
-    }
-    json
-}
-
-/// Where files go; none if none are wanted.
-pub fn folder(question: &Question, name: &str) -> Option<PathBuf> {
-    let default = || (!question.json).then(|| default_folder(Some(&question.scenario), name));
-    question.out.clone().or_else(default)
-}
-
-/// An answer as it is written.
-pub struct Answer {
-    /// Of the files and the page's title.
-    pub name: &'static str,
-    /// In words.
-    pub text: String,
-    pub json: serde_json::Value,
-    /// The table.
-    pub csv: Vec<u8>,
-    /// Names, figures and captions.
-    pub figures: Vec<(String, Figure, String)>,
-    /// The page but for its figures.
-    pub page: Page,
-    pub code: u8,
-}
-
-/// What an answer was made from, and by which command.
-pub struct Made<'a> {
-    pub setup: Setup<'a>,
-    pub command: String,
-    /// What the note beside the files says, where their JSON does not say it itself.
-    pub asked: Option<Asked>,
-}
-
-/// This process's command line as one can type it again; none of another program's.
-pub fn typed() -> String {
-    typed_of(None)
-}
-
-/// The same with `scenario.toml` in place of the scenario's file.
-pub fn typed_of(scenario: Option<&Path>) -> String {
-    if crate::host::current().is_some() {
-        return String::new();
-    }
-    let words = std::env::args_os().skip(1).map(|word| match scenario {
-        Some(path) if path.as_os_str() == word => "scenario.toml".to_owned(),
-        _ => super::run::quoted(&word.to_string_lossy()),
-    });
-    std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
-}
-
-impl Answer {
-    fn names(&self) -> Vec<String> {
-        let mut names = ["csv", "json", "html"].map(|kind| format!("{}.{kind}", self.name)).to_vec();
-        for (name, ..) in &self.figures {
-            names.extend(["svg", "png"].map(|kind| format!("{name}.{kind}")));
-        }
-        names
-    }
-
-    /// Writes the files that are wanted; what is printed.
-    pub fn report(mut self, question: &Question, asked: &Identity) -> Result<Report, Error> {
-        self.json[identity::KEY] = json!(asked);
-        let folder = folder(question, self.name);
-        let name = self.name;
-        let place = question.scenario.with_file_name("scenario");
-        let made = Made {
-            setup: Setup {
-                place: &place,
-                text: &asked.of.scenario,
-                files: &asked.of.files,
-                fence: None,
-                varied: Vec::new(),
-                others: Vec::new(),
-            },
-            command: setup::command(self.name, &asked.options),
-            asked: None,
-        };
-        let report = self.written(folder, question.json, &made)?;
-        // Only now that the files are in place.
-        forget(question, name)?;
-        Ok(report)
-    }
-
-    /// The same into a folder.
-    pub fn written(
-        mut self,
-        folder: Option<PathBuf>,
-        as_json: bool,
-        made: &Made<'_>,
-    ) -> Result<Report, Error> {
-        let json = format!("{:#}\n", self.json);
-        let mut files = String::new();
-        if let Some(folder) = folder {
-            let names = self.names();
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            let mut output = match &made.asked {
-                Some(asked) => Output::answering(asked.clone(), &folder, &names)?,
-                None => Output::create(&folder, &names)?,
-            };
-            output.file(names[0], &self.csv)?;
-            output.file(names[1], json.as_bytes())?;
-            for (name, figure, _) in &self.figures {
-                output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
-                output.file(&format!("{name}.png"), &figure.png()?)?;
-            }
-            let charts = self.figures.drain(..).map(|(name, figure, caption)| {
-                Block::Chart(Chart { id: format!("chart-{name}"), figure, caption })
-            });
-            let charts = Section { title: "Figures".to_owned(), blocks: charts.collect() };
-            self.page.sections.insert(1.min(self.page.sections.len()), charts);
-            if let (Some(first), Some(heading)) = (self.page.sections.first_mut(), made.setup.heading()) {
-                first.blocks.push(heading);
-            }
-            self.page.sections.extend([made.setup.section(), made.setup.reproduce(&made.command)]);
-            self.page.footer = format!("Standstill {}", env!("CARGO_PKG_VERSION"));
-            let html = self.page.html().map_err(Error::Page)?;
-            output.file(names[2], html.as_bytes())?;
-            files = format!("\n{}", file_list(&folder, &output.finish()?));
-        }
-        let text = if as_json { json } else { self.text + &files };
-        Ok(Report { text, code: self.code })
-    }
-}
-
-/// A probability with three digits, as people read it: `4.27e-5`, `0.125`.
-pub fn probability(value: f64) -> String {
-    probability_to(value, i32::MIN)
-}
-
-/// The same without the digits below this power of ten.
-fn probability_to(value: f64, last: i32) -> String {
-    let digits =
-        |most: i32, first: i32| usize::try_from(first.saturating_sub(last).clamp(0, most)).unwrap_or(0);
-    match magnitude(value) {
-        None => "0".to_owned(),
-        Some(first) if first < -3 => format!("{value:.*e}", digits(2, first)),
-        // What is not zero is not shown as zero.
-        Some(first) => {
-            let least = usize::try_from(-first).unwrap_or(0);
-            format!("{value:.*}", digits(4, 0).max(least))
-        }
-    }
-}
-
-/// An estimate of a probability with its interval, in the digits that this supports.
-pub fn probability_interval(estimate: &Estimate) -> String {
-    let Estimate { value, low, high } = *estimate;
-    let last = estimate.last_place().unwrap_or(i32::MIN);
-    let [value, low, high] = [value, low, high].map(|p| probability_to(p, last));
-    format!("{value} [{low}, {high}]")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn law_probabilities_have_no_digits_beyond_their_intervals() {
-        let text = |value, low, high| probability_interval(&Estimate { value, low, high });
-        assert_eq!(text(4.954e-5, 4.371e-5, 5.604e-5), "5.0e-5 [4.4e-5, 5.6e-5]");
-        assert_eq!(text(3.04e-6, 5.02e-7, 1.203e-5), "3e-6 [5e-7, 1.2e-5]");
-        assert_eq!(text(0.015_61, 0.014_72, 0.016_53), "0.0156 [0.0147, 0.0165]");
-        assert_eq!(text(0.21, 0.042, 0.43), "0.21 [0.04, 0.43]");
-        assert_eq!(text(0.21, 0.004, 0.43), "0.21 [0.004, 0.43]");
-        assert_eq!(text(0.5, 0.5, 0.5), "0.500 [0.500, 0.500]");
-        assert_eq!((probability(0.0), probability(1.152_8e-4)), ("0".to_owned(), "1.15e-4".to_owned()));
-    }
 }

@@ -3,30 +3,33 @@
 mod tables;
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use standstill_analysis::paper::{self, Finding, TABLE_2};
 use standstill_campaign::store::Row;
 use standstill_campaign::{Campaign, Statistics};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_quantity::Quantity;
+use standstill_report::page::{Block, Section};
 use standstill_report::study::ErrorCloud;
 use standstill_scenario::{Document, ScenarioFile};
 use standstill_scenario::{Record, Scenario, Specimen};
 use standstill_sim::{Trace, run as simulate};
 use standstill_table::{Format, TableError, Writer};
 
-use crate::Report;
+use crate::answer;
 use crate::arguments::Reproduce;
-use crate::asked::Asked;
 use crate::columns::{self, trial_columns, trial_values};
 use crate::error::Error;
 use crate::figures;
-use crate::interrupt::{self, INTERRUPTED};
 use crate::log::Logged;
-use crate::output::Output;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::{progress, summary};
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::interrupt::{self, INTERRUPTED};
+use crate::shell::output::Output;
+use crate::shell::output::file_list;
+use crate::shell::progress;
+use crate::summary;
 
 const FILES: [&str; 11] = [
     "audit.csv",
@@ -95,7 +98,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
 
     let figures = statistics.summary();
     let interrupted = done < file.trials;
-    text += &summary::text(&figures, false);
+    text += &answer::sections(&[Section::new("Results", [Block::Table(summary::figures(&figures, false))])]);
     let json = serde_json::json!({
         "setup": super::setup_json(file, &scenario.motor),
         "trials_asked_for": file.trials,
@@ -174,20 +177,10 @@ impl Study {
             ("polarity", figures::polarity(&trace, &detector.entries, axis, place)),
         ];
         for (name, figure) in figures {
-            output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
-            output.file(&format!("{name}.png"), &figure.png()?)?;
+            output.figure(name, &figure)?;
         }
         Ok(())
     }
-}
-
-/// What was written.
-pub fn file_list(folder: &Path, files: &[String]) -> String {
-    let mut text = format!("Files in {}:\n", folder.display());
-    for name in files {
-        let _ = writeln!(text, "  {name}");
-    }
-    text
 }
 
 /// Disagreements of one place of the paper, in words.

@@ -5,34 +5,25 @@ mod tradeoff;
 mod unanswered;
 mod words;
 
-pub use tradeoff::{EVERYWHERE, Point};
-pub use unanswered::{Unanswered, percent};
-pub use words::shown;
+pub use unanswered::Unanswered;
 
-use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::Halt;
 use standstill_analysis::bracket::{Bound, Edge, Found, Search, Side, Stretch};
 use standstill_analysis::limit::Limits;
-use standstill_analysis::require::{Bench, Judgement, Taken};
+use standstill_analysis::require::{Bench, Judged, Judgement, Taken};
 use standstill_campaign::Estimate;
-use standstill_report::page::{Block, Page, Section, Tone};
-use standstill_scenario::{FileError, Plan};
+use standstill_report::page::Tone;
+use standstill_scenario::FileError;
 
 use self::refused::Refused;
-use super::question::{
-    self, Answer, Identity, Key, document, folder, interrupted, json as with_setup, on_threads, plan,
-    setting, unless_stopped,
-};
-use crate::Report;
+use super::question::{self, Key, document, plan, setting};
+use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Require as Options;
-use crate::columns;
 use crate::error::Error;
-use crate::figures::{self, Judged};
-use crate::output::Output;
-use crate::progress::Watched;
-
-const FILES: [&str; 5] = ["require.csv", "require.json", "require.html", "require.svg", "require.png"];
+use crate::figures;
+use crate::shell::Report;
+use crate::shell::values::shown;
 
 /// How far from the scenario's value is looked, as a factor either way.
 const FACTOR: f64 = 30.0;
@@ -42,38 +33,29 @@ const POINTS: usize = 17;
 const TRIALS: u64 = 1000;
 const MOST: u64 = 300_000;
 
-/// A row of `require.csv`: a value that was judged.
-#[derive(Clone, Debug, Serialize)]
-struct Row {
-    value: f64,
-    trials: u64,
-    holds: bool,
-    measures: String,
-}
-
 /// What is asked.
 struct Question<'a> {
     bench: Bench<'a>,
     limits: Limits,
     search: Search,
-    identity: Identity,
-    watched: &'a Watched,
+    asked: &'a question::Asked<'a>,
     taken: Taken,
     judged: Vec<Judged>,
-    rows: Vec<Row>,
+    rows: Records,
     refused: Refused,
 }
 
 impl Question<'_> {
     /// The edge over the last key, with these values of the keys before it.
     fn find(&mut self, before: &[f64]) -> Result<Found, Halt<FileError>> {
-        let Self { bench, search, watched, taken, judged, rows, refused, .. } = self;
+        let Self { bench, search, asked, taken, judged, rows, refused, .. } = self;
+        let watched = &asked.watched;
         search.find(&mut |value, trials| {
             let values: Vec<f64> = before.iter().copied().chain([value]).collect();
             if before.is_empty() {
                 watched.bar.set_message(format!("{trials} trials at {}", shown(&bench.keys[0].0, value)));
             }
-            let judgement = match bench.judge(&values, trials, taken, *watched)? {
+            let judgement = match bench.judge(&values, trials, taken, watched)? {
                 Ok(judgement) => judgement,
                 Err(error) => {
                     refused.add(value, error);
@@ -84,10 +66,23 @@ impl Question<'_> {
             let measures_text: Vec<String> = measures.iter().map(measure).collect();
             let measures_text = measures_text.join("; ");
             let (trials, verdict) = (look.trials, look.verdict());
-            rows.push(Row { value, trials, holds: verdict.holds, measures: measures_text });
+            rows.0.push(
+                Record::default()
+                    .with("value", value)
+                    .with("trials", trials)
+                    .with("holds", verdict.holds)
+                    .with("measures", measures_text),
+            );
             judged.push(Judged { value, trials, clear: look.clear.is_some(), measures, without_answer });
             Ok(Some(look))
         })
+    }
+}
+
+impl Question<'_> {
+    /// All trials, those of looks that others superseded among them.
+    fn trials(&self) -> u64 {
+        self.judged.iter().map(|judged| judged.trials).sum()
     }
 }
 
@@ -112,9 +107,6 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         )));
     }
     let bench = Bench::new(&document, &options.limit, &options.key)?;
-    if let Some(folder) = folder(question, "require") {
-        drop(Output::create(&folder, &FILES)?);
-    }
     let ranges =
         (0..options.key.len()).map(|key| range(options, &bench, key)).collect::<Result<Vec<_>, _>>()?;
     let last = ranges.len() - 1;
@@ -127,43 +119,33 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         width: 0.05,
         whole: bench.keys[last].1,
     };
-    let identity = Identity::new(
-        &plan,
-        [
-            ("--key", Some(options.key.join(", "))),
-            ("--limit", Some(options.limit.to_string())),
-            ("--between", (!options.between.is_empty()).then(|| options.between.join(", "))),
-            ("--most", Some(search.most.to_string())),
-        ],
-    )?;
-    let watched = question::watched(question, "require", &identity, 0)?;
+    let named = [
+        ("--key", Some(options.key.join(", "))),
+        ("--limit", Some(options.limit.to_string())),
+        ("--between", (!options.between.is_empty()).then(|| options.between.join(", "))),
+        ("--most", Some(search.most.to_string())),
+    ];
+    let asked = question::Asked::new(question, "require", &plan, named, 0)?;
     let limits = options.limit.clone();
-    let mut asked = Question {
+    let mut found = Question {
         bench,
         limits,
         search,
-        identity,
-        watched: &watched,
+        asked: &asked,
         taken: Taken::default(),
         judged: Vec::new(),
-        rows: Vec::new(),
+        rows: Records::default(),
         refused: Refused::default(),
     };
     if last == 1 {
-        return tradeoff::run(options, &plan, &mut asked, ranges[0]);
+        return tradeoff::run(options, &plan, &mut found, ranges[0]);
     }
-    let found = on_threads(question, || asked.find(&[]))?;
-    watched.bar.finish_and_clear();
-    let Some(found) = unless_stopped(found)? else {
-        return Ok(interrupted(
-            question,
-            "require",
-            &watched,
-            &format!("{} values were judged", asked.rows.len()),
-        ));
+    let Some(edge) = asked.run(|| found.find(&[]))? else {
+        return Ok(asked.interrupted(&format!("{} values were judged", found.judged.len())));
     };
-    asked.refused.check(&asked.judged)?;
-    answer(options, &plan, &asked, &found)?.report(question, &asked.identity)
+    found.refused.check(&found.judged)?;
+    let scenario = plan.scenario(0)?;
+    asked.answer(&scenario, answer(setting(plan.file(), &scenario), &found, &edge))
 }
 
 /// The range of a key: what is asked for, or about the scenario's value.
@@ -241,19 +223,17 @@ fn stretched(
     (headline, details, if sure { Tone::Neutral } else { Tone::Warning })
 }
 
-fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, found: &Found) -> Result<Answer, Error> {
+fn answer(setting: String, asked: &Question<'_>, found: &Found) -> Answer {
     let key = &asked.bench.keys[0].0;
-    let scenario = plan.scenario(0)?;
-    let setting = setting(plan.file(), &scenario);
     let (from, to) = asked.search.range;
     let looked = format!("from {} to {}", shown(key, from), shown(key, to));
-    let limits = &options.limit;
-    let refused = asked.refused.told(asked.bench.document, key, &asked.judged);
+    let limits = &asked.limits;
+    let refused = asked.refused.ranges(asked.bench.document, key, &asked.judged);
     let mut json = json!({
         "key": key, "value": null, "low": null, "high": null, "limit": limits.to_string(),
         "searched": [from, to],
-        "refused": refused.iter().map(refused::Told::json).collect::<Vec<_>>(),
-        "trials": asked.rows.iter().map(|row| row.trials).sum::<u64>(),
+        "refused": refused.iter().map(refused::Refusal::json).collect::<Vec<_>>(),
+        "trials": asked.trials(),
     });
     let possible = if refused.is_empty() { "" } else { " that can be" };
     let (headline, mut details, tone) = match found {
@@ -268,23 +248,11 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, found: &Found) -
         Found::Stretch(stretch) => stretched(asked, stretch, &mut json),
     };
     details.extend(refused.iter().map(ToString::to_string));
-    let lines: Vec<String> = details.iter().map(|note| format!("  {note}\n")).collect();
     let figure = figures::require(key, limits, &asked.judged, found, setting.clone());
     let caption = "Each measure over its limit at each value that was looked at, with its 95 % interval where trials were added \
                    until that was narrow; elsewhere a mark, where few trials made it clear. Hatched: there the limits do not hold.";
-    let blocks = vec![Block::Verdict { tone, headline: headline.clone(), details }];
-    Ok(Answer {
-        name: "require",
-        text: format!("{setting}\n{headline}\n{}", lines.concat()),
-        json: with_setup(plan.file(), &scenario, json),
-        csv: columns::csv(&asked.rows).map_err(|error| Error::Write("require.csv".into(), error))?,
-        figures: vec![("require".to_owned(), figure, caption.to_owned())],
-        page: Page {
-            title: format!("What {key} must be"),
-            subtitle: setting,
-            sections: vec![Section { title: "Answer".to_owned(), blocks }],
-            footer: String::new(),
-        },
-        code: u8::from(!matches!(found, Found::Stretch(_))),
-    })
+    let title = format!("What {key} must be");
+    let answer = Answer::new("require", title, setting, verdict(tone, headline, details), Vec::new());
+    let code = u8::from(!matches!(found, Found::Stretch(_)));
+    Answer { json, csv: Some(asked.rows.clone()), code, ..answer.with("require", figure, caption) }
 }

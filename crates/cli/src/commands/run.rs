@@ -4,9 +4,7 @@ pub mod by_host;
 mod earlier;
 pub mod isolated;
 mod opening;
-mod points;
 pub mod results;
-mod tables;
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -20,15 +18,22 @@ use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Origin, Plan};
 
 use self::earlier::Found;
-use self::results::{Results, STATISTICS, SUMMARY, SummaryFile};
-use crate::Report;
+use self::results::Results;
 use crate::arguments::{Amount, Keys, Results as Options, Rows, Run, Sweep};
+use crate::doubts;
 use crate::error::Error;
-use crate::interrupt::{self, INTERRUPTED};
-use crate::output::Output;
+use crate::results::STATISTICS;
+use crate::results::SUMMARY;
+use crate::results::SummaryFile;
+use crate::results::files_wanted;
+use crate::results::guard;
 use crate::scenario::{self, Shorthands};
-use crate::terminal::{for_reading, paragraph, tell};
-use crate::{doubts, host, progress};
+use crate::shell::Report;
+use crate::shell::command_line::to_resume;
+use crate::shell::interrupt::{self, INTERRUPTED};
+use crate::shell::output::Output;
+use crate::shell::terminal::{for_reading, paragraph, tell};
+use crate::shell::{host, progress};
 
 pub fn run(options: &Run) -> Result<Report, Error> {
     carry_out(options, document_of(options)?)
@@ -93,7 +98,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     {
         return Ok(report);
     }
-    results::guard(&options.results, &identity.whole(), options.resume)?;
+    guard(&options.results, &identity.whole(), options.resume)?;
     doubts::warn(&plan.scenario(0)?);
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;
     let mut statistics = Statistics::default();
@@ -143,7 +148,7 @@ fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
     if options.results.json || host::current().is_some() {
         return Ok(());
     }
-    crate::print(&for_reading(opening::text(plan, identity, options.shard) + "\n"))
+    crate::shell::terminal::print(&for_reading(opening::text(plan, identity, options.shard) + "\n"))
 }
 
 /// A new journal of rows, or the one that is there, whose rows are added to the statistics.
@@ -187,7 +192,7 @@ fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>
     let shards = Shards::single(path)?;
     let Some(results) = Results::write(&options.results, &shards, stop)? else { return Ok(None) };
     // Only now that the files are in place. Statistics alone can be extended only from their journal.
-    if options.rows == Rows::None && results::files_wanted() {
+    if options.rows == Rows::None && files_wanted() {
         let kept = options.results.out.join(STATISTICS);
         std::fs::rename(path, &kept).map_err(Error::writing(&kept))?;
     } else {
@@ -245,7 +250,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
         if options.force {
             return Ok(None);
         }
-        return Err(results::of_another_run(path, &difference));
+        return Err(Error::another_run(path, &difference));
     }
     for table in names.iter().filter(|name| **name != SUMMARY) {
         match summary.check(&options.out.join(table)) {
@@ -257,7 +262,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     let text = if options.json {
         read_text(&path).map_err(|error| Error::Read(path, error))?
     } else {
-        super::report::say_extension(&options.out);
+        crate::results::say_extension(&options.out);
         let trials = identity.trials;
         format!("{} has the results of {trials} trials; nothing to do.\n", options.out.display())
     };
@@ -287,36 +292,4 @@ fn interrupted(options: &Options, path: &Path) -> Report {
     }
     let text = format!("Interrupted: what was done is kept in {}. Go on with\n  {command}\n", path.display());
     Report { text, code: INTERRUPTED }
-}
-
-/// The command line that goes on with what this one has begun.
-pub fn to_resume() -> String {
-    let mut command: Vec<String> = std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
-    if !command.iter().any(|word| word == "--resume") {
-        command.push("--resume".to_owned());
-    }
-    command.join(" ")
-}
-
-/// A word as a shell takes it.
-pub fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+%@".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn law_words_survive_a_shell() {
-        for (word, expected) in [("a=1.5", "a=1.5"), ("noise=20 mA", "'noise=20 mA'"), ("it's", r"'it'\''s'")]
-        {
-            assert_eq!(quoted(word), expected);
-        }
-    }
 }

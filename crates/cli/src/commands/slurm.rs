@@ -5,12 +5,13 @@ use std::path::Path;
 
 use standstill_scenario::Plan;
 
-use super::run::{document, isolated, quoted};
-use crate::Report;
+use super::run::{document, isolated};
 use crate::arguments::{FormatName, Rows, Slurm};
 use crate::error::Error;
-use crate::interrupt;
 use crate::scenario;
+use crate::shell::Report;
+use crate::shell::command_line::quoted;
+use crate::shell::interrupt;
 
 pub fn run(options: &Slurm) -> Result<Report, Error> {
     interrupt::at_once();

@@ -6,11 +6,13 @@ use std::path::Path;
 use serde_json::json;
 use standstill_campaign::store::{ShardsError, State, Survey};
 
-use crate::Report;
 use crate::arguments::Status;
-use crate::commands::run::results::SummaryFile;
+use crate::results::SummaryFile;
+use crate::shell::Report;
+
 use crate::error::Error;
-use crate::table::{Column, Table};
+use crate::shell::table::Print as _;
+use standstill_report::page::{Column, Table};
 
 const STATES: [(State, &str); 5] = [
     (State::Done, "done"),

@@ -12,17 +12,17 @@ use standstill_scenario::{Record, Scenario, Verdict};
 use standstill_sim::{Ended, Ledger, NoProbe, Run, Trace, run as simulate};
 use standstill_table::{Columns, Format, Writer};
 
-use crate::Report;
 use crate::arguments::{Source, Trace as Options};
-use crate::asked::Asked;
 use crate::columns::traces::TraceTable;
 use crate::commands::question::{Identity, setting};
 use crate::doubts;
 use crate::error::Error;
 use crate::figures;
-use crate::output::Output;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::{host, interrupt};
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::output::Output;
+use crate::shell::{host, interrupt};
 
 /// Time in s between two rows of `waveform.csv` at most; instants have rows of their own.
 const RESOLUTION: f64 = 5e-6;
@@ -138,7 +138,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         summary(&record, &watched),
         specimen::text(&case, &single.drawn),
         verified.map_or_else(String::new, |error| error.text()),
-        super::reproduce::file_list(&options.out, &files)
+        crate::shell::output::file_list(&options.out, &files)
     );
     Ok(Report { text, code })
 }

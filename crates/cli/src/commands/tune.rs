@@ -2,34 +2,23 @@
 
 mod words;
 
-pub use words::scale;
-
-use std::fmt::Write as _;
-
 use indexmap::IndexMap;
-use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use standstill_analysis::limit::{Limit, Limits, Measure, Tally};
 use standstill_analysis::require::Bench;
 use standstill_analysis::tune::{Effort, Goal, Judged, Question as Asked, Range, Tuned};
 use standstill_campaign::Estimate;
 use standstill_detect::keys as settings;
-use standstill_report::page::{Block, Page, Section, Tone};
-use standstill_scenario::{Document, Plan};
+use standstill_report::page::{Block, Tone};
+use standstill_scenario::Document;
 
-use super::question::{
-    self, Answer, Identity, Key, document, folder, interrupted, json as with_setup, on_threads, plan,
-    setting, unless_stopped,
-};
-use crate::Report;
+use super::question::{self, Key, document, plan, setting};
+use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Tune as Options;
-use crate::columns;
 use crate::error::Error;
 use crate::figures;
-use crate::output::Output;
-use crate::progress::Watched;
-
-const FILES: [&str; 5] = ["tune.csv", "tune.json", "tune.html", "tune.svg", "tune.png"];
+use crate::shell::Report;
+use crate::shell::progress::Watched;
 
 /// What an engineer sets of the drive; all else of it is what its parts are.
 const DRIVE: [&str; 5] =
@@ -38,24 +27,12 @@ const DRIVE: [&str; 5] =
 /// Trials at the last settings.
 const LAST: u64 = 20_000;
 
-/// A row of `tune.csv`: settings that were looked at, each measure with its interval.
-#[derive(Debug, Serialize)]
-struct Row {
-    settings: String,
-    trials: u64,
-    possible: bool,
-    measures: String,
-}
-
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
     let document = document(question)?;
     // What is wrong with the scenario itself shows first.
     let plan = plan(question)?;
     let ranges = ranges(options, &document)?;
-    if let Some(folder) = folder(question, "tune") {
-        drop(Output::create(&folder, &FILES)?);
-    }
     let minimise = options.minimise;
     let against = options.against.unwrap_or(match minimise {
         Measure::Duration => Measure::Rms,
@@ -63,20 +40,18 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     });
     let last = options.trials.map_or(LAST, u64::from);
     let vary: Vec<String> = options.vary.iter().map(|(key, range)| format!("{key}={range}")).collect();
-    let identity = Identity::new(
-        &plan,
-        [
-            ("--vary", Some(vary.join(", "))),
-            ("--minimise", Some(minimise.to_string())),
-            ("--subject-to", options.subject_to.as_ref().map(ToString::to_string)),
-            ("--against", Some(against.to_string())),
-            ("--trials", Some(last.to_string())),
-            ("--starts", options.starts.map(|starts| starts.to_string())),
-        ],
-    )?;
-    let watched = question::watched(question, "tune", &identity, 0)?;
-    let found = on_threads(question, || {
-        let limits = limits(options, &document, plan.file().seed, last, &watched)?;
+    let named = [
+        ("--vary", Some(vary.join(", "))),
+        ("--minimise", Some(minimise.to_string())),
+        ("--subject-to", options.subject_to.as_ref().map(ToString::to_string)),
+        ("--against", Some(against.to_string())),
+        ("--trials", Some(last.to_string())),
+        ("--starts", options.starts.map(|starts| starts.to_string())),
+    ];
+    let question = question::Asked::new(question, "tune", &plan, named, 0)?;
+    let watched = &question.watched;
+    let found = question.run(|| {
+        let limits = limits(options, &document, plan.file().seed, last, watched)?;
         let effort = Effort::new(last, &limits);
         let starts = options.starts.map_or(effort.starts, usize::from);
         let wanted = options.subject_to.iter().flat_map(|subject| &subject.0);
@@ -91,14 +66,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
             seed: plan.file().seed,
         };
         let mut hear = |stage: String| watched.bar.set_message(stage);
-        let tuned = asked.tune(&watched, &mut hear)?;
+        let tuned = asked.tune(watched, &mut hear)?;
         Ok((asked, tuned))
     })?;
-    watched.bar.finish_and_clear();
-    let Some((asked, tuned)) = unless_stopped(found)? else {
-        return Ok(interrupted(question, "tune", &watched, "the search was not complete"));
+    let Some((asked, tuned)) = found else {
+        return Ok(question.interrupted("the search was not complete"));
     };
-    answer(&plan, &asked, &tuned)?.report(question, &identity)
+    let scenario = plan.scenario(0)?;
+    question.answer(&scenario, answer(setting(plan.file(), &scenario), &asked, &tuned))
 }
 
 /// The keys and where to look, checked at both ends.
@@ -166,36 +141,33 @@ fn limits(
 }
 
 /// Values and measures by name, in SI and degrees.
-fn json_of(asked: &Asked<'_>, judged: &Judged) -> serde_json::Value {
+fn json_of(asked: &Asked<'_>, judged: &Judged) -> Value {
     json!({ "settings": settings_json(asked, judged), "measures": measures_json(&judged.measured.0) })
 }
 
-fn settings_json(asked: &Asked<'_>, judged: &Judged) -> serde_json::Value {
-    let number = |value: &f64| if value.is_nan() { serde_json::Value::Null } else { json!(value) };
+fn settings_json(asked: &Asked<'_>, judged: &Judged) -> Value {
+    let number = |value: &f64| if value.is_nan() { Value::Null } else { json!(value) };
     let pairs = asked.ranges.iter().zip(&judged.values);
-    let values: IndexMap<&str, serde_json::Value> =
+    let values: IndexMap<&str, Value> =
         pairs.map(|(range, value)| (range.key.as_str(), number(value))).collect();
     json!(values)
 }
 
-fn measures_json(measures: &[(Measure, Estimate)]) -> serde_json::Value {
+fn measures_json(measures: &[(Measure, Estimate)]) -> Value {
     // Beyond every bound is no number in JSON.
-    let number = |value: f64| if value.is_finite() { json!(value) } else { serde_json::Value::Null };
+    let number = |value: f64| if value.is_finite() { json!(value) } else { Value::Null };
     let one = |(measure, e): &(Measure, Estimate)| {
         (
             measure.to_string(),
             json!({ "value": number(e.value), "low": number(e.low), "high": number(e.high) }),
         )
     };
-    json!(measures.iter().map(one).collect::<IndexMap<String, serde_json::Value>>())
+    json!(measures.iter().map(one).collect::<IndexMap<String, Value>>())
 }
 
-fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error> {
-    let scenario = plan.scenario(0)?;
-    let setting = setting(plan.file(), &scenario);
+fn answer(setting: String, asked: &Asked<'_>, tuned: &Tuned) -> Answer {
     let (tone, headline) = words::headline(asked, tuned);
     let details = words::details(asked, tuned);
-    let table = words::table(asked, tuned);
     // What breaks a limit is not there to copy.
     let found = tuned.is_found();
     let settings = found.then(|| words::toml(asked, &tuned.best));
@@ -218,20 +190,14 @@ fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error
     if !found {
         json["nearest"] = json_of(asked, &tuned.best);
     }
-    let rows: Vec<Row> = tuned
-        .looks
-        .iter()
-        .map(|look| Row {
-            settings: words::settings(asked, &look.values),
-            trials: look.trials,
-            possible: look.measured.is_some(),
-            measures: look.measured.as_ref().map_or_else(String::new, |m| words::measures(&m.0)),
-        })
-        .collect();
-    let lines = details.iter().fold(String::new(), |mut text, line| {
-        let _ = writeln!(text, "  {line}");
-        text
-    });
+    let look = |look: &standstill_analysis::tune::Look| {
+        Record::default()
+            .with("settings", words::settings(asked, &look.values))
+            .with("trials", look.trials)
+            .with("possible", look.measured.is_some())
+            .with("measures", look.measured.as_ref().map_or_else(String::new, |m| words::measures(&m.0)))
+    };
+    let records: Records = tuned.looks.iter().map(look).collect();
     let figure = figures::tune(asked, tuned, setting.clone());
     let (trials, seed, last) = (asked.effort.last, asked.seed.wrapping_add(2), words::last(tuned));
     let line = if found {
@@ -244,25 +210,12 @@ fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error
          looked at, on fewer trials of seed {}: they cannot be compared with the others, and may be better by chance.",
         asked.seed
     );
-    let mut blocks = vec![Block::Verdict { tone, headline: headline.clone(), details }];
-    if let Some(text) = settings.clone() {
-        blocks.push(Block::Code { caption: "Settings to copy".to_owned(), text });
-    }
     let about = format!("Start and {last} on the same fresh trials");
-    blocks.push(Block::Code { caption: about, text: table.whole() });
-    let copied = settings.map_or_else(String::new, |settings| format!("\n{settings}"));
-    Ok(Answer {
-        name: "tune",
-        text: format!("{setting}\n{headline}\n{lines}\n{}{copied}", table.text()),
-        json: with_setup(plan.file(), &scenario, json),
-        csv: columns::csv(&rows).map_err(|error| Error::Write("tune.csv".into(), error))?,
-        figures: vec![("tune".to_owned(), figure, caption)],
-        page: Page {
-            title: format!("Settings with the smallest {}", asked.goal.minimise),
-            subtitle: setting,
-            sections: vec![Section { title: "Answer".to_owned(), blocks }],
-            footer: String::new(),
-        },
-        code: u8::from(!tuned.limits.holds || tone == Tone::Bad),
-    })
+    let table = Block::Table(words::table(asked, tuned).captioned(about));
+    let copied = settings.map(|text| Block::Code { caption: "Settings to copy".to_owned(), text });
+    let blocks = std::iter::once(table).chain(copied).collect();
+    let title = format!("Settings with the smallest {}", asked.goal.minimise);
+    let answer = Answer::new("tune", title, setting, verdict(tone, headline, details), blocks);
+    let code = u8::from(!tuned.limits.holds || tone == Tone::Bad);
+    Answer { json, csv: Some(records), code, ..answer.with("tune", figure, caption) }
 }

@@ -4,7 +4,7 @@ use standstill_analysis::Budget;
 use standstill_campaign::Estimate;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-use super::WIDTH;
+use super::parts::WIDTH;
 
 /// Sources that the picture over the angle can tell apart.
 const DRAWN: usize = 4;

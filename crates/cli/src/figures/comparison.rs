@@ -4,8 +4,8 @@ use standstill_analysis::Entry;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
 use standstill_scenario::ErrorSet;
 
-use super::WIDTH;
-use crate::commands::report::range;
+use super::parts::WIDTH;
+use crate::shell::values::range;
 use crate::summary::{FAILING, GOOD, good};
 
 /// Conditions in the order in which they share the room of a method, from top to bottom.

@@ -6,7 +6,7 @@ use standstill_interface::Phase;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_sim::{Event, Snapshot, Trace};
 
-use super::{WIDTH, Window, curve};
+use super::parts::{WIDTH, Window, curve};
 
 /// A pulse carries current where that is more than this share of the largest.
 const CARRIES: f64 = 0.03;

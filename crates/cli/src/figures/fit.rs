@@ -4,7 +4,7 @@ use standstill_analysis::fit::{Fit, Trace};
 use standstill_interface::Phase;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-use super::WIDTH;
+use super::parts::WIDTH;
 
 /// Points of a channel that are drawn at most; more would only make the file larger.
 const MOST_POINTS: usize = 4000;

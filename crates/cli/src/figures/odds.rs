@@ -3,7 +3,7 @@
 use standstill_analysis::{Event, Odds};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-use super::WIDTH;
+use super::parts::WIDTH;
 
 /// Values below it are none, in whatever unit the order parameter is.
 const LEAST: f64 = 1e-9;

@@ -2,25 +2,14 @@
 
 use standstill_analysis::bracket::{Edge, Found, Side};
 use standstill_analysis::limit::Limits;
+use standstill_analysis::require::{EVERYWHERE, Judged, Point};
 use standstill_campaign::Estimate;
 use standstill_quantity::Scale;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, cell_edges};
 use standstill_scenario as file;
 
-use super::WIDTH;
-use crate::commands::require::{EVERYWHERE, Point};
-use crate::commands::tune::scale as scale_of;
-
-/// A value that was judged: what each limit's measure is.
-pub struct Judged {
-    pub value: f64,
-    pub trials: u64,
-    /// Whether they made it clear, so that no more were taken.
-    pub clear: bool,
-    pub measures: Vec<Estimate>,
-    /// The share of starts without an answer, where the root mean square is limited.
-    pub without_answer: Option<Estimate>,
-}
+use super::parts::WIDTH;
+use crate::shell::values::scale as scale_of;
 
 /// A key's axis, and the one unit of it: that which suits `typical`, or else the largest value.
 fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (Axis, Scale) {

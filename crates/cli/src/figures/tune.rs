@@ -5,8 +5,8 @@ use standstill_analysis::tune::{Judged, Question, Tuned, View};
 use standstill_campaign::Estimate;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-use super::WIDTH;
-use crate::commands::tune::scale;
+use super::parts::WIDTH;
+use crate::shell::values::scale;
 
 /// The measure that was made small over the other one: all settings looked at, the front, start and best.
 pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {

@@ -5,7 +5,7 @@
 mod charts;
 mod studies;
 
-use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
+use standstill_report::page::{Block, Column, Page, Section, Table, Tone};
 use standstill_report::study::figures;
 use std::path::Path;
 
@@ -47,36 +47,32 @@ fn points() -> Table {
         let bias = format!("{:.3}", 0.02 - 0.05 * random());
         vec![index.to_string(), format!("{dead:.2}"), format!("{link:.0}"), rms, bias, outcome.to_owned()]
     };
-    Table {
-        caption: "Points of the sweep".into(),
-        rows: (1..=1000).map(row).collect(),
-        columns: vec![
-            TableColumn::number("point", ""),
-            TableColumn::number("dead time t_d", "µs"),
-            TableColumn::number("link U_dc", "V"),
-            TableColumn::number("rms error", "°"),
-            TableColumn::number("bias", "°"),
-            TableColumn::text("outcome"),
-        ],
-    }
+    Table::new([
+        Column::number("point"),
+        Column::number("dead time t_d").unit("µs"),
+        Column::number("link U_dc").unit("V"),
+        Column::number("rms error").unit("°"),
+        Column::number("bias").unit("°"),
+        Column::word("outcome"),
+    ])
+    .captioned("Points of the sweep")
+    .rows((1..=1000).map(row))
 }
 
 fn requirements() -> Table {
     let row = |cells: [&str; 4]| cells.map(str::to_owned).to_vec();
-    Table {
-        caption: "Requirements".into(),
-        columns: vec![
-            TableColumn::text("requirement"),
-            TableColumn::number("limit", ""),
-            TableColumn::number("found", ""),
-            TableColumn::text("met"),
-        ],
-        rows: vec![
-            row(["rms error of the axis (°)", "0.5", "0.31", "yes"]),
-            row(["wrong poles (%)", "1.0", "0.4", "yes"]),
-            row(["rotor moves (°)", "0.10", "0.13", "no"]),
-        ],
-    }
+    Table::new([
+        Column::word("requirement"),
+        Column::number("limit"),
+        Column::number("found"),
+        Column::word("met"),
+    ])
+    .captioned("Requirements")
+    .rows([
+        row(["rms error of the axis (°)", "0.5", "0.31", "yes"]),
+        row(["wrong poles (%)", "1.0", "0.4", "yes"]),
+        row(["rotor moves (°)", "0.10", "0.13", "no"]),
+    ])
 }
 
 fn verdict(tone: Tone, headline: &str, details: &[&str]) -> Block {
@@ -85,7 +81,7 @@ fn verdict(tone: Tone, headline: &str, details: &[&str]) -> Block {
 }
 
 fn page(motor: &str) -> Page {
-    let section = |title: &str, blocks| Section { title: title.to_owned(), blocks };
+    let section = |title: &str, blocks: Vec<Block>| Section::new(title, blocks);
     let facts = [
         ("Motor", format!("{motor}, 5.5 kW, 4 pole pairs")),
         ("Inductances L_d, L_q", "9.2 mH, 12.6 mH".to_owned()),

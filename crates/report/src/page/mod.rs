@@ -9,10 +9,12 @@
 //! symbols such as `i_a` are set below the line; cells, code and values of facts stay as they are.
 
 mod render;
+mod table;
 
 #[cfg(test)]
 mod tests;
 
+pub use self::table::{Column, Kind, Table};
 use crate::figure::{Figure, FigureError};
 use std::collections::HashSet;
 
@@ -38,6 +40,21 @@ pub struct Section {
     pub title: String,
     /// What the section consists of, in its order.
     pub blocks: Vec<Block>,
+    /// Whether only pages have it: terminals leave it out.
+    pub aside: bool,
+}
+
+impl Section {
+    /// A section under its title.
+    pub fn new(title: impl Into<String>, blocks: impl IntoIterator<Item = Block>) -> Self {
+        Self { title: title.into(), blocks: blocks.into_iter().collect(), aside: false }
+    }
+
+    /// For pages alone.
+    #[must_use]
+    pub fn aside(self) -> Self {
+        Self { aside: true, ..self }
+    }
 }
 
 /// A piece of a section.
@@ -54,6 +71,8 @@ pub enum Block {
     },
     /// Prose; empty lines separate paragraphs.
     Text(String),
+    /// Sentences that stand below each other.
+    List(Vec<String>),
     /// Text in a fixed pitch, with a button that copies it.
     Code {
         /// What it is, such as the name of the file.
@@ -69,8 +88,8 @@ pub enum Block {
     Chart(Chart),
 }
 
-/// What kind of answer a verdict is. It is told by a word too, not by colour alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The kind of a verdict. A word says it too, not colour alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tone {
     /// As it should be.
     Good,
@@ -79,29 +98,8 @@ pub enum Tone {
     /// Not as it should be.
     Bad,
     /// Neither.
+    #[default]
     Neutral,
-}
-
-/// A table whose rows can be sorted by each column and, if there are more than 20, filtered.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
-    /// What the table shows.
-    pub caption: String,
-    /// The columns, left to right.
-    pub columns: Vec<TableColumn>,
-    /// The cells of each row, one per column. Numbers with a decimal point; an empty cell is one without value.
-    pub rows: Vec<Vec<String>>,
-}
-
-/// The heading of a column.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct TableColumn {
-    /// The quantity.
-    pub name: String,
-    /// Its unit; empty without one.
-    pub unit: String,
-    /// Whether the cells are numbers: set to the right and sorted by value.
-    pub numeric: bool,
 }
 
 /// A figure that is a chart where scripts run.
@@ -149,18 +147,6 @@ pub enum PageError {
     },
 }
 
-impl TableColumn {
-    /// A column of words.
-    pub fn text(name: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: String::new(), numeric: false }
-    }
-
-    /// A column of numbers in a unit, which may be empty.
-    pub fn number(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: unit.into(), numeric: true }
-    }
-}
-
 impl Page {
     /// The page as an HTML document.
     pub fn html(&self) -> Result<String, PageError> {
@@ -183,8 +169,8 @@ impl Page {
                 }
                 Block::Table(table) => {
                     let columns = table.columns.len();
-                    if let Some((row, cells)) =
-                        table.rows.iter().enumerate().find(|(_, cells)| cells.len() != columns)
+                    if let Some((row, (_, cells))) =
+                        table.rows.iter().enumerate().find(|(_, (_, cells))| cells.len() != columns)
                     {
                         let (table, found) = (table.caption.clone(), cells.len());
                         return Err(PageError::Cells { table, row, found, columns });

@@ -39,7 +39,11 @@
   }
 
   // Tables
-  const value = text => (text.trim() === '' ? NaN : Number(text.trim().replace('−', '-').replace(/[\s\u2009]/g, '')));
+  // Of a value with its interval or share in brackets, the value.
+  const value = text => {
+    const digits = text.split(/[[(]/)[0].replace('−', '-').replace(/[\s\u2009]/g, '');
+    return digits === '' ? NaN : Number(digits);
+  };
   for (const box of all('div.table')) {
     const body = box.querySelector('tbody');
     const rows = [...body.rows];

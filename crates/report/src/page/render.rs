@@ -1,6 +1,6 @@
 //! The HTML of a page.
 
-use super::{Block, Chart, Page, PageError, Section, Table, Tone};
+use super::{Block, Chart, Kind, Page, PageError, Section, Table, Tone};
 use crate::figure::plotly::{self, Entry, Legend, markup, palette};
 use crate::figure::{Figure, Layer};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -146,6 +146,9 @@ fn render_block(block: &Block) -> Result<Markup, PageError> {
                 p.prose { (rich(paragraph)) }
             }
         },
+        Block::List(sentences) => html! {
+            ul.prose { @for sentence in sentences { li { (rich(sentence)) } } }
+        },
         Block::Code { caption, text } => html! {
             figure.code {
                 figcaption {
@@ -186,7 +189,7 @@ fn verdict(tone: Tone, headline: &str, details: &[String]) -> Markup {
 }
 
 fn table(table: &Table) -> Markup {
-    let class = |index: usize| table.columns[index].numeric.then_some("number");
+    let class = |index: usize| (table.columns[index].kind == Kind::Number).then_some("number");
     html! {
         div.table {
             @if table.rows.len() > FEW_ROWS {
@@ -197,11 +200,11 @@ fn table(table: &Table) -> Markup {
             }
             div.scroll tabindex="0" role="region" aria-label={ "Table: " (table.caption) } {
                 table {
-                    caption { (rich(&table.caption)) }
+                    @if !table.caption.is_empty() { caption { (rich(&table.caption)) } }
                     thead {
                         tr {
-                            @for column in &table.columns {
-                                th scope="col" class=[column.numeric.then_some("number")] {
+                            @for (index, column) in table.columns.iter().enumerate() {
+                                th scope="col" class=[class(index)] {
                                     span.name { (rich(&column.name)) }
                                     @if !column.unit.is_empty() { " " span.unit { (column.unit) } }
                                 }
@@ -209,7 +212,7 @@ fn table(table: &Table) -> Markup {
                         }
                     }
                     tbody {
-                        @for row in &table.rows {
+                        @for (_, row) in &table.rows {
                             tr { @for (index, cell) in row.iter().enumerate() { td class=[class(index)] { (cell) } } }
                         }
                     }

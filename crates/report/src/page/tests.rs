@@ -18,21 +18,19 @@ fn figure(text: &str) -> Figure {
 /// A page with a text in every place that takes one.
 fn page(text: &str) -> Page {
     let own = || text.to_owned();
-    let table = Table {
-        caption: own(),
-        columns: vec![TableColumn::text(text), TableColumn::number(text, text)],
-        rows: vec![vec![own(), own()]; 21],
-    };
+    let columns = [Column::word(text), Column::number(text).unit(text)];
+    let table = Table::new(columns).captioned(text).rows(vec![vec![own(), own()]; 21]);
     let blocks = vec![
         Block::Verdict { tone: Tone::Bad, headline: own(), details: vec![own()] },
         Block::Text(own()),
+        Block::List(vec![own()]),
         Block::Code { caption: own(), text: own() },
         Block::Facts(vec![(own(), own())]),
         Block::Table(table),
         Block::Chart(Chart { id: "one".into(), figure: figure(text), caption: own() }),
     ];
-    let section = Section { title: own(), blocks };
-    let empty = Section { title: own(), blocks: vec![] };
+    let section = Section::new(text, blocks);
+    let empty = Section::new(text, []);
     Page { title: own(), subtitle: own(), sections: vec![section, empty], footer: own() }
 }
 
@@ -101,7 +99,7 @@ fn law_a_page_needs_no_network() {
 fn law_pages_without_charts_are_small() {
     let page = Page {
         title: "t".into(),
-        sections: vec![Section { title: "s".into(), blocks: vec![Block::Text("x".into())] }],
+        sections: vec![Section::new("s", [Block::Text("x".into())])],
         ..Page::default()
     };
     let html = page.html().expect("a page");
@@ -122,12 +120,12 @@ fn law_indices_are_below_the_line_in_labels_only() {
 fn law_mistakes_are_named() {
     let chart = |id: &str| Block::Chart(Chart { id: id.into(), figure: figure("x"), caption: String::new() });
     let with =
-        |blocks| Page { sections: vec![Section { title: "s".into(), blocks }], ..Page::default() }.html();
+        |blocks: Vec<Block>| Page { sections: vec![Section::new("s", blocks)], ..Page::default() }.html();
     for id in ["", "a b", "a\"", "section-1", "content"] {
         assert_eq!(with(vec![chart(id)]), Err(PageError::Id(id.into())));
     }
     assert_eq!(with(vec![chart("a"), chart("a")]), Err(PageError::Id("a".into())));
-    let table = Table { caption: "t".into(), columns: vec![TableColumn::text("a")], rows: vec![vec![]] };
+    let table = Table::new([Column::word("a")]).captioned("t").rows([vec![]]);
     let cells = PageError::Cells { table: "t".into(), row: 0, found: 0, columns: 1 };
     assert_eq!(with(vec![Block::Table(table)]), Err(cells));
     let mut large = figure("x");

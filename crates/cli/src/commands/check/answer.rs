@@ -7,7 +7,7 @@ use standstill_analysis::{Candidate, Condition, Demand, Setting, Suited};
 
 use super::file::Written;
 use super::words::{Asked, settings};
-use crate::commands::run::quoted;
+use crate::shell::command_line::quoted;
 
 /// Lines that say how to go on.
 pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {

@@ -9,7 +9,7 @@ use toml::Value;
 
 use crate::arguments::Check;
 use crate::error::Error;
-use crate::terminal::wrapped;
+use crate::shell::terminal::wrapped;
 
 /// Columns of its comment.
 const COLUMNS: usize = 98;

@@ -8,8 +8,9 @@ use standstill_plant::{DataSheet, Entry, Motor, PoleKnowledge, Source};
 use standstill_report::page::Tone;
 use standstill_scenario::ErrorSet;
 
-use crate::table::{Column, Table};
-use crate::terminal::{painted, paragraph};
+use crate::shell::table::Print as _;
+use crate::shell::terminal::{painted, paragraph};
+use standstill_report::page::{Column, Table};
 
 /// What was asked, and what was found.
 pub struct Asked<'a> {

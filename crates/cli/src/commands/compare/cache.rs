@@ -16,7 +16,7 @@ use standstill_files::read_text;
 use standstill_plant::Digest;
 use standstill_scenario::Scenario;
 
-use crate::host;
+use crate::shell::host;
 
 /// A limit as it is kept. Not all of its numbers are finite, and JSON has no others: they are kept as their bits.
 #[derive(Serialize, Deserialize)]

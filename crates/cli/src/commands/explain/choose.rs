@@ -1,9 +1,8 @@
 //! Which trials are explained.
 
-use super::Run;
 use crate::arguments::Explain as Options;
 use crate::error::Error;
-use crate::progress;
+use crate::results::Run;
 
 /// Wrong poles that are explained where nobody says how many.
 const WRONG_POLES: usize = 10;
@@ -57,33 +56,19 @@ pub fn choose(run: &Run, options: &Options) -> Result<Choice, Error> {
         return Ok(Choice { chosen, lost: 0, name: format!("trial-{trial}{}", of_point(options)) });
     }
     let most = options.worst.map_or(if options.wrong_poles { WRONG_POLES } else { 1 }, usize::from);
-    let (reader, places) = run.columns(["trial", "axis_error_deg", "error_deg"])?;
-    let bar = progress::reading(run.summary.trials());
-    let (mut all, mut point, mut last): (Vec<Chosen>, usize, Option<u64>) = (Vec::new(), 0, None);
-    let mut lost = 0;
-    let read = reader.numbers(places, |[trial, axis, error]| {
-        bar.inc(1);
-        // Whole numbers below 2^53.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let trial = trial.unwrap_or_default() as u64;
-        // Each point begins at its first trial.
-        if last.is_some_and(|last| trial <= last) {
-            point += 1;
-        }
-        last = Some(trial);
-        let wrong = error.is_some_and(|error| error.abs() > 90.0);
+    let (mut all, mut lost): (Vec<Chosen>, u64) = (Vec::new(), 0);
+    run.trials(|point, row| {
+        let (axis, wrong) = (row.axis_error_deg, row.error_deg.is_some_and(|error| error.abs() > 90.0));
         let far = if options.wrong_poles { axis.unwrap_or(0.0).abs() } else { axis.map_or(180.0, f64::abs) };
         let asked = options.point.is_none_or(|asked| asked == point) && (wrong || !options.wrong_poles);
         lost += u64::from(asked && !options.wrong_poles && axis.is_none());
         let worse = all.len() < most || all.last().is_some_and(|least| far > least.far);
         if asked && worse {
             let place = all.partition_point(|other| other.far >= far);
-            all.insert(place, Chosen { point, trial, far });
+            all.insert(place, Chosen { point, trial: row.trial, far });
             all.truncate(most);
         }
-    });
-    bar.finish_and_clear();
-    read.map_err(Error::Table)?;
+    })?;
     if all.is_empty() {
         let found = if options.wrong_poles { "no wrong pole" } else { "no trial" };
         return Err(Error::Results {
@@ -99,19 +84,4 @@ pub fn choose(run: &Run, options: &Options) -> Result<Choice, Error> {
 /// The point that was asked for, as part of a name.
 fn of_point(options: &Options) -> String {
     options.point.map_or_else(String::new, |point| format!("-point-{point}"))
-}
-
-/// The options that a folder's name stands for.
-pub fn options_of(name: &str) -> Option<String> {
-    let (of, point) = name
-        .split_once("-point-")
-        .map_or((name, String::new()), |(of, point)| (of, format!(" --point {point}")));
-    let chosen = if let Some(trial) = of.strip_prefix("trial-") {
-        format!(" --trial {trial}")
-    } else if let Some(most) = of.strip_prefix("worst-") {
-        format!(" --worst {most}")
-    } else {
-        format!(" --wrong-poles --worst {}", of.strip_prefix("wrong-poles-")?)
-    };
-    Some(chosen + &point)
 }

@@ -5,39 +5,23 @@ use std::fmt::Write as _;
 use standstill_campaign::Estimate;
 use standstill_interface::Angle;
 use standstill_quantity::magnitude;
+use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::{Plan, Record};
 use standstill_sim::Ended;
 
-use super::Told;
+use super::Repeated;
+use crate::answer::verdict;
 use crate::commands::trace::specimen;
 use crate::summary::{decimals_of, fixed};
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
 
-/// Errors that are told, those with the largest effect first.
-const TOLD: usize = 12;
+/// Errors that terminals list, those with the largest effect first.
+const LISTED: usize = 12;
 
 /// What deviations are of draws that are not normal.
 const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
 
 /// What parts are where a converter rounds.
 const ROUNDED: &str = " its part: mean and 95 % interval over 16 places of the converter's codes; within rounding: zero lies in that interval, and what the trial does then is the converter's.";
-
-/// What is said of a trial.
-pub struct About {
-    pub headline: String,
-    pub details: Vec<String>,
-    /// The errors that were drawn for the trial, a line each.
-    pub specimen: String,
-    /// The errors with the largest effects.
-    pub table: Table,
-    /// All errors.
-    pub whole: Table,
-    /// How many errors the table leaves out, and where they are; empty where it has all.
-    pub left_out: String,
-    /// What its columns mean.
-    pub legend: String,
-}
 
 /// An error's part with half its interval, as far as there is one, in no more digits than two of that.
 fn part(part: &Estimate) -> String {
@@ -89,8 +73,9 @@ fn evidence(record: &Record) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-pub fn about(plan: &Plan, told: &Told) -> About {
-    let (explained, single) = (&told.explained, &told.single);
+/// A trial as a verdict, the errors that were drawn for it, and a table of what each of them did.
+pub fn blocks(plan: &Plan, of: &Repeated) -> Vec<Block> {
+    let (explained, single) = (&of.explained, &of.single);
     let record = &explained.record;
     let place = specimen::heading(plan, single);
     let headline =
@@ -124,29 +109,28 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         };
         vec![cause.name.clone(), drawn, ended(&cause.without), change]
     });
-    let rows: Vec<Vec<String>> = rows.collect();
-    let columns = || {
-        [
-            Column::word("error at its mean, one at a time"),
-            Column::number("drawn"),
-            Column::prose("the trial then"),
-            Column::number("its part"),
-        ]
-    };
-    let table = Table::new(columns()).rows(rows.iter().take(TOLD).cloned());
-    let further = rows.len().saturating_sub(TOLD);
-    let left_out = if further == 0 {
-        String::new()
-    } else {
-        let said = format!(
+    let columns = [
+        Column::word("error at its mean, one at a time"),
+        Column::number("drawn"),
+        Column::prose("the trial then"),
+        Column::number("its part"),
+    ];
+    let mut table = Table::new(columns).rows(rows);
+    let further = table.rows.len().saturating_sub(LISTED);
+    if further > 0 {
+        let sentence = format!(
             "{further} further errors, with smaller effects: explain.csv, explain.html and --json have them."
         );
-        paragraph("", &said)
-    };
-    let whole = Table::new(columns()).rows(rows);
-    let rounded = explained.rounding_deg.map_or("", |_| ROUNDED);
-    let legend = if explained.causes.is_empty() { String::new() } else { format!("{SCORE}{rounded}") };
-    About { headline, details, specimen, table, whole, left_out, legend }
+        table = table.excerpt((0..LISTED).collect(), sentence);
+    }
+    let tone = if record.pole_correct() == Some(true) { Tone::Neutral } else { Tone::Bad };
+    let drawn = Block::Code { caption: "What it drew".to_owned(), text: specimen };
+    let mut blocks = vec![verdict(tone, headline, details), drawn];
+    if !explained.causes.is_empty() {
+        let rounded = explained.rounding_deg.map_or("", |_| ROUNDED);
+        blocks.extend([Block::Table(table), Block::Text(format!("{SCORE}{rounded}"))]);
+    }
+    blocks
 }
 
 #[cfg(test)]

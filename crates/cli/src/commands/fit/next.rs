@@ -8,7 +8,7 @@ use standstill_quantity::unit::{Ampere, Hertz, Second};
 use standstill_quantity::{Quantity, number};
 
 use crate::arguments::Fit as Options;
-use crate::terminal::paragraph;
+use crate::shell::terminal::paragraph;
 
 /// The axes, as people say them.
 const AXES: [&str; 3] = ["+d", "−d", "q"];

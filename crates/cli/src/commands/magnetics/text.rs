@@ -8,7 +8,8 @@ use standstill_plant::{
 use standstill_quantity::{decimals, number, short};
 
 use super::{Subject, name, reach, short_pulse, standard_errors};
-use crate::table::{Column, Table};
+use crate::shell::table::Print as _;
+use standstill_report::page::{Column, Table};
 
 const fn meaning(signature: PolaritySignature) -> &'static str {
     match signature {

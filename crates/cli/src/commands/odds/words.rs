@@ -1,18 +1,17 @@
-//! What is said of odds.
+//! Odds as an answer.
 
-use std::fmt::Write as _;
-
+use serde_json::json;
+use standstill_analysis::subset::{End, Run};
 use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, Sector};
 use standstill_campaign::Estimate;
 use standstill_quantity::{magnitude, rounded};
-use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
+use standstill_report::page::{Block, Column, Section, Table, Tone};
 
-use super::Row;
-use crate::commands::question::{probability, probability_interval};
-use crate::table::{Column, Table as Printed};
+use crate::answer::{Answer, Record, Records, verdict};
+use crate::shell::values::{probability, probability_interval};
 
-/// Draws of a sector that are told.
-const TOLD: usize = 6;
+/// Draws of a sector that are listed.
+const LISTED: usize = 6;
 
 /// Angles, sign, share and draws of a sector, in words.
 fn cells(sector: &Sector) -> Vec<String> {
@@ -22,9 +21,9 @@ fn cells(sector: &Sector) -> Vec<String> {
         None => "",
     };
     let draw = |draw: &Draw| format!("{} {:+.1} ± {:.1} σ", draw.name, draw.mean, draw.deviation);
-    let mut draws: Vec<String> = sector.draws.iter().take(TOLD).map(draw).collect();
-    if sector.draws.len() > TOLD {
-        draws.push(format!("{} more", sector.draws.len() - TOLD));
+    let mut draws: Vec<String> = sector.draws.iter().take(LISTED).map(draw).collect();
+    if sector.draws.len() > LISTED {
+        draws.push(format!("{} more", sector.draws.len() - LISTED));
     }
     vec![
         format!("{:.0} to {:.0}", sector.angles_deg.0, sector.angles_deg.1),
@@ -60,7 +59,7 @@ fn one_in(p: &Estimate) -> Option<String> {
 }
 
 /// Of which starts the probability is the share, where the event alone does not say it.
-pub(super) fn share_of(event: Event) -> String {
+fn share_of(event: Event) -> String {
     match event {
         Event::Error(bound) => format!(
             "of all starts those whose axis is off by more than {bound}°; one without an axis is not among them"
@@ -81,99 +80,107 @@ fn headline(event: Event, odds: &Odds) -> String {
     format!("{event}: not {how}, at most {most} (97.5 %, none in {plain} plain trials)")
 }
 
-/// On the terminal.
-pub(super) fn text(setting: &str, event: Event, odds: &Odds, alarms: &[String], anatomy: &Anatomy) -> String {
-    let mut text =
-        format!("{setting}\n{}\n  {}\n  {}\n", headline(event, odds), share_of(event), method(odds));
-    if odds.answer == By::Subset {
-        let _ = writeln!(text, "  levels of {}", event.order_parameter());
-    }
-    for alarm in alarms {
-        let _ = writeln!(text, "  doubtful: {alarm}");
-    }
-    for remark in &odds.remarks {
-        let _ = writeln!(text, "  {remark}");
-    }
-    if !anatomy.sectors.is_empty() {
-        text += "\nWhat it looks like: means of its draws, in standard deviations\n\n";
-        let rows = anatomy.sectors.iter().map(cells);
-        let columns = [
-            Column::word("angle °"),
-            Column::word("error"),
-            Column::word("share %"),
-            Column::prose("draws away from zero"),
-        ];
-        text += &Printed::new(columns).rows(rows).text();
-    }
-    text
+fn run((number, run): (usize, &Run)) -> Record {
+    let end = match run.end {
+        End::Reached => "reached",
+        End::Flat => "flat",
+        End::TooRare => "too rare",
+        End::Constant => "constant",
+    };
+    Record::default()
+        .with("run", number + 1)
+        .with("probability", run.probability)
+        .with("own_variation", run.variation)
+        .with("levels", run.levels)
+        .with("trials", run.trials)
+        .with("acceptance", run.acceptance)
+        .with("ancestors", run.ancestors)
+        .with("end", end)
 }
 
-/// As a page.
-pub(super) fn page(
-    setting: String,
-    event: Event,
-    odds: &Odds,
-    alarms: Vec<String>,
-    anatomy: &Anatomy,
-    rows: &[Row],
-) -> Page {
-    let mut details = vec![share_of(event), method(odds)];
-    if odds.answer == By::Subset {
-        details.push(format!("Levels of {}", event.order_parameter()));
-    }
+/// The runs, for a page.
+fn runs(odds: &Odds) -> Table {
+    let columns = ["run", "probability", "own variation", "levels", "trials"].map(Column::number);
+    let more = [Column::number("moves taken").unit("%"), Column::number("ancestors")];
+    let rows = odds.runs.iter().enumerate().map(|(number, run)| {
+        vec![
+            (number + 1).to_string(),
+            format!("{:.2e}", run.probability),
+            format!("{:.2}", run.variation),
+            run.levels.to_string(),
+            run.trials.to_string(),
+            format!("{:.0}", 100.0 * run.acceptance),
+            run.ancestors.to_string(),
+        ]
+    });
+    Table::new(columns.into_iter().chain(more))
+        .captioned("The runs; own variation: the coefficient of variation that a run expects of itself")
+        .rows(rows)
+}
+
+fn sectors(anatomy: &Anatomy) -> Table {
+    let columns = [
+        Column::word("angle").unit("°"),
+        Column::word("error"),
+        Column::word("share").unit("%"),
+        Column::prose("draws away from zero"),
+    ];
+    Table::new(columns)
+        .captioned("What it looks like: means of its draws, in standard deviations")
+        .rows(anatomy.sectors.iter().map(cells))
+}
+
+fn sector(sector: &Sector) -> serde_json::Value {
+    let draw = |draw: &Draw| json!({ "draw": draw.name, "mean": draw.mean, "deviation": draw.deviation });
+    json!({
+        "angles_deg": [sector.angles_deg.0, sector.angles_deg.1],
+        "positive_error": sector.positive,
+        "share": sector.share,
+        "draws": sector.draws.iter().map(draw).collect::<Vec<_>>(),
+    })
+}
+
+/// The answer but for its figures.
+pub(super) fn answer(setting: String, event: Event, odds: &Odds, anatomy: &Anatomy) -> Answer {
+    let found = odds.probability;
+    let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
+    let remarks: Vec<String> = odds.remarks.iter().map(ToString::to_string).collect();
+    let records: Records = odds.runs.iter().enumerate().map(run).collect();
+    let by = match odds.answer {
+        By::Subset => "subset simulation",
+        By::Plain => "plain trials",
+    };
+    let json = json!({
+        "event": event.to_string(),
+        "share_of": share_of(event),
+        "probability": found.value,
+        "low": found.low,
+        "high": found.high,
+        "widened": odds.widened,
+        "trials": odds.trials,
+        "levels": odds.levels,
+        "by": by,
+        "runs": records,
+        "alarms": alarms,
+        "remarks": remarks,
+        "sectors": anatomy.sectors.iter().map(sector).collect::<Vec<_>>(),
+    });
     let tone = if alarms.is_empty() { Tone::Neutral } else { Tone::Warning };
-    details.extend(alarms);
-    details.extend(odds.remarks.iter().map(ToString::to_string));
-    let runs = Table {
-        caption: "The runs; own variation: the coefficient of variation that a run expects of itself"
-            .to_owned(),
-        columns: vec![
-            TableColumn::number("run", ""),
-            TableColumn::number("probability", ""),
-            TableColumn::number("own variation", ""),
-            TableColumn::number("levels", ""),
-            TableColumn::number("trials", ""),
-            TableColumn::number("moves taken", "%"),
-            TableColumn::number("ancestors", ""),
-        ],
-        rows: rows
-            .iter()
-            .map(|row| {
-                vec![
-                    row.run.to_string(),
-                    format!("{:.2e}", row.probability),
-                    format!("{:.2}", row.own_variation),
-                    row.levels.to_string(),
-                    row.trials.to_string(),
-                    format!("{:.0}", 100.0 * row.acceptance),
-                    row.ancestors.to_string(),
-                ]
-            })
-            .collect(),
-    };
-    let sectors = Table {
-        caption: "Means of the draws of starts with the event, in standard deviations, by angle and sign of the error"
-            .to_owned(),
-        columns: vec![
-            TableColumn::text("angle in °"),
-            TableColumn::text("error"),
-            TableColumn::number("share", "%"),
-            TableColumn::text("draws away from zero"),
-        ],
-        rows: anatomy.sectors.iter().map(cells).collect(),
-    };
-    let section = |title: &str, blocks: Vec<Block>| Section { title: title.to_owned(), blocks };
-    let headline = headline(event, odds);
-    let mut sections = vec![section("Answer", vec![Block::Verdict { tone, headline, details }])];
-    let tables = [("What it looks like", sectors), ("Runs", runs)];
-    let filled = tables.into_iter().filter(|(_, table)| !table.rows.is_empty());
-    sections.extend(filled.map(|(title, table)| section(title, vec![Block::Table(table)])));
-    Page { title: format!("Odds of {event}"), subtitle: setting, sections, footer: String::new() }
+    let levels = (odds.answer == By::Subset).then(|| format!("levels of {}", event.order_parameter()));
+    let doubts = alarms.iter().map(|alarm| format!("doubtful: {alarm}"));
+    let details = [share_of(event), method(odds)].into_iter().chain(levels).chain(doubts).chain(remarks);
+    let verdict = verdict(tone, headline(event, odds), details.collect());
+    let mut answer = Answer::new("odds", format!("Odds of {event}"), setting, verdict, Vec::new());
+    let looks = Section::new("What it looks like", [Block::Table(sectors(anatomy))]);
+    answer.sections.extend((!anatomy.sectors.is_empty()).then_some(looks));
+    let runs = Section::new("Runs", [Block::Table(runs(odds))]).aside();
+    answer.sections.extend((!odds.runs.is_empty()).then_some(runs));
+    Answer { json, csv: Some(records), ..answer }
 }
 
 #[cfg(test)]
 mod tests {
-    use standstill_analysis::subset::{End, Run, Settings};
+    use standstill_analysis::subset::Settings;
 
     use super::*;
 
@@ -210,8 +217,8 @@ mod tests {
         let mut odds = Odds::of_runs(&settings, vec![run(End::TooRare, 1e-16); 8]);
         odds.remarks.push(standstill_analysis::Alarm::Unled(0.05));
         let none = Anatomy { sectors: Vec::new(), typical: None };
-        let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
-        let text = text("setting", Event::Failed, &odds, &alarms, &none);
+        let answer = answer("setting".to_owned(), Event::Failed, &odds, &none);
+        let text = answer.text();
         let headline = "failed: not reached, at most 1.15e-4 (97.5 %, none in 32000 plain trials)\n";
         assert!(text.contains(headline) && text.contains("the runs gave up at 1e-16"), "{text}");
         assert!(!text.contains("interval"), "{text}");
@@ -219,9 +226,7 @@ mod tests {
             text.contains("\n  5 % of the failed starts ended with a fault that no margin tells"),
             "{text}"
         );
-        let rows: Vec<Row> = odds.runs.iter().enumerate().map(Row::new).collect();
-        let page = page("setting".to_owned(), Event::Failed, &odds, alarms, &none, &rows);
-        let titles: Vec<&str> = page.sections.iter().map(|section| section.title.as_str()).collect();
+        let titles: Vec<&str> = answer.sections.iter().map(|section| section.title.as_str()).collect();
         assert_eq!(titles, ["Answer", "Runs"]);
     }
 }

@@ -6,8 +6,8 @@ use standstill_quantity::si_value;
 use standstill_scenario::{Document, FileError, Origin, Plan, unit};
 use toml::Value;
 
-use crate::commands::require::shown;
 use crate::error::Error;
+use crate::shell::values::shown;
 
 /// A key whose values are numbers.
 pub struct Key<'a> {

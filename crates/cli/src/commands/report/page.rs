@@ -1,79 +1,59 @@
-//! What a report says.
+//! A finished run as an answer.
 
 use std::path::Path;
 
-use standstill_campaign::{Estimate, Occurrence, Summary};
-use standstill_quantity::at_most;
+use serde_json::json;
 use standstill_report::figure::{Figure, Layer};
-use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn};
+use standstill_report::page::Section;
 
-use super::study::setting;
 use super::verdict::verdict;
-use super::{Run, setup};
-use crate::commands::run::quoted;
-use crate::commands::run::results::{PointSummary, SummaryFile};
-use crate::summary::{good, number, share_of};
-use crate::units::Shown;
+use crate::answer::{self, Answer, Made};
+use crate::results::{Run, SummaryFile};
+use crate::shell::command_line::quoted;
+use crate::shell::setup::{Setup, setting};
+use crate::summary;
 
-pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
-    let summary = &run.summary;
-    let open = summary.run.pole_is_open;
-    let mut results = Vec::new();
-    // Axes are varied on purpose: what they say together depends on how they were chosen.
-    results.push(Block::Table(
-        summary.whole().map_or_else(|| points(&summary.points, open), |s| statistics(s, open)),
-    ));
-    if summary.each().any(|s| !s.reasons.is_empty()) {
-        results.push(Block::Table(reasons(summary)));
+/// The answer of a run with these figures. Terminals have the verdict alone: `run` printed the results.
+pub fn answer(run: &Run, figures: Vec<(String, Figure, String)>) -> Answer {
+    let (tone, headline, details) = verdict(&run.summary);
+    let json = json!({ "headline": headline, "details": details, "run": run.summary.run });
+    let verdict = Section::new("Verdict", [answer::verdict(tone, headline, details)]);
+    let results = summary::sections(&run.summary).into_iter().map(Section::aside);
+    Answer {
+        name: "report",
+        title: "Initial rotor position: Monte Carlo".to_owned(),
+        setting: setting(&run.file),
+        sections: std::iter::once(verdict).chain(results).collect(),
+        figures,
+        json,
+        csv: None,
+        code: 0,
     }
-    let chart = |(name, figure): &(String, Figure)| {
-        // Ids have no dots, keys do; keys have no dashes of this kind twice.
-        let id = format!("chart-{}", name.replace(|c: char| !c.is_ascii_alphanumeric() && c != '_', "-"));
-        Block::Chart(Chart { id, figure: figure.clone(), caption: caption(name, figure) })
-    };
-    let (tone, headline, details) = verdict(summary);
-    let section = |title: &str, blocks: Vec<Block>| Section { title: title.to_owned(), blocks };
-    let setup = setup::Setup {
+}
+
+/// The origin of a run.
+pub fn made(run: &Run) -> Made<'_> {
+    let identity = &run.summary.run;
+    let setup = Setup {
         place: Path::new("scenario"),
-        text: &summary.run.scenario,
-        files: &summary.run.files,
+        text: &identity.scenario,
+        files: &identity.files,
         fence: run.fence.as_deref(),
         varied: run.file.axes.keys().cloned().collect(),
         others: Vec::new(),
     };
-    Page {
-        title: "Initial rotor position: Monte Carlo".to_owned(),
-        subtitle: setting(&run.file),
-        sections: [
-            section("Verdict", vec![Block::Verdict { tone, headline, details }, Block::Facts(facts(run))]),
-            section("Results", results),
-            section("Figures", figures.iter().map(chart).collect()),
-            setup.section(),
-            setup.reproduce(&commands(run)),
-        ]
-        .into_iter()
-        .filter(|section| !section.blocks.is_empty())
-        .collect(),
-        footer: format!("Standstill {}", summary.run.version),
-    }
-}
-
-fn facts(run: &Run) -> Vec<(String, String)> {
-    let (file, identity) = (&run.file, &run.summary.run);
-    let mut facts = vec![
+    let axes = (!run.summary.points.is_empty()).then(|| {
+        let keys: Vec<&str> = run.file.axes.keys().map(String::as_str).collect();
+        [("Axes", keys.join(", ")), ("Points", run.summary.points.len().to_string())]
+    });
+    let facts = [
         ("Trials", trials(&run.summary)),
         ("Seed", identity.seed.to_string()),
         ("Program", format!("Standstill {}", identity.version)),
         ("Folder", run.folder.display().to_string()),
     ];
-    if !run.summary.points.is_empty() {
-        let keys: Vec<&str> = file.axes.keys().map(String::as_str).collect();
-        facts.insert(0, ("Axes", keys.join(", ")));
-        facts.insert(1, ("Points", run.summary.points.len().to_string()));
-    }
-    let axes: Vec<String> = file.axes.keys().cloned().collect();
-    let facts = facts.into_iter().map(|(name, value)| (name.to_owned(), value));
-    setup::heading(file, &axes).into_iter().chain(facts).collect()
+    let facts = axes.into_iter().flatten().chain(facts).map(|(name, value)| (name.to_owned(), value));
+    Made { setup: Some(setup), facts: facts.collect(), command: commands(run), asked: None }
 }
 
 /// How many trials there are, of a sweep at each point.
@@ -87,161 +67,8 @@ fn trials(summary: &SummaryFile) -> String {
     }
 }
 
-/// What is not known.
-pub const NOTHING: Estimate = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
-
-/// Every figure with its interval.
-fn statistics(s: &Summary, open: bool) -> Table {
-    let degrees = |name: &str, e: &Estimate| {
-        let [value, low, high] = e.texts();
-        vec![name.to_owned(), "°".to_owned(), value, low, high, String::new()]
-    };
-    let share = |name: &str, count: Option<u64>, e: &Estimate| {
-        let [value, low, high] = e.times(100.0).texts();
-        vec![
-            name.to_owned(),
-            "%".to_owned(),
-            value,
-            low,
-            high,
-            count.map_or_else(String::new, |count| count.to_string()),
-        ]
-    };
-    let single = |name: &str, unit: &str, value: String| {
-        vec![name.to_owned(), unit.to_owned(), value, String::new(), String::new(), String::new()]
-    };
-    let beyond = format!("Angle off by more than {}°, of the starts with an angle", s.limit_deg);
-    // Of what was never asked nothing is known.
-    let (wrong, wrong_probability, beyond_limit) = match s.found {
-        0 => (None, &NOTHING, &NOTHING),
-        _ if open => (None, &NOTHING, &s.beyond_limit),
-        _ => (Some(s.wrong_poles), &s.wrong_pole_probability, &s.beyond_limit),
-    };
-    Table {
-        caption: format!("All {} trials; intervals at 95 %, exact for counts", s.trials),
-        columns: vec![
-            TableColumn::text("quantity"),
-            TableColumn::text("unit"),
-            TableColumn::number("value", ""),
-            TableColumn::number("from", ""),
-            TableColumn::number("to", ""),
-            TableColumn::number("count", ""),
-        ],
-        rows: vec![
-            degrees("Rms error of the axis", &s.rms_deg),
-            degrees("Mean error of the axis", &s.bias_deg),
-            degrees("Median of its magnitude", &s.p50_deg),
-            degrees("95th percentile", &s.p95_deg),
-            degrees("99th percentile", &s.p99_deg),
-            single("Largest", "°", if s.max_deg.is_nan() { String::new() } else { number(s.max_deg, 4) }),
-            share(&beyond, None, beyond_limit),
-            share("Wrong pole", wrong, wrong_probability),
-            share("Pole undetermined", Some(s.undetermined), &s.undetermined_probability),
-            share("Failed", Some(s.failed), &s.failed_probability),
-            single("Furthest movement of the rotor, electrical", "°", number(s.max_moved_deg, 3)),
-            single("Mean duration", "ms", number(1e3 * s.mean_duration_s, 3)),
-            single("Largest current", "A", number(s.peak_current_a, 3)),
-        ],
-    }
-}
-
-/// Why starts were not answered: of a sweep at each point, since its points were chosen.
-fn reasons(summary: &SummaryFile) -> Table {
-    let points = &summary.points;
-    let shown = Shown::of(points);
-    let row = |(reason, times): (&String, &Occurrence)| {
-        let p = &times.probability;
-        let shares = p.times(100.0).texts();
-        [vec![reason.clone(), times.count.to_string()], shares.to_vec()].concat()
-    };
-    let rows = if let Some(s) = summary.whole() {
-        s.reasons.iter().map(row).collect()
-    } else {
-        let at = |point: &PointSummary| {
-            let values: Vec<String> =
-                shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value)).collect();
-            point
-                .summary
-                .reasons
-                .iter()
-                .map(row)
-                .map(|row| [values.clone(), row].concat())
-                .collect::<Vec<_>>()
-        };
-        points.iter().flat_map(at).collect()
-    };
-    let results = [
-        TableColumn::text("reason"),
-        TableColumn::number("count", ""),
-        TableColumn::number("probability", "%"),
-        TableColumn::number("from", "%"),
-        TableColumn::number("to", "%"),
-    ];
-    Table {
-        caption: "Why starts were not answered".to_owned(),
-        columns: shown.iter().map(|axis| column(axis, points)).chain(results).collect(),
-        rows,
-    }
-}
-
-/// The column of an axis.
-fn column(axis: &Shown, points: &[PointSummary]) -> TableColumn {
-    let numeric =
-        |point: &PointSummary| point.values.get(&axis.key).is_some_and(serde_json::Value::is_number);
-    if points.iter().all(numeric) {
-        TableColumn::number(axis.key.as_str(), axis.scale.unit.as_str())
-    } else {
-        TableColumn::text(axis.key.as_str())
-    }
-}
-
-fn points(points: &[PointSummary], open: bool) -> Table {
-    let shown = Shown::of(points);
-    let results = [
-        ("trials", ""),
-        (if open { "axis" } else { "right" }, "%"),
-        ("rms", "°"),
-        ("from", "°"),
-        ("to", "°"),
-        ("95 %", "°"),
-        ("wrong poles", ""),
-        ("at most", "%"),
-        ("undetermined", ""),
-        ("failed", ""),
-    ];
-    let results = results.map(|(name, unit)| TableColumn::number(name, unit));
-    let columns: Vec<TableColumn> = shown.iter().map(|axis| column(axis, points)).chain(results).collect();
-    let unjudged = |s: &Summary| open || s.found == 0;
-    let row = |point: &PointSummary| {
-        let s = &point.summary;
-        let [rms, low, high] = s.rms_deg.texts();
-        let [p95, ..] = s.p95_deg.texts();
-        let values = shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value));
-        values
-            .chain([
-                s.trials.to_string(),
-                share_of(good(s, open), s.trials),
-                rms,
-                low,
-                high,
-                p95,
-                if unjudged(s) { String::new() } else { s.wrong_poles.to_string() },
-                if unjudged(s) { String::new() } else { at_most(s.wrong_pole_probability.high) },
-                s.undetermined.to_string(),
-                (s.failed + s.errors).to_string(),
-            ])
-            .collect()
-    };
-    Table {
-        caption:
-            "Points of the axes; rms with its 95 % interval, wrong poles with their upper limit (97.5 %)"
-                .to_owned(),
-        columns,
-        rows: points.iter().map(row).collect(),
-    }
-}
-
-fn caption(name: &str, figure: &Figure) -> String {
+/// The sentence under a figure.
+pub fn caption(name: &str, figure: &Figure) -> String {
     let mut layers = figure.panels.iter().flat_map(|panel| &panel.layers);
     let text = match name.split('_').next() {
         // Few starts have no band.

@@ -2,12 +2,13 @@
 
 use standstill_campaign::{Summary, binomial_interval};
 use standstill_report::study::{Coordinate, Design, ErrorCloud, Study, StudyAxis, StudyPoint};
-use standstill_scenario::{AxisSpec, DesignKind, ScenarioFile};
+use standstill_scenario::{AxisSpec, DesignKind};
 
-use super::Run;
-use crate::commands::run::results::PointSummary;
+use crate::results::PointSummary;
+use crate::results::Run;
+use crate::shell::setup::setting;
+use crate::shell::values::Shown;
 use crate::summary::rank;
-use crate::units::Shown;
 
 /// A positive axis that spans more than this is read on a logarithmic scale.
 const LONG: f64 = 30.0;
@@ -48,24 +49,6 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
         poles_are_judged: !open,
         binomial: binomial_interval,
     }
-}
-
-/// What was run, in a line. What is an axis is not repeated.
-pub fn setting(file: &ScenarioFile) -> String {
-    conditions(file, |key| file.axes.contains_key(key))
-}
-
-/// The same without the keys that are varied.
-pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> String {
-    let fixed = |key: &str, text: String| (!is_varied(key)).then_some(text);
-    let parts = [
-        fixed("motor", file.motor.name()),
-        fixed("detector.method", file.detector.name().to_owned()),
-        fixed("errors", format!("{} errors", file.errors.0.name())),
-        fixed("rotor.state", format!("rotor {}", file.rotor.state().name())),
-        fixed("seed", format!("seed {}", file.seed)),
-    ];
-    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 fn axis(shown: &Shown, spec: &AxisSpec, points: &[PointSummary]) -> StudyAxis {

@@ -11,33 +11,27 @@ mod settings;
 mod shown;
 mod trials;
 
-use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use standstill_campaign::{Estimate, Summary};
+use standstill_report::page::{Block, Column, Section, Table};
 
 use self::difference::{Rates, independent, paired_percentile, paired_rms};
 use self::judged::headline;
-use self::row::{P95, RMS, Row};
+use self::row::{Compared, P95, RMS};
 use self::settings::settings;
-use self::shown::{figure, page};
+use self::shown::figure;
 use self::trials::{Trial, of_run, summary};
-use super::Run;
-use super::study::setting;
-use crate::Report as Said;
+use crate::answer::{Answer, Made, Records, verdict};
 use crate::arguments::Report;
-use crate::columns;
-use crate::commands::reproduce::file_list;
-use crate::commands::run::results::PointSummary;
 use crate::error::Error;
-use crate::output::Output;
-use crate::table::{self, Table};
-use crate::terminal::paragraph;
-use crate::units::Shown;
-
-const FILES: [&str; 5] =
-    ["comparison.csv", "comparison.json", "comparison.html", "comparison.svg", "comparison.png"];
+use crate::results::{PointSummary, Run};
+use crate::shell::Report as Said;
+use crate::shell::asked::Asked;
+use crate::shell::output::Output;
+use crate::shell::setup::setting;
+use crate::shell::values::{Shown, describe};
 
 const CASES: [&str; 3] = ["wrong poles", "undetermined", "failed"];
 
@@ -63,97 +57,19 @@ struct Common {
 }
 
 /// Compares two finished runs; the files go to `out`.
-pub fn run(options: &Report, second: &Path) -> Result<Said, Error> {
+pub fn run(
+    options: &Report,
+    second: &Path,
+    out: Option<PathBuf>,
+    asked: Option<Asked>,
+) -> Result<Said, Error> {
     let folders = [options.folder.as_path(), second];
     let runs = [Run::open(folders[0])?, Run::open(folders[1])?];
-    let output = match (super::folder(options), options.json) {
-        (Some(out), _) => {
-            let asked = super::asked(options, &out);
-            Some((Output::answering(asked, &out, &FILES)?, out))
-        }
-        (None, _) => None,
-    };
-    let two = Two::of([&runs[0], &runs[1]])?;
-    let (rows, settings) = (two.rows(), settings(two.runs));
-    let names = folders.map(|folder| folder.display().to_string());
-    let about: Vec<String> = names
-        .iter()
-        .zip(&runs)
-        .zip(["A", "B"])
-        .map(|((name, run), letter)| format!("{letter}: {name} ({})", setting(&run.file)))
-        .collect();
-    let notes = two.notes();
-    let (tone, headline) = headline(&rows, &two.points);
-    let json = json!({
-        "runs": names.iter().zip(&runs).map(|(name, run)| json!({ "folder": name, "run": run.summary.run })).collect::<Vec<_>>(),
-        "headline": headline,
-        "notes": notes,
-        "rows": rows,
-        "settings": settings.iter().map(|[key, a, b]| json!({ "key": key, "a": a, "b": b })).collect::<Vec<_>>(),
-    });
-    let json = format!("{json:#}\n");
-    let mut text = text(&about, &headline, &notes, &rows, &settings);
-    if let Some((mut output, out)) = output {
-        let figure = figure(&rows, &two.points, &names, &two.conditions());
-        let csv = columns::csv(&rows).map_err(|error| Error::Write(out.join(FILES[0]), error))?;
-        output.file(FILES[0], &csv)?;
-        output.file(FILES[1], json.as_bytes())?;
-        let html =
-            page(&about, (tone, headline), notes, &rows, settings, &figure).html().map_err(Error::Page)?;
-        output.file(FILES[2], html.as_bytes())?;
-        output.file(FILES[3], figure.svg()?.as_bytes())?;
-        output.file(FILES[4], &figure.png()?)?;
-        let _ = write!(text, "\n{}", file_list(&out, &output.finish()?));
+    if let (Some(out), Some(asked)) = (&out, &asked) {
+        drop(Output::answering(asked.clone(), out, &["comparison.csv", "comparison.html"])?);
     }
-    Ok(Said { text: if options.json { json } else { text }, code: 0 })
-}
-
-/// For the terminal.
-fn text(
-    about: &[String],
-    headline: &str,
-    notes: &[String],
-    rows: &[Row],
-    settings: &[[String; 3]],
-) -> String {
-    let table = Table::new([
-        table::Column::prose(""),
-        table::Column::prose(""),
-        table::Column::number("A").bracket(1),
-        table::Column::number("B").bracket(1),
-        table::Column::number("B less A"),
-        table::Column::word(""),
-    ])
-    .headed()
-    .rows(rows.iter().enumerate().map(|(k, row)| {
-        let mut cells = row.cells();
-        // A point is named where another one begins.
-        if k.checked_sub(1).is_some_and(|before| rows[before].point == row.point) {
-            cells[0].clear();
-        }
-        cells
-    }))
-    .text();
-    let mut text = about.iter().map(|line| paragraph("", line)).collect::<String>();
-    let _ = write!(text, "\n{}", paragraph("", headline));
-    for note in notes {
-        text += &paragraph("  ", note);
-    }
-    let _ = write!(text, "\n{table}");
-    if settings.is_empty() {
-        text += "\nNo setting differs.\n";
-    } else {
-        let about = "Settings that differ (– is what the error set, or what suits the motor, makes of it)";
-        let differ = Table::new([
-            table::Column::prose("setting"),
-            table::Column::prose("A"),
-            table::Column::prose("B"),
-        ])
-        .rows(settings.iter().map(|row| row.to_vec()))
-        .text();
-        let _ = write!(text, "\n{}{differ}", paragraph("", about));
-    }
-    text
+    let answer = Two::of([&runs[0], &runs[1]])?.answer(folders);
+    answer.report(out, options.json, Made { asked, ..Made::default() })
 }
 
 /// The points that both runs have, by their places; of runs without axes the one there is. None: they have none in common.
@@ -181,16 +97,9 @@ impl<'a> Two<'a> {
             });
         };
         let shown = Shown::of(&runs[0].summary.points);
-        let name = |place: usize| match runs[0].summary.points.get(place) {
-            None => "all starts".to_owned(),
-            Some(point) => {
-                let each = shown.iter().map(|axis| {
-                    let value =
-                        point.values.get(&axis.key).map_or_else(String::new, |value| axis.text(value));
-                    format!("{} = {value} {}", axis.key, axis.scale.unit).trim_end().to_owned()
-                });
-                each.collect::<Vec<_>>().join(", ")
-            }
+        let name = |place: usize| {
+            let point = runs[0].summary.points.get(place);
+            point.map_or_else(|| "all starts".to_owned(), |point| describe(point, &shown))
         };
         let mut points: Vec<Common> = places
             .into_iter()
@@ -216,6 +125,49 @@ impl<'a> Two<'a> {
             }
         };
         Ok(Self { runs, points, unpaired })
+    }
+
+    fn answer(&self, folders: [&Path; 2]) -> Answer {
+        let (rows, settings, notes) = (self.rows(), settings(self.runs), self.notes());
+        let names = folders.map(|folder| folder.display().to_string());
+        let each = || names.iter().zip(self.runs);
+        let about = each().zip(["A", "B"]);
+        let about = about.map(|((name, run), letter)| format!("{letter}: {name} ({})", setting(&run.file)));
+        let (tone, headline) = headline(&rows, &self.points);
+        let records: Records = rows.iter().map(Compared::record).collect();
+        let json = json!({
+            "runs": each().map(|(name, run)| json!({ "folder": name, "run": run.summary.run })).collect::<Vec<_>>(),
+            "headline": headline,
+            "notes": notes,
+            "rows": records,
+            "settings": settings.iter().map(|[key, a, b]| json!({ "key": key, "a": a, "b": b })).collect::<Vec<_>>(),
+        });
+        let columns = [
+            Column::prose("point"),
+            Column::prose("measure"),
+            Column::number("A").bracket(1),
+            Column::number("B").bracket(1),
+            Column::number("B less A"),
+            Column::word(""),
+        ];
+        let table = Table::new(columns).headed().rows(rows.iter().map(Compared::cells));
+        let differ = if settings.is_empty() {
+            Block::Text("No setting differs.".to_owned())
+        } else {
+            let columns = ["setting", "A", "B"].map(Column::prose);
+            let caption =
+                "Settings that differ (– is what the error set, or what suits the motor, makes of it)";
+            Block::Table(Table::new(columns).captioned(caption).rows(settings.into_iter().map(Vec::from)))
+        };
+        let figure = figure(&rows, &self.points, &names, &self.conditions());
+        let blocks = vec![Block::Table(table)];
+        let (title, setting) = ("Two runs compared".to_owned(), about.collect::<Vec<_>>().join("\n"));
+        let caption =
+            "Error bars are 95 % intervals. A difference is seen where its bar does not cross zero.";
+        let mut answer = Answer::new("comparison", title, setting, verdict(tone, headline, notes), blocks)
+            .with("comparison", figure, caption);
+        answer.sections.push(Section::new("Settings", [differ]));
+        Answer { json, csv: Some(records), ..answer }
     }
 
     /// What both were made under, and of which trials their errors are, in a line.
@@ -256,7 +208,7 @@ impl<'a> Two<'a> {
     }
 
     /// All measures at all points.
-    fn rows(&self) -> Vec<Row> {
+    fn rows(&self) -> Vec<Compared> {
         self.points.iter().flat_map(Common::rows).collect()
     }
 
@@ -309,9 +261,9 @@ impl Common {
         self.pairs.as_ref().map(|pairs| pairs.iter().filter_map(error).collect())
     }
 
-    fn rows(&self) -> Vec<Row> {
+    fn rows(&self) -> Vec<Compared> {
         let all = self.pairs.as_ref().map(|pairs| pairs.len() as u64);
-        let mut rows = vec![Row::trials(&self.name, self.counts, all)];
+        let mut rows = vec![Compared::trials(&self.name, self.counts, all)];
         let errors = self.errors();
         // An error of trials in which only one run has one would be of other trials than the other's.
         let of_both = self.pairs.as_ref().map(|pairs| {
@@ -331,8 +283,8 @@ impl Common {
             (None, None) => [independent(rms), independent(p95)],
         };
         let pairs = both.map(|both| both.len() as u64);
-        rows.push(Row::new(&self.name, RMS, rms, rms_apart, pairs));
-        rows.push(Row::new(&self.name, P95, p95, p95_apart, pairs));
+        rows.push(Compared::new(&self.name, RMS, rms, rms_apart, pairs));
+        rows.push(Compared::new(&self.name, P95, p95, p95_apart, pairs));
         for (case, name) in CASES.into_iter().enumerate() {
             let of = |s: &Summary| match case {
                 // Of a run that named no pole, nothing is known of wrong ones.
@@ -344,12 +296,12 @@ impl Common {
             let rates = self.summaries.each_ref().map(of);
             let known = rates.iter().all(|rate| !rate.value.is_nan());
             let counted = self.pairs.as_ref().filter(|pairs| !pairs.is_empty() && known).map(|pairs| Rates {
-                only_a: pairs.iter().filter(|(a, b)| a.cases[case] && !b.cases[case]).count() as u64,
-                only_b: pairs.iter().filter(|(a, b)| !a.cases[case] && b.cases[case]).count() as u64,
+                only_a: pairs.iter().filter(|(a, b)| a.cases()[case] && !b.cases()[case]).count() as u64,
+                only_b: pairs.iter().filter(|(a, b)| !a.cases()[case] && b.cases()[case]).count() as u64,
                 pairs: pairs.len() as u64,
             });
             let apart = counted.map_or_else(|| independent(rates), Rates::difference);
-            rows.push(Row::new(&self.name, name, rates, apart, counted.map(|rates| rates.pairs)));
+            rows.push(Compared::new(&self.name, name, rates, apart, counted.map(|rates| rates.pairs)));
         }
         rows
     }

@@ -4,9 +4,11 @@ use standstill_campaign::Summary;
 use standstill_quantity::at_most;
 use standstill_report::page::Tone;
 
-use crate::commands::run::results::{PointSummary, SummaryFile};
+use crate::results::{PointSummary, SummaryFile};
+use crate::shell::values::Shown;
+use crate::shell::values::describe;
+use crate::shell::values::range;
 use crate::summary::{FAILING, GOOD, good, rank, share_of};
-use crate::units::Shown;
 
 /// More starts than this without an answer are worth a warning.
 const OFTEN: f64 = 0.01;
@@ -19,15 +21,6 @@ fn percent(limit: f64) -> String {
 /// A share of so many starts.
 fn counted(share: f64, starts: u64) -> String {
     format!("{} %", share_of(share, starts))
-}
-
-/// The least and the largest of several shares of so many starts each, leaving out what is none.
-pub fn range(shares: impl Iterator<Item = (f64, u64)>) -> Option<String> {
-    let known: Vec<(f64, u64)> = shares.filter(|(share, _)| share.is_finite()).collect();
-    let low = known.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let high = known.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let [low, high] = [low, high].map(|(share, starts)| counted(*share, *starts));
-    Some(if low == high { low } else { format!("{low} to {high}") })
 }
 
 /// The rms error in degrees, in no more digits than its interval has.
@@ -284,16 +277,6 @@ fn sentence<const N: usize>(parts: [Option<String>; N]) -> String {
     let text = parts.into_iter().flatten().collect::<Vec<_>>().join("; ");
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// A point by its values.
-pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
-    let values = shown.iter().zip(point.values.values());
-    let values: Vec<String> = values
-        .map(|(axis, value)| format!("{} = {} {}", axis.key, axis.text(value), axis.scale.unit))
-        .collect();
-    let values: Vec<&str> = values.iter().map(|value| value.trim_end()).collect();
-    values.join(", ")
 }
 
 #[cfg(test)]

@@ -7,8 +7,9 @@ use standstill_plant::rotor_angle_from_lines;
 use standstill_scenario::Verdict;
 
 use super::disagreements;
-use crate::table::{Column, Table};
-use crate::terminal::paragraph;
+use crate::shell::table::Print as _;
+use crate::shell::terminal::paragraph;
+use standstill_report::page::{Column, Table};
 
 /// A row of `table1.csv`.
 #[derive(Debug, Serialize)]

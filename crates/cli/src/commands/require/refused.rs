@@ -5,17 +5,17 @@ use std::fmt;
 use serde_json::json;
 use standstill_scenario::{Document, FileError};
 
-use super::shown;
 use crate::commands::question::allowed;
 use crate::error::Error;
-use crate::figures::Judged;
+use crate::shell::values::shown;
+use standstill_analysis::require::Judged;
 
 /// The values that were refused, and why.
 #[derive(Debug, Default)]
 pub struct Refused(Vec<(f64, FileError)>);
 
 /// A range of them.
-pub struct Told {
+pub struct Refusal {
     key: String,
     from: f64,
     to: f64,
@@ -36,23 +36,29 @@ impl Refused {
         Ok(())
     }
 
-    /// What is told of them: neighbours that are refused for the same reason together.
-    pub fn told(&self, document: &Document, key: &str, judged: &[Judged]) -> Vec<Told> {
+    /// Ranges of refused values: neighbours that are refused for the same reason together.
+    pub fn ranges(&self, document: &Document, key: &str, judged: &[Judged]) -> Vec<Refusal> {
         let mut all: Vec<(f64, String)> =
             self.0.iter().map(|(value, error)| (*value, reason(error))).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut told: Vec<Told> = Vec::new();
+        let mut ranges: Vec<Refusal> = Vec::new();
         for (value, message) in all {
             let between = |from: f64| judged.iter().any(|judged| from < judged.value && judged.value < value);
-            match told.last_mut() {
+            match ranges.last_mut() {
                 Some(last) if last.message == message && !between(last.to) => last.to = value,
-                _ => told.push(Told { key: key.to_owned(), from: value, to: value, message, allowed: None }),
+                _ => ranges.push(Refusal {
+                    key: key.to_owned(),
+                    from: value,
+                    to: value,
+                    message,
+                    allowed: None,
+                }),
             }
         }
-        for told in &mut told {
-            told.allowed = allowed(document, key, told.to).or_else(|| allowed(document, key, told.from));
+        for range in &mut ranges {
+            range.allowed = allowed(document, key, range.to).or_else(|| allowed(document, key, range.from));
         }
-        told
+        ranges
     }
 }
 
@@ -64,13 +70,13 @@ fn reason(error: &FileError) -> String {
     }
 }
 
-impl Told {
+impl Refusal {
     pub fn json(&self) -> serde_json::Value {
         json!({ "from": self.from, "to": self.to, "message": self.message, "allowed": self.allowed })
     }
 }
 
-impl fmt::Display for Told {
+impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { key, from, to, message, allowed } = self;
         write!(f, "{key} cannot be {}", shown(key, *from))?;

@@ -1,45 +1,24 @@
 //! Two keys: how much of one buys how much of the other.
 
-use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::Halt;
-use standstill_analysis::bracket::{Found, Search};
-use standstill_report::page::{Block, Page, Section, Tone};
+use standstill_analysis::bracket::Search;
+use standstill_analysis::require::Point;
+use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::Plan;
 
-use super::words::shown_interval;
-use super::{Question, shown};
-use crate::Report;
+use super::Question;
+use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Require as Options;
-use crate::columns;
-use crate::commands::question::{
-    Answer, interrupted, json as with_setup, on_threads, setting, unless_stopped,
-};
+use crate::commands::question::setting;
 use crate::error::Error;
 use crate::figures;
-use crate::table::{Column, Table};
+use crate::shell::Report;
+use crate::shell::values::{shown, shown_interval};
 
 /// Values of the first key, and the width that the second key's interval may have: curves need less than single answers.
 const VALUES: usize = 9;
 const WIDTH: f64 = 0.1;
-
-/// What is said where all values of the second key do.
-pub const EVERYWHERE: &str = "every value meets it";
-
-/// A point of the curve: a value of the first key, and what the second must be.
-#[derive(Clone, Debug, Serialize)]
-pub struct Point {
-    pub first: f64,
-    /// The edge of the second key, and its interval; where it has two the upper one.
-    pub second: Option<f64>,
-    pub low: Option<f64>,
-    pub high: Option<f64>,
-    /// Its lower edge, where it has two.
-    pub from: Option<f64>,
-    pub from_low: Option<f64>,
-    pub from_high: Option<f64>,
-    pub answer: &'static str,
-}
 
 pub fn run(
     options: &Options,
@@ -50,59 +29,36 @@ pub fn run(
     asked.search.width = WIDTH;
     let walk = Search { range, points: VALUES, whole: asked.bench.keys[0].1, ..asked.search };
     let mut points: Vec<Point> = Vec::new();
-    let watched = asked.watched;
-    let done = on_threads(&options.question, || {
+    let question = asked.asked;
+    let done = question.run(|| {
         for value in walk.values() {
             let found = asked.find(&[value])?;
-            points.push(point(value, &found));
-            watched.bar.set_message(format!("{} of {VALUES} points", points.len()));
+            points.push(Point::of(value, &found));
+            question.watched.bar.set_message(format!("{} of {VALUES} points", points.len()));
         }
         Ok::<(), Halt<_>>(())
     })?;
-    watched.bar.finish_and_clear();
-    if unless_stopped(done)?.is_none() {
-        return Ok(interrupted(
-            &options.question,
-            "require",
-            watched,
-            &format!("{} points were done", points.len()),
-        ));
+    if done.is_none() {
+        return Ok(question.interrupted(&format!("{} points were done", points.len())));
     }
-    answer(options, plan, asked, &points)?.report(&options.question, &asked.identity)
-}
-
-fn point(first: f64, found: &Found) -> Point {
-    let none = |answer| Point {
-        first,
-        second: None,
-        low: None,
-        high: None,
-        from: None,
-        from_low: None,
-        from_high: None,
-        answer,
-    };
-    match found {
-        Found::Nowhere => none("no value meets it"),
-        Found::Everywhere => none(EVERYWHERE),
-        Found::Stretch(stretch) => {
-            let mut point = none("edge");
-            if let [from, _] = &stretch.edges[..] {
-                point.answer = "between";
-                (point.from, [point.from_low, point.from_high]) = (Some(from.value), from.interval);
-            }
-            if let Some(last) = stretch.last() {
-                (point.second, [point.low, point.high]) = (Some(last.value), last.interval);
-            }
-            point
-        }
-    }
-}
-
-fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, points: &[Point]) -> Result<Answer, Error> {
-    let [first, second] = [0, 1].map(|key| asked.bench.keys[key].0.as_str());
     let scenario = plan.scenario(0)?;
-    let setting = setting(plan.file(), &scenario);
+    question.answer(&scenario, answer(options, setting(plan.file(), &scenario), asked, &points))
+}
+
+fn record(point: &Point) -> Record {
+    Record::default()
+        .with("first", point.first)
+        .with("second", point.second)
+        .with("low", point.low)
+        .with("high", point.high)
+        .with("from", point.from)
+        .with("from_low", point.from_low)
+        .with("from_high", point.from_high)
+        .with("answer", point.answer)
+}
+
+fn answer(options: &Options, setting: String, asked: &Question<'_>, points: &[Point]) -> Answer {
+    let [first, second] = [0, 1].map(|key| asked.bench.keys[key].0.as_str());
     let limits = asked.limits.to_string();
     let cells = |point: &Point| {
         let interval = |value, ends| shown_interval((second, asked.bench.keys[1].1), value, ends);
@@ -117,33 +73,17 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, points: &[Point]
     };
     let table = Table::new([first, second].map(Column::number)).rows(points.iter().map(cells));
     let any = points.iter().any(|point| point.second.is_some());
-    let headline = format!("What {second} must be at each {first}, for {limits}");
+    let headline = format!("What {second} must be at each {first}, for {limits} [95 % interval]");
+    let records: Records = points.iter().map(record).collect();
     let json = json!({
-        "keys": [first, second], "limit": limits, "curve": points,
-        "trials": asked.rows.iter().map(|row| row.trials).sum::<u64>(),
+        "keys": [first, second], "limit": limits, "curve": records, "trials": asked.trials(),
     });
     let figure = figures::tradeoff([first, second], points, &limits, setting.clone());
     let caption = "The limits hold on the side of the curve where both parts are better.";
-    let tone = if any { Tone::Neutral } else { Tone::Warning };
-    Ok(Answer {
-        name: "require",
-        text: format!("{setting}\n{headline} [95 % interval]\n\n{}", table.text()),
-        json: with_setup(plan.file(), &scenario, json),
-        csv: columns::csv(points).map_err(|error| Error::Write("require.csv".into(), error))?,
-        figures: vec![("require".to_owned(), figure, caption.to_owned())],
-        page: Page {
-            title: format!("{first} against {second}"),
-            subtitle: setting,
-            sections: vec![Section {
-                title: "Answer".to_owned(),
-                blocks: vec![
-                    Block::Verdict { tone, headline, details: Vec::new() },
-                    Block::Code { caption: "The curve".to_owned(), text: table.whole() },
-                ],
-            }],
-            footer: String::new(),
-        },
-        // Options are checked before; what no value meets is an answer.
-        code: u8::from(!any && !options.key.is_empty()),
-    })
+    let verdict = verdict(if any { Tone::Neutral } else { Tone::Warning }, headline, Vec::new());
+    let title = format!("{first} against {second}");
+    let answer = Answer::new("require", title, setting, verdict, vec![Block::Table(table)]);
+    // Options are checked before; what no value meets is an answer.
+    let code = u8::from(!any && !options.key.is_empty());
+    Answer { json, csv: Some(records), code, ..answer.with("require", figure, caption) }
 }

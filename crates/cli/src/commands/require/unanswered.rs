@@ -9,8 +9,9 @@ use standstill_analysis::limit::{Limits, Measure};
 use standstill_campaign::Estimate;
 
 use crate::arguments::MOST_AT_A_VALUE as MOST;
-use crate::commands::question::probability;
-use crate::figures::Judged;
+use crate::shell::values::percent;
+use crate::shell::values::probability;
+use standstill_analysis::require::Judged;
 
 /// That they decide a limit: at the edge most of the mean square, or of its interval's upper end, is theirs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -57,11 +58,6 @@ impl Unanswered {
             rms_high_deg: made_by(share.high),
         }
     }
-}
-
-/// A share in per cent, with its sign.
-pub fn percent(share: f64) -> String {
-    format!("{} %", standstill_quantity::listed(&[100.0 * share], "").trim_end())
 }
 
 impl fmt::Display for Unanswered {

@@ -2,46 +2,11 @@
 
 use standstill_analysis::bracket::{Bound, Edge, Search, Side, Stretch};
 use standstill_analysis::limit::Limits;
-use standstill_quantity::{Scale, listed};
 
 use super::unanswered::{self, Unanswered};
 use super::{Question, bound, side};
-use crate::summary::{decimals_of, fixed};
-
-/// A key's value in its unit.
-pub fn shown(key: &str, value: f64) -> String {
-    if standstill_scenario::is_share(key) {
-        return format!("{} %", listed(&[100.0 * value], "").trim_end());
-    }
-    listed(&[value], &standstill_scenario::unit(key).unwrap_or_default()).trim_end().to_owned()
-}
-
-/// A key's value with its interval, in the unit that suits it, in no more digits than two of half the interval's width, or of the
-/// distance to the end that is not open; of whole numbers all.
-pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<f64>; 2]) -> String {
-    let scale = if standstill_scenario::is_share(key) {
-        Scale::percent()
-    } else {
-        Scale::suiting(&standstill_scenario::unit(key).unwrap_or_default(), value.abs())
-    };
-    let number = |x: f64| scale.number(x);
-    let [low, high] = interval.map(|end| end.map(number));
-    let value = number(value);
-    let decimals = match (whole, low, high) {
-        (true, ..) => 0,
-        (_, Some(low), Some(high)) => decimals_of([value, low, high]),
-        (_, Some(end), None) | (_, None, Some(end)) if end != value => {
-            let apart = (end - value).abs();
-            decimals_of([value, value - apart, value + apart])
-        }
-        // Three digits.
-        _ => decimals_of([value, 0.95 * value, 1.05 * value]),
-    };
-    let gap = if scale.unit.is_empty() || scale.unit == "°" { "" } else { " " };
-    let text = |x: f64| fixed(x, decimals) + gap + &scale.unit;
-    let end = |end: Option<f64>| end.map_or_else(|| "open".to_owned(), text);
-    format!("{} [{}, {}]", text(value), end(low), end(high))
-}
+use crate::shell::values::shown;
+use crate::shell::values::shown_interval;
 
 /// The answer: up to an edge, from one on, or between two.
 pub fn sentence(key: &str, whole: bool, limits: &Limits, edges: &[Edge]) -> String {

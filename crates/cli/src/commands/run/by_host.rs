@@ -15,7 +15,9 @@ use super::results::{Points, Results};
 use crate::arguments::{Arguments, Command, Run};
 use crate::columns::{trial_columns, trial_values};
 use crate::error::Error;
-use crate::{Host, progress, text};
+use crate::shell::command_line;
+use crate::shell::host::Host;
+use crate::shell::progress;
 
 /// Trials that are begun at a time, for each thread.
 const BLOCK: u64 = 16;
@@ -48,7 +50,7 @@ pub enum Stopped<E> {
 
 impl<E> From<Error> for Stopped<E> {
     fn from(error: Error) -> Self {
-        Self::Wrong(text::one_line(&error.to_string()))
+        Self::Wrong(command_line::one_line(&error.to_string()))
     }
 }
 

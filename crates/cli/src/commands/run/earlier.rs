@@ -6,12 +6,15 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use standstill_campaign::store::{Earlier, Identity, Journal, Row, Shard, Tallied};
 use standstill_campaign::store::{JournalError, head};
 use standstill_scenario::Verdict;
-use standstill_table::{Column, Format, Reader, Value};
+use standstill_table::{Format, Reader};
 
-use super::results::{STATISTICS, SummaryFile, trials_name};
-use crate::columns::trial_columns;
+use crate::results::rows;
+
 use crate::error::Error;
-use crate::terminal::tell;
+use crate::results::STATISTICS;
+use crate::results::SummaryFile;
+use crate::results::trials_name;
+use crate::shell::terminal::tell;
 
 /// Rows that wait to be taken, block by block.
 const WAITING: usize = 64;
@@ -113,7 +116,7 @@ impl Found {
         let Ok(reader) = Reader::open(&path) else { return Ok(()) };
         if is_of(&reader, &summary.run) {
             self.trials = self.trials.max(summary.run.trials);
-            self.rows.add(rows(reader).into_iter().flatten());
+            self.rows.add(found(reader).into_iter().flatten());
         }
         Ok(())
     }
@@ -148,19 +151,13 @@ fn is_of(reader: &Reader, run: &Identity) -> bool {
 /// The extension of a journal that was put aside, after its number of trials.
 const EARLIER: &str = "earlier";
 
-/// Rows with their points, read by a thread of its own; where they cannot be read any further, they end.
-fn rows(reader: Reader) -> Receiver<Vec<(usize, Row)>> {
+/// Rows of trials that found an angle with their points, read by a thread of its own; where they cannot be read any further, they end.
+fn found(reader: Reader) -> Receiver<Vec<(usize, Row)>> {
     let (to, from) = sync_channel(WAITING);
     std::thread::spawn(move || {
-        let columns: Vec<Column> = trial_columns().collect();
-        let mut place = None;
         let mut block = Vec::with_capacity(BLOCK);
-        let _ = reader.values(&columns, |values| {
-            let &[Value::Whole(trial), ref rest @ ..] = values else { return };
-            // Each point begins with trial 0.
-            let point = place.map_or(0, |point: usize| point + usize::from(trial == 0));
-            place = Some(point);
-            if let Some(row) = row(trial, rest) {
+        let _ = rows(reader, |point, row| {
+            if row.verdict == Verdict::Found {
                 block.push((point, row));
             }
             if block.len() == BLOCK {
@@ -171,35 +168,4 @@ fn rows(reader: Reader) -> Receiver<Vec<(usize, Row)>> {
         let _ = to.send(block);
     });
     from
-}
-
-/// A trial that found an angle, of its columns behind its number.
-fn row(trial: u64, values: &[Value<'_>]) -> Option<Row> {
-    let number = |place: usize| match values[place] {
-        Value::Number(number) => Some(number),
-        _ => None,
-    };
-    let Value::Text(outcome) = &values[3] else { return None };
-    if outcome != Verdict::Found.name() {
-        return None;
-    }
-    Some(Row {
-        trial,
-        true_angle_deg: number(0)?,
-        estimated_angle_deg: number(1),
-        error_deg: number(2),
-        verdict: Verdict::Found,
-        pole_correct: match values[4] {
-            Value::Flag(correct) => Some(correct),
-            _ => None,
-        },
-        rotor_moved_deg: number(5)?,
-        duration_s: number(6)?,
-        axis_deg: number(7),
-        axis_error_deg: number(8),
-        start_angle_deg: number(9)?,
-        peak_current_a: number(10)?,
-        reason: String::new(),
-        kind: String::new(),
-    })
 }

@@ -22,7 +22,7 @@ use standstill_foreign::{Description, Level, Library, LoadError, Timing, load_el
 use standstill_scenario::{Document, FileError, Lost, Plan, Record, Remote};
 
 use crate::error::Error;
-use crate::{Report, host};
+use crate::shell::{Report, host};
 
 /// What stands before a line of a worker's own, among what its library prints.
 const MARK: &str = "\u{1}standstill ";
@@ -325,7 +325,7 @@ pub fn worker() -> Result<Report, Error> {
         Err(Error::Scenario(FileError::Key { key, message, .. })) => {
             say(&format!("refused {}", json!([key, message])))
         }
-        Err(error) => say(&format!("refused {}", crate::text::one_line(&error.to_string()))),
+        Err(error) => say(&format!("refused {}", crate::shell::command_line::one_line(&error.to_string()))),
     };
     if said.is_err() {
         return Ok(Report { text: String::new(), code: 0 });
@@ -346,7 +346,7 @@ pub fn worker() -> Result<Report, Error> {
         })();
         let answer = match answer {
             Ok(record) => format!("record {}", record.to_line()),
-            Err(error) => format!("error {}", crate::text::one_line(&error)),
+            Err(error) => format!("error {}", crate::shell::command_line::one_line(&error)),
         };
         if say(&answer).is_err() {
             break;
@@ -357,7 +357,7 @@ pub fn worker() -> Result<Report, Error> {
 
 /// A line to the parent.
 fn say(answer: &str) -> std::io::Result<()> {
-    crate::write(&format!("{MARK}{answer}\n"))
+    crate::shell::terminal::write(&format!("{MARK}{answer}\n"))
 }
 
 /// Digests of all files that a plan reads, by their paths.

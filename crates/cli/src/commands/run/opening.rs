@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use standstill_campaign::store::{Identity, Shard};
 use standstill_scenario::{DesignKind, Plan};
 
-use crate::commands::report::setting;
-use crate::terminal::paragraph;
+use crate::shell::setup::setting;
+use crate::shell::terminal::paragraph;
 
 /// What will be simulated, in a few lines.
 pub fn text(plan: &Plan, identity: &Identity, shard: Shard) -> String {

@@ -3,21 +3,22 @@
 use std::collections::BTreeMap;
 
 use serde_json::json;
-use standstill_report::page::{Block, Chart, Page, Section};
+use standstill_report::page::{Block, Column, Table, Tone};
 
 use super::{ended, plan, trial_of};
-use crate::Report;
+use crate::answer::{Answer, Made, verdict};
 use crate::arguments::{FormatName, Keys, Source, Trace as Options};
-use crate::asked::Asked;
 use crate::commands::explain::watch;
-use crate::commands::question::{Identity, typed_of};
-use crate::commands::report::conditions;
-use crate::commands::report::setup::Setup;
-use crate::commands::reproduce::file_list;
+use crate::commands::question::Identity;
 use crate::error::Error;
 use crate::figures;
-use crate::output::Output;
-use crate::table::{Column, Table};
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::command_line::typed_of;
+use crate::shell::output::Output;
+use crate::shell::output::file_list;
+use crate::shell::setup::Setup;
+use crate::shell::setup::conditions;
 use standstill_scenario::Verdict;
 
 /// Settings that one picture can tell apart.
@@ -161,42 +162,32 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     }
     let title = format!("Trial {} with several values of {}", options.trial, keys.join(" and "));
     let figure = figures::overlaid(&traces, &title, &spoken);
-    let table = Table::new([
+    let columns = [
         Column::prose("setting"),
         Column::prose("it ended"),
-        Column::number("ms"),
-        Column::number("peak A"),
-        Column::number("moved °"),
-    ])
-    .rows(rows);
+        Column::number("time").unit("ms"),
+        Column::number("peak").unit("A"),
+        Column::number("moved").unit("°"),
+    ];
+    let table = Block::Table(Table::new(columns).rows(rows));
     output.file("result.json", format!("{:#}\n", serde_json::Value::from(results)).as_bytes())?;
-    output.file("overlay.svg", figure.svg()?.as_bytes())?;
-    output.file("overlay.png", &figure.png()?)?;
+    output.figure("overlay", &figure)?;
     let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
     let others = singles[1..].iter().map(|(.., text)| text.as_str()).collect();
     // They have just been read.
     let files = BTreeMap::new();
     let setup =
         Setup { place: &place, text: &singles[0].2, files: &files, fence: None, varied: keys, others };
-    let blocks = setup.heading().into_iter().collect::<Vec<_>>();
-    let chart = Chart { id: "chart-overlay".to_owned(), figure, caption: "Drag to zoom.".to_owned() };
-    let ended = Block::Code { caption: "How they ended".to_owned(), text: table.whole() };
-    let blocks = blocks.into_iter().chain([ended, Block::Chart(chart)]).collect();
-    let page = Page {
-        title,
-        subtitle: String::new(),
-        sections: [Section { title: "Waveforms".to_owned(), blocks }]
-            .into_iter()
-            .chain([setup.section(), setup.reproduce(&typed_of(options.source.scenario.as_deref()))])
-            .collect(),
-        footer: format!("Standstill {}", env!("CARGO_PKG_VERSION")),
-    };
-    output.file("overlay.html", page.html().map_err(Error::Page)?.as_bytes())?;
+    let command = typed_of(options.source.scenario.as_deref());
+    let made = Made { setup: Some(setup), command, ..Made::default() };
+    let headline = format!("trial {}", options.trial);
+    let verdict = verdict(Tone::Neutral, headline, Vec::new());
+    let answer = Answer::new("overlay", title, String::new(), verdict, vec![table]);
+    let text = answer.text();
+    let figures = vec![("overlay".to_owned(), figure, "Drag to zoom.".to_owned())];
+    output.file("overlay.html", answer.page(figures, &made).html().map_err(Error::Page)?.as_bytes())?;
     let files = output.finish()?;
-    Ok(Report {
-        text: format!("trial {}\n{}\n{}", options.trial, table.text(), file_list(&options.out, &files)),
-        code,
-    })
+    Ok(Report { text: format!("{text}\n{}", file_list(&options.out, &files)), code })
 }
 
 /// Keys that are not the same in all settings.

@@ -6,14 +6,12 @@ use standstill_campaign::Estimate;
 use standstill_quantity::{Scale, listed};
 use standstill_report::page::Tone;
 
-use crate::commands::require::{Unanswered, percent, shown};
+use crate::commands::require::Unanswered;
+use crate::shell::values::percent;
+use crate::shell::values::scale;
+use crate::shell::values::shown;
 use crate::summary::decimals_of;
-use crate::table::{Column, Table};
-
-/// The unit in which a measure is read.
-pub fn scale(measure: Measure, largest: f64) -> Scale {
-    measure.unit().map_or_else(Scale::percent, |unit| Scale::suiting(unit, largest))
-}
+use standstill_report::page::{Column, Table};
 
 fn digits(estimate: &Estimate, scale: &Scale) -> usize {
     decimals_of([estimate.value, estimate.low, estimate.high].map(|value| scale.number(value)))

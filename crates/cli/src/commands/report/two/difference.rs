@@ -80,13 +80,10 @@ mod tests {
                 };
                 let pairs: Vec<(f64, f64)> = (0..400).map(pair).collect();
                 let p95 = |of: fn(&(f64, f64)) -> f64| {
-                    let row = |(n, pair): (u64, &(f64, f64))| standstill_campaign::store::Row {
-                        trial: n,
-                        axis_error_deg: Some(of(pair)),
-                        ..super::super::trials::blank()
-                    };
                     let mut statistics = standstill_campaign::Statistics::default();
-                    (0..).zip(&pairs).for_each(|all| statistics.add_row(&row(all)));
+                    for pair in &pairs {
+                        statistics.add_outcome(standstill_scenario::Verdict::Found, None, Some(of(pair)));
+                    }
                     statistics.summary().p95_deg
                 };
                 let Estimate { low, high, .. } = paired_percentile(&pairs, [p95(|p| p.0), p95(|p| p.1)]);

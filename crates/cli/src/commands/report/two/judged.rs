@@ -3,16 +3,16 @@
 use standstill_campaign::{Apart, Estimate, Judgement, Summary, binomial_interval};
 use standstill_report::page::Tone;
 
-use super::super::verdict::range;
 use super::Common;
 use super::difference::{Rates, independent};
-use super::row::Row;
+use super::row::Compared;
 use super::trials::Trial;
+use crate::shell::values::range;
 use crate::summary::{GOOD, right};
 
 impl Common {
     /// What B has more than A, of what decides which does better; `rows` are its measures.
-    fn apart(&self, rows: &[Row]) -> Apart {
+    fn apart(&self, rows: &[Compared]) -> Apart {
         let of_starts = |case: fn(&Trial) -> bool, count: fn(&Summary) -> u64| {
             let Some(pairs) = self.pairs.as_ref().filter(|pairs| !pairs.is_empty()) else {
                 let rate = |s: &Summary| binomial_interval(count(s), s.trials);
@@ -23,15 +23,18 @@ impl Common {
         };
         let rms = rows.iter().find(|row| row.is_rms() && row.point == self.name);
         Apart {
-            wrong: of_starts(|trial| trial.cases[0], |s| s.wrong_poles),
-            unanswered: of_starts(|trial| trial.cases[1] || trial.cases[2], |s| s.undetermined + s.failed),
-            error: rms.map_or(Estimate::UNKNOWN, Row::apart),
+            wrong: of_starts(|trial| trial.cases()[0], |s| s.wrong_poles),
+            unanswered: of_starts(
+                |trial| trial.cases()[1] || trial.cases()[2],
+                |s| s.undetermined + s.failed,
+            ),
+            error: rms.map_or(Estimate::UNKNOWN, |row| row.apart),
         }
     }
 }
 
 /// What is different, in a line; first how many starts were answered rightly, where that is not nearly all.
-pub fn headline(rows: &[Row], points: &[Common]) -> (Tone, String) {
+pub fn headline(rows: &[Compared], points: &[Common]) -> (Tone, String) {
     let apart = difference(rows, points);
     let shares = |run: usize| {
         points.iter().map(move |point| (right(&point.summaries[run]), point.summaries[run].trials))
@@ -44,7 +47,7 @@ pub fn headline(rows: &[Row], points: &[Common]) -> (Tone, String) {
     (Tone::Warning, format!("Answered rightly: {a} at A, {b} at B{by}; {apart}"))
 }
 
-fn difference(rows: &[Row], points: &[Common]) -> String {
+fn difference(rows: &[Compared], points: &[Common]) -> String {
     let judged: Vec<Apart> = points.iter().map(|point| point.apart(rows)).collect();
     if let ([apart], Some(one)) = (&judged[..], rows.iter().find(|row| row.is_rms())) {
         return format!("{}; {}", apart.in_words(), measured(one));
@@ -70,10 +73,10 @@ fn difference(rows: &[Row], points: &[Common]) -> String {
 }
 
 /// Both errors, and their difference where there are both.
-fn measured(one: &Row) -> String {
+fn measured(one: &Compared) -> String {
     let cells = one.cells();
     let value = |of: usize| cells[2 + of].split(" [").next().unwrap_or_default().to_owned();
-    if one.a.is_nan() || one.b.is_nan() {
+    if one.of.iter().any(|of| of.value.is_nan()) {
         let said = |of: usize| match value(of) {
             none if none == "–" => "no axis".to_owned(),
             value => format!("rms {value}°"),
@@ -81,7 +84,7 @@ fn measured(one: &Row) -> String {
         return format!("{} at A, {} at B", said(0), said(1));
     }
     let [a, b] = [value(0), value(1)];
-    let apart = one.apart();
+    let apart = one.apart;
     let decimals = apart.decimals();
     let [value, low, high] = [apart.value, apart.low, apart.high].map(|x| format!("{x:+.decimals$}"));
     format!("rms {a}° at A, {b}° at B, {value}° [{low}, {high}]")

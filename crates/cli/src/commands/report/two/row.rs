@@ -1,77 +1,55 @@
-//! What two runs have of a measure at a point.
+//! A measure of two runs at a point.
 
-use serde::{Serialize, Serializer};
 use standstill_campaign::Estimate;
+
+use crate::answer::Record;
 
 /// The measures in degrees; the others are shares.
 pub const RMS: &str = "rms";
 pub const P95: &str = "p95";
 
-/// How many there are.
+/// The measure that counts.
 const TRIALS: &str = "trials";
 
-/// A number; one that could not be computed leaves its field empty.
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
-fn known<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
-    value.is_finite().then_some(*value).serialize(to)
-}
-
-/// A line of the answer: a measure at a point.
-#[derive(Debug, Serialize)]
-pub struct Row {
+/// A measure at a point.
+#[derive(Debug)]
+pub struct Compared {
     pub point: String,
     pub measure: &'static str,
-    #[serde(serialize_with = "known")]
-    pub a: f64,
-    #[serde(serialize_with = "known")]
-    pub a_low: f64,
-    #[serde(serialize_with = "known")]
-    pub a_high: f64,
-    #[serde(serialize_with = "known")]
-    pub b: f64,
-    #[serde(serialize_with = "known")]
-    pub b_low: f64,
-    #[serde(serialize_with = "known")]
-    pub b_high: f64,
-    #[serde(serialize_with = "known")]
-    pub difference: f64,
-    #[serde(serialize_with = "known")]
-    pub difference_low: f64,
-    #[serde(serialize_with = "known")]
-    pub difference_high: f64,
+    /// Of A and of B.
+    pub of: [Estimate; 2],
+    /// What B has more than A.
+    pub apart: Estimate,
     /// Trials compared one by one; none where the runs have their own random numbers.
     pub pairs: Option<u64>,
 }
 
-impl Row {
+impl Compared {
     pub fn new(
         point: &str,
         measure: &'static str,
-        [a, b]: [Estimate; 2],
+        of: [Estimate; 2],
         apart: Estimate,
         pairs: Option<u64>,
     ) -> Self {
-        Self {
-            point: point.to_owned(),
-            measure,
-            a: a.value,
-            a_low: a.low,
-            a_high: a.high,
-            b: b.value,
-            b_low: b.low,
-            b_high: b.high,
-            difference: apart.value,
-            difference_low: apart.low,
-            difference_high: apart.high,
-            pairs,
-        }
+        Self { point: point.to_owned(), measure, of, apart, pairs }
     }
 
     /// How many trials each run has at a point, and how many of them are compared one by one.
-    pub fn trials(point: &str, [a, b]: [u64; 2], pairs: Option<u64>) -> Self {
-        let count = |n: u64| Estimate { value: n as f64, low: f64::NAN, high: f64::NAN };
-        let none = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
-        Self::new(point, TRIALS, [count(a), count(b)], none, pairs)
+    pub fn trials(point: &str, counts: [u64; 2], pairs: Option<u64>) -> Self {
+        let count = |n: u64| Estimate { value: n as f64, ..Estimate::UNKNOWN };
+        Self::new(point, TRIALS, counts.map(count), Estimate::UNKNOWN, pairs)
+    }
+
+    /// For programs.
+    pub fn record(&self) -> Record {
+        Record::default()
+            .with("point", &self.point)
+            .with("measure", self.measure)
+            .estimate("a", "", Some(self.of[0]))
+            .estimate("b", "", Some(self.of[1]))
+            .estimate("difference", "", Some(self.apart))
+            .with("pairs", self.pairs)
     }
 
     /// In degrees or per cent.
@@ -83,11 +61,6 @@ impl Row {
         [RMS, P95].contains(&self.measure)
     }
 
-    /// What B has more than A.
-    pub fn apart(&self) -> Estimate {
-        Estimate { value: self.difference, low: self.difference_low, high: self.difference_high }
-    }
-
     pub fn is_rms(&self) -> bool {
         self.measure == RMS
     }
@@ -95,17 +68,16 @@ impl Row {
     pub fn cells(&self) -> Vec<String> {
         if self.measure == TRIALS {
             let pairs = self.pairs.map_or_else(|| "unpaired".to_owned(), |pairs| format!("{pairs} pairs"));
-            let [a, b] = [self.a, self.b].map(|count| count.to_string());
+            let [a, b] = self.of.map(|count| count.value.to_string());
             return vec![self.point.clone(), TRIALS.to_owned(), a, b, pairs, String::new()];
         }
-        let interval =
-            |value: f64, low: f64, high: f64| Estimate { value, low, high }.times(self.factor()).to_string();
+        let interval = |of: Estimate| of.times(self.factor()).to_string();
         vec![
             self.point.clone(),
             format!("{} {}", self.measure, if self.is_angle() { "°" } else { "%" }),
-            interval(self.a, self.a_low, self.a_high),
-            interval(self.b, self.b_low, self.b_high),
-            interval(self.difference, self.difference_low, self.difference_high),
+            interval(self.of[0]),
+            interval(self.of[1]),
+            interval(self.apart),
             // In few words, for a terminal's width.
             self.verdict().replace("no difference shown", "unsure"),
         ]
@@ -113,10 +85,10 @@ impl Row {
 
     /// Which is larger; which is better, all measures of a point say together.
     pub fn verdict(&self) -> &'static str {
-        if self.difference_low.is_nan() || self.difference_high.is_nan() {
+        if self.apart.low.is_nan() || self.apart.high.is_nan() {
             return "cannot be compared";
         }
-        match (self.difference_low > 0.0, self.difference_high < 0.0) {
+        match (self.apart.low > 0.0, self.apart.high < 0.0) {
             (true, _) => "B larger",
             (_, true) => "B smaller",
             _ => "no difference shown",
@@ -132,14 +104,15 @@ mod tests {
     use super::super::Common;
     use super::super::judged::headline;
     use super::*;
-    use crate::columns;
+    use crate::answer::Records;
 
     #[test]
     fn regress_what_is_no_number_is_printed_as_none_anywhere() {
         let nan = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
         let one = Estimate { value: 1.25, low: f64::NAN, high: f64::NAN };
-        let row = Row::new("all starts", RMS, [nan, one], nan, Some(0));
-        let csv = String::from_utf8(columns::csv([&row]).expect("written")).expect("text");
+        let row = Compared::new("all starts", RMS, [nan, one], nan, Some(0));
+        let csv = Records(vec![row.record()]).csv().expect("written");
+        let csv = String::from_utf8(csv).expect("text");
         assert_eq!(csv.lines().nth(1), Some("all starts,rms,,,,1.25,,,,,,0"));
         assert_eq!(row.cells()[2..], ["–", "1.2", "–", "cannot be compared"]);
         let mut none = Statistics::default().summary();
@@ -181,7 +154,7 @@ mod tests {
             (of(300, 0, 0), of(300, 0, 0), [1.0, 1.4], "B is worse: it is less exact; rms"),
             (of(300, 0, 0), of(299, 1, 1), [1.0, 1.0], "no difference shown; rms"),
         ] {
-            let row = Row::new("all starts", RMS, rms.map(one), one(rms[1] - rms[0]), None);
+            let row = Compared::new("all starts", RMS, rms.map(one), one(rms[1] - rms[0]), None);
             let point = Common {
                 name: "all starts".to_owned(),
                 places: [0, 0],

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use toml::Value as Toml;
 
-use super::Run;
-use crate::commands::require::shown as shown_value;
+use crate::results::Run;
+use crate::shell::values::shown as shown_value;
 
 /// Keys of the scenarios whose values differ: key, A, B.
 pub fn settings(runs: [&Run; 2]) -> Vec<[String; 3]> {

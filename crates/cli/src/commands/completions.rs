@@ -2,11 +2,11 @@
 
 use clap::CommandFactory as _;
 
-use super::reproduce::file_list;
-use crate::Report;
 use crate::arguments::{Arguments, Completions, Man};
 use crate::error::Error;
-use crate::output::Output;
+use crate::shell::Report;
+use crate::shell::output::Output;
+use crate::shell::output::file_list;
 
 pub fn completions(options: &Completions) -> Report {
     let mut script = Vec::new();

@@ -5,10 +5,26 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 use standstill_quantity::{listed, number};
-use standstill_report::page::{Block, Section, Table, TableColumn};
+use standstill_report::page::{Block, Column, Section, Table};
 use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, Values, keys};
 
-use crate::commands::run::quoted;
+/// What was run, in a line. What is an axis is not repeated.
+pub fn setting(file: &ScenarioFile) -> String {
+    conditions(file, |key| file.axes.contains_key(key))
+}
+
+/// The same without the keys that are varied.
+pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> String {
+    let fixed = |key: &str, text: String| (!is_varied(key)).then_some(text);
+    let parts = [
+        fixed("motor", file.motor.name()),
+        fixed("detector.method", file.detector.name().to_owned()),
+        fixed("errors", format!("{} errors", file.errors.0.name())),
+        fixed("rotor.state", format!("rotor {}", file.rotor.state().name())),
+        fixed("seed", format!("seed {}", file.seed)),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
 
 /// A scenario as it was written down with its results.
 pub struct Setup<'a> {
@@ -32,20 +48,6 @@ const COMPARED: usize = 256;
 /// Different values of a fact that are listed.
 const LISTED: usize = 6;
 
-/// Motor, method, errors and rotor of a scenario.
-pub fn heading(file: &ScenarioFile, varied: &[String]) -> Vec<(String, String)> {
-    let fact = |name: &str, key: &str, text: &str| {
-        let text = if varied.iter().any(|varied| varied == key) { "varied" } else { text };
-        (name.to_owned(), text.to_owned())
-    };
-    vec![
-        fact("Motor", "motor", &file.motor.name()),
-        fact("Method", "detector.method", file.detector.name()),
-        fact("Errors of drive and sensors", "errors", file.errors.0.name()),
-        fact("Rotor", "rotor.state", file.rotor.state().name()),
-    ]
-}
-
 impl Setup<'_> {
     fn document(&self, text: &str) -> Result<Document, FileError> {
         let mut document = Document::parse(self.place, text)?;
@@ -59,16 +61,24 @@ impl Setup<'_> {
         self.varied.iter().any(|varied| varied == key)
     }
 
-    /// [`heading`] as a block.
-    pub fn heading(&self) -> Option<Block> {
+    /// Motor, method, errors and rotor.
+    pub fn heading(&self) -> Option<Vec<(String, String)>> {
         let file = self.document(self.text).and_then(|document| document.load()).ok()?;
-        Some(Block::Facts(heading(&file, &self.varied)))
+        let fact = |name: &str, key: &str, text: &str| {
+            (name.to_owned(), if self.is_varied(key) { "varied" } else { text }.to_owned())
+        };
+        Some(vec![
+            fact("Motor", "motor", &file.motor.name()),
+            fact("Method", "detector.method", file.detector.name()),
+            fact("Errors of drive and sensors", "errors", file.errors.0.name()),
+            fact("Rotor", "rotor.state", file.rotor.state().name()),
+        ])
     }
 
     /// Facts of drive and sensors, with the values that they have at the points that are compared, and the motor's data sheet
     /// where there is one alone.
     pub fn section(&self) -> Section {
-        Section { title: "Motor, drive and sensors".to_owned(), blocks: self.blocks() }
+        Section::new("Motor, drive and sensors", self.blocks())
     }
 
     fn blocks(&self) -> Vec<Block> {
@@ -100,16 +110,14 @@ impl Setup<'_> {
         let mut blocks = vec![Block::Facts(facts)];
         if !self.is_varied("motor") {
             let rows = sheet.entries().into_iter();
+            let caption = format!(
+                "Data sheet {}: {}; rms values, where any, say so",
+                sheet.name(),
+                sheet.title().trim_end_matches('.')
+            );
+            let columns = ["key", "value", "source", "reason"].map(Column::word);
             let rows = rows.map(|entry| vec![entry.key, entry.value, entry.source.to_string(), entry.reason]);
-            blocks.push(Block::Table(Table {
-                caption: format!(
-                    "Data sheet {}: {}; rms values, where any, say so",
-                    sheet.name(),
-                    sheet.title().trim_end_matches('.')
-                ),
-                columns: ["key", "value", "source", "reason"].map(TableColumn::text).to_vec(),
-                rows: rows.collect(),
-            }));
+            blocks.push(Block::Table(Table::new(columns).captioned(caption).rows(rows)));
         }
         blocks
     }
@@ -133,22 +141,9 @@ impl Setup<'_> {
         );
         let code =
             |caption: &str, text: &str| Block::Code { caption: caption.to_owned(), text: text.to_owned() };
-        Section {
-            title: "How to reproduce it".to_owned(),
-            blocks: vec![Block::Text(said), code("Commands", commands), code("scenario.toml", self.text)],
-        }
+        let blocks = [Block::Text(said), code("Commands", commands), code("scenario.toml", self.text)];
+        Section::new("How to reproduce it", blocks)
     }
-}
-
-/// A command line of this program; what an option has several of, joined by commas, becomes an option each.
-pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
-    let mut words = vec![format!("standstill {name} scenario.toml")];
-    for (option, values) in options {
-        let several = ["--key", "--vary", "--between"].contains(&option.as_str());
-        let values: Vec<&str> = if several { values.split(", ").collect() } else { vec![values] };
-        words.extend(values.into_iter().map(|value| format!("{option} {}", quoted(value))));
-    }
-    words.join(" ")
 }
 
 /// The points whose values are compared. Along a grid a value of an axis is met first where all other axes have their first

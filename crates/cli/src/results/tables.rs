@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use standstill_campaign::store::Shard;
 use standstill_files::Digest;
 
-use super::quoted;
-use super::results::SUMMARY;
+use super::SUMMARY;
 use crate::error::Error;
-use crate::output::Output;
-use crate::terminal::tell;
+use crate::shell::command_line::quoted;
+use crate::shell::output::Output;
+use crate::shell::terminal::tell;
 
 /// Size and checksum of each table, by its name.
 #[derive(Debug, Serialize, Deserialize)]

@@ -12,7 +12,6 @@ use standstill_campaign::NUMERICS;
 use standstill_files::read_text;
 use standstill_plant::Digest;
 
-use crate::commands::run::results::of_another_run;
 use crate::error::Error;
 
 /// The note's file, hidden from lists of results.
@@ -68,7 +67,7 @@ impl Asked {
             Some(question) => format!("of {} there and of {} here", question.said, self.question.said),
             None => format!("nothing says that they are of `standstill {}`", self.command),
         };
-        Err(of_another_run(folder.join(first), &difference))
+        Err(Error::another_run(folder.join(first), &difference))
     }
 
     /// The note of a folder with this question in it, and these files, which are still where `staged` says.

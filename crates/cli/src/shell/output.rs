@@ -3,16 +3,18 @@
 //! Files are written into a hidden folder inside the target and renamed into place when all are complete, so
 //! that a failure half way leaves what was there before.
 
+use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use standstill_files::Digest;
+use standstill_report::figure::Figure;
 use tempfile::TempDir;
 
-use crate::asked::{Asked, NOTE};
 use crate::error::Error;
+use crate::shell::asked::{Asked, NOTE};
 
 /// Hidden folders for files in the making begin with this, then the number of their process.
 const PREFIX: &str = ".standstill-";
@@ -157,6 +159,12 @@ impl Output {
         self.close(name, file)
     }
 
+    /// A figure, drawn twice: `NAME.svg` and `NAME.png`.
+    pub fn figure(&mut self, name: &str, figure: &Figure) -> Result<(), Error> {
+        self.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
+        self.file(&format!("{name}.png"), &figure.png()?)
+    }
+
     /// Moves all files into place; returns their names.
     pub fn finish(mut self) -> Result<Vec<String>, Error> {
         if let Some(asked) = self.asked.take() {
@@ -181,6 +189,15 @@ impl Drop for Output {
         self.unfinished.remove();
         *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
+}
+
+/// What was written.
+pub fn file_list(folder: &Path, files: &[String]) -> String {
+    let mut text = format!("Files in {}:\n", folder.display());
+    for name in files {
+        let _ = writeln!(text, "  {name}");
+    }
+    text
 }
 
 /// Removes what processes that were killed left behind in this folder.

@@ -4,15 +4,12 @@
 //! of their scenario from it, and leave the tables of their results with it.
 
 use std::cell::RefCell;
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use standstill_table::Columns;
-
-use crate::{Report, text};
 
 thread_local! {
     static CURRENT: RefCell<Option<Arc<Host>>> = const { RefCell::new(None) };
@@ -62,18 +59,6 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Host {
-    /// Carries out a command line, without the program's name, in this thread. What the program would print, or the line
-    /// in which it would say what is wrong.
-    ///
-    /// # Errors
-    /// What `standstill` says behind its name.
-    pub fn command(self: &Arc<Self>, words: impl IntoIterator<Item = OsString>) -> Result<Report, String> {
-        self.run(|| {
-            crate::arguments(std::iter::once("standstill".into()).chain(words)).and_then(crate::command)
-        })
-        .map_err(|error| text::one_line(&error.to_string()))
-    }
-
     /// Does something as this host's.
     pub(crate) fn run<T>(self: &Arc<Self>, work: impl FnOnce() -> T) -> T {
         /// Leaves the thread to whose it was before, also if the work panics.

@@ -1,3 +1,5 @@
+use standstill_report::page::Tone;
+
 use super::*;
 
 fn example() -> Table {

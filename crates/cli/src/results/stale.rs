@@ -4,10 +4,10 @@ use std::path::Path;
 
 use standstill_files::read_text;
 
-use crate::asked::rewrite;
-use crate::commands::explain::options_of;
-use crate::commands::run::quoted;
+use crate::shell::asked::rewrite;
+
 use crate::error::Error;
+use crate::shell::command_line::quoted;
 
 /// Pages in a run's folder: their folder, their name, and the command that makes them of the run's folder.
 const PAGES: [(&str, &str, &str); 2] = [
@@ -56,4 +56,19 @@ pub fn mark(folder: &Path) -> Result<Vec<String>, Error> {
         said.push(format!("{place}/{name}, which is older: `{command}` makes it anew"));
     }
     Ok(said)
+}
+
+/// The options that a folder's name stands for.
+pub fn options_of(name: &str) -> Option<String> {
+    let (of, point) = name
+        .split_once("-point-")
+        .map_or((name, String::new()), |(of, point)| (of, format!(" --point {point}")));
+    let chosen = if let Some(trial) = of.strip_prefix("trial-") {
+        format!(" --trial {trial}")
+    } else if let Some(most) = of.strip_prefix("worst-") {
+        format!(" --worst {most}")
+    } else {
+        format!(" --wrong-poles --worst {}", of.strip_prefix("wrong-poles-")?)
+    };
+    Some(chosen + &point)
 }

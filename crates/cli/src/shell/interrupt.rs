@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::terminal::tell;
-use crate::{host, output};
+use super::{host, output};
+use crate::shell::terminal::tell;
 
 /// Code of a process ended by an interrupt: 128 + SIGINT.
 pub const INTERRUPTED: u8 = 130;

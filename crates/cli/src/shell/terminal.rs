@@ -1,12 +1,14 @@
 //! The terminal that a command speaks to: how wide it is, and whether it has colours.
 
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::sync::OnceLock;
 
 use console::{Style, Term, measure_text_width};
 use standstill_report::page::Tone;
 
-use crate::host;
+use super::host;
+use crate::error::Error;
 
 /// Columns where there is no terminal.
 pub const USUAL: usize = 80;
@@ -52,6 +54,26 @@ pub fn paint(tone: Tone, word: &str, colours: bool) -> String {
         Tone::Bad => style.red().bold().apply_to(word).to_string(),
         Tone::Neutral => word.to_owned(),
     }
+}
+
+/// Writes to standard output. Whoever reads it may stop reading (`| head`); that is no error.
+pub fn print(text: &str) -> Result<(), Error> {
+    match write(text) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::Write("standard output".into(), error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes to standard output, or where it went when a library was loaded, which may print there what it likes.
+pub fn write(text: &str) -> std::io::Result<()> {
+    #[cfg(target_os = "linux")]
+    if let Some(mut output) = standstill_foreign::output() {
+        return output.write_all(text.as_bytes());
+    }
+    let mut output = std::io::stdout();
+    output.write_all(text.as_bytes()).and_then(|()| output.flush())
 }
 
 /// A line on standard error, whether or not anybody reads it.

@@ -10,8 +10,8 @@ use indicatif::{ProgressBar, ProgressFinish, ProgressState, ProgressStyle, WeakP
 use standstill_analysis::Watch;
 use standstill_campaign::store::Notes;
 
-use crate::terminal::tell;
-use crate::{host, interrupt};
+use crate::shell::terminal::tell;
+use crate::shell::{host, interrupt};
 
 /// How long nothing is said without a terminal.
 const EVERY: Duration = Duration::from_secs(10);

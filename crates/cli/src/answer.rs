@@ -1,0 +1,254 @@
+//! An answer is a value: built once, and written as text, page, JSON and CSV.
+
+mod records;
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use serde_json::Value;
+use standstill_report::figure::Figure;
+use standstill_report::page::{Block, Chart, Page, Section, Tone};
+
+pub use self::records::{Record, Records};
+use crate::error::Error;
+use crate::shell::Report;
+use crate::shell::asked::Asked;
+use crate::shell::output::{Output, file_list};
+use crate::shell::setup::Setup;
+use crate::shell::table::Print as _;
+use crate::shell::terminal::paragraph;
+
+/// The answer of a command.
+pub struct Answer {
+    /// Name of its files.
+    pub name: &'static str,
+    /// Title of its page.
+    pub title: String,
+    /// Motor, method and conditions: the first line of the text, and the line under the page's title.
+    pub setting: String,
+    /// Verdict, tables and sentences.
+    pub sections: Vec<Section>,
+    /// Names, figures and captions.
+    pub figures: Vec<(String, Figure, String)>,
+    /// The numbers for programs.
+    pub json: Value,
+    /// The rows for programs; none of an answer that is no file but the page and its figures.
+    pub csv: Option<Records>,
+    /// The command's code.
+    pub code: u8,
+}
+
+/// The origin of an answer.
+#[derive(Default)]
+pub struct Made<'a> {
+    /// The scenario; none where there are several.
+    pub setup: Option<Setup<'a>>,
+    /// Facts of its own beside those of the scenario.
+    pub facts: Vec<(String, String)>,
+    /// The commands that make it again.
+    pub command: String,
+    /// What the note beside the files says, where their JSON does not say it itself.
+    pub asked: Option<Asked>,
+}
+
+impl Answer {
+    /// An answer with a verdict and blocks below it.
+    pub fn new(
+        name: &'static str,
+        title: String,
+        setting: String,
+        verdict: Block,
+        blocks: Vec<Block>,
+    ) -> Self {
+        let sections = vec![Section::new("Answer", std::iter::once(verdict).chain(blocks))];
+        Self { name, title, setting, sections, figures: Vec::new(), json: Value::Null, csv: None, code: 0 }
+    }
+
+    /// With a figure and the caption under it.
+    #[must_use]
+    pub fn with(mut self, name: impl Into<String>, figure: Figure, caption: impl Into<String>) -> Self {
+        self.figures.push((name.into(), figure, caption.into()));
+        self
+    }
+
+    /// The text for terminals.
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        if !self.setting.is_empty() {
+            let _ = writeln!(text, "{}", self.setting);
+        }
+        text + &sections(&self.sections)
+    }
+
+    /// Writes the files that are wanted; returns the text or the JSON.
+    pub fn report(self, folder: Option<PathBuf>, as_json: bool, made: Made<'_>) -> Result<Report, Error> {
+        let (code, json) = (self.code, format!("{:#}\n", self.json));
+        let mut text = if as_json { String::new() } else { self.text() };
+        if let Some(folder) = folder {
+            let files = self.files(&folder, &json, made)?;
+            let _ = write!(text, "\n{}", file_list(&folder, &files));
+        }
+        Ok(Report { text: if as_json { json } else { text }, code })
+    }
+
+    /// Names of the files.
+    fn names(&self) -> Vec<String> {
+        let data = if self.csv.is_some() { &["csv", "json", "html"][..] } else { &["html"] };
+        let mut names: Vec<String> = data.iter().map(|kind| format!("{}.{kind}", self.name)).collect();
+        for (name, ..) in &self.figures {
+            names.extend(["svg", "png"].map(|kind| format!("{name}.{kind}")));
+        }
+        names
+    }
+
+    fn files(mut self, folder: &std::path::Path, json: &str, made: Made<'_>) -> Result<Vec<String>, Error> {
+        let names = self.names();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let mut output = match &made.asked {
+            Some(asked) => Output::answering(asked.clone(), folder, &names)?,
+            None => Output::create(folder, &names)?,
+        };
+        if let Some(rows) = &self.csv {
+            let csv = rows.csv().map_err(Error::writing(&folder.join(names[0])))?;
+            output.file(names[0], &csv)?;
+            output.file(names[1], json.as_bytes())?;
+        }
+        for (name, figure, _) in &self.figures {
+            output.figure(name, figure)?;
+        }
+        let html = format!("{}.html", self.name);
+        let figures = std::mem::take(&mut self.figures);
+        output.file(&html, self.page(figures, &made).html().map_err(Error::Page)?.as_bytes())?;
+        output.finish()
+    }
+
+    /// The page, with figures behind the first section, and the scenario at the end.
+    pub fn page(self, figures: Vec<(String, Figure, String)>, made: &Made<'_>) -> Page {
+        let mut sections = self.sections;
+        // Ids have no dots, keys do.
+        let id = |name: &str| name.replace(|c: char| !c.is_ascii_alphanumeric() && c != '_', "-");
+        let chart = |(name, figure, caption): (String, Figure, String)| {
+            Block::Chart(Chart { id: format!("chart-{}", id(&name)), figure, caption })
+        };
+        if !figures.is_empty() {
+            sections.insert(1.min(sections.len()), Section::new("Figures", figures.into_iter().map(chart)));
+        }
+        let heading = made.setup.as_ref().and_then(Setup::heading).unwrap_or_default();
+        let facts: Vec<_> = heading.into_iter().chain(made.facts.iter().cloned()).collect();
+        if let Some(first) = sections.first_mut().filter(|_| !facts.is_empty()) {
+            first.blocks.push(Block::Facts(facts));
+        }
+        if let Some(setup) = &made.setup {
+            sections.extend([setup.section(), setup.reproduce(&made.command)]);
+        }
+        let footer = format!("Standstill {}", env!("CARGO_PKG_VERSION"));
+        Page { title: self.title, subtitle: self.setting, sections, footer }
+    }
+}
+
+/// A verdict.
+pub fn verdict(tone: Tone, headline: impl Into<String>, details: Vec<String>) -> Block {
+    Block::Verdict { tone, headline: headline.into(), details }
+}
+
+/// Sections as text for terminals: those that pages alone have are left out.
+pub fn sections(sections: &[Section]) -> String {
+    let mut text = String::new();
+    for (k, section) in sections.iter().filter(|section| !section.aside).enumerate() {
+        if k > 0 {
+            gap(&mut text);
+        }
+        blocks(&mut text, &section.blocks);
+    }
+    text
+}
+
+/// One empty line, unless there is one or nothing before.
+fn gap(text: &mut String) {
+    if !text.is_empty() && !text.ends_with("\n\n") {
+        text.push('\n');
+    }
+}
+
+/// Blocks as text for terminals. Lines of a verdict are not broken: programs look for them.
+fn blocks(text: &mut String, all: &[Block]) {
+    for block in all {
+        match block {
+            Block::Verdict { headline, details, .. } => {
+                let _ = writeln!(text, "{headline}");
+                text.extend(details.iter().map(|detail| format!("  {detail}\n")));
+            }
+            Block::Facts(facts) => {
+                text.extend(facts.iter().map(|(name, value)| format!("  {name:<20} {value}\n")))
+            }
+            Block::List(sentences) => {
+                text.extend(sentences.iter().map(|sentence| paragraph("  – ", sentence)))
+            }
+            Block::Text(prose) => {
+                gap(text);
+                text.extend(prose.split("\n\n").map(|sentences| paragraph("", sentences)));
+            }
+            Block::Code { text: code, .. } => {
+                gap(text);
+                text.push_str(code);
+            }
+            Block::Table(table) => {
+                gap(text);
+                if !table.caption.is_empty() {
+                    *text += &paragraph("", &table.caption);
+                    text.push('\n');
+                }
+                *text += &table.text();
+            }
+            Block::Chart(_) => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_campaign::Estimate;
+    use standstill_report::page::{Column, Table};
+
+    use super::*;
+
+    #[test]
+    fn law_text_page_json_and_csv_of_an_answer_have_the_same_numbers() {
+        let of = |k: u32| Estimate { value: f64::from(k) / 7.0, low: 0.01, high: 123.4 };
+        let rows = || (1..40).map(|k| vec![format!("source {k}"), of(k).to_string()]);
+        let table = Table::new([Column::word("source"), Column::number("share").unit("%")]).rows(rows());
+        let aside = table.clone().rows([vec!["aside".to_owned(), "0.777".to_owned()]]);
+        let record = |k: u32| {
+            Record::default().with("name", k).estimate("share", "_deg", Some(of(k))).with("x", f64::NAN)
+        };
+        let records: Records = (1..40).map(record).collect();
+        let verdict = verdict(Tone::Good, "headline 5.1", vec!["detail 6.2".to_owned()]);
+        let blocks = vec![Block::Table(table), Block::Text("one 7.3\n\ntwo 8.4".to_owned())];
+        let mut answer = Answer::new("name", "title".to_owned(), "setting 9.5".to_owned(), verdict, blocks);
+        answer.sections.push(Section::new("Aside", [Block::Table(aside)]).aside());
+        answer.json = serde_json::json!({ "rows": records });
+        let (text, json) = (answer.text(), answer.json.clone());
+        assert!(
+            !text.contains("0.777") && text.starts_with("setting 9.5\nheadline 5.1\n  detail 6.2\n\n"),
+            "{text}"
+        );
+        let html = answer.page(Vec::new(), &Made::default()).html().expect("a page");
+        let cells: Vec<String> = rows().flatten().collect();
+        for part in ["headline 5.1", "detail 6.2", "one 7.3", "two 8.4"]
+            .into_iter()
+            .chain(cells.iter().map(String::as_str))
+        {
+            assert!(text.contains(part) && html.contains(part), "{part}");
+        }
+        assert!(html.contains("<td>aside</td>") && html.contains("0.777"));
+        let csv = String::from_utf8(records.csv().expect("written")).expect("text");
+        let mut lines = csv.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+        let names = lines.next().expect("a header");
+        assert_eq!(names, ["name", "share_deg", "share_low_deg", "share_high_deg", "x"]);
+        for (k, line) in lines.enumerate() {
+            for (name, cell) in names.iter().zip(line) {
+                assert_eq!(cell.parse().ok(), json["rows"][k][name].as_f64(), "{name} of row {k}");
+            }
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Rows for programs: one list for JSON and CSV.
+
+use std::io;
+
+use indexmap::IndexMap;
+use serde::Serialize;
+use serde_json::{Value, json};
+use standstill_campaign::Estimate;
+
+/// Rows of one kind, in their order.
+#[derive(Clone, Debug, Default, Serialize)]
+#[serde(transparent)]
+pub struct Records(pub Vec<Record>);
+
+/// A row: its fields by name, in the order of the columns. A field that does not exist is null, or empty.
+#[derive(Clone, Debug, Default, Serialize)]
+#[serde(transparent)]
+pub struct Record(IndexMap<String, Value>);
+
+impl Record {
+    /// With a field; a number that is none stays empty.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: impl Serialize) -> Self {
+        self.0.insert(name.to_owned(), json!(value));
+        self
+    }
+
+    /// With an estimate and the ends of its interval: `NAME_UNIT`, `NAME_low_UNIT` and `NAME_high_UNIT`.
+    #[must_use]
+    pub fn estimate(self, name: &str, unit: &str, estimate: Option<Estimate>) -> Self {
+        let part = |of: fn(&Estimate) -> f64| estimate.as_ref().map(of);
+        self.with(&format!("{name}{unit}"), part(|e| e.value))
+            .with(&format!("{name}_low{unit}"), part(|e| e.low))
+            .with(&format!("{name}_high{unit}"), part(|e| e.high))
+    }
+}
+
+impl FromIterator<Record> for Records {
+    fn from_iter<T: IntoIterator<Item = Record>>(rows: T) -> Self {
+        Self(rows.into_iter().collect())
+    }
+}
+
+impl Records {
+    /// The rows as CSV with a header.
+    pub fn csv(&self) -> io::Result<Vec<u8>> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        if let Some(Record(first)) = self.0.first() {
+            writer.write_record(first.keys())?;
+        }
+        for Record(row) in &self.0 {
+            let cell = |value: &Value| match value {
+                Value::Null => String::new(),
+                Value::String(text) => text.clone(),
+                value => value.to_string(),
+            };
+            writer.write_record(row.values().map(cell))?;
+        }
+        writer.into_inner().map_err(csv::IntoInnerError::into_error)
+    }
+}

@@ -1,0 +1,250 @@
+//! The folder of a finished run, or what is in its place.
+
+use std::path::{Path, PathBuf};
+
+use standstill_campaign::store::{Identity, Journal, Row, Rows, Shard};
+use standstill_report::study::ErrorCloud;
+use standstill_scenario::{Document, ScenarioFile, Verdict};
+use standstill_table::{Column, Format, Reader, TableError, Value};
+
+use super::{STATISTICS, SUMMARY, SummaryFile, trials_name};
+use crate::columns::trial_columns;
+use crate::error::Error;
+use crate::shell::command_line::quoted;
+use crate::shell::progress;
+use crate::shell::terminal::tell;
+
+/// What a run's folder holds.
+pub struct Run {
+    pub folder: PathBuf,
+    pub trials: PathBuf,
+    pub summary: SummaryFile,
+    pub file: ScenarioFile,
+    /// The folder that no file of the scenario may be outside of.
+    pub fence: Option<PathBuf>,
+}
+
+/// What is there instead of trials that can be read, and the way out.
+fn no_trials(folder: &Path, needed: &[&str]) -> Error {
+    let other = [Format::Npz, Format::Mat].map(trials_name);
+    let found = if let Some(other) = other.into_iter().find(|name| folder.join(name).exists()) {
+        format!("{other}, which is not read back")
+    } else if folder.join(STATISTICS).exists() {
+        "statistics alone (--rows none), whose answers are in summary.json".to_owned()
+    } else {
+        "no trials".to_owned()
+    };
+    Error::Results {
+        path: folder.to_owned(),
+        found,
+        needed: format!(
+            "{}, as `standstill run` writes them with --format csv or parquet and --rows all",
+            needed.join(" or ")
+        ),
+    }
+}
+
+/// Commands that write other results than a run's, the file that tells each, and its page.
+const OTHERS: [(&str, &str, Option<&str>); 8] = [
+    ("compare", "comparison.csv", None),
+    ("budget", "budget.json", Some("budget.html")),
+    ("odds", "odds.json", Some("odds.html")),
+    ("require", "require.json", Some("require.html")),
+    ("tune", "tune.json", Some("tune.html")),
+    ("explain", "explain.json", Some("explain.html")),
+    ("trace", "overlay.html", Some("overlay.html")),
+    ("trace", "waveform.csv", None),
+];
+
+/// The command whose results a folder has, and their page.
+fn answered(folder: &Path) -> Option<(&'static str, Option<PathBuf>)> {
+    let (command, _, page) = OTHERS.into_iter().find(|(_, file, _)| folder.join(file).exists())?;
+    Some((command, page.map(|page| folder.join(page)).filter(|page| page.exists())))
+}
+
+/// A folder without results, but with what is to become some: how to go on.
+fn unfinished(folder: &Path) -> Result<(), Error> {
+    let error = |path: &Path, found: String, needed: String| {
+        Err(Error::Results { path: path.to_owned(), found, needed })
+    };
+    if folder.is_file() {
+        let needed = "the folder of a finished run, as `standstill run SCENARIO --out DIR` writes it";
+        return error(folder, "a file".to_owned(), needed.to_owned());
+    }
+    if folder.join(SUMMARY).exists() {
+        return Ok(());
+    }
+    if let Some((command, page)) = answered(folder) {
+        let found = format!("the results of `standstill {command}`");
+        let needed = match page {
+            Some(page) => format!("those of `standstill run`; the page of these is {}", page.display()),
+            None => "those of `standstill run`; these have no page".to_owned(),
+        };
+        return error(folder, found, needed);
+    }
+    let journal = folder.join(Shard::WHOLE.file_name());
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let name = |entry: std::fs::DirEntry| entry.file_name().to_string_lossy().into_owned();
+    let shards = entries.map(name).filter(|name| name.starts_with("shard-") && name.ends_with(".journal"));
+    if journal.exists() {
+        let found = if Journal::is_busy(&journal) {
+            "a run that is under way".to_owned()
+        } else {
+            format!("a run that is not finished{}", done(&journal).map(|(_, done)| done).unwrap_or_default())
+        };
+        let folder = quoted(&folder.display().to_string());
+        let needed = format!(
+            "its end: `standstill run SCENARIO --resume --out {folder}` goes on, with the options that it began with"
+        );
+        return error(&journal, found, needed);
+    }
+    match shards.count() {
+        0 => {
+            let found = if folder.exists() { "no results" } else { "no such folder" };
+            let needed = "the folder of a finished run, as `standstill run SCENARIO --out DIR` writes it";
+            error(folder, found.to_owned(), needed.to_owned())
+        }
+        count => {
+            let needed = format!(
+                "all of them put together: `standstill status {0}` says which are missing, `standstill merge {0} --out DIR` makes the results",
+                quoted(&folder.display().to_string())
+            );
+            error(folder, format!("{count} shards of a run, and no results"), needed)
+        }
+    }
+}
+
+/// Says that there is more than the results of this folder: trials that are to extend them, or those of a run that takes their place.
+pub fn say_extension(folder: &Path) {
+    let path = folder.join(Shard::WHOLE.file_name());
+    let Some((coming, done)) = path.exists().then(|| done(&path)).flatten() else { return };
+    let extends = SummaryFile::read(folder).is_ok_and(|summary| summary.run.begins(&coming));
+    let (what, trials, more) = if extends {
+        ("extended", "the new trials", "--trials N --resume")
+    } else {
+        ("replaced by another run", "its trials", "--force --resume")
+    };
+    tell(&format!(
+        "these results are being {what}{done}: {} has {trials}, and `standstill run SCENARIO {more} --out {}` goes on",
+        path.display(),
+        quoted(&folder.display().to_string())
+    ));
+}
+
+/// Of which run a journal is, and how many of its trials it has.
+fn done(journal: &Path) -> Option<(Identity, String)> {
+    let mut rows = Rows::open(journal).ok()?;
+    while rows.block().ok()?.is_some() {}
+    let all = rows.identity().rows();
+    let done = format!(", {} of {all} trials are done", all - rows.left());
+    Some((rows.identity().clone(), done))
+}
+
+impl Run {
+    /// Opens a finished run's folder.
+    pub fn open(folder: &Path) -> Result<Self, Error> {
+        unfinished(folder)?;
+        let summary = SummaryFile::read(folder)?;
+        let names = [Format::Csv, Format::Parquet].map(trials_name);
+        let Some(trials) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
+            return Err(no_trials(folder, &names));
+        };
+        summary.check(&trials)?;
+        let file = Document::parse(Path::new("scenario"), &summary.run.scenario)?.load()?;
+        Ok(Self { folder: folder.to_owned(), trials, summary, file, fence: None })
+    }
+
+    /// What is wrong with a table of trials that is not this run's.
+    pub fn foreign(&self, found: String) -> Error {
+        Error::Results {
+            path: self.trials.clone(),
+            found,
+            needed: "the trials that summary.json beside it is of".to_owned(),
+        }
+    }
+
+    /// All trials, point by point.
+    ///
+    /// # Errors
+    /// A table that cannot be read, or is not this run's.
+    pub fn trials(&self, mut each: impl FnMut(usize, Row)) -> Result<(), Error> {
+        let reader = Reader::open(&self.trials).map_err(Error::Table)?;
+        for (key, needed) in self.summary.run.metadata() {
+            if reader.metadata.get(&key) != Some(&needed) {
+                return Err(self.foreign(format!("another {key}, or none")));
+            }
+        }
+        if let Some(name) = trial_columns().find(|column| !reader.columns.contains(&column.name)) {
+            return Err(self.foreign(format!("no column {}", name.name)));
+        }
+        let bar = progress::reading(self.summary.trials());
+        let read = rows(reader, |point, row| {
+            bar.inc(1);
+            each(point, row);
+        });
+        bar.finish_and_clear();
+        read.map_err(Error::Table)
+    }
+
+    /// The errors of all trials, of which only as much is kept as can be drawn.
+    pub fn cloud(&self) -> Result<ErrorCloud, Error> {
+        let (mut cloud, mut complete) = (ErrorCloud::new(), true);
+        let open = self.summary.run.pole_is_open;
+        self.trials(|_, row| {
+            complete &= !row.true_angle_deg.is_nan();
+            // Where poles are not judged, none is wrong.
+            let error = if open { row.axis_error_deg } else { row.error_deg };
+            cloud.add(row.true_angle_deg, row.axis_error_deg, error);
+        })?;
+        if !complete {
+            return Err(self.foreign("a trial without its angle".to_owned()));
+        }
+        let found = cloud.trials();
+        if found != self.summary.trials() {
+            return Err(self.foreign(format!("{found} trials instead of {}", self.summary.trials())));
+        }
+        Ok(cloud)
+    }
+}
+
+const VERDICTS: [Verdict; 4] = [Verdict::Found, Verdict::Undetermined, Verdict::Failed, Verdict::Error];
+
+/// The rows of a table of trials with the numbers of their points. A number that is none is no number; the table has reasons in words
+/// alone, without their kinds.
+///
+/// # Errors
+/// A table that cannot be read any further.
+pub fn rows(reader: Reader, mut each: impl FnMut(usize, Row)) -> Result<(), TableError> {
+    let columns: Vec<Column> = trial_columns().collect();
+    let (mut point, mut last) = (0, None);
+    reader.values(&columns, |values| {
+        let Some(row) = row(values) else { return };
+        // Each point begins at its first trial.
+        point += usize::from(last.is_some_and(|last| row.trial <= last));
+        last = Some(row.trial);
+        each(point, row);
+    })
+}
+
+fn row(values: &[Value<'_>]) -> Option<Row> {
+    let &[Value::Whole(trial), ref values @ ..] = values else { return None };
+    let number = |place: usize| if let Value::Number(number) = values[place] { Some(number) } else { None };
+    let known = |place: usize| number(place).unwrap_or(f64::NAN);
+    let text = |place: usize| if let Value::Text(text) = &values[place] { text.as_ref() } else { "" };
+    Some(Row {
+        trial,
+        true_angle_deg: known(0),
+        estimated_angle_deg: number(1),
+        error_deg: number(2),
+        verdict: VERDICTS.into_iter().find(|verdict| verdict.name() == text(3))?,
+        pole_correct: if let Value::Flag(correct) = values[4] { Some(correct) } else { None },
+        rotor_moved_deg: known(5),
+        duration_s: known(6),
+        axis_deg: number(7),
+        axis_error_deg: number(8),
+        start_angle_deg: known(9),
+        peak_current_a: known(10),
+        reason: text(11).to_owned(),
+        kind: String::new(),
+    })
+}

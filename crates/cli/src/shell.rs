@@ -1,0 +1,21 @@
+//! The means that commands share: the terminal, folders of results, command lines, values for people.
+
+pub mod asked;
+pub mod command_line;
+pub mod host;
+pub mod interrupt;
+pub mod output;
+pub mod progress;
+pub mod setup;
+pub mod table;
+pub mod terminal;
+pub mod values;
+
+/// The text that a command prints, and the code with which it ends.
+#[derive(Debug)]
+pub struct Report {
+    /// On standard output.
+    pub text: String,
+    /// 0: all is well; 1: the answer is no, or a trial could not be simulated; 130: interrupted.
+    pub code: u8,
+}

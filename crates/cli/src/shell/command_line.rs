@@ -1,0 +1,91 @@
+//! Command lines as one can type them again, and messages in a line.
+
+use std::path::Path;
+
+/// The command line that goes on with what this one has begun.
+pub fn to_resume() -> String {
+    let mut command: Vec<String> = std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
+    if !command.iter().any(|word| word == "--resume") {
+        command.push("--resume".to_owned());
+    }
+    command.join(" ")
+}
+
+/// A word as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+%@".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+/// This process's command line as one can type it again; none of another program's.
+pub fn typed() -> String {
+    typed_of(None)
+}
+
+/// The same with `scenario.toml` in place of the scenario's file.
+pub fn typed_of(scenario: Option<&Path>) -> String {
+    if super::host::current().is_some() {
+        return String::new();
+    }
+    let words = std::env::args_os().skip(1).map(|word| match scenario {
+        Some(path) if path.as_os_str() == word => "scenario.toml".to_owned(),
+        _ => quoted(&word.to_string_lossy()),
+    });
+    std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+/// A command line of this program; what an option has several of, joined by commas, becomes an option each.
+pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
+    let mut words = vec![format!("standstill {name} scenario.toml")];
+    for (option, values) in options {
+        let several = ["--key", "--vary", "--between"].contains(&option.as_str());
+        let values: Vec<&str> = if several { values.split(", ").collect() } else { vec![values] };
+        words.extend(values.into_iter().map(|value| format!("{option} {}", quoted(value))));
+    }
+    words.join(" ")
+}
+
+/// A message of several lines in one, without the advice at its end.
+pub fn one_line(message: &str) -> String {
+    let body = message.split("\n\nUsage:").next().unwrap_or(message);
+    let body = body.split("\n\nFor more information").next().unwrap_or(body);
+    // The parser's advice stands in a paragraph of its own.
+    let body = body.replace("\n\n  tip:", "; tip:");
+    let words: Vec<&str> = body.split_whitespace().collect();
+    words.join(" ").trim_start_matches("error: ").to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_advice_is_apart_from_the_mistake() {
+        let message = "error: unexpected argument '--shart' found\n\n  tip: a similar argument exists: '--shard'\n\nUsage: x\n";
+        assert_eq!(
+            one_line(message),
+            "unexpected argument '--shart' found; tip: a similar argument exists: '--shard'"
+        );
+    }
+
+    #[test]
+    fn regress_parser_messages_become_one_line() {
+        let message = "error: invalid value 'x' for '--decay <DECAY>'\n  [possible values: slow, fast]\n\nFor more information, try '--help'.\n";
+        assert_eq!(
+            one_line(message),
+            "invalid value 'x' for '--decay <DECAY>' [possible values: slow, fast]"
+        );
+    }
+
+    #[test]
+    fn law_words_survive_a_shell() {
+        for (word, expected) in [("a=1.5", "a=1.5"), ("noise=20 mA", "'noise=20 mA'"), ("it's", r"'it'\''s'")]
+        {
+            assert_eq!(quoted(word), expected);
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! Values for people: in the unit that suits them and in the digits that their intervals support, while files have them in SI.
+
+use serde_json::Value;
+use standstill_analysis::limit::Measure;
+use standstill_campaign::Estimate;
+use standstill_quantity::{Scale, fixed, listed, magnitude, short};
+use standstill_scenario as file;
+
+use crate::results::PointSummary;
+use crate::summary::{decimals_of, share_of};
+
+/// How the values of an axis are shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    /// Key of the axis.
+    pub key: String,
+    /// Their unit.
+    pub scale: Scale,
+}
+
+impl Shown {
+    /// Those of all axes.
+    pub fn of(points: &[PointSummary]) -> Vec<Self> {
+        let keys = points.first().into_iter().flat_map(|point| point.values.keys());
+        keys.map(|key| {
+            let values = points.iter().filter_map(|point| point.values.get(key)?.as_f64());
+            let largest = values.fold(0.0_f64, |largest, value| largest.max(value.abs()));
+            let scale = if file::is_share(key) {
+                Scale::percent()
+            } else {
+                Scale::suiting(&file::unit(key).unwrap_or_default(), largest)
+            };
+            Self { key: key.clone(), scale }
+        })
+        .collect()
+    }
+
+    /// A value without its unit: six digits are enough to tell points apart.
+    pub fn text(&self, value: &Value) -> String {
+        match value {
+            Value::String(text) => text.clone(),
+            Value::Number(number) => short(self.scale.number(number.as_f64().unwrap_or(f64::NAN))),
+            other => other.to_string(),
+        }
+    }
+}
+
+/// A point by its values.
+pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
+    let values = shown.iter().zip(point.values.values());
+    let values: Vec<String> = values
+        .map(|(axis, value)| format!("{} = {} {}", axis.key, axis.text(value), axis.scale.unit))
+        .collect();
+    let values: Vec<&str> = values.iter().map(|value| value.trim_end()).collect();
+    values.join(", ")
+}
+
+/// A key's value in its unit.
+pub fn shown(key: &str, value: f64) -> String {
+    if standstill_scenario::is_share(key) {
+        return format!("{} %", listed(&[100.0 * value], "").trim_end());
+    }
+    listed(&[value], &standstill_scenario::unit(key).unwrap_or_default()).trim_end().to_owned()
+}
+
+/// A key's value with its interval, in the unit that suits it, in no more digits than two of half the interval's width, or of the
+/// distance to the end that is not open; of whole numbers all.
+pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<f64>; 2]) -> String {
+    let scale = if standstill_scenario::is_share(key) {
+        Scale::percent()
+    } else {
+        Scale::suiting(&standstill_scenario::unit(key).unwrap_or_default(), value.abs())
+    };
+    let number = |x: f64| scale.number(x);
+    let [low, high] = interval.map(|end| end.map(number));
+    let value = number(value);
+    let decimals = match (whole, low, high) {
+        (true, ..) => 0,
+        (_, Some(low), Some(high)) => decimals_of([value, low, high]),
+        (_, Some(end), None) | (_, None, Some(end)) if end != value => {
+            let apart = (end - value).abs();
+            decimals_of([value, value - apart, value + apart])
+        }
+        // Three digits.
+        _ => decimals_of([value, 0.95 * value, 1.05 * value]),
+    };
+    let gap = if scale.unit.is_empty() || scale.unit == "°" { "" } else { " " };
+    let text = |x: f64| fixed(x, decimals) + gap + &scale.unit;
+    let end = |end: Option<f64>| end.map_or_else(|| "open".to_owned(), text);
+    format!("{} [{}, {}]", text(value), end(low), end(high))
+}
+
+/// A share in per cent, with its sign.
+pub fn percent(share: f64) -> String {
+    format!("{} %", standstill_quantity::listed(&[100.0 * share], "").trim_end())
+}
+
+/// The unit in which a measure is read.
+pub fn scale(measure: Measure, largest: f64) -> Scale {
+    measure.unit().map_or_else(Scale::percent, |unit| Scale::suiting(unit, largest))
+}
+
+/// A probability with three digits, as people read it: `4.27e-5`, `0.125`.
+pub fn probability(value: f64) -> String {
+    probability_to(value, i32::MIN)
+}
+
+/// The same without the digits below this power of ten.
+fn probability_to(value: f64, last: i32) -> String {
+    let digits =
+        |most: i32, first: i32| usize::try_from(first.saturating_sub(last).clamp(0, most)).unwrap_or(0);
+    match magnitude(value) {
+        None => "0".to_owned(),
+        Some(first) if first < -3 => format!("{value:.*e}", digits(2, first)),
+        // What is not zero is not shown as zero.
+        Some(first) => {
+            let least = usize::try_from(-first).unwrap_or(0);
+            format!("{value:.*}", digits(4, 0).max(least))
+        }
+    }
+}
+
+/// An estimate of a probability with its interval, in the digits that this supports.
+pub fn probability_interval(estimate: &Estimate) -> String {
+    let Estimate { value, low, high } = *estimate;
+    let last = estimate.last_place().unwrap_or(i32::MIN);
+    let [value, low, high] = [value, low, high].map(|p| probability_to(p, last));
+    format!("{value} [{low}, {high}]")
+}
+
+/// The least and the largest of several shares of so many starts each, leaving out what is none.
+pub fn range(shares: impl Iterator<Item = (f64, u64)>) -> Option<String> {
+    let known: Vec<(f64, u64)> = shares.filter(|(share, _)| share.is_finite()).collect();
+    let low = known.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let high = known.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let [low, high] = [low, high].map(|(share, starts)| format!("{} %", share_of(*share, *starts)));
+    Some(if low == high { low } else { format!("{low} to {high}") })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_values_stand_in_their_unit() {
+        let shown = Shown { key: "sensors.noise".to_owned(), scale: Scale::suiting("A", 0.05) };
+        assert_eq!(shown.text(&Value::from(0.05)), "50");
+        assert_eq!(shown.text(&Value::from(1e-3 * 10.0_f64.sqrt())), "3.16228");
+    }
+
+    #[test]
+    fn law_probabilities_have_no_digits_beyond_their_intervals() {
+        let text = |value, low, high| probability_interval(&Estimate { value, low, high });
+        assert_eq!(text(4.954e-5, 4.371e-5, 5.604e-5), "5.0e-5 [4.4e-5, 5.6e-5]");
+        assert_eq!(text(3.04e-6, 5.02e-7, 1.203e-5), "3e-6 [5e-7, 1.2e-5]");
+        assert_eq!(text(0.015_61, 0.014_72, 0.016_53), "0.0156 [0.0147, 0.0165]");
+        assert_eq!(text(0.21, 0.042, 0.43), "0.21 [0.04, 0.43]");
+        assert_eq!(text(0.21, 0.004, 0.43), "0.21 [0.004, 0.43]");
+        assert_eq!(text(0.5, 0.5, 0.5), "0.500 [0.500, 0.500]");
+        assert_eq!((probability(0.0), probability(1.152_8e-4)), ("0".to_owned(), "1.15e-4".to_owned()));
+    }
+}

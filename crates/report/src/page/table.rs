@@ -1,0 +1,133 @@
+//! Tables: the same for pages and for terminals, which have less room.
+
+use super::Tone;
+
+/// A table. On a page its rows can be sorted by each column and, if there are more than 20, filtered.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// The subject of the table; may be empty.
+    pub caption: String,
+    /// The columns, left to right.
+    pub columns: Vec<Column>,
+    /// The cells of each row, one per column, with the row's tone. An empty cell, or `–`, is one without value.
+    pub rows: Vec<(Tone, Vec<String>)>,
+    /// Whether the first cells become lines above their rows where there is no room.
+    pub headed: bool,
+    /// The rows that a terminal shows where these are not all, and the sentence under them.
+    pub excerpt: Option<(Vec<usize>, String)>,
+}
+
+/// The heading of a column, and its behaviour where there is no room.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// The quantity.
+    pub name: String,
+    /// Its unit; empty without one.
+    pub unit: String,
+    /// The kind of its cells.
+    pub kind: Kind,
+    /// Where there is no room, the column of the highest rank is left out first; 0: never.
+    pub rank: u8,
+    /// Where there is no room, cells lose the bracket at their end, an interval or a share, in the same order; 0: never.
+    pub bracket: u8,
+    /// Whether its cells have the colour of their row's tone.
+    pub judged: bool,
+}
+
+/// The kind of a column's cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Words that stand in one line.
+    Word,
+    /// Numbers with a decimal point, with or without an interval in brackets: aligned to the right, sorted by value.
+    Number,
+    /// Words that may stand in several lines.
+    Prose,
+}
+
+impl Column {
+    fn new(name: impl Into<String>, kind: Kind) -> Self {
+        Self { name: name.into(), unit: String::new(), kind, rank: 0, bracket: 0, judged: false }
+    }
+
+    /// A column of words that stand in one line.
+    pub fn word(name: impl Into<String>) -> Self {
+        Self::new(name, Kind::Word)
+    }
+
+    /// A column of numbers.
+    pub fn number(name: impl Into<String>) -> Self {
+        Self::new(name, Kind::Number)
+    }
+
+    /// A column of words that may stand in several lines.
+    pub fn prose(name: impl Into<String>) -> Self {
+        Self::new(name, Kind::Prose)
+    }
+
+    /// With a unit.
+    #[must_use]
+    pub fn unit(self, unit: impl Into<String>) -> Self {
+        Self { unit: unit.into(), ..self }
+    }
+
+    /// With a rank: see [`Column::rank`].
+    #[must_use]
+    pub fn rank(self, rank: u8) -> Self {
+        Self { rank, ..self }
+    }
+
+    /// With brackets that may be left out: see [`Column::bracket`].
+    #[must_use]
+    pub fn bracket(self, rank: u8) -> Self {
+        Self { bracket: rank, ..self }
+    }
+
+    /// With the colours of the rows' tones.
+    #[must_use]
+    pub fn judged(self) -> Self {
+        Self { judged: true, ..self }
+    }
+
+    /// Name and unit in one text.
+    pub fn title(&self) -> String {
+        format!("{} {}", self.name, self.unit).trim_end().to_owned()
+    }
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(columns: impl IntoIterator<Item = Column>) -> Self {
+        Self { columns: columns.into_iter().collect(), ..Self::default() }
+    }
+
+    /// With a caption.
+    #[must_use]
+    pub fn captioned(self, caption: impl Into<String>) -> Self {
+        Self { caption: caption.into(), ..self }
+    }
+
+    /// With rows of no tone.
+    #[must_use]
+    pub fn rows(self, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
+        self.judged(rows.into_iter().map(|row| (Tone::Neutral, row)))
+    }
+
+    /// With rows and their tones.
+    #[must_use]
+    pub fn judged(self, rows: impl IntoIterator<Item = (Tone, Vec<String>)>) -> Self {
+        Self { rows: rows.into_iter().collect(), ..self }
+    }
+
+    /// With first cells that become lines above their rows where there is no room.
+    #[must_use]
+    pub fn headed(self) -> Self {
+        Self { headed: true, ..self }
+    }
+
+    /// With rows of which a terminal shows some, and the sentence under these.
+    #[must_use]
+    pub fn excerpt(self, rows: Vec<usize>, sentence: impl Into<String>) -> Self {
+        Self { excerpt: Some((rows, sentence.into())), ..self }
+    }
+}
