@@ -121,17 +121,18 @@ impl fmt::Display for Error {
     }
 }
 
-impl From<FileError> for Error {
-    fn from(error: FileError) -> Self {
-        Self::Scenario(error)
-    }
+/// Errors that are a kind of [`Error`] as they are.
+macro_rules! from {
+    ($($error:ty => $kind:ident),+) => {
+        $(impl From<$error> for Error {
+            fn from(error: $error) -> Self {
+                Self::$kind(error)
+            }
+        })+
+    };
 }
 
-impl From<JournalError> for Error {
-    fn from(error: JournalError) -> Self {
-        Self::Journal(error)
-    }
-}
+from!(FileError => Scenario, JournalError => Journal, ShardsError => Shards, CampaignError => Campaign, BoundError => Bound, TemperatureError => Temperature, FigureError => Figure);
 
 impl From<SweepError> for Error {
     fn from(error: SweepError) -> Self {
@@ -140,24 +141,6 @@ impl From<SweepError> for Error {
             SweepError::Journal(error) => Self::Journal(error),
             SweepError::Threads(_) => Self::Threads(error.to_string()),
         }
-    }
-}
-
-impl From<ShardsError> for Error {
-    fn from(error: ShardsError) -> Self {
-        Self::Shards(error)
-    }
-}
-
-impl From<CampaignError> for Error {
-    fn from(error: CampaignError) -> Self {
-        Self::Campaign(error)
-    }
-}
-
-impl From<BoundError> for Error {
-    fn from(error: BoundError) -> Self {
-        Self::Bound(error)
     }
 }
 
@@ -171,20 +154,8 @@ impl From<SuitabilityError> for Error {
     }
 }
 
-impl From<TemperatureError> for Error {
-    fn from(error: TemperatureError) -> Self {
-        Self::Temperature(error)
-    }
-}
-
 impl From<SettingsError> for Error {
     fn from(error: SettingsError) -> Self {
         Self::Campaign(CampaignError::Settings(error))
-    }
-}
-
-impl From<FigureError> for Error {
-    fn from(error: FigureError) -> Self {
-        Self::Figure(error)
     }
 }
