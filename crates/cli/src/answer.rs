@@ -179,9 +179,10 @@ fn blocks(text: &mut String, all: &[Block]) {
                 text.extend(details.iter().map(|detail| format!("  {detail}\n")));
             }
             Block::Facts(facts) => {
-                text.extend(facts.iter().map(|(name, value)| format!("  {name:<20} {value}\n")))
+                text.extend(facts.iter().map(|(name, value)| format!("  {name:<24} {value}\n")))
             }
             Block::List(sentences) => {
+                gap(text);
                 text.extend(sentences.iter().map(|sentence| paragraph("  – ", sentence)))
             }
             Block::Text(prose) => {

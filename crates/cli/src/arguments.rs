@@ -241,16 +241,16 @@ pub struct Check {
     #[arg(long, value_parser = choice::<ErrorSet>())]
     pub errors: Option<ErrorSet>,
     /// Largest angle error in electrical degrees that the start can bear, in 95 of 100 detections
-    #[arg(long, value_name = "DEG", default_value_t = 5.0, value_parser = tolerance, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", default_value_t = 5.0, value_parser = tolerance(), allow_hyphen_values = true)]
     pub tolerance: f64,
     /// Furthest that a free rotor may move, in electrical degrees
-    #[arg(long, value_name = "DEG", default_value_t = 1.0, value_parser = tolerance, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", default_value_t = 1.0, value_parser = tolerance(), allow_hyphen_values = true)]
     pub movement: f64,
     /// Largest phase current in A (peak) that the drive may use [default: the motor's rated current]
-    #[arg(long, value_name = "A", value_parser = amperes, allow_hyphen_values = true)]
+    #[arg(long, value_name = "A", value_parser = amperes(), allow_hyphen_values = true)]
     pub current: Option<f64>,
     /// Longest time of a detection in ms
-    #[arg(long, value_name = "MS", default_value_t = 1000.0, value_parser = milliseconds, allow_hyphen_values = true)]
+    #[arg(long, value_name = "MS", default_value_t = 1000.0, value_parser = milliseconds(), allow_hyphen_values = true)]
     pub time: f64,
     /// Scenario file for what is recommended [default: check-MOTOR.toml; with --json none]
     #[arg(long, value_name = "FILE.toml")]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use standstill_analysis::Event;
-use standstill_analysis::limit::{LimitError, Limits, Measure, MeasureError, Subject};
+use standstill_analysis::limit::{Limits, Measure, Subject};
 use standstill_analysis::subset::Effort;
 use standstill_campaign::store::Shard;
 use standstill_table::Format;
@@ -136,7 +136,7 @@ pub struct Odds {
     pub question: Question,
     /// What may happen: wrong-pole, wrong-evidence (readings that speak for the wrong pole, enough or not), undetermined,
     /// failed, `|e| > 3 deg` (the axis is off by more; of all starts), `moved > 1 deg`, `peak_current > 8 A`
-    #[arg(long, value_name = "EVENT", value_parser = event)]
+    #[arg(long, value_name = "EVENT")]
     pub event: Event,
     /// quick, normal or high: 1,000, 4,000 or 16,000 states of a level. Each step costs four times the trials and halves the interval;
     /// quick loses parts of the event that lie at other angles sooner
@@ -162,7 +162,7 @@ pub struct Require {
     pub key: Vec<String>,
     /// What must hold, such as `rms <= 1 deg, undetermined <= 0.1 %`: rms, p95, p99, P(|e| > X) (the angle is off by more, of all
     /// starts), wrong_poles, undetermined, failed, moved, duration, peak_current. Starts without an answer count against each
-    #[arg(long, value_name = "LIMITS", value_parser = limits)]
+    #[arg(long, value_name = "LIMITS")]
     pub limit: Limits,
     /// Where to look, such as `1 mA:50 mA`; of two keys once for each [default: 30 times the scenario's value either way]
     #[arg(long, value_name = "FROM:TO", allow_hyphen_values = true)]
@@ -181,14 +181,14 @@ pub struct Tune {
     #[arg(long, value_name = "KEY=LOW:HIGH", value_parser = assignment, required = true)]
     pub vary: Vec<(String, String)>,
     /// What is to be small: rms, p95, p99, P(|e| > X), wrong_poles, undetermined, failed, moved, duration, peak_current
-    #[arg(long, value_name = "MEASURE", value_parser = measure)]
+    #[arg(long, value_name = "MEASURE")]
     pub minimise: Measure,
     /// What must hold, such as `moved <= 0.1 deg, undetermined <= 0.1 %`; `duration <= start`: no more than with the scenario's own
     /// settings. Starts without an answer count against each
-    #[arg(long, value_name = "LIMITS", value_parser = subject)]
+    #[arg(long, value_name = "LIMITS")]
     pub subject_to: Option<Subject>,
     /// What the measure is drawn against [default: duration; of duration itself rms]
-    #[arg(long, value_name = "MEASURE", value_parser = measure)]
+    #[arg(long, value_name = "MEASURE")]
     pub against: Option<Measure>,
     /// Trials at the last settings; those before have fewer [default: 20000, more where a limit needs it]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1_000..=100_000_000))]
@@ -346,22 +346,6 @@ impl From<FormatName> for Format {
             FormatName::Mat => Self::Mat,
         }
     }
-}
-
-fn event(text: &str) -> Result<Event, String> {
-    text.parse().map_err(|error: standstill_analysis::EventError| error.to_string())
-}
-
-fn measure(text: &str) -> Result<Measure, String> {
-    text.parse().map_err(|error: MeasureError| error.to_string())
-}
-
-fn subject(text: &str) -> Result<Subject, String> {
-    text.parse().map_err(|error: LimitError| error.to_string())
-}
-
-fn limits(text: &str) -> Result<Limits, String> {
-    text.parse().map_err(|error: LimitError| error.to_string())
 }
 
 fn shard(text: &str) -> Result<Shard, String> {

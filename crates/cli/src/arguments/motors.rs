@@ -61,7 +61,7 @@ pub struct Magnetics {
     #[arg(long, value_name = "P", value_parser = whole::<u32>(1..=200))]
     pub pole_pairs: Option<u32>,
     /// Resistance in Ω of a phase of the motor of a flux map, for its time constants
-    #[arg(long, value_name = "OHM", value_parser = ohms, allow_hyphen_values = true)]
+    #[arg(long, value_name = "OHM", value_parser = ohms(), allow_hyphen_values = true)]
     pub resistance: Option<f64>,
     /// Whether a flux map has peak values (amplitude-invariant) or rms values of currents and fluxes [default: peak]
     #[arg(long, value_name = "VALUES", value_parser = map_values)]
@@ -73,7 +73,7 @@ pub struct Magnetics {
     #[arg(long, value_name = "HOW", value_parser = ["fitted"])]
     pub beyond: Option<String>,
     /// Largest current in A [default: the rated current, or what the map covers]
-    #[arg(long, value_name = "A", value_parser = amperes, allow_hyphen_values = true)]
+    #[arg(long, value_name = "A", value_parser = amperes(), allow_hyphen_values = true)]
     pub current: Option<f64>,
     /// Folder for the figure; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = OUT)]

@@ -55,7 +55,7 @@ pub struct Setup {
 pub struct Load {
     /// Torque in N·m that a load exerts against forward motion, also at standstill, on a rotor that can move [key:
     /// rotor.load; without a scenario: 0]
-    #[arg(long, value_name = "NM", value_parser = newton_metres, allow_hyphen_values = true)]
+    #[arg(long, value_name = "NM", value_parser = newton_metres(), allow_hyphen_values = true)]
     pub load: Option<f64>,
 }
 
@@ -63,10 +63,10 @@ pub struct Load {
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Temperatures {
     /// Temperature of the winding in °C [default: that of the data sheet]. The drive does not know
-    #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
+    #[arg(long, value_name = "CELSIUS", value_parser = celsius(), allow_hyphen_values = true)]
     pub winding_temperature: Option<f64>,
     /// Temperature of the magnets in °C [default: that of the data sheet]. The drive does not know
-    #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
+    #[arg(long, value_name = "CELSIUS", value_parser = celsius(), allow_hyphen_values = true)]
     pub magnet_temperature: Option<f64>,
 }
 

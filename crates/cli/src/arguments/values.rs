@@ -56,48 +56,38 @@ pub fn trial() -> impl TypedValueParser<Value = u64> {
     whole::<u64>(0..=(1 << 60) - 1)
 }
 
-pub fn tolerance(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(degrees) if (0.001..=90.0).contains(&degrees) => Ok(degrees),
-        _ => Err("not a number of degrees from 0.001 to 90".to_owned()),
-    }
-}
-
-pub fn milliseconds(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(time) if (0.1..=20_000.0).contains(&time) => Ok(time),
-        _ => Err("not a number of milliseconds from 0.1 to 20000".to_owned()),
-    }
-}
-
 pub fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("needed a whole number from 0 to {}", u64::MAX))
 }
 
-pub fn amperes(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(current) if (1e-6..=1e5).contains(&current) => Ok(current),
-        _ => Err("not a number of amperes from 1e-6 to 100000".to_owned()),
+/// A number in a range.
+fn number(range: RangeInclusive<f64>, wrong: &'static str) -> impl TypedValueParser<Value = f64> {
+    move |text: &str| {
+        let number = text.trim().parse().ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| wrong.to_owned())
     }
 }
 
-pub fn ohms(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(resistance) if (1e-9..=1e6).contains(&resistance) => Ok(resistance),
-        _ => Err("not a positive number of ohms, from 1e-9 to 1e6".to_owned()),
-    }
+pub fn tolerance() -> impl TypedValueParser<Value = f64> {
+    number(0.001..=90.0, "not a number of degrees from 0.001 to 90")
 }
 
-pub fn newton_metres(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(torque) if torque.abs() <= 1e6 => Ok(torque),
-        _ => Err("not a number of newton metres from -1000000 to 1000000".to_owned()),
-    }
+pub fn milliseconds() -> impl TypedValueParser<Value = f64> {
+    number(0.1..=20_000.0, "not a number of milliseconds from 0.1 to 20000")
 }
 
-pub fn celsius(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(temperature) if (-60.0..=300.0).contains(&temperature) => Ok(temperature),
-        _ => Err("not a temperature from -60 to 300 °C".to_owned()),
-    }
+pub fn amperes() -> impl TypedValueParser<Value = f64> {
+    number(1e-6..=1e5, "not a number of amperes from 1e-6 to 100000")
+}
+
+pub fn ohms() -> impl TypedValueParser<Value = f64> {
+    number(1e-9..=1e6, "not a positive number of ohms, from 1e-9 to 1e6")
+}
+
+pub fn newton_metres() -> impl TypedValueParser<Value = f64> {
+    number(-1e6..=1e6, "not a number of newton metres from -1000000 to 1000000")
+}
+
+pub fn celsius() -> impl TypedValueParser<Value = f64> {
+    number(-60.0..=300.0, "not a temperature from -60 to 300 °C")
 }

@@ -8,6 +8,7 @@ use standstill_analysis::{Demands, Progress, Suitability, Suited};
 use standstill_interface::Choice;
 use standstill_scenario::Document;
 
+use crate::answer::{Answer, Made, verdict};
 use crate::arguments::{Check, Temperatures};
 use crate::doubts;
 use crate::error::Error;
@@ -16,6 +17,7 @@ use crate::shell::Report;
 use crate::shell::host;
 use crate::shell::interrupt;
 use crate::shell::progress;
+use crate::shell::terminal::painted;
 
 /// The scenario of what is named.
 fn document(options: &Check) -> Result<Document, Error> {
@@ -76,12 +78,17 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         _ => None,
     };
     let next = answer::next(&asked, written.as_ref());
-    let text = if options.json {
-        format!("{:#}\n", answer::json(&asked, written.as_ref(), &next))
-    } else {
-        words::text(&asked, &next)
-    };
-    Ok(Report { text, code: u8::from(found.suited() != Suited::Yes) })
+    let (tone, word) = asked.word();
+    let verdict = verdict(tone, asked.head(), Vec::new());
+    let title = format!("Is {} suited?", motor.name);
+    let answer = Answer::new("check", title, String::new(), verdict, words::blocks(&asked, &next));
+    let json = answer::json(&asked, written.as_ref(), &next);
+    let code = u8::from(found.suited() != Suited::Yes);
+    let mut report = Answer { json, code, ..answer }.report(None, options.json, Made::default())?;
+    if !options.json {
+        report.text = report.text.replacen(word, &painted(tone, word), 1);
+    }
+    Ok(report)
 }
 
 /// Keys that the options set.

@@ -4,7 +4,7 @@ mod tables;
 
 use std::fmt::Write as _;
 
-use standstill_analysis::paper::{self, Finding, TABLE_2};
+use standstill_analysis::paper::{self, TABLE_2};
 use standstill_campaign::store::Row;
 use standstill_campaign::{Campaign, Statistics};
 use standstill_detect::{Method, MethodName, Settings};
@@ -59,10 +59,12 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let findings = paper::audit();
     let rows = paper::simulate(scenario)?;
     write(&mut output, "audit.csv", columns::csv(&findings))?;
-    write(&mut output, "table1.csv", columns::csv(tables::table_1(&rows, &findings)))?;
-    write(&mut output, "table2.csv", columns::csv(tables::table_2(&rows, &findings)))?;
+    let (records_1, table_1) = tables::table_1(&rows, &findings);
+    let (records_2, table_2) = tables::table_2(&rows, &findings);
+    write(&mut output, "table1.csv", records_1.csv())?;
+    write(&mut output, "table2.csv", records_2.csv())?;
     text += &tables::audit_text(&findings);
-    text += &tables::tables_text(&rows, &findings);
+    text += &tables::tables_text(&table_1, &table_2);
 
     let limit = file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
     let mut statistics = Statistics::with_limit(limit);
@@ -181,11 +183,4 @@ impl Study {
         }
         Ok(())
     }
-}
-
-/// Disagreements of one place of the paper, in words.
-fn disagreements(findings: &[Finding], place: &str) -> String {
-    let notes: Vec<&str> =
-        findings.iter().filter(|f| f.place == place && !f.agrees).map(|f| f.note.as_str()).collect();
-    notes.join("; ")
 }

@@ -2,15 +2,13 @@
 
 use std::fmt::Write as _;
 
-use standstill_analysis::{Candidate, Condition, Demand, Demands, Setting, Suitability, Suited, informative};
+use standstill_analysis::{
+    Advice, Candidate, Condition, Demand, Demands, Setting, Suitability, Suited, informative,
+};
 use standstill_detect::{Method, SequentialSettings, Signature};
 use standstill_plant::{DataSheet, Entry, Motor, PoleKnowledge, Source};
-use standstill_report::page::Tone;
+use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::ErrorSet;
-
-use crate::shell::table::Print as _;
-use crate::shell::terminal::{painted, paragraph};
-use standstill_report::page::{Column, Table};
 
 /// What was asked, and what was found.
 pub struct Asked<'a> {
@@ -28,15 +26,19 @@ pub struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// The verdict in a sentence, painted or not.
-    fn verdict(&self, paint: &dyn Fn(Tone, &str) -> String) -> String {
-        let found = self.found;
-        let what = if found.pole_is_open() { "rotor's axis" } else { "rotor position" };
-        let (tone, word) = match found.suited() {
+    /// The verdict's tone and word.
+    pub fn word(&self) -> (Tone, &'static str) {
+        match self.found.suited() {
             Suited::Yes => (Tone::Good, "suited"),
             Suited::If => (Tone::Warning, "suited"),
             Suited::No => (Tone::Bad, "NOT suited"),
-        };
+        }
+    }
+
+    /// The verdict in a sentence.
+    pub fn head(&self) -> String {
+        let found = self.found;
+        let what = if found.pole_is_open() { "rotor's axis" } else { "rotor position" };
         let note = match &found.condition {
             Some(Condition::Saturation { least, .. }) => format!(
                 "; if the north pole's inductance falls by at least {} at rated current",
@@ -51,14 +53,9 @@ impl Asked<'_> {
         format!(
             "{}: {} to detection of the {what} at standstill (error set {}){note}",
             self.motor.name,
-            paint(tone, word),
+            self.word().1,
             self.errors.name()
         )
-    }
-
-    /// The same without colours, for files.
-    pub fn head(&self) -> String {
-        self.verdict(&|_, word| word.to_owned())
     }
 
     /// Why.
@@ -75,30 +72,22 @@ fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::rounded(share, 2))
 }
 
-/// All of it.
-pub fn text(asked: &Asked<'_>, next: &[String]) -> String {
+/// All of it, with the lines that say how to go on.
+pub fn blocks(asked: &Asked<'_>, next: &[String]) -> Vec<Block> {
     let found = asked.found;
-    let mut text = paragraph("", &asked.verdict(&painted));
-    text.push('\n');
-    for line in asked.reasons().into_iter().chain(assumptions(asked.sheet)) {
-        text += &paragraph("  – ", &line);
-    }
-    text.push('\n');
-    text += &Table::new(columns()).judged(found.candidates.iter().map(cells)).text();
+    let reasons = asked.reasons().into_iter().chain(assumptions(asked.sheet)).collect();
+    let table = Table::new(columns()).judged(found.candidates.iter().map(cells));
+    let mut blocks = vec![Block::List(reasons), Block::Table(table)];
     if let Some(candidate) = found.recommended() {
-        text.push('\n');
-        text += &paragraph("", &recommendation(candidate));
-        for (name, value) in settings(&candidate.settings, found.has_magnet && !found.pole_is_open()) {
-            let _ = writeln!(text, "  {name:<24} {value}");
-        }
-        text.extend(confirmed(found).map(|said| paragraph("", &said)));
+        let settings = settings(&candidate.settings, found.has_magnet && !found.pole_is_open());
+        let settings = settings.into_iter().map(|(name, value)| (name.to_owned(), value));
+        blocks.extend([Block::Text(recommendation(candidate)), Block::Facts(settings.collect())]);
+        blocks.extend(confirmed(found).map(Block::Text));
     }
-    text += &advice(found);
-    for line in next {
-        text.push_str(line);
-        text.push('\n');
-    }
-    text
+    blocks.extend(advice(found));
+    let caption = "How to go on".to_owned();
+    blocks.push(Block::Code { caption, text: next.join("\n").trim_start().to_owned() + "\n" });
+    blocks
 }
 
 fn recommendation(candidate: &Candidate) -> String {
@@ -163,10 +152,10 @@ fn share(value: f64) -> String {
     }
 }
 
-/// What was tried where nothing suffices.
-fn advice(found: &Suitability) -> String {
+/// The changes that were tried where nothing suffices.
+fn advice(found: &Suitability) -> Vec<Block> {
     if found.advice.is_empty() {
-        return String::new();
+        return Vec::new();
     }
     let looks: usize = found.candidates.iter().map(|candidate| candidate.looks).sum();
     let (helps, not): (Vec<_>, Vec<_>) = found.advice.iter().partition(|advice| advice.helps.is_some());
@@ -179,20 +168,18 @@ fn advice(found: &Suitability) -> String {
             "Each of these changes suffices, as tried on the bench:"
         }
     );
-    let mut text = format!("\n{}", paragraph("", &head));
-    for advice in &helps {
-        let with = advice.helps.as_ref().map_or_else(String::new, setting);
-        text += &paragraph("  – ", &format!("{}: {with}.", advice.change));
-    }
+    let with = |advice: &&Advice| {
+        format!("{}: {}.", advice.change, advice.helps.as_ref().map_or_else(String::new, setting))
+    };
     let words: Vec<&str> = not.iter().map(|advice| advice.change.as_str()).collect();
-    if !words.is_empty() {
-        text += &if helps.is_empty() {
-            paragraph("  – ", &format!("{}.", words.join("; ")))
-        } else {
-            paragraph("", &format!("Not enough by itself: {}.", words.join("; ")))
-        };
-    }
-    text
+    let list = if helps.is_empty() {
+        vec![format!("{}.", words.join("; "))]
+    } else {
+        helps.iter().map(with).collect()
+    };
+    let not_enough = (!words.is_empty() && !helps.is_empty())
+        .then(|| Block::Text(format!("Not enough by itself: {}.", words.join("; "))));
+    [Block::Text(head), Block::List(list)].into_iter().chain(not_enough).collect()
 }
 
 /// A method with its keys.

@@ -1,116 +1,121 @@
 //! Tables 1 and 2, simulated beside published, and the audit.
 
-use serde::Serialize;
 use standstill_analysis::paper::{Finding, SimulatedRow, TABLE_1, TABLE_2};
 use standstill_interface::Abc;
 use standstill_plant::rotor_angle_from_lines;
+use standstill_report::page::{Column, Table};
 use standstill_scenario::Verdict;
 
-use super::disagreements;
+use crate::answer::{Record, Records};
 use crate::shell::table::Print as _;
 use crate::shell::terminal::paragraph;
-use standstill_report::page::{Column, Table};
 
-/// A row of `table1.csv`.
-#[derive(Debug, Serialize)]
-pub struct Table1Csv {
-    position: usize,
-    resolver_angle_deg: f64,
-    l_ab_published_mh: f64,
-    l_bc_published_mh: f64,
-    l_ca_published_mh: f64,
-    twice_theta_published_deg: f64,
-    twice_theta_recomputed_deg: f64,
-    l_ab_equation_4_mh: f64,
-    l_bc_equation_4_mh: f64,
-    l_ca_equation_4_mh: f64,
-    l_ab_simulated_mh: Option<f64>,
-    l_bc_simulated_mh: Option<f64>,
-    l_ca_simulated_mh: Option<f64>,
-    twice_theta_simulated_deg: Option<f64>,
-    twice_theta_true_deg: f64,
-    disagreements: String,
+/// Disagreements of one place of the paper, in words.
+fn disagreements(findings: &[Finding], place: &str) -> String {
+    let notes: Vec<&str> =
+        findings.iter().filter(|f| f.place == place && !f.agrees).map(|f| f.note.as_str()).collect();
+    notes.join("; ")
 }
 
-/// A row of `table2.csv`.
-#[derive(Debug, Serialize)]
-pub struct Table2Csv {
-    position: usize,
-    candidate_1_published_deg: f64,
-    candidate_2_published_deg: f64,
-    i_d_1_published_a: f64,
-    i_d_2_published_a: f64,
-    identified_published_deg: f64,
-    measured_published_deg: f64,
-    error_published_deg: f64,
-    candidate_1_simulated_deg: Option<f64>,
-    candidate_2_simulated_deg: Option<f64>,
-    i_d_1_simulated_a: Option<f64>,
-    i_d_2_simulated_a: Option<f64>,
-    identified_simulated_deg: Option<f64>,
-    resolver_simulated_deg: f64,
-    error_to_resolver_simulated_deg: Option<f64>,
-    error_to_true_simulated_deg: Option<f64>,
-    pole_correct_simulated: Option<bool>,
-    outcome_simulated: &'static str,
-    disagreements: String,
-}
-
-/// Table 1.
-pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> Vec<Table1Csv> {
+/// Table 1, for programs and for people.
+pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Table) {
     let build = |(k, row): (usize, &SimulatedRow)| {
-        let [ab, bc, ca] = TABLE_1[k].lines_mh;
-        let [ab4, bc4, ca4] = row.ideal_lines.0.map(|l| l * 1e3);
+        let published = TABLE_1[k].lines_mh;
+        let twice_published = TABLE_1[k].twice_deg;
+        let recomputed = 2.0 * rotor_angle_from_lines(Abc(published), -1.0).to_degrees();
+        let ideal = row.ideal_lines.0.map(|l| l * 1e3);
         let simulated = row.findings.line_inductance.map(|Abc(lines)| lines.map(|l| l * 1e3));
-        Table1Csv {
-            position: k + 1,
-            resolver_angle_deg: row.angle_deg,
-            l_ab_published_mh: ab,
-            l_bc_published_mh: bc,
-            l_ca_published_mh: ca,
-            twice_theta_published_deg: TABLE_1[k].twice_deg,
-            twice_theta_recomputed_deg: 2.0 * rotor_angle_from_lines(Abc([ab, bc, ca]), -1.0).to_degrees(),
-            l_ab_equation_4_mh: ab4,
-            l_bc_equation_4_mh: bc4,
-            l_ca_equation_4_mh: ca4,
-            l_ab_simulated_mh: simulated.map(|l| l[0]),
-            l_bc_simulated_mh: simulated.map(|l| l[1]),
-            l_ca_simulated_mh: simulated.map(|l| l[2]),
-            twice_theta_simulated_deg: row.axis_deg().map(|axis| 2.0 * axis),
-            twice_theta_true_deg: (2.0 * row.angle_deg).rem_euclid(360.0),
-            disagreements: disagreements(findings, &format!("Table 1, row {}", k + 1)),
-        }
+        let twice = row.axis_deg().map(|axis| 2.0 * axis);
+        let twice_true = (2.0 * row.angle_deg).rem_euclid(360.0);
+        let lines = |record: Record, name: &str, lines: Option<[f64; 3]>| {
+            ["ab", "bc", "ca"].iter().enumerate().fold(record, |record, (k, line)| {
+                record.with(&format!("l_{line}_{name}_mh"), lines.map(|lines| lines[k]))
+            })
+        };
+        let record = Record::default().with("position", k + 1).with("resolver_angle_deg", row.angle_deg);
+        let record = lines(record, "published", Some(published))
+            .with("twice_theta_published_deg", twice_published)
+            .with("twice_theta_recomputed_deg", recomputed);
+        let record = lines(lines(record, "equation_4", Some(ideal)), "simulated", simulated)
+            .with("twice_theta_simulated_deg", twice)
+            .with("twice_theta_true_deg", twice_true)
+            .with("disagreements", disagreements(findings, &format!("Table 1, row {}", k + 1)));
+        let three = |lines: [Option<f64>; 3]| lines.map(|l| number(l, 1)).join(" ");
+        let cells = vec![
+            (k + 1).to_string(),
+            three(published.map(Some)),
+            three(ideal.map(Some)),
+            three(std::array::from_fn(|k| simulated.map(|lines| lines[k]))),
+            format!("{twice_published:.1}"),
+            format!("{recomputed:.1}"),
+            number(twice, 1),
+            format!("{twice_true:.1}"),
+        ];
+        (record, cells)
     };
-    rows.iter().enumerate().map(build).collect()
+    let (records, cells): (Vec<_>, Vec<_>) = rows.iter().enumerate().map(build).unzip();
+    let titles =
+        ["", "published", "equation (4)", "simulated", "2θ publ.", "2θ recomp.", "2θ simul.", "2θ true"];
+    (Records(records), Table::new(titles.map(Column::number)).rows(cells))
 }
 
-/// Table 2.
-pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> Vec<Table2Csv> {
+/// Table 2, for programs and for people.
+pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Table) {
     let build = |(k, row): (usize, &SimulatedRow)| {
         let published = TABLE_2[k];
-        Table2Csv {
-            position: k + 1,
-            candidate_1_published_deg: published.candidates_deg[0],
-            candidate_2_published_deg: published.candidates_deg[1],
-            i_d_1_published_a: published.current_a[0],
-            i_d_2_published_a: published.current_a[1],
-            identified_published_deg: published.identified_deg,
-            measured_published_deg: published.measured_deg,
-            error_published_deg: published.error_deg,
-            candidate_1_simulated_deg: row.axis_deg(),
-            candidate_2_simulated_deg: row.axis_deg().map(|axis| axis + 180.0),
-            i_d_1_simulated_a: row.findings.polarity.map(|p| p.along),
-            i_d_2_simulated_a: row.findings.polarity.map(|p| p.against),
-            identified_simulated_deg: row.record.estimated_angle_deg(),
-            resolver_simulated_deg: row.resolver_deg,
-            error_to_resolver_simulated_deg: row.error_to_resolver_deg(),
-            error_to_true_simulated_deg: row.record.error_deg(),
-            pole_correct_simulated: row.record.pole_correct(),
-            outcome_simulated: row.record.verdict().name(),
-            disagreements: disagreements(findings, &format!("Table 2, row {}", k + 1)),
-        }
+        let currents = row.findings.polarity.map(|p| [p.along, p.against]);
+        let current = |k: usize| currents.map(|currents| currents[k]);
+        let (identified, apart) = (row.record.estimated_angle_deg(), row.error_to_resolver_deg());
+        let record = Record::default()
+            .with("position", k + 1)
+            .with("candidate_1_published_deg", published.candidates_deg[0])
+            .with("candidate_2_published_deg", published.candidates_deg[1])
+            .with("i_d_1_published_a", published.current_a[0])
+            .with("i_d_2_published_a", published.current_a[1])
+            .with("identified_published_deg", published.identified_deg)
+            .with("measured_published_deg", published.measured_deg)
+            .with("error_published_deg", published.error_deg)
+            .with("candidate_1_simulated_deg", row.axis_deg())
+            .with("candidate_2_simulated_deg", row.axis_deg().map(|axis| axis + 180.0))
+            .with("i_d_1_simulated_a", current(0))
+            .with("i_d_2_simulated_a", current(1))
+            .with("identified_simulated_deg", identified)
+            .with("resolver_simulated_deg", row.resolver_deg)
+            .with("error_to_resolver_simulated_deg", apart)
+            .with("error_to_true_simulated_deg", row.record.error_deg())
+            .with("pole_correct_simulated", row.record.pole_correct())
+            .with("outcome_simulated", row.record.verdict().name())
+            .with("disagreements", disagreements(findings, &format!("Table 2, row {}", k + 1)));
+        let named = match row.record.verdict() {
+            Verdict::Found => number(identified, 1),
+            verdict => verdict.name().to_owned(),
+        };
+        let cells = vec![
+            (k + 1).to_string(),
+            format!("{:.1}", published.measured_deg),
+            format!("{:.1}", row.resolver_deg),
+            published.current_a.map(|current| format!("{current:.2}")).join(" "),
+            [0, 1].map(|k| number(current(k), 2)).join(" "),
+            format!("{:.1}", published.identified_deg),
+            named,
+            format!("{:+.1}", published.error_deg),
+            apart.map_or_else(|| "–".to_owned(), |error| format!("{error:+.1}")),
+        ];
+        (record, cells)
     };
-    rows.iter().enumerate().map(build).collect()
+    let (records, cells): (Vec<_>, Vec<_>) = rows.iter().enumerate().map(build).unzip();
+    let titles = [
+        "",
+        "measured publ.",
+        "simul.",
+        "i_d publ.",
+        "i_d simul.",
+        "θ publ.",
+        "θ simul.",
+        "error publ.",
+        "error simul.",
+    ];
+    (Records(records), Table::new(titles.map(Column::number)).rows(cells))
 }
 
 /// The audit in words: what does not agree.
@@ -132,68 +137,8 @@ fn number(value: Option<f64>, digits: usize) -> String {
 }
 
 /// Both tables in words.
-pub fn tables_text(rows: &[SimulatedRow; 5], findings: &[Finding]) -> String {
-    let first = table_1(rows, findings).into_iter().map(|row| {
-        let (l1, l2, l3) = (row.l_ab_simulated_mh, row.l_bc_simulated_mh, row.l_ca_simulated_mh);
-        vec![
-            row.position.to_string(),
-            format!("{:.1} {:.1} {:.1}", row.l_ab_published_mh, row.l_bc_published_mh, row.l_ca_published_mh),
-            format!(
-                "{:.1} {:.1} {:.1}",
-                row.l_ab_equation_4_mh, row.l_bc_equation_4_mh, row.l_ca_equation_4_mh
-            ),
-            format!("{} {} {}", number(l1, 1), number(l2, 1), number(l3, 1)),
-            format!("{:.1}", row.twice_theta_published_deg),
-            format!("{:.1}", row.twice_theta_recomputed_deg),
-            number(row.twice_theta_simulated_deg, 1),
-            format!("{:.1}", row.twice_theta_true_deg),
-        ]
-    });
-    let second = rows.iter().zip(table_2(rows, findings)).map(|(simulated, row)| {
-        let named = match simulated.record.verdict() {
-            Verdict::Found => number(row.identified_simulated_deg, 1),
-            verdict => verdict.name().to_owned(),
-        };
-        vec![
-            row.position.to_string(),
-            format!("{:.1}", row.measured_published_deg),
-            format!("{:.1}", row.resolver_simulated_deg),
-            format!("{:.2} {:.2}", row.i_d_1_published_a, row.i_d_2_published_a),
-            format!("{} {}", number(row.i_d_1_simulated_a, 2), number(row.i_d_2_simulated_a, 2)),
-            format!("{:.1}", row.identified_published_deg),
-            named,
-            format!("{:+.1}", row.error_published_deg),
-            row.error_to_resolver_simulated_deg
-                .map_or_else(|| "–".to_owned(), |error| format!("{error:+.1}")),
-        ]
-    });
-    format!(
-        "{}{}\n{}{}\n",
-        paragraph("", FIRST),
-        Table::new(
-            ["", "published", "equation (4)", "simulated", "2θ publ.", "2θ recomp.", "2θ simul.", "2θ true"]
-                .map(Column::number)
-        )
-        .rows(first)
-        .text(),
-        paragraph("", SECOND),
-        Table::new(
-            [
-                "",
-                "measured publ.",
-                "simul.",
-                "i_d publ.",
-                "i_d simul.",
-                "θ publ.",
-                "θ simul.",
-                "error publ.",
-                "error simul.",
-            ]
-            .map(Column::number)
-        )
-        .rows(second)
-        .text()
-    )
+pub fn tables_text(first: &Table, second: &Table) -> String {
+    format!("{}{}\n{}{}\n", paragraph("", FIRST), first.text(), paragraph("", SECOND), second.text())
 }
 
 const FIRST: &str = "Table 1, line inductances L_AB L_BC L_CA in mH and 2θ in degrees. The simulated rotor stands where the \
