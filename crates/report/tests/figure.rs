@@ -106,9 +106,10 @@ fn law_a_spike_among_many_points_is_seen() {
     let mut points: Vec<_> = (0..30_000).map(|i| (f64::from(i) / 30_000.0, -0.9)).collect();
     points[15_001].1 = 0.9;
     let svg = figure(vec![panel().with(line(points))]).svg().unwrap();
-    let longest = svg.lines().filter(|l| l.starts_with("<path d=\"M")).max_by_key(|l| l.len()).unwrap();
-    let list = longest.split('"').nth(1).unwrap().trim_start_matches('M');
-    let heights = || list.split('L').map(|p| p.split_once(' ').unwrap().1.parse::<f64>().unwrap());
+    let paths = svg.lines().filter(|line| line.starts_with("<path"));
+    let list = paths.filter_map(|line| line.split(" d=\"M").nth(1)).max_by_key(|list| list.len()).unwrap();
+    let list = list.trim_end_matches("\"/>");
+    let heights = || list.split(['L', 'M']).map(|p| p.split_once(' ').unwrap().1.parse::<f64>().unwrap());
     let (top, bottom) = (heights().fold(f64::MAX, f64::min), heights().fold(f64::MIN, f64::max));
     assert!(bottom - top > 150.0, "from {top} to {bottom}");
     assert!(svg.len() < 200_000);

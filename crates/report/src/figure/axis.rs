@@ -1,7 +1,9 @@
-//! Axes: ranges, the places and texts of ticks, and the way from data to pixels.
+//! Axes: their description, ranges, and the way from data to plotters' coordinates.
 
-use super::decades::superscript;
-use super::layout::TICK;
+use super::backend::{UNIT, px};
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use plotters::coord::types::RangedCoordf64;
+use std::ops::Range;
 
 /// An axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,40 +110,74 @@ impl AxisScale {
     }
 }
 
-/// A mapping from values to pixels.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scale {
+/// As many key points are asked for where marks without a text are wanted.
+pub(super) const SHORT_MARKS: usize = 1;
+
+/// An axis of a [`Chart`](super::Chart): a range of plotters whose values are spread evenly or by their logarithms, with the
+/// ticks of the figure. [`plotters::prelude::LogCoord`] would have no place for zero and mark no numbers within a decade.
+#[derive(Clone, Debug, Default)]
+pub struct Scale {
     /// First and last value.
-    pub range: (f64, f64),
-    /// Their pixels.
-    pub pixels: (f64, f64),
-    pub spread: AxisScale,
+    pub(super) range: (f64, f64),
+    pub(super) spread: AxisScale,
+    pub(super) ticks: Vec<Tick>,
+    /// Its ticks are marks alone: texts stand elsewhere.
+    pub(super) is_mute: bool,
 }
 
 impl Scale {
-    /// The pixel of a value; not a number for one that has no place.
-    pub fn at(&self, value: f64) -> f64 {
-        let (from, to) = self.pixels;
-        from + self.share(value) * (to - from)
+    pub(super) fn new(range: (f64, f64), spread: AxisScale) -> Self {
+        Self { range, spread, ..Self::default() }
     }
 
-    /// As [`Scale::at`], but far before the first pixel for what is too small for a logarithm.
-    pub fn end_at(&self, value: f64) -> f64 {
-        if self.spread == AxisScale::Log10 && value <= 0.0 {
-            let (from, to) = self.pixels;
-            return from - 10.0 * (to - from);
-        }
-        self.at(value)
+    /// First and last value, spread evenly.
+    pub(super) fn ends(&self) -> (f64, f64) {
+        (self.spread.even(self.range.0), self.spread.even(self.range.1))
     }
 
-    /// How far along the axis a value is: 0 at its beginning, 1 at its end.
-    pub fn share(&self, value: f64) -> f64 {
-        let [first, last, value] = [self.range.0, self.range.1, value].map(|v| self.spread.even(v));
-        (value - first) / (last - first)
+    /// A value spread evenly; a thousand ranges away if it is further, and if it is too small for a logarithm.
+    pub(super) fn even(&self, value: f64) -> f64 {
+        let (first, last) = self.ends();
+        let far = 1e3 * (last - first);
+        let is_below = self.spread == AxisScale::Log10 && value <= 0.0;
+        if is_below { first - far } else { self.spread.even(value).clamp(first - far, last + far) }
     }
 
-    pub fn shows(&self, value: f64) -> bool {
+    /// The place of a value between two places.
+    pub(super) fn at(&self, value: f64, (from, to): (f64, f64)) -> f64 {
+        if value.is_nan() { value } else { f64::from(self.map(&value, (px(from), px(to)))) / UNIT }
+    }
+
+    /// Whether a value is within the range.
+    pub(super) fn shows(&self, value: f64) -> bool {
         (self.range.0..=self.range.1).contains(&value)
+    }
+}
+
+impl Ranged for Scale {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let (first, last) = self.ends();
+        RangedCoordf64::from(first..last).map(&self.even(*value), limit)
+    }
+
+    /// The ticks with a text, or those without.
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        let is_short = hint.max_num_points() == SHORT_MARKS;
+        self.ticks.iter().filter(|tick| tick.text.is_empty() == is_short).map(|tick| tick.at).collect()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.range.0..self.range.1
+    }
+}
+
+impl ValueFormatter<f64> for Scale {
+    fn format_ext(&self, value: &f64) -> String {
+        let tick = self.ticks.iter().find(|tick| tick.at == *value && !self.is_mute);
+        tick.map_or(String::new(), |tick| tick.text.clone())
     }
 }
 
@@ -152,32 +188,11 @@ pub(super) struct Tick {
     pub text: String,
 }
 
-impl Tick {
-    /// The length of its mark, shorter between those with a text.
-    pub fn mark(&self) -> f64 {
-        if self.text.is_empty() { 0.6 * TICK } else { TICK }
-    }
-}
-
 /// The range asked for, if it is one; lowest first.
 pub(super) fn usable(axis: &Axis) -> Option<(f64, f64)> {
     let (a, b) = axis.range?;
     let (low, high) = (a.min(b), a.max(b));
     (axis.scale.has(a) && axis.scale.has(b) && spread(low, high)).then_some((low, high))
-}
-
-/// [`around`] on an axis of the given scale.
-pub(super) fn around_on(scale: AxisScale, extent: Option<(f64, f64)>, margin: f64) -> (f64, f64) {
-    match (scale, extent) {
-        (AxisScale::Linear, _) => around(extent, margin),
-        (AxisScale::Log10, None) => (0.1, 10.0),
-        (AxisScale::Log10, Some((low, high))) if spread(low, high) => {
-            let (low, high) = around(Some((scale.even(low), scale.even(high))), margin);
-            // Beyond these powers of ten there are no numbers.
-            (scale.value(low.max(-300.0)), scale.value(high.min(300.0)))
-        }
-        (AxisScale::Log10, Some((low, high))) => (low.max(1e-300) / 2.0, high.clamp(1e-300, 1e300) * 2.0),
-    }
 }
 
 /// Whether two values are apart by more than the error of their subtraction.
@@ -186,117 +201,21 @@ fn spread(low: f64, high: f64) -> bool {
 }
 
 /// A range around data from `low` to `high`, wider by the share `margin` on both sides. Data without extent
-/// get a range around them, no data the range from 0 to 1.
-fn around(extent: Option<(f64, f64)>, margin: f64) -> (f64, f64) {
-    let Some((low, high)) = extent else { return (0.0, 1.0) };
+/// get a range around them, no data the range from 0 to 1, on a logarithmic axis from 0.1 to 10.
+pub(super) fn around(scale: AxisScale, extent: Option<(f64, f64)>, margin: f64) -> (f64, f64) {
+    let is_linear = scale == AxisScale::Linear;
+    let Some((low, high)) = extent else { return if is_linear { (0.0, 1.0) } else { (0.1, 10.0) } };
     // Beyond this, differences overflow.
-    let (low, high) = (low.clamp(-1e300, 1e300), high.clamp(-1e300, 1e300));
+    let least = if is_linear { -1e300 } else { 1e-300 };
+    let (low, high) = (low.clamp(least, 1e300), high.clamp(least, 1e300));
     if spread(low, high) {
+        let (low, high) = (scale.even(low), scale.even(high));
         let more = margin * (high - low);
-        (low - more, high + more)
-    } else {
+        (scale.value(low - more), scale.value(high + more))
+    } else if is_linear {
         let more = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
         (low - more, high + more)
-    }
-}
-
-/// The ticks within a range: about `most` automatic ones, or as many of a given step as keep `densest`.
-pub(super) fn ticks(ticks: &Ticks, range: (f64, f64), most: f64, densest: f64) -> Vec<Tick> {
-    let span = range.1 - range.0;
-    let step = match ticks {
-        Ticks::Named(names) => {
-            return names
-                .iter()
-                .filter(|(at, _)| (range.0..=range.1).contains(at))
-                .map(|(at, text)| Tick { at: *at, text: text.clone() })
-                .collect();
-        }
-        Ticks::Step(step) if step.is_finite() && *step > 0.0 => {
-            step * (span / step / densest).ceil().max(1.0)
-        }
-        _ => {
-            // Less than three marks make no scale: then a finer step, if its texts have room.
-            let step = nice_step(span / most.max(1.0));
-            let finer = nice_step(0.4 * step);
-            let count = |step| multiples(range, step).1 - multiples(range, step).0 + 1.0;
-            let step = if count(step) < 3.0 && count(finer) <= densest { finer } else { step };
-            if *ticks == Ticks::Whole { step.max(1.0) } else { step }
-        }
-    };
-    let (first, last) = multiples(range, step);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a few dozen ticks")]
-    let count = (last - first + 1.0).clamp(0.0, 100.0) as u32;
-    let largest = range.0.abs().max(range.1.abs());
-    (0..count)
-        .map(|i| (first + f64::from(i)) * step)
-        .map(|at| Tick { at, text: number(at, step, largest) })
-        .collect()
-}
-
-/// The first and the last multiple of `step` within a range, as counts of steps.
-fn multiples(range: (f64, f64), step: f64) -> (f64, f64) {
-    let slack = 1e-9;
-    ((range.0 / step - slack).ceil(), (range.1 / step + slack).floor())
-}
-
-/// The smallest of 1, 2 and 5 times a power of ten that is not below `least`.
-fn nice_step(least: f64) -> f64 {
-    let decade = 10f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0]
-        .into_iter()
-        .map(|m| m * decade)
-        .find(|step| *step >= least * (1.0 - 1e-9))
-        .unwrap_or(10.0 * decade)
-}
-
-/// A tick's value with the decimals its step needs, and with a power of ten if it would be long.
-fn number(value: f64, step: f64, largest: f64) -> String {
-    let exponent = largest.log10().floor();
-    if value == 0.0 {
-        "0".to_owned()
-    } else if (-3.0..6.0).contains(&exponent) {
-        decimal(value, step)
     } else {
-        let unit = 10f64.powf(exponent);
-        format!("{}·10{}", decimal(value / unit, step / unit), superscript(exponent))
-    }
-}
-
-fn decimal(value: f64, step: f64) -> String {
-    let mut scaled = step;
-    let mut decimals = 0;
-    while decimals < 9 && (scaled - scaled.round()).abs() > 1e-6 * scaled {
-        scaled *= 10.0;
-        decimals += 1;
-    }
-    format!("{value:.decimals$}").replace('-', "−")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn texts(ticks_at: &Ticks, range: (f64, f64)) -> Vec<String> {
-        ticks(ticks_at, range, 5.0, 12.0).into_iter().map(|tick| tick.text).collect()
-    }
-
-    #[test]
-    fn law_ticks_are_round_numbers() {
-        assert_eq!(texts(&Ticks::Auto, (-0.05, 0.55)), ["0.0", "0.2", "0.4"].map(|t| t.replace("0.0", "0")));
-        assert_eq!(texts(&Ticks::Auto, (-3.0, 2.0)), ["−3", "−2", "−1", "0", "1", "2"]);
-        assert_eq!(texts(&Ticks::Step(60.0), (0.0, 180.0)), ["0", "60", "120", "180"]);
-        assert_eq!(texts(&Ticks::Auto, (0.0, 4e-5)), ["0", "1·10⁻⁵", "2·10⁻⁵", "3·10⁻⁵", "4·10⁻⁵"]);
-    }
-
-    #[test]
-    fn law_what_is_counted_is_marked_at_whole_numbers() {
-        assert_eq!(texts(&Ticks::Auto, (0.9, 3.1)), ["1.0", "1.5", "2.0", "2.5", "3.0"]);
-        assert_eq!(texts(&Ticks::Whole, (0.9, 3.1)), ["1", "2", "3"]);
-        assert_eq!(texts(&Ticks::Whole, (0.0, 40.0)), texts(&Ticks::Auto, (0.0, 40.0)));
-    }
-
-    #[test]
-    fn law_too_fine_a_step_is_thinned() {
-        assert!(texts(&Ticks::Step(0.001), (0.0, 360.0)).len() <= 13);
+        (low / 2.0, high * 2.0)
     }
 }

@@ -1,6 +1,9 @@
 //! Colours, and those of heat maps.
 
+use super::backend::stroke_px;
 use super::style::{INK, WHITE};
+use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+use plotters::style::{RGBAColor, RGBColor, ShapeStyle};
 
 /// Red, green, blue, and opacity from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +16,16 @@ pub(super) const fn rgb(r: u8, g: u8, b: u8) -> Colour {
 impl Colour {
     pub fn faded(self, by: f64) -> Self {
         Self(self.0, self.1, self.2, self.3 * by)
+    }
+
+    /// A filled shape, for plotters.
+    pub(super) fn fill(self) -> ShapeStyle {
+        ShapeStyle { color: RGBAColor(self.0, self.1, self.2, self.3), filled: true, stroke_width: 0 }
+    }
+
+    /// A line so many logical pixels wide, for plotters.
+    pub(super) fn stroke(self, width: f64) -> ShapeStyle {
+        ShapeStyle { filled: false, stroke_width: stroke_px(width), ..self.fill() }
     }
 
     /// Without its opacity. Scripts of pages do not translate this notation to dark ground.
@@ -42,41 +55,19 @@ impl Colour {
     }
 }
 
-/// Viridis of matplotlib (CC0) at equal distances, turned round: its steps look equally large, its lightness falls all
-/// the way, also to the colour-blind and in grey, and on paper more is darker.
-const VIRIDIS: [Colour; 10] = [
-    rgb(0xFD, 0xE7, 0x25),
-    rgb(0xB4, 0xDE, 0x2C),
-    rgb(0x6D, 0xCD, 0x59),
-    rgb(0x35, 0xB7, 0x79),
-    rgb(0x1F, 0x9E, 0x89),
-    rgb(0x26, 0x82, 0x8E),
-    rgb(0x31, 0x68, 0x8E),
-    rgb(0x3E, 0x4A, 0x89),
-    rgb(0x48, 0x28, 0x78),
-    rgb(0x44, 0x01, 0x54),
-];
-
 /// The colour of a share from 0, light, to 1, dark; shares beyond have those of the ends.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "an index, and between two bytes"
-)]
+///
+/// Viridis of matplotlib (CC0), turned round: its steps look equally large, its lightness falls all the way, also to the
+/// colour-blind and in grey, and on paper more is darker.
 pub(super) fn colour(share: f64) -> Colour {
-    let last = VIRIDIS.len() - 1;
-    let place = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) * last as f64 };
-    let index = (place as usize).min(last - 1);
-    let (from, to) = (VIRIDIS[index], VIRIDIS[index + 1]);
-    let part = place - index as f64;
-    let mix = |a: u8, b: u8| (f64::from(a) + part * (f64::from(b) - f64::from(a))).round() as u8;
-    rgb(mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
+    let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
+    let RGBColor(r, g, b) = ViridisRGB.get_color(1.0 - share);
+    rgb(r, g, b)
 }
 
-/// The colours between which the others are mixed, each with its share.
+/// Colours between which the others are mixed, each with its share.
 pub(super) fn stops() -> impl Iterator<Item = (f64, Colour)> {
-    let last = (VIRIDIS.len() - 1) as f64;
-    VIRIDIS.into_iter().enumerate().map(move |(i, colour)| (i as f64 / last, colour))
+    (0..=9).map(|i| f64::from(i) / 9.0).map(|share| (share, colour(share)))
 }
 
 /// Of black and white what is easier to read on a colour.

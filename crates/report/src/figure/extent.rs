@@ -1,100 +1,69 @@
 //! The ranges that automatic axes get from the data.
 
-use super::axis::{around_on, usable};
+use super::axis::{around, usable};
+use super::backend::Point;
 use super::{AxisScale, Layer, Panel};
 
-/// Calls `each` with `(x, y)` of all data of a layer that have a place in the panel; rules and strips are not data.
-fn each_datum(panel: &Panel, layer: &Layer, mut each: impl FnMut(f64, f64)) {
-    let mut datum = |x: f64, y: f64| {
-        if panel.x.scale.has(x) && panel.y.scale.has(y) {
-            each(x, y);
-        }
-    };
-    match layer {
+/// `(x, y)` of the data of a layer that have a place in the panel; rules and strips are not data.
+fn data(panel: &Panel, layer: &Layer) -> impl Iterator<Item = Point> {
+    let all: Vec<Point> = match layer {
         Layer::Line { points, .. }
         | Layer::Steps { points, .. }
         | Layer::Points { points, .. }
-        | Layer::UpperLimits { points, .. } => {
-            for &(x, y) in points {
-                datum(x, y);
-            }
-        }
+        | Layer::UpperLimits { points, .. } => points.clone(),
         Layer::Band { points, .. } => {
-            for &(x, a, b) in points.iter().filter(|(_, a, b)| a.is_finite() && b.is_finite()) {
-                datum(x, a);
-                datum(x, b);
-            }
+            let whole = points.iter().filter(|p| p.1.is_finite() && p.2.is_finite());
+            whole.flat_map(|&(x, a, b)| [(x, a), (x, b)]).collect()
         }
+        // A marker without whiskers counts, whiskers without a marker too.
         Layer::ErrorBars { points, .. } | Layer::Hollow { points, .. } => {
-            // A marker without whiskers counts, whiskers without a marker too.
-            for &(x, y, a, b) in points {
-                for end in [y, a, b] {
-                    datum(x, end);
-                }
-            }
+            points.iter().flat_map(|&(x, y, a, b)| [(x, y), (x, a), (x, b)]).collect()
         }
         Layer::Lanes { lanes, .. } => {
-            let count = lanes.len() as f64;
-            for &(from, to, _) in lanes.iter().flat_map(|lane| &lane.spans) {
-                for x in [from, to] {
-                    datum(x, 0.0);
-                    datum(x, count);
-                }
-            }
+            let spans = lanes.iter().flat_map(|lane| &lane.spans);
+            spans.flat_map(|&(from, to, _)| [(from, 1.0), (to, 1.0)]).collect()
         }
         // Cells without a value show where there could be one.
         Layer::Heat { x_edges, y_edges, .. } => {
-            for &x in x_edges {
-                for &y in y_edges {
-                    datum(x, y);
-                }
-            }
+            x_edges.iter().flat_map(|&x| y_edges.iter().map(move |&y| (x, y))).collect()
         }
-        Layer::Hatched { .. } | Layer::HorizontalRule { .. } | Layer::VerticalRule { .. } => (),
-    }
+        Layer::Hatched { .. } | Layer::HorizontalRule { .. } | Layer::VerticalRule { .. } => Vec::new(),
+    };
+    let (x, y) = (panel.x.scale, panel.y.scale);
+    all.into_iter().filter(move |p| x.has(p.0) && y.has(p.1))
 }
 
-fn widen(extent: &mut Option<(f64, f64)>, scale: AxisScale, value: f64) {
-    if scale.has(value) {
-        *extent = Some(extent.map_or((value, value), |(a, b)| (a.min(value), b.max(value))));
-    }
+/// The least and the greatest of the values that have a place.
+pub(super) fn span(scale: AxisScale, values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.filter(|value| scale.has(*value)).fold(None, |found, value| {
+        Some(found.map_or((value, value), |(a, b): (f64, f64)| (a.min(value), b.max(value))))
+    })
 }
 
 /// Whether a panel has anything to show besides rules.
 pub(super) fn has_data(panel: &Panel) -> bool {
-    let mut any = false;
-    for layer in &panel.layers {
-        match layer {
-            // Cells without a value are hatched: that is an answer.
-            Layer::Heat { values, .. } => any |= !values.is_empty(),
-            _ => each_datum(panel, layer, |_, _| any = true),
-        }
-    }
-    any
+    panel.layers.iter().any(|layer| match layer {
+        // Cells without a value are hatched: that is an answer.
+        Layer::Heat { values, .. } => !values.is_empty(),
+        _ => data(panel, layer).next().is_some(),
+    })
 }
 
 /// The horizontal range that panels with the same axis share.
-pub(super) fn horizontal(panels: &[&Panel]) -> (f64, f64) {
-    if let Some(range) = panels.first().and_then(|panel| usable(&panel.x)) {
-        return range;
-    }
-    let mut extent = None;
-    let mut margin = 0.0;
-    let scale = panels.first().map_or_else(AxisScale::default, |panel| panel.x.scale);
-    for (panel, layer) in panels.iter().flat_map(|panel| panel.layers.iter().map(move |layer| (panel, layer)))
-    {
-        each_datum(panel, layer, |x, _| widen(&mut extent, scale, x));
-        match layer {
-            Layer::VerticalRule { x, .. } => widen(&mut extent, scale, *x),
-            // Half a marker would be outside the frame.
-            Layer::Points { .. }
-            | Layer::ErrorBars { .. }
-            | Layer::Hollow { .. }
-            | Layer::UpperLimits { .. } => margin = 0.03,
-            _ => (),
-        }
-    }
-    around_on(scale, extent, margin)
+pub(super) fn horizontal(panels: &[Panel]) -> (f64, f64) {
+    let Some(first) = panels.first() else { return (0.0, 1.0) };
+    let layers = || panels.iter().flat_map(|panel| panel.layers.iter().map(move |layer| (panel, layer)));
+    let places = layers().flat_map(|(panel, layer)| {
+        let rule = if let Layer::VerticalRule { x, .. } = layer { Some(*x) } else { None };
+        data(panel, layer).map(|p| p.0).chain(rule)
+    });
+    // Half a marker would be outside the frame.
+    let has_markers = layers().any(|(_, layer)| {
+        use Layer::{ErrorBars, Hollow, Points, UpperLimits};
+        matches!(layer, Points { .. } | ErrorBars { .. } | Hollow { .. } | UpperLimits { .. })
+    });
+    let margin = if has_markers { 0.03 } else { 0.0 };
+    usable(&first.x).unwrap_or_else(|| around(first.x.scale, span(first.x.scale, places), margin))
 }
 
 /// The vertical range of a panel of which `shown` is the horizontal one.
@@ -106,23 +75,14 @@ pub(super) fn vertical(panel: &Panel, shown: (f64, f64)) -> (f64, f64) {
     if let Some(count) = lanes.max() {
         return (0.0, count.max(1) as f64);
     }
-    if let Some(range) = usable(&panel.y) {
-        return range;
-    }
-    let scale = panel.y.scale;
-    let mut extent = None;
-    let mut cells_alone = !panel.layers.is_empty();
-    for layer in &panel.layers {
-        each_datum(panel, layer, |x, y| {
-            if (shown.0..=shown.1).contains(&x) {
-                widen(&mut extent, scale, y);
-            }
-        });
-        if let Layer::HorizontalRule { y, .. } = layer {
-            widen(&mut extent, scale, *y);
-        }
-        cells_alone &=
-            matches!(layer, Layer::Heat { .. } | Layer::HorizontalRule { .. } | Layer::VerticalRule { .. });
-    }
-    around_on(scale, extent, if cells_alone { 0.0 } else { 0.06 })
+    let places = panel.layers.iter().flat_map(|layer| {
+        let rule = if let Layer::HorizontalRule { y, .. } = layer { Some(*y) } else { None };
+        let seen = data(panel, layer).filter(|p| (shown.0..=shown.1).contains(&p.0));
+        seen.map(|p| p.1).chain(rule)
+    });
+    let is_rule = |layer: &Layer| matches!(layer, Layer::HorizontalRule { .. } | Layer::VerticalRule { .. });
+    let is_cells = |layer: &Layer| matches!(layer, Layer::Heat { .. });
+    let cells_alone = panel.has_cells() && panel.layers.iter().all(|layer| is_rule(layer) || is_cells(layer));
+    let margin = if cells_alone { 0.0 } else { 0.06 };
+    usable(&panel.y).unwrap_or_else(|| around(panel.y.scale, span(panel.y.scale, places), margin))
 }

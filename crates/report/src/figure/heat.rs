@@ -1,14 +1,15 @@
 //! Heat maps: their cells and their colour bar.
 
-use super::axis::{Axis, AxisScale, Scale, Tick, around_on, usable};
-use super::canvas::{Align, Canvas, Rect, Type};
+use super::axis::{Axis, AxisScale, Scale, around, usable};
+use super::backend::{Drawn, Rect, Sheet, px};
+use super::chart::{CENTRE, Chart, LABEL, LABEL_LINE, TICK, TICK_GAP, area, axes, type_of};
 use super::colour::{colour, ink_on};
-use super::frame::draw_upwards;
-use super::layers::Plot;
-use super::layout::{LABEL, LABEL_LINE, SMALL, TICK, TICK_GAP};
-use super::reduce::hatching;
-use super::style::{FRAME, GRID, HATCH, INK, WHITE};
+use super::extent::span;
+use super::layers::hatch;
+use super::style::{FRAME, GRID, HATCH, WHITE};
 use super::{Layer, Panel, text, ticks};
+use plotters::chart::ChartBuilder;
+use plotters::element::{Rectangle, Text};
 
 /// Between panel and bar, and the width of the bar.
 const GAP: f64 = 14.0;
@@ -17,24 +18,17 @@ const BAR: f64 = 16.0;
 pub(super) const MOST_NUMBERS: usize = 100;
 const NUMBER: f64 = 12.0;
 
-/// The colour bar of a panel.
+/// The colour bar of a panel: a chart of its own.
 pub(super) struct Bar {
-    /// Where its room begins; top and bottom are those of the panel.
-    left: f64,
     scale: Scale,
-    ticks: Vec<Tick>,
-    label: Vec<String>,
+    label: String,
+    /// Width of its ticks and their texts, and of its label.
+    widths: (f64, f64),
 }
 
 /// The range of values between the first and the last colour.
 pub(super) fn range(values: &[f64], axis: &Axis) -> (f64, f64) {
-    usable(axis).unwrap_or_else(|| {
-        let shown = values.iter().copied().filter(|value| axis.scale.has(*value));
-        let extent = shown.fold(None, |extent: Option<(f64, f64)>, v| {
-            Some(extent.map_or((v, v), |(a, b)| (a.min(v), b.max(v))))
-        });
-        around_on(axis.scale, extent, 0.0)
-    })
+    usable(axis).unwrap_or_else(|| around(axis.scale, span(axis.scale, values.iter().copied()), 0.0))
 }
 
 /// The bar of a panel whose height is about `height`, if it needs one.
@@ -47,54 +41,41 @@ pub(super) fn bar(panel: &Panel, height: f64) -> Option<Bar> {
         return None;
     }
     let range = range(values, axis);
-    let scale = Scale { range, pixels: (0.0, 0.0), spread: axis.scale };
-    Some(Bar {
-        left: 0.0,
-        scale,
-        ticks: ticks::along(axis, range, height, 120.0),
-        label: text::wrap(&axis.label, LABEL, height),
-    })
+    let ticks = ticks::vertical(axis, range, height, 120.0);
+    let label = text::wrap(&axis.label, LABEL, height);
+    let numbers = TICK + TICK_GAP + ticks.iter().map(ticks::text_width).fold(0.0, f64::max);
+    let lines = if label.is_empty() { 0.0 } else { 6.0 + label.len() as f64 * LABEL_LINE };
+    let scale = Scale { ticks, ..Scale::new(range, axis.scale) };
+    Some(Bar { scale, label: label.join("\n"), widths: (numbers, lines) })
 }
 
 impl Bar {
-    /// The same with the room to the right of `left`.
-    pub fn placed(self, left: f64) -> Self {
-        Self { left, ..self }
-    }
-
     /// The room it takes to the right of its panel.
     pub fn width(&self) -> f64 {
-        let label = if self.label.is_empty() { 0.0 } else { 6.0 + self.label.len() as f64 * LABEL_LINE };
-        GAP + BAR + self.ticks_width() + label
+        GAP + BAR + self.widths.0 + self.widths.1
     }
 
-    fn ticks_width(&self) -> f64 {
-        TICK + TICK_GAP + self.ticks.iter().map(ticks::text_width).fold(0.0, f64::max)
-    }
-
-    /// Draws it beside a panel.
-    pub fn draw(&self, canvas: &mut dyn Canvas, panel: Rect) {
+    /// Draws it beside a panel, in the room to the right of `left`.
+    pub fn draw(self, figure: &Sheet, left: f64, panel: Rect) -> Drawn {
         /// Steps that no eye tells apart.
         const STEPS: u32 = 128;
-        let left = self.left + GAP;
-        let area = Rect { left, right: left + BAR, ..panel };
-        let step = area.height() / f64::from(STEPS);
-        for i in 0..STEPS {
+        let room = (px(self.width() - GAP), px(panel.height()));
+        let sheet = figure.clone().shrink((px(left + GAP), px(panel.top)), room);
+        let beside = px(self.widths.0 + self.widths.1);
+        let Self { scale, label, .. } = self;
+        let across = Scale::new((0.0, 1.0), AxisScale::Linear);
+        let mut chart =
+            ChartBuilder::on(&sheet).right_y_label_area_size(beside).build_cartesian_2d(across, scale)?;
+        let within = area(&chart);
+        for step in 0..STEPS {
             // Each reaches below the next, so that no seam shows between them.
-            let bottom = area.bottom;
-            let top = area.top + f64::from(i) * step;
-            let share = 1.0 - (f64::from(i) + 0.5) / f64::from(STEPS);
-            canvas.rect(Rect { top, bottom, ..area }, colour(share));
+            let share = f64::from(step) / f64::from(STEPS);
+            let strip = Rect { top: within.top + share * within.height(), ..within };
+            let ground = colour(1.0 - share - 0.5 / f64::from(STEPS));
+            figure.draw(&Rectangle::new(strip.corners(), ground.fill()))?;
         }
-        canvas.outline(area, FRAME, 1.0);
-        let scale = Scale { pixels: (area.bottom, area.top), ..self.scale };
-        let set = Type { size: SMALL, colour: INK, align: Align::Start, upwards: false };
-        for tick in &self.ticks {
-            let y = scale.at(tick.at);
-            canvas.path(&[(area.right, y), (area.right + tick.mark(), y)], FRAME, 1.0);
-            canvas.lines(&tick.text, (area.right + TICK + TICK_GAP, y), set);
-        }
-        draw_upwards(canvas, &self.label, (area.right + self.ticks_width() + 6.0, area.centre().1));
+        figure.draw(&Rectangle::new(within.corners(), FRAME.stroke(1.0)))?;
+        axes(&mut chart, "", &label)
     }
 }
 
@@ -106,68 +87,55 @@ pub(super) fn blanks(layer: &Layer) -> Option<&str> {
     any.then_some(blank)
 }
 
-pub(super) fn draw(
-    canvas: &mut dyn Canvas,
-    plot: &Plot,
-    (x_edges, y_edges): (&[f64], &[f64]),
-    values: &[f64],
-    axis: &Axis,
-    texts: &[String],
-) {
-    let scale = Scale { range: range(values, axis), pixels: (0.0, 1.0), spread: axis.scale };
+pub(super) fn draw(chart: &Chart, layer: &Layer) -> Drawn {
+    let Layer::Heat { x_edges, y_edges, values: all, colour: axis, texts, .. } = layer else { return Ok(()) };
+    let (within, spec) = (area(chart), chart.as_coord_spec());
+    let sheet = chart.plotting_area().use_screen_coord();
     // Cells on whole pixels have sharp edges and leave no seams.
-    let places = |edges: &[f64], along: &Scale, low: f64, high: f64| -> Vec<f64> {
-        edges.iter().map(|edge| along.end_at(*edge).clamp(low, high).round()).collect()
+    let places = |edges: &[f64], axis: &Scale, ends| -> Vec<f64> {
+        edges.iter().map(|edge| axis.at(edge.clamp(axis.range.0, axis.range.1), ends).round()).collect()
     };
-    let (xs, ys) = (
-        places(x_edges, &plot.x, plot.area.left, plot.area.right),
-        places(y_edges, &plot.y, plot.area.top, plot.area.bottom),
-    );
-    let columns = xs.len().saturating_sub(1);
-    let mut cells = Vec::new();
-    for (row, y) in ys.windows(2).enumerate() {
-        for (column, x) in xs.windows(2).enumerate() {
-            let area = Rect {
-                left: x[0].min(x[1]),
-                right: x[0].max(x[1]),
-                top: y[0].min(y[1]),
-                bottom: y[0].max(y[1]),
-            };
-            // Written so that edges that are no numbers have no cell.
-            if area.width() > 0.0 && area.height() > 0.0 {
-                let place = row * columns + column;
-                let text = texts.get(place).map_or("", String::as_str);
-                cells.push((area, values.get(place).copied().unwrap_or(f64::NAN), text));
-            }
-        }
-    }
-    let ground = |value: f64| colour(if axis.scale.has(value) { scale.share(value) } else { 0.0 });
+    let columns = places(x_edges, spec.x_spec(), (within.left, within.right));
+    let rows = places(y_edges, spec.y_spec(), (within.bottom, within.top));
+    let areas = rows
+        .windows(2)
+        .flat_map(|y| columns.windows(2).map(|x| Rect { left: x[0], right: x[1], top: y[1], bottom: y[0] }));
+    let values = all.iter().copied().chain(std::iter::repeat(f64::NAN));
+    let texts = texts.iter().map(String::as_str).chain(std::iter::repeat(""));
+    let mut cells: Vec<(Rect, f64, &str)> =
+        areas.zip(values).zip(texts).map(|((a, v), t)| (a, v, t)).collect();
+    // Edges that are no numbers have no cell.
+    cells.retain(|(area, ..)| area.width() > 0.0 && area.height() > 0.0);
+
+    let scale = Scale::new(range(all, axis), axis.scale);
+    let ground = |value| colour(if axis.scale.has(value) { scale.at(value, (0.0, 1e4)) / 1e4 } else { 0.0 });
     for &(area, value, _) in &cells {
         if value.is_finite() {
-            canvas.rect(area, ground(value));
+            sheet.draw(&Rectangle::new(area.corners(), ground(value).fill()))?;
         } else {
-            blank(canvas, area);
+            blank(&sheet, area)?;
         }
     }
-    let written: Vec<_> =
-        cells.iter().copied().filter(|(_, value, text)| value.is_finite() && !text.is_empty()).collect();
+    let count = cells.len();
+    cells.retain(|(_, value, text)| value.is_finite() && !text.is_empty());
     let fits = |(area, _, text): &(Rect, f64, &str)| {
         area.height() >= NUMBER + 3.0 && area.width() >= text::width(text, NUMBER) + 4.0
     };
-    if cells.len() <= MOST_NUMBERS && written.iter().all(fits) {
-        for (area, value, text) in written {
-            let colour = ink_on(ground(value));
-            let set = Type { size: NUMBER, colour, align: Align::Middle, upwards: false };
-            canvas.lines(text, area.centre(), set);
+    if count <= MOST_NUMBERS && cells.iter().all(fits) {
+        for (area, value, text) in cells {
+            let (x, y) = area.centre();
+            let set = type_of(NUMBER, ink_on(ground(value))).pos(CENTRE);
+            sheet.draw(&Text::new(text, (px(x), px(y)), set))?;
         }
     }
+    Ok(())
 }
 
 /// A cell without a value: white and hatched, as no value is.
-pub(super) fn blank(canvas: &mut dyn Canvas, area: Rect) {
-    canvas.rect(area, WHITE);
-    canvas.strokes(&hatching(area, -1.0, 5.0), HATCH, 0.75);
-    canvas.outline(area, GRID, 0.5);
+pub(super) fn blank(sheet: &Sheet, area: Rect) -> Drawn {
+    sheet.draw(&Rectangle::new(area.corners(), WHITE.fill()))?;
+    hatch(sheet, area, (-1.0, 5.0), HATCH, 0.75)?;
+    sheet.draw(&Rectangle::new(area.corners(), GRID.stroke(0.5)))
 }
 
 /// The edges of cells around these increasing centres: half way between neighbours, on a logarithmic axis at

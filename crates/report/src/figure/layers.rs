@@ -1,79 +1,102 @@
-//! Drawing the layers of a panel.
+//! Drawing the layers of a panel as series and elements of plotters.
 
 use super::axis::Scale;
-use super::canvas::{Canvas, Point, Rect};
+use super::backend::{Backend, Dashed, Drawn, Point, Rect, Sheet, px, stroke_px};
+use super::chart::{Chart, area};
 use super::colour::Colour;
-use super::reduce::{clip_line, clip_polygon, dash, hatching, length, runs, thin};
+use super::reduce::{clip, hatching};
 use super::style::{
     FRAME, HATCH, LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RING_RADIUS, RULE_DASHES, Style, WHITE, fill,
 };
-use super::{Lane, Layer, heat};
+use super::{Layer, heat};
+use plotters::element::{
+    Circle, Cross, DynElement, EmptyElement, IntoDynElement, PathElement, Polygon, Rectangle, TriangleMarker,
+};
+use plotters::series::LineSeries;
 use std::collections::HashMap;
 
-/// Columns in which a long line is thinned: the pixels of a PNG.
-pub(super) const COLUMN: f64 = 0.5;
-/// A line this many times longer than its panel is wide goes up and down too densely for dashes to show.
-const DENSE: f64 = 15.0;
 /// This many translucent markers on one spot are opaque; further ones change nothing.
 const PILE: u32 = 10;
 pub(super) const BAND_OPACITY: f64 = 0.25;
 
-/// The plotting area and its axes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Plot {
-    pub area: Rect,
-    pub x: Scale,
-    pub y: Scale,
+/// An element at a place in data or backend coordinates.
+pub(super) type Element<C> = DynElement<'static, Backend, C>;
+
+/// What can be seen of lines and areas. plotters would draw what is outside along the frame.
+struct View {
+    x: Scale,
+    y: Scale,
 }
 
-impl Plot {
-    fn point(&self, (x, y): Point) -> Point {
-        (self.x.at(x), self.y.at(y))
+impl View {
+    fn shows(&self, x: f64, y: f64) -> bool {
+        self.x.shows(x) && self.y.shows(y)
+    }
+
+    fn clip(&self, points: &[Point], is_closed: bool) -> impl Iterator<Item = Vec<Point>> {
+        let ((left, right), (top, bottom)) = (self.x.ends(), self.y.ends());
+        let even: Vec<Point> = points.iter().map(|p| (self.x.even(p.0), self.y.even(p.1))).collect();
+        let value = |p: Point| (self.x.spread.value(p.0), self.y.spread.value(p.1));
+        let parts = clip(&even, is_closed, Rect { left, top, right, bottom });
+        parts.into_iter().map(move |part| part.into_iter().map(value).collect())
     }
 }
 
-pub(super) fn draw(canvas: &mut dyn Canvas, plot: &Plot, layer: &Layer) {
-    let area = plot.area;
+pub(super) fn draw(chart: &mut Chart, layer: &Layer) -> Drawn {
+    let within = area(chart);
+    let sheet = chart.plotting_area().use_screen_coord();
+    let spec = chart.as_coord_spec();
+    let view = View { x: spec.x_spec().clone(), y: spec.y_spec().clone() };
+    let (x_axis, y_axis) = (&view.x, &view.y);
     match layer {
-        Layer::Line { points, style, .. } => line(canvas, plot, points.iter().copied(), *style),
-        Layer::Steps { points, style, .. } => line(canvas, plot, held(points), *style),
-        Layer::Points { points, style, .. } => markers(canvas, plot, points, *style),
-        Layer::Band { points, style, .. } => band(canvas, plot, points, *style),
-        Layer::ErrorBars { points, style, .. } => {
-            error_bars(canvas, plot, points, *style, |canvas, at| {
-                draw_markers(canvas, *style, &[at], MARKER_RADIUS);
-            });
-        }
-        Layer::Hollow { points, style, .. } => {
-            error_bars(canvas, plot, points, *style, |canvas, at| draw_ring(canvas, *style, at));
-        }
+        Layer::Line { points, style, .. } => curve(chart, &view, points.iter().copied(), *style),
+        Layer::Steps { points, style, .. } => curve(chart, &view, held(points), *style),
+        Layer::Points { points, style, .. } => markers(chart, &view, points, *style),
+        Layer::Band { points, style, .. } => band(chart, &view, points, *style),
+        Layer::ErrorBars { points, style, .. } => error_bars(chart, &view, points, *style, marker),
+        Layer::Hollow { points, style, .. } => error_bars(chart, &view, points, *style, ring),
         Layer::Hatched { spans, .. } => {
             for &(from, to) in spans {
-                let [from, to] = [from, to].map(|x| plot.x.end_at(x).clamp(area.left, area.right));
+                let ends = (within.left, within.right);
+                let [left, right] = [from, to].map(|x| x_axis.at(x, ends).clamp(within.left, within.right));
                 // Written so that an end that is no number has no strip.
-                if from < to {
-                    canvas.strokes(&hatching(Rect { left: from, right: to, ..area }, -1.0, 7.0), HATCH, 0.6);
+                if from < to && left < right {
+                    hatch(&sheet, Rect { left, right, ..within }, (-1.0, 7.0), HATCH, 0.6)?;
                 }
             }
+            Ok(())
         }
         Layer::UpperLimits { points, style, .. } => {
-            for &(x, y) in points.iter().filter(|(x, y)| plot.x.shows(*x) && plot.y.shows(*y)) {
-                draw_upper_limit(canvas, *style, plot.point((x, y)), area.bottom);
+            let shown = points.iter().copied().filter(|p| view.shows(p.0, p.1));
+            let room = |y: f64| within.bottom - y_axis.at(y, (within.bottom, within.top));
+            chart.draw_series(shown.map(|at| upper_limit(*style, at, room(at.1)))).map(drop)
+        }
+        Layer::Heat { .. } => heat::draw(chart, layer),
+        Layer::HorizontalRule { y, .. } if y_axis.shows(*y) => {
+            rule(chart, [(x_axis.range.0, *y), (x_axis.range.1, *y)])
+        }
+        Layer::VerticalRule { x, .. } if x_axis.shows(*x) => {
+            rule(chart, [(*x, y_axis.range.0), (*x, y_axis.range.1)])
+        }
+        Layer::HorizontalRule { .. } | Layer::VerticalRule { .. } => Ok(()),
+        Layer::Lanes { lanes, categories } => {
+            let slot = within.height() / lanes.len().max(1) as f64;
+            for (index, lane) in lanes.iter().enumerate() {
+                let top = within.top + (index as f64 + 0.14) * slot;
+                let strip = Rect { top, bottom: top + 0.72 * slot, ..within };
+                // Of spans shorter than an eighth of a pixel those are drawn in which a multiple of it lies.
+                let place = |x: f64| (8.0 * x_axis.at(x, (strip.left, strip.right))).round() / 8.0;
+                for &(from, to, category) in &lane.spans {
+                    let [left, right] = [from, to].map(|x| place(x).clamp(strip.left, strip.right));
+                    // Written so that a NaN is skipped.
+                    if from < to && left < right && category < categories.len() {
+                        draw_fill(&sheet, category, Rect { left, right, ..strip })?;
+                    }
+                }
+                sheet.draw(&Rectangle::new(strip.corners(), FRAME.stroke(0.75)))?;
             }
+            Ok(())
         }
-        Layer::Heat { x_edges, y_edges, values, colour, texts, .. } => {
-            heat::draw(canvas, plot, (x_edges, y_edges), values, colour, texts);
-        }
-        Layer::HorizontalRule { y, .. } if plot.y.shows(*y) => {
-            let at = plot.y.at(*y);
-            stroke(canvas, area, &[(area.left, at), (area.right, at)], QUIET, 1.0, RULE_DASHES);
-        }
-        Layer::VerticalRule { x, .. } if plot.x.shows(*x) => {
-            let at = plot.x.at(*x);
-            stroke(canvas, area, &[(at, area.bottom), (at, area.top)], QUIET, 1.0, RULE_DASHES);
-        }
-        Layer::HorizontalRule { .. } | Layer::VerticalRule { .. } => (),
-        Layer::Lanes { lanes, categories } => draw_lanes(canvas, plot, lanes, categories.len()),
     }
 }
 
@@ -83,183 +106,163 @@ fn held(points: &[Point]) -> impl Iterator<Item = Point> {
     corners.chain(points.last().copied())
 }
 
-fn line(canvas: &mut dyn Canvas, plot: &Plot, points: impl Iterator<Item = Point>, style: Style) {
-    for run in runs(points.map(|p| plot.point(p))) {
-        match run[..] {
+/// A line in data or backend coordinates, without a pattern a solid one.
+pub(super) fn line<C: Clone + 'static>(
+    points: Vec<C>,
+    colour: Colour,
+    width: f64,
+    pattern: &'static [f64],
+) -> Element<C> {
+    if pattern.is_empty() {
+        PathElement::new(points, colour.stroke(width)).into_dyn()
+    } else {
+        Dashed { points, colour, width, pattern }.into_dyn()
+    }
+}
+
+fn rule(chart: &mut Chart, ends: [Point; 2]) -> Drawn {
+    chart.draw_series([line(ends.to_vec(), QUIET, 1.0, RULE_DASHES)]).map(drop)
+}
+
+fn curve(chart: &mut Chart, view: &View, points: impl Iterator<Item = Point>, style: Style) -> Drawn {
+    let has_place = |p: &Point| view.x.spread.has(p.0) && view.y.spread.has(p.1);
+    let placed: Vec<Point> = points.map(|p| if has_place(&p) { p } else { (p.0, f64::NAN) }).collect();
+    for part in view.clip(&placed, false) {
+        if let [lone] = part[..] {
             // Between two gaps there is no line to draw, but there is a value.
-            [lone] if plot.area.contains(lone) => canvas.discs(&[lone], LINE_WIDTH, style.colour()),
-            [_] => (),
-            _ => {
-                stroke(canvas, plot.area, &thin(&run, COLUMN), style.colour(), LINE_WIDTH, style.dashes());
-            }
+            chart.draw_series([Circle::new(lone, stroke_px(LINE_WIDTH), style.colour().fill())])?;
+        } else if style.dashes().is_empty() {
+            chart.draw_series(LineSeries::new(part, style.colour().stroke(LINE_WIDTH)))?;
+        } else {
+            chart.draw_series([line(part, style.colour(), LINE_WIDTH, style.dashes())])?;
         }
     }
+    Ok(())
 }
 
-fn stroke(canvas: &mut dyn Canvas, area: Rect, points: &[Point], colour: Colour, width: f64, dashes: &[f64]) {
-    for part in clip_line(points, area) {
-        let dense = length(&part) > DENSE * area.width();
-        let strokes = if dashes.is_empty() || dense { vec![part] } else { dash(&part, dashes, COLUMN) };
-        canvas.strokes(&strokes, colour, width);
-    }
-}
-
-fn markers(canvas: &mut dyn Canvas, plot: &Plot, points: &[Point], style: Style) {
-    let inside = points.iter().map(|&p| plot.point(p)).filter(|at| plot.area.contains(*at));
+fn markers(chart: &mut Chart, view: &View, points: &[Point], style: Style) -> Drawn {
+    let shown = points.iter().copied().filter(|p| view.shows(p.0, p.1));
     let (radius, opacity) = match points.len() {
-        0..=200 => return draw_markers(canvas, style, &inside.collect::<Vec<_>>(), MARKER_RADIUS),
+        0..=200 => return chart.draw_series(shown.map(|at| marker(style, at))).map(drop),
         201..=1000 => (2.0, 0.7),
         _ => (1.25, 0.4),
     };
-    let mut piled: HashMap<(i64, i64), u32> = HashMap::new();
-    let seen = inside.filter(|at| {
-        #[expect(clippy::cast_possible_truncation, reason = "a place inside the figure")]
-        let pile = piled.entry(((at.0 * 2.0) as i64, (at.1 * 2.0) as i64)).or_default();
+    let mut piled: HashMap<(i32, i32), u32> = HashMap::new();
+    let plotted = chart.plotting_area().clone();
+    let seen = shown.filter(|at| {
+        let (left, top) = plotted.map_coordinate(at);
+        let pile = piled.entry((left / px(0.5), top / px(0.5))).or_default();
         *pile += 1;
         *pile <= PILE
     });
-    canvas.discs(&seen.collect::<Vec<_>>(), radius, style.colour().faded(opacity));
+    let look = style.colour().faded(opacity).fill();
+    chart.draw_series(seen.map(|at| Circle::new(at, stroke_px(radius), look))).map(drop)
 }
 
-pub(super) fn draw_markers(canvas: &mut dyn Canvas, style: Style, centres: &[Point], radius: f64) {
-    let at = |shape: &[Point]| -> Vec<Vec<Point>> {
-        let corners =
-            |x: f64, y: f64| shape.iter().map(|(dx, dy)| (x + dx * radius, y + dy * radius)).collect();
-        centres.iter().map(|&(x, y)| corners(x, y)).collect()
+/// The marker of a style at a place in data or backend coordinates.
+pub(super) fn marker<C: Clone + 'static>(style: Style, at: C) -> Element<C> {
+    let r = MARKER_RADIUS;
+    let look = style.colour().stroke(1.4);
+    let path = |corners: &[Point]| {
+        PathElement::new(corners.iter().map(|(x, y)| (px(x * r), px(y * r))).collect::<Vec<_>>(), look)
     };
-    let lines = match style.marker() {
-        Marker::Disc => return canvas.discs(centres, radius, style.colour()),
-        Marker::Triangle => {
-            for corners in at(&[(0.0, -1.25), (1.15, 0.8), (-1.15, 0.8)]) {
-                canvas.polygon(&corners, style.colour());
-            }
-            return;
-        }
+    let centre = EmptyElement::at(at);
+    match style.marker() {
+        Marker::Disc => (centre + Circle::new((0, 0), stroke_px(r), look.filled())).into_dyn(),
+        Marker::Triangle => (centre + TriangleMarker::new((0, 0), px(1.3 * r), look.filled())).into_dyn(),
         // The second point again closes the last corner, too.
         Marker::Square => {
-            at(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9), (-0.9, -0.9), (0.9, -0.9)])
+            let corners = [(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9), (-0.9, -0.9), (0.9, -0.9)];
+            (centre + path(&corners)).into_dyn()
         }
-        Marker::Diamond => at(&[(0.0, -1.2), (1.2, 0.0), (0.0, 1.2), (-1.2, 0.0), (0.0, -1.2), (1.2, 0.0)]),
-        Marker::Cross => [at(&[(-0.9, -0.9), (0.9, 0.9)]), at(&[(-0.9, 0.9), (0.9, -0.9)])].concat(),
-        Marker::Plus => [at(&[(-1.2, 0.0), (1.2, 0.0)]), at(&[(0.0, -1.2), (0.0, 1.2)])].concat(),
-    };
-    canvas.strokes(&lines, style.colour(), 1.4);
-}
-
-fn band(canvas: &mut dyn Canvas, plot: &Plot, points: &[(f64, f64, f64)], style: Style) {
-    let usable = |(x, a, b): &(f64, f64, f64)| x.is_finite() && a.is_finite() && b.is_finite();
-    for run in points.chunk_by(|a, b| usable(a) == usable(b)).filter(|run| usable(&run[0])) {
-        let edge = |y: fn(&(f64, f64, f64)) -> f64| -> Vec<Point> {
-            let all = runs(run.iter().map(|p| (plot.x.at(p.0), plot.y.end_at(y(p)))));
-            all.iter().flat_map(|part| thin(part, COLUMN)).collect()
-        };
-        let (mut corners, upper) = (edge(|p| p.1), edge(|p| p.2));
-        // Thin edges keep the band visible between dense markers and in grey.
-        for side in [&corners, &upper] {
-            stroke(canvas, plot.area, side, style.colour().faded(0.8), 0.75, &[]);
+        Marker::Diamond => {
+            let corners = [(0.0, -1.2), (1.2, 0.0), (0.0, 1.2), (-1.2, 0.0), (0.0, -1.2), (1.2, 0.0)];
+            (centre + path(&corners)).into_dyn()
         }
-        corners.extend(upper.into_iter().rev());
-        let visible = clip_polygon(&corners, plot.area);
-        if visible.len() > 2 {
-            canvas.polygon(&visible, style.colour().faded(BAND_OPACITY));
+        Marker::Cross => (centre + Cross::new((0, 0), px(0.9 * r), look)).into_dyn(),
+        Marker::Plus => {
+            (centre + path(&[(-1.2, 0.0), (1.2, 0.0)]) + path(&[(0.0, -1.2), (0.0, 1.2)])).into_dyn()
         }
     }
-}
-
-/// Whiskers, and a mark at each value.
-fn error_bars(
-    canvas: &mut dyn Canvas,
-    plot: &Plot,
-    points: &[(f64, f64, f64, f64)],
-    style: Style,
-    mark: impl Fn(&mut dyn Canvas, Point),
-) {
-    const CAP: f64 = 3.5;
-    // False for a NaN, too.
-    for &(x, y, lower, upper) in points.iter().filter(|p| plot.x.shows(p.0)) {
-        let at = plot.x.at(x);
-        if lower.is_finite() && upper.is_finite() {
-            let (low, high) = (plot.y.end_at(lower), plot.y.end_at(upper));
-            let cap = |y| [(at - CAP, y), (at + CAP, y)];
-            for bar in [[(at, low), (at, high)], cap(low), cap(high)] {
-                stroke(canvas, plot.area, &bar, style.colour(), 1.2, &[]);
-            }
-        }
-        if plot.y.shows(y) {
-            mark(canvas, (at, plot.y.at(y)));
-        }
-    }
-}
-
-/// Empty inside, so that it is told from every other marker, in grey too.
-fn draw_ring(canvas: &mut dyn Canvas, style: Style, at: Point) {
-    canvas.discs(&[at], RING_RADIUS, style.colour());
-    canvas.discs(&[at], RING_RADIUS - 1.4, WHITE);
 }
 
 /// A bar, and an arrow from it downwards, shorter where there is less room: the value is somewhere below.
-pub(super) fn draw_upper_limit(canvas: &mut dyn Canvas, style: Style, (x, y): Point, bottom: f64) {
+pub(super) fn upper_limit<C: Clone + 'static>(style: Style, at: C, room: f64) -> Element<C> {
     const LONG: f64 = 13.0;
-    let colour = style.colour();
-    let tip = (y + LONG).min(bottom);
-    canvas.path(&[(x - 5.0, y), (x + 5.0, y)], colour, 1.6);
-    if tip - y > 5.0 {
-        canvas.path(&[(x, y), (x, tip - 4.0)], colour, 1.2);
-        canvas.polygon(&[(x, tip), (x - 3.6, tip - 6.0), (x + 3.6, tip - 6.0)], colour);
+    let (tip, colour) = (LONG.min(room), style.colour());
+    let bar = EmptyElement::at(at) + PathElement::new([(px(-5.0), 0), (px(5.0), 0)], colour.stroke(1.6));
+    if tip <= 5.0 {
+        return bar.into_dyn();
     }
+    let shaft = PathElement::new([(0, 0), (0, px(tip - 4.0))], colour.stroke(1.2));
+    let head = [(0, px(tip)), (px(-3.6), px(tip - 6.0)), (px(3.6), px(tip - 6.0))];
+    (bar + shaft + Polygon::new(head, colour.fill())).into_dyn()
 }
 
-fn draw_lanes(canvas: &mut dyn Canvas, plot: &Plot, lanes: &[Lane], categories: usize) {
-    let slot = plot.area.height() / lanes.len().max(1) as f64;
-    for (index, lane) in lanes.iter().enumerate() {
-        let top = plot.area.top + (index as f64 + 0.14) * slot;
-        let strip = Rect { top, bottom: top + 0.72 * slot, ..plot.area };
-        for (left, right, category) in visible_spans(plot, lane, categories) {
-            draw_fill(canvas, category, Rect { left, right, ..strip });
+fn band(chart: &mut Chart, view: &View, points: &[(f64, f64, f64)], style: Style) -> Drawn {
+    let usable = |(x, a, b): &(f64, f64, f64)| view.x.spread.has(*x) && a.is_finite() && b.is_finite();
+    for run in points.chunk_by(|a, b| usable(a) == usable(b)).filter(|run| usable(&run[0])) {
+        let lower: Vec<Point> = run.iter().map(|p| (p.0, p.1)).collect();
+        let upper: Vec<Point> = run.iter().map(|p| (p.0, p.2)).collect();
+        // Thin edges keep the band visible between dense markers and in grey.
+        let edge = style.colour().faded(0.8).stroke(0.75);
+        for side in [&lower, &upper] {
+            chart.draw_series(view.clip(side, false).map(|part| PathElement::new(part, edge)))?;
         }
-        canvas.outline(strip, FRAME, 0.75);
+        let around: Vec<Point> = lower.into_iter().chain(upper.into_iter().rev()).collect();
+        let ground = style.colour().faded(BAND_OPACITY).fill();
+        chart.draw_series(view.clip(&around, true).map(|part| Polygon::new(part, ground)))?;
     }
+    Ok(())
 }
 
-/// The spans of a lane in pixels, where the longest in a column stands for the shorter ones in it.
-fn visible_spans(plot: &Plot, lane: &Lane, categories: usize) -> Vec<(f64, f64, usize)> {
-    const PER_PIXEL: f64 = 8.0;
-    let area = plot.area;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside the figure")]
-    let index = |x: f64| ((x - area.left) * PER_PIXEL).max(0.0) as usize;
-    let mut columns = vec![(0.0, None); index(area.right) + 1];
-    for &(from, to, category) in &lane.spans {
-        let (from, to) = (plot.x.end_at(from).max(area.left), plot.x.end_at(to).min(area.right));
-        // Written so that a NaN is skipped.
-        if !(from < to && category < categories) {
-            continue;
+/// Empty inside: no other marker is, in grey too.
+fn ring(style: Style, at: Point) -> Element<Point> {
+    let disc = |radius, colour: Colour| Circle::new((0, 0), stroke_px(radius), colour.fill());
+    (EmptyElement::at(at) + disc(RING_RADIUS, style.colour()) + disc(RING_RADIUS - 1.4, WHITE)).into_dyn()
+}
+
+/// Whiskers from lower to upper values, and a mark at each value. [`plotters::element::ErrorBar`] has discs alone.
+fn error_bars(
+    chart: &mut Chart,
+    view: &View,
+    points: &[(f64, f64, f64, f64)],
+    style: Style,
+    mark: fn(Style, Point) -> Element<Point>,
+) -> Drawn {
+    const CAP: f64 = 3.5;
+    let look = style.colour().stroke(1.2);
+    for &(x, y, lower, upper) in points {
+        // False for a NaN, too.
+        if view.x.shows(x) && lower.is_finite() && upper.is_finite() {
+            let stem = [(x, lower), (x, upper)];
+            chart.draw_series(view.clip(&stem, false).map(|part| PathElement::new(part, look)))?;
+            let ends = [lower, upper].into_iter().filter(|y| view.y.shows(*y));
+            let cap = |y| EmptyElement::at((x, y)) + PathElement::new([(px(-CAP), 0), (px(CAP), 0)], look);
+            chart.draw_series(ends.map(cap))?;
         }
-        for (offset, column) in columns[index(from)..=index(to)].iter_mut().enumerate() {
-            let start = area.left + (index(from) + offset) as f64 / PER_PIXEL;
-            let covered = to.min(start + 1.0 / PER_PIXEL) - from.max(start);
-            if covered > column.0 {
-                *column = (covered, Some(category));
-            }
-        }
+        chart.draw_series(view.shows(x, y).then(|| mark(style, (x, y))))?;
     }
-    let mut spans = Vec::new();
-    let mut start = 0;
-    for run in columns.chunk_by(|a, b| a.1 == b.1) {
-        let end = start + run.len();
-        if let Some(category) = run[0].1 {
-            let x = |column: usize| (area.left + column as f64 / PER_PIXEL).min(area.right);
-            spans.push((x(start), x(end), category));
-        }
-        start = end;
-    }
-    spans
+    Ok(())
 }
 
 /// Fills a rectangle in the manner of a category.
-pub(super) fn draw_fill(canvas: &mut dyn Canvas, category: usize, area: Rect) {
+pub(super) fn draw_fill(sheet: &Sheet, category: usize, area: Rect) -> Drawn {
     let look = fill(category);
-    canvas.rect(area, look.ground);
-    if look.slope != 0.0 {
-        canvas.strokes(&hatching(area, look.slope, 6.0), look.line, 1.0);
+    sheet.draw(&Rectangle::new(area.corners(), look.ground.fill()))?;
+    if look.slope == 0.0 { Ok(()) } else { hatch(sheet, area, (look.slope, 6.0), look.line, 1.0) }
+}
+
+/// Lines of a slope and spacing across a rectangle.
+pub(super) fn hatch(
+    sheet: &Sheet,
+    area: Rect,
+    (slope, spacing): (f64, f64),
+    colour: Colour,
+    width: f64,
+) -> Drawn {
+    for ends in hatching(area, slope, spacing) {
+        sheet.draw(&PathElement::new(ends.map(|(x, y)| (px(x), px(y))), colour.stroke(width)))?;
     }
+    Ok(())
 }

@@ -1,13 +1,16 @@
 //! The legend of a panel: a row of keys above it, which never covers data.
 
-use super::canvas::{Align, Canvas, Point, Rect, Type};
-use super::layers::{BAND_OPACITY, COLUMN, draw_fill, draw_markers, draw_upper_limit};
-use super::reduce::dash;
-use super::style::{FILLS, FRAME, INK, LINE_WIDTH, MARKER_RADIUS, Style};
+use super::backend::{Backend, Drawn, Point, Rect, Sheet, px};
+use super::chart::{LEFT, SMALL, type_of};
+use super::layers::{BAND_OPACITY, draw_fill, line, marker, upper_limit};
+use super::style::{FILLS, FRAME, INK, LINE_WIDTH, Style};
 use super::svg::Svg;
 use super::{Layer, Panel, heat, text};
+use plotters::drawing::IntoDrawingArea;
+use plotters::element::{PathElement, Rectangle};
+use std::cell::RefCell;
+use std::rc::Rc;
 
-const SIZE: f64 = 13.0;
 const LONG_KEY: f64 = 30.0;
 const SHORT_KEY: f64 = 12.0;
 const KEY_GAP: f64 = 7.0;
@@ -35,12 +38,8 @@ pub(crate) struct Entry {
     pub keys: Vec<Key>,
 }
 
-/// An entry's place, from the left end of the legend.
-pub(super) struct Placed {
-    entry: Entry,
-    x: f64,
-    row: usize,
-}
+/// An entry, its place from the left end of the legend, its row.
+pub(super) type Placed = (Entry, f64, usize);
 
 impl Entry {
     /// A lone marker needs less room than a piece of line.
@@ -82,68 +81,66 @@ pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
 pub(super) fn place(panel: &Panel, width: f64) -> Vec<Placed> {
     let (mut x, mut row) = (0.0, 0);
     let place = |entry: Entry| {
-        let wide = entry.key_width() + KEY_GAP + text::width(&entry.label, SIZE);
+        let wide = entry.key_width() + KEY_GAP + text::width(&entry.label, SMALL);
         if x > 0.0 && x + wide > width {
             (x, row) = (0.0, row + 1);
         }
         let at = x;
         x += wide + ENTRY_GAP;
-        Placed { entry, x: at, row }
+        (entry, at, row)
     };
     entries(panel).into_iter().map(place).collect()
 }
 
 pub(super) fn height(entries: &[Placed]) -> f64 {
-    entries.last().map_or(0.0, |last| (last.row + 1) as f64 * ROW)
+    entries.last().map_or(0.0, |last| (last.2 + 1) as f64 * ROW)
 }
 
 /// Draws the entries with their upper left corner at `corner`.
-pub(super) fn draw(canvas: &mut dyn Canvas, entries: &[Placed], corner: Point) {
-    let set = Type { size: SIZE, colour: INK, align: Align::Start, upwards: false };
-    for Placed { entry, x, row } in entries {
+pub(super) fn draw(sheet: &Sheet, entries: &[Placed], corner: Point) -> Drawn {
+    for (entry, x, row) in entries {
         let (left, middle) = (corner.0 + x, corner.1 + (*row as f64 + 0.5) * ROW);
         let right = left + entry.key_width();
         for key in &entry.keys {
-            draw_key(canvas, *key, (left, right), middle);
+            draw_key(sheet, *key, (left, right), middle)?;
         }
-        canvas.lines(&entry.label, (right + KEY_GAP, middle), set);
+        sheet.draw_text(&entry.label, &type_of(SMALL, INK).pos(LEFT), (px(right + KEY_GAP), px(middle)))?;
     }
+    Ok(())
 }
 
 /// A key as an SVG of its own.
 pub(crate) fn swatch(keys: &[Key]) -> String {
-    let mut canvas = Svg::new(30, 14);
+    let svg = Rc::new(RefCell::new(Svg::new(30, 14)));
+    let sheet = Backend::new(svg.clone(), 30, 14).into_drawing_area();
     for key in keys {
-        draw_key(&mut canvas, *key, (0.5, 29.5), 7.0);
+        draw_key(&sheet, *key, (0.5, 29.5), 7.0).expect("an SVG takes everything");
     }
-    canvas.finish()
+    svg.take().finish()
 }
 
-fn draw_key(canvas: &mut dyn Canvas, key: Key, (left, right): (f64, f64), middle: f64) {
+fn draw_key(sheet: &Sheet, key: Key, (left, right): (f64, f64), middle: f64) -> Drawn {
     let area = Rect { left, top: middle - 6.0, right, bottom: middle + 6.0 };
-    let centre = area.centre();
+    let (x, y) = (px(area.centre().0), px(middle));
+    let framed = || sheet.draw(&Rectangle::new(area.corners(), FRAME.stroke(0.75)));
     match key {
-        Key::Line(style) => {
-            let line = vec![(left, middle), (right, middle)];
-            let dashes = style.dashes();
-            let strokes = if dashes.is_empty() { vec![line] } else { dash(&line, dashes, COLUMN) };
-            canvas.strokes(&strokes, style.colour(), LINE_WIDTH * 1.2);
+        Key::Line(style) => sheet.draw(&line(
+            vec![(px(left), y), (px(right), y)],
+            style.colour(),
+            1.2 * LINE_WIDTH,
+            style.dashes(),
+        )),
+        Key::Marker(style) => sheet.draw(&marker(style, (x, y))),
+        Key::Band(style) => {
+            sheet.draw(&Rectangle::new(area.corners(), style.colour().faded(BAND_OPACITY).fill()))
         }
-        Key::Marker(style) => draw_markers(canvas, style, &[centre], MARKER_RADIUS),
-        Key::Band(style) => canvas.rect(area, style.colour().faded(BAND_OPACITY)),
         Key::Bar(style) => {
-            let whisker = [(centre.0, area.top - 1.0), (centre.0, area.bottom + 1.0)];
-            canvas.path(&whisker, style.colour(), LINE_WIDTH);
-            draw_markers(canvas, style, &[centre], MARKER_RADIUS);
+            let whisker = vec![(x, px(area.top - 1.0)), (x, px(area.bottom + 1.0))];
+            sheet.draw(&PathElement::new(whisker, style.colour().stroke(LINE_WIDTH)))?;
+            sheet.draw(&marker(style, (x, y)))
         }
-        Key::UpperLimit(style) => draw_upper_limit(canvas, style, (centre.0, area.top), f64::INFINITY),
-        Key::Blank => {
-            heat::blank(canvas, area);
-            canvas.outline(area, FRAME, 0.75);
-        }
-        Key::Fill(category) => {
-            draw_fill(canvas, category, area);
-            canvas.outline(area, FRAME, 0.75);
-        }
+        Key::UpperLimit(style) => sheet.draw(&upper_limit(style, (x, px(area.top)), f64::INFINITY)),
+        Key::Blank => heat::blank(sheet, area).and_then(|()| framed()),
+        Key::Fill(category) => draw_fill(sheet, category, area).and_then(|()| framed()),
     }
 }

@@ -8,16 +8,32 @@
 //! `i_a` or `L_d`; names like `pulse_test` stay as they are.
 //!
 //! Coordinates that are not finite are gaps: a line breaks there, a marker is left out.
+//!
+//! plotters draws: series that no [`Layer`] has can be drawn with it on the [`Chart`] of a panel.
+//!
+//! ```
+//! use standstill_report::figure::plotters::prelude::*;
+//! use standstill_report::figure::{Axis, Figure, Panel, px, stroke_px};
+//!
+//! let (time, current) = (Axis::new("time t (ms)").range(0.0, 4.0), Axis::new("current i (A)").range(-1.0, 1.0));
+//! let panels = vec![Panel::new(time, current)];
+//! let figure = Figure { title: "Decay".into(), subtitle: None, width: 600, height: 300, panels };
+//! let svg = figure.svg_with(|_panel, chart| {
+//!     let decay = (0..=400).map(|k| 0.01 * f64::from(k)).map(|t| (t, (-t).exp()));
+//!     chart.draw_series(LineSeries::new(decay, RED.stroke_width(stroke_px(1.5))))?;
+//!     chart.draw_series([Circle::new((1.0, 0.37), px(4.0), BLUE.filled())]).map(drop)
+//! })?;
+//! assert!(svg.contains("#ff0000") && svg.contains("<circle"));
+//! # Ok::<(), standstill_report::figure::FigureError>(())
+//! ```
 
 mod axis;
-mod canvas;
+mod backend;
+mod chart;
 mod colour;
-mod decades;
 mod extent;
-mod frame;
 mod heat;
 mod layers;
-mod layout;
 mod legend;
 mod number;
 pub(crate) mod plotly;
@@ -28,11 +44,19 @@ mod svg;
 mod text;
 mod ticks;
 
-pub use axis::{Axis, AxisScale, Ticks};
+pub use axis::{Axis, AxisScale, Scale, Ticks};
+pub use backend::{Backend, Drawn, px, stroke_px};
+pub use chart::Chart;
 pub use heat::cell_edges;
 pub(crate) use number::digits;
 pub use number::{rounded, significant};
+pub use plotters;
 pub use style::Style;
+
+use plotters::drawing::DrawingAreaErrorKind;
+use std::cell::RefCell;
+use std::convert::Infallible;
+use std::rc::Rc;
 use thiserror::Error;
 
 /// A whole figure: a title and panels stacked from top to bottom.
@@ -250,9 +274,15 @@ pub enum FigureError {
         /// Height asked for.
         height: u32,
     },
-    /// The picture could not be encoded as PNG.
-    #[error("the figure could not be encoded as PNG: {0}")]
-    Encode(String),
+    /// It could not be drawn, or not be encoded as PNG.
+    #[error("the figure could not be drawn: {0}")]
+    Draw(String),
+}
+
+impl From<DrawingAreaErrorKind<Infallible>> for FigureError {
+    fn from(why: DrawingAreaErrorKind<Infallible>) -> Self {
+        Self::Draw(why.to_string())
+    }
 }
 
 impl Panel {
@@ -280,6 +310,18 @@ impl Panel {
         self.layers.iter().any(|layer| matches!(layer, Layer::Heat { .. }))
     }
 
+    /// The vertical axis, on which lanes have their names.
+    fn lane_axis(&self) -> Axis {
+        let lanes = self.layers.iter().find_map(|layer| match layer {
+            Layer::Lanes { lanes, .. } => Some(lanes),
+            _ => None,
+        });
+        let Some(lanes) = lanes else { return self.y.clone() };
+        let places = (0..lanes.len()).rev().map(|i| i as f64 + 0.5);
+        let names = places.zip(lanes).map(|(at, lane)| (at, lane.label.clone())).collect();
+        Axis { ticks: Ticks::Named(names), scale: AxisScale::Linear, ..self.y.clone() }
+    }
+
     /// The panel with one more layer in front.
     #[must_use]
     pub fn with(mut self, layer: Layer) -> Self {
@@ -298,19 +340,30 @@ impl Figure {
     ///
     /// Text stays text, set in DejaVu Sans where that is installed and in a font of similar widths elsewhere.
     pub fn svg(&self) -> Result<String, FigureError> {
-        self.check_size()?;
-        let mut canvas = svg::Svg::new(self.width, self.height);
-        frame::draw(&mut canvas, self);
-        Ok(canvas.finish())
+        self.svg_with(|_, _| Ok(()))
     }
 
     /// The figure as a PNG file of twice its logical size.
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
+        self.png_with(|_, _| Ok(()))
+    }
+
+    /// As [`Figure::svg`], with series of the caller's own: `more` draws on the [`Chart`] of each panel, by its index, over the
+    /// panel's layers and in its coordinates.
+    pub fn svg_with(&self, mut more: impl FnMut(usize, &mut Chart) -> Drawn) -> Result<String, FigureError> {
+        self.check_size()?;
+        let svg = Rc::new(RefCell::new(svg::Svg::new(self.width, self.height)));
+        chart::draw(svg.clone(), self, &mut more)?;
+        Ok(svg.take().finish())
+    }
+
+    /// As [`Figure::png`], with series of the caller's own, as [`Figure::svg_with`] has them.
+    pub fn png_with(&self, mut more: impl FnMut(usize, &mut Chart) -> Drawn) -> Result<Vec<u8>, FigureError> {
         self.check_size()?;
         let size = FigureError::Size { width: self.width, height: self.height };
-        let mut canvas = png::Png::new(self.width, self.height).ok_or(size)?;
-        frame::draw(&mut canvas, self);
-        canvas.finish().map_err(|why| FigureError::Encode(why.to_string()))
+        let png = Rc::new(RefCell::new(png::Png::new(self.width, self.height).ok_or(size)?));
+        chart::draw(png.clone(), self, &mut more)?;
+        png.borrow().finish().map_err(|why| FigureError::Draw(why.to_string()))
     }
 
     fn check_size(&self) -> Result<(), FigureError> {

@@ -1,7 +1,5 @@
 //! Numbers as they are written in figures.
 
-use super::decades::superscript;
-
 /// A number with three significant digits, fewer where the last are zeros, and with a power of ten beyond five places.
 /// The minus is that of typography; what is not finite is a dash.
 pub fn significant(value: f64) -> String {
@@ -15,14 +13,10 @@ pub fn rounded(value: f64, count: usize) -> String {
 
 /// As [`significant`], with at most so many digits.
 pub(crate) fn digits(value: f64, most: i32) -> String {
-    let trim = |text: &str| {
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            text.to_owned()
-        }
-    };
-    written(value, most, trim)
+    written(value, most, |text| {
+        let end = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text };
+        end.to_owned()
+    })
 }
 
 fn written(value: f64, most: i32, trim: impl Fn(&str) -> String) -> String {
@@ -46,6 +40,21 @@ fn written(value: f64, most: i32, trim: impl Fn(&str) -> String) -> String {
     };
     // The exponent's minus is another character.
     text.replace('-', "−")
+}
+
+/// An exponent in small raised digits.
+pub(super) fn superscript(exponent: f64) -> String {
+    format!("{exponent:.0}")
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            // The others follow each other from U+2070.
+            digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
     let domains = domains(&figure.panels, height - ABOVE - BELOW);
     let mut index = 0;
     for (number, panels) in figure.panels.chunk_by(|a, b| a.x == b.x).enumerate() {
-        let shown = extent::horizontal(&panels.iter().collect::<Vec<_>>());
+        let shown = extent::horizontal(panels);
         let x = format!("x{}", suffix(number));
         for panel in panels {
             let y = format!("y{}", suffix(index));
@@ -109,7 +109,7 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
                     json!({"xref": format!("{x} domain"), "yref": format!("{y} domain"), "x": 0.5, "y": 0.5});
                 chart.note("no data", middle);
             }
-            let upright = lane_axis(panel);
+            let upright = panel.lane_axis();
             let mut axis = axis(&upright, y_range, tall);
             axis["anchor"] = json!(x);
             axis["domain"] = json!([bottom, top]);
@@ -187,19 +187,6 @@ fn domains(panels: &[Panel], height: f64) -> Vec<(f64, f64)> {
         top = bottom - squeeze * gaps.get(index).copied().unwrap_or(0.0);
     }
     places
-}
-
-/// The vertical axis, on which lanes write their names.
-fn lane_axis(panel: &Panel) -> Axis {
-    let mut axis = panel.y.clone();
-    for layer in &panel.layers {
-        if let Layer::Lanes { lanes, .. } = layer {
-            let places = (0..lanes.len()).rev().map(|i| i as f64 + 0.5);
-            axis.scale = AxisScale::Linear;
-            axis.ticks = Ticks::Named(places.zip(lanes).map(|(at, lane)| (at, lane.label.clone())).collect());
-        }
-    }
-    axis
 }
 
 /// An axis over a range, its label in lines of at most `room` pixels.

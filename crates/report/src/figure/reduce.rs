@@ -1,21 +1,6 @@
 //! Long series made drawable: broken at gaps, thinned to what a pixel can show, clipped and dashed.
 
-use super::canvas::{Point, Rect};
-
-/// The stretches between points that are not numbers.
-pub(super) fn runs(points: impl Iterator<Item = Point>) -> Vec<Vec<Point>> {
-    let mut runs = vec![Vec::new()];
-    for (x, y) in points {
-        if x.is_finite() && y.is_finite() {
-            // Far outside any figure; keeps the arithmetic of clipping finite.
-            runs.last_mut().expect("never empty").push((x.clamp(-1e9, 1e9), y.clamp(-1e9, 1e9)));
-        } else {
-            runs.push(Vec::new());
-        }
-    }
-    runs.retain(|run| !run.is_empty());
-    runs
-}
+use super::backend::{Point, Rect};
 
 /// The points that matter when columns `width` wide are all that is visible: of each passage through a
 /// column its first and last point and its extremes, in their order.
@@ -37,141 +22,96 @@ pub(super) fn thin(points: &[Point], width: f64) -> Vec<Point> {
     kept
 }
 
-/// The parts of a line inside a rectangle.
-pub(super) fn clip_line(points: &[Point], area: Rect) -> Vec<Vec<Point>> {
-    let mut parts: Vec<Vec<Point>> = Vec::new();
-    for pair in points.windows(2) {
-        let Some((from, to)) = clip_segment(pair[0], pair[1], area) else { continue };
-        match parts.last_mut() {
-            Some(part) if part.last() == Some(&from) => part.push(to),
-            _ => parts.push(vec![from, to]),
-        }
-    }
-    parts
-}
-
-/// Liang and Barsky: the part of a segment inside a rectangle.
-fn clip_segment(a: Point, b: Point, area: Rect) -> Option<(Point, Point)> {
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let (mut enter, mut leave) = (0.0f64, 1.0f64);
-    let sides =
-        [(-dx, a.0 - area.left), (dx, area.right - a.0), (-dy, a.1 - area.top), (dy, area.bottom - a.1)];
-    for (outward, room) in sides {
-        if outward == 0.0 {
-            if room < 0.0 {
-                return None;
+/// The parts of a line inside a rectangle, side by side of it; a closed line stays one, after Sutherland and Hodgman. What is
+/// not a number is a gap.
+pub(super) fn clip(points: &[Point], is_closed: bool, area: Rect) -> Vec<Vec<Point>> {
+    let sides: [&dyn Fn(Point) -> f64; 4] =
+        [&|p| p.0 - area.left, &|p| area.right - p.0, &|p| p.1 - area.top, &|p| area.bottom - p.1];
+    let cut = |parts: Vec<Vec<Point>>, inside: &dyn Fn(Point) -> f64| {
+        let mut kept = Vec::new();
+        for part in parts {
+            let mut before = part.last().copied().filter(|_| is_closed);
+            let mut open = Vec::new();
+            for to in part {
+                let is_gap = (to.0 + to.1).is_nan();
+                if let Some(from) =
+                    before.filter(|from| (inside(*from) < 0.0) != (inside(to) < 0.0) && !is_gap)
+                {
+                    let share = inside(from) / (inside(from) - inside(to));
+                    open.push((from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1)));
+                }
+                if !is_closed && (is_gap || inside(to) < 0.0) {
+                    kept.push(std::mem::take(&mut open));
+                }
+                open.extend((inside(to) >= 0.0 && !is_gap).then_some(to));
+                before = (!is_gap).then_some(to);
             }
-        } else if outward < 0.0 {
-            enter = enter.max(room / outward);
-        } else {
-            leave = leave.min(room / outward);
+            kept.push(open);
         }
-    }
-    // An end inside is returned as it is, so that the next segment is recognised as its continuation.
-    let point = |share: f64| match share {
-        0.0 => a,
-        1.0 => b,
-        _ => (a.0 + share * dx, a.1 + share * dy),
+        kept
     };
-    (enter <= leave).then(|| (point(enter), point(leave)))
-}
-
-/// Sutherland and Hodgman: the part of a polygon inside a rectangle.
-pub(super) fn clip_polygon(corners: &[Point], area: Rect) -> Vec<Point> {
-    let inside: [fn(Point, Rect) -> f64; 4] = [
-        |p, area| p.0 - area.left,
-        |p, area| area.right - p.0,
-        |p, area| p.1 - area.top,
-        |p, area| area.bottom - p.1,
-    ];
-    let mut shape = corners.to_vec();
-    for depth in inside {
-        let mut next = Vec::with_capacity(shape.len());
-        for (index, &to) in shape.iter().enumerate() {
-            let from = shape[(index + shape.len() - 1) % shape.len()];
-            let (a, b) = (depth(from, area), depth(to, area));
-            if (a < 0.0) != (b < 0.0) {
-                let share = a / (a - b);
-                next.push((from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1)));
-            }
-            if b >= 0.0 {
-                next.push(to);
-            }
-        }
-        shape = next;
-    }
-    shape
+    let mut parts = sides.into_iter().fold(vec![points.to_vec()], cut);
+    parts.retain(|part| !part.is_empty());
+    parts
 }
 
 /// Lines across a rectangle that go down to the right (slope 1) or up (−1), on multiples of the spacing from the figure's
 /// corner, so that neighbours continue each other's lines.
-pub(super) fn hatching(area: Rect, slope: f64, spacing: f64) -> Vec<Vec<Point>> {
+pub(super) fn hatching(area: Rect, slope: f64, spacing: f64) -> impl Iterator<Item = [Point; 2]> {
     let [a, b] = [area.top, area.bottom].map(|y| slope * y);
-    let mut offset = ((area.left - a.max(b)) / spacing).floor() * spacing;
-    let mut lines = Vec::new();
-    while offset < area.right - a.min(b) {
-        let at = |y: f64| (offset + slope * y, y);
-        lines.extend(clip_line(&[at(area.top), at(area.bottom)], area));
-        offset += spacing;
-    }
-    lines
+    let first = ((area.left - a.max(b)) / spacing).floor();
+    let count = (area.right - a.min(b)) / spacing - first;
+    let line = move |index: f64| {
+        let offset = (first + index) * spacing;
+        let at = |x: f64| slope * (x - offset);
+        let (from, to) = if slope > 0.0 { (area.left, area.right) } else { (area.right, area.left) };
+        let y = (at(from).max(area.top), at(to).min(area.bottom));
+        (y.0 < y.1).then_some([(offset + slope * y.0, y.0), (offset + slope * y.1, y.1)])
+    };
+    (0..100_000).map(f64::from).take_while(move |index| *index < count).filter_map(line)
 }
 
-pub(super) fn length(points: &[Point]) -> f64 {
-    points.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum()
-}
-
-/// How far each segment of a thinned line counts towards its dashes.
-///
-/// That is its length, except in columns where the line goes up and down a little: there it counts how far
-/// the middle of the column is from the one before. Dashes would otherwise be lost in the slightest noise.
+/// How far each stretch of a thinned line counts towards its dashes: its length, but without the height in columns where the
+/// line goes up and down a little. Dashes would otherwise be lost in the slightest noise.
 fn strides(points: &[Point], column: f64) -> Vec<f64> {
     const LITTLE: f64 = 8.0;
-    let mut strides = Vec::with_capacity(points.len());
-    let mut before: Option<(Point, bool)> = None;
-    for group in points.chunk_by(|a, b| (a.0 / column).floor() == (b.0 / column).floor()) {
+    let smooth = points.chunk_by(|a, b| (a.0 / column).floor() == (b.0 / column).floor()).flat_map(|group| {
         let low = group.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
         let high = group.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
-        let noisy = group.len() > 2 && high - low < LITTLE;
-        let middle = |p: Point| if noisy { (p.0, f64::midpoint(low, high)) } else { p };
-        if let Some((last, was_noisy)) = before {
-            let first = middle(group[0]);
-            let rise = first.1 - last.1;
-            // Between columns of noise even the middles scatter.
-            let rise = if noisy && was_noisy { (rise.abs() - 0.5).max(0.0) } else { rise };
-            strides.push((first.0 - last.0).hypot(rise));
-        }
-        strides.extend(
-            group.windows(2).map(|pair| if noisy { (pair[1].0 - pair[0].0).abs() } else { length(pair) }),
-        );
-        before = group.last().map(|&p| (middle(p), noisy));
-    }
-    strides
+        let is_noisy = group.len() > 2 && high - low < LITTLE;
+        group.iter().map(move |p| (p.0, if is_noisy { f64::midpoint(low, high) } else { p.1 }))
+    });
+    let smooth: Vec<Point> = smooth.collect();
+    smooth.windows(2).map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1)).collect()
 }
 
 /// The strokes of a dashed line that was thinned to columns of the given width; `pattern` holds the lengths of
-/// strokes and gaps in turn.
+/// strokes and gaps in turn. A line that goes up and down too densely for dashes to show stays whole.
 pub(super) fn dash(points: &[Point], pattern: &[f64], column: f64) -> Vec<Vec<Point>> {
-    let mut strokes = vec![points[..1].to_vec()];
+    const DENSE: f64 = 12_000.0;
+    let strides = strides(points, column);
+    if points.is_empty() || strides.iter().sum::<f64>() > DENSE {
+        return vec![points.to_vec()];
+    }
+    let mut strokes = vec![vec![points[0]]];
     let (mut phase, mut left) = (0, pattern[0]);
-    for (pair, full) in points.windows(2).zip(strides(points, column)) {
+    for (pair, full) in points.windows(2).zip(strides) {
         let (from, to) = (pair[0], pair[1]);
         let mut done = 0.0;
         while full - done > left {
             done += left;
             let share = done / full;
             let at = (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1));
-            if phase % 2 == 0 {
-                strokes.last_mut().expect("never empty").push(at);
-            } else {
-                strokes.push(vec![at]);
+            match strokes.last_mut() {
+                Some(stroke) if phase % 2 == 0 => stroke.push(at),
+                _ => strokes.push(vec![at]),
             }
             phase = (phase + 1) % pattern.len();
             left = pattern[phase];
         }
         left -= full - done;
-        if phase % 2 == 0 {
-            strokes.last_mut().expect("never empty").push(to);
+        if let Some(stroke) = strokes.last_mut().filter(|_| phase % 2 == 0) {
+            stroke.push(to);
         }
     }
     strokes
@@ -197,16 +137,33 @@ mod tests {
 
     #[test]
     fn law_a_gap_breaks_a_line() {
-        let points = [(0.0, 1.0), (1.0, f64::NAN), (2.0, 1.0), (3.0, 2.0), (f64::INFINITY, 1.0)];
-        assert_eq!(runs(points.into_iter()), [vec![(0.0, 1.0)], vec![(2.0, 1.0), (3.0, 2.0)]]);
+        let none = f64::NAN;
+        let points = [(0.0, 1.0), (1.0, none), (2.0, 1.0), (3.0, 2.0), (none, 1.0), (5.0, 60.0), (6.0, 60.0)];
+        assert_eq!(clip(&points, false, AREA), [vec![(0.0, 1.0)], vec![(2.0, 1.0), (3.0, 2.0)]]);
     }
 
     #[test]
     fn analytic_a_line_is_clipped_where_it_crosses_the_edge() {
-        let parts = clip_line(&[(10.0, 25.0), (20.0, 75.0), (30.0, 25.0), (40.0, 25.0)], AREA);
+        let parts = clip(&[(10.0, 25.0), (20.0, 75.0), (30.0, 25.0), (40.0, 25.0)], false, AREA);
         assert_eq!(parts.len(), 2);
         assert_eq!(parts[0], [(10.0, 25.0), (15.0, 50.0)]);
         assert_eq!(parts[1], [(25.0, 50.0), (30.0, 25.0), (40.0, 25.0)]);
+    }
+
+    #[test]
+    fn analytic_hatching_stays_within_its_rectangle_and_continues_in_the_next() {
+        for slope in [1.0, -1.0] {
+            let lines: Vec<_> = hatching(AREA, slope, 10.0).collect();
+            assert_eq!(lines.len(), 14, "{lines:?}");
+            for [a, b] in lines {
+                assert!(
+                    [a, b].iter().all(|end| (AREA.left..=AREA.right).contains(&end.0)
+                        && (AREA.top..=AREA.bottom).contains(&end.1))
+                        && (b.0 - a.0) == slope * (b.1 - a.1)
+                );
+                assert_eq!((a.0 - slope * a.1) % 10.0, 0.0);
+            }
+        }
     }
 
     #[test]

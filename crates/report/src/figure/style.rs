@@ -101,24 +101,34 @@ pub(super) const MARKER_RADIUS: f64 = 3.4;
 pub(super) const RING_RADIUS: f64 = 4.6;
 pub(super) const RULE_DASHES: &[f64] = &[4.0, 3.0];
 
-/// What a category of a lane is filled with.
+/// What a category of a lane is filled with, on light and on dark ground.
 pub(super) struct Fill {
     pub ground: Colour,
     /// In which direction the lines of its hatching go: down to the right (1), up (−1), or there are none (0).
     pub slope: f64,
     pub line: Colour,
+    dark: (Colour, Colour),
 }
 
 /// Number of fills before they start over.
 pub(super) const FILLS: usize = 6;
 
+const fn filled(ground: Colour, slope: f64, line: Colour, dark: (Colour, Colour)) -> Fill {
+    Fill { ground, slope, line, dark }
+}
+
 const FILL: [Fill; FILLS] = [
-    Fill { ground: rgb(0x00, 0x5A, 0x94), slope: 0.0, line: WHITE },
-    Fill { ground: rgb(0xC4, 0xDE, 0xEE), slope: -1.0, line: rgb(0x00, 0x5A, 0x94) },
-    Fill { ground: rgb(0xE6, 0x9F, 0x00), slope: 0.0, line: WHITE },
-    Fill { ground: rgb(0xFB, 0xEB, 0xC8), slope: 1.0, line: rgb(0xA8, 0x6C, 0x00) },
-    Fill { ground: rgb(0xF4, 0xF4, 0xF4), slope: 0.0, line: WHITE },
-    Fill { ground: rgb(0x30, 0x30, 0x30), slope: 0.0, line: WHITE },
+    filled(rgb(0x00, 0x5A, 0x94), 0.0, WHITE, (rgb(0x4A, 0x9E, 0xD8), WHITE)),
+    filled(
+        rgb(0xC4, 0xDE, 0xEE),
+        -1.0,
+        rgb(0x00, 0x5A, 0x94),
+        (rgb(0x1F, 0x3A, 0x4F), rgb(0x6F, 0xB9, 0xE8)),
+    ),
+    filled(rgb(0xE6, 0x9F, 0x00), 0.0, WHITE, (rgb(0xE0, 0xA4, 0x2B), WHITE)),
+    filled(rgb(0xFB, 0xEB, 0xC8), 1.0, rgb(0xA8, 0x6C, 0x00), (rgb(0x4A, 0x3A, 0x17), rgb(0xE5, 0xB8, 0x5A))),
+    filled(rgb(0xF4, 0xF4, 0xF4), 0.0, WHITE, (rgb(0x2A, 0x30, 0x38), WHITE)),
+    filled(rgb(0x30, 0x30, 0x30), 0.0, WHITE, (rgb(0xC9, 0xCE, 0xD3), WHITE)),
 ];
 
 /// Pairs of a full colour and its hatched tint, then blank and dark: lightness tells them apart in grey, and
@@ -151,17 +161,9 @@ pub(crate) fn palette() -> Vec<Shade> {
     for (name, light, dark, ..) in Style::ALL.into_iter().chain(Style::PHASES).map(Style::look) {
         add(name, light, dark);
     }
-    let dark_fills = [
-        (rgb(0x4A, 0x9E, 0xD8), WHITE),
-        (rgb(0x1F, 0x3A, 0x4F), rgb(0x6F, 0xB9, 0xE8)),
-        (rgb(0xE0, 0xA4, 0x2B), WHITE),
-        (rgb(0x4A, 0x3A, 0x17), rgb(0xE5, 0xB8, 0x5A)),
-        (rgb(0x2A, 0x30, 0x38), WHITE),
-        (rgb(0xC9, 0xCE, 0xD3), WHITE),
-    ];
-    for (index, (look, (ground, line))) in FILL.iter().zip(dark_fills).enumerate() {
-        add(&format!("fill-{index}"), look.ground, ground);
-        add(&format!("hatch-{index}"), look.line, line);
+    for (index, look) in FILL.iter().enumerate() {
+        add(&format!("fill-{index}"), look.ground, look.dark.0);
+        add(&format!("hatch-{index}"), look.line, look.dark.1);
     }
     shades
 }

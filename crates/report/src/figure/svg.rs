@@ -1,30 +1,54 @@
 //! Figures as SVG documents. Text stays text.
 
-use super::canvas::{Align, Canvas, Point, Type};
+use super::backend::{Point, Surface, Type};
 use super::colour::Colour;
 use super::text::{self, escaped, pieces};
+use plotters_backend::text_anchor::HPos;
 use std::fmt::Write;
 
 /// The bundled font by name, then fonts of similar widths.
 const FAMILY: &str = "DejaVu Sans, Bitstream Vera Sans, Verdana, sans-serif";
 
-pub(super) struct Svg(String);
+#[derive(Default)]
+pub(super) struct Svg {
+    out: String,
+    /// How the last element began, and what ends it: strokes of one look are one element, as discs are.
+    open: (String, &'static str),
+}
 
 impl Svg {
     pub fn new(width: u32, height: u32) -> Self {
-        Self(format!(
+        let out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\" font-family=\"{FAMILY}\" stroke-linejoin=\"round\">\n"
-        ))
+        );
+        Self { out, open: (String::new(), "") }
     }
 
-    pub fn finish(self) -> String {
-        self.0 + "</svg>\n"
+    pub fn finish(mut self) -> String {
+        self.open(String::new(), "");
+        self.out + "</svg>\n"
     }
 
-    /// Appends an element; memory takes everything.
-    fn add(&mut self, element: std::fmt::Arguments) {
-        let _ = self.0.write_fmt(element);
+    /// Begins an element, unless the last one began alike.
+    fn open(&mut self, begin: String, end: &'static str) {
+        if self.open.0 != begin || begin.is_empty() {
+            self.out += self.open.1;
+            self.out += &begin;
+            self.open = (begin, end);
+        }
+    }
+
+    /// Appends to what is open; memory takes everything.
+    fn add(&mut self, part: std::fmt::Arguments) {
+        let _ = self.out.write_fmt(part);
+    }
+
+    fn path(&mut self, points: &[Point]) {
+        for (index, (x, y)) in points.iter().enumerate() {
+            let to = if index == 0 { 'M' } else { 'L' };
+            self.add(format_args!("{to}{} {}", short(*x), short(*y)));
+        }
     }
 }
 
@@ -35,11 +59,6 @@ fn short(length: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-fn data(points: &[Point]) -> String {
-    let corners: Vec<_> = points.iter().map(|(x, y)| format!("{} {}", short(*x), short(*y))).collect();
-    format!("M{}", corners.join("L"))
-}
-
 /// An attribute for a colour, and one for its opacity where it is translucent.
 fn paint(attribute: &str, colour: Colour) -> String {
     let opacity =
@@ -47,34 +66,44 @@ fn paint(attribute: &str, colour: Colour) -> String {
     format!("{attribute}=\"{}\"{opacity}", colour.hex())
 }
 
-impl Canvas for Svg {
-    fn strokes(&mut self, lines: &[Vec<Point>], colour: Colour, width: f64) {
-        let lines: String = lines.iter().map(|points| data(points)).collect();
+impl Surface for Svg {
+    fn stroke(&mut self, points: &[Point], colour: Colour, width: f64) {
         let (stroke, width) = (paint("stroke", colour), short(width));
-        self.add(format_args!("<path d=\"{lines}\" fill=\"none\" {stroke} stroke-width=\"{width}\"/>\n"));
+        self.open(format!("<path fill=\"none\" {stroke} stroke-width=\"{width}\" d=\""), "\"/>\n");
+        self.path(points);
     }
 
     fn polygon(&mut self, corners: &[Point], colour: Colour) {
-        self.add(format_args!("<path d=\"{}z\" {}/>\n", data(corners), paint("fill", colour)));
+        self.open(String::new(), "");
+        self.add(format_args!("<path {} d=\"", paint("fill", colour)));
+        self.path(corners);
+        self.add(format_args!("z\"/>\n"));
     }
 
-    fn discs(&mut self, centres: &[Point], radius: f64, colour: Colour) {
-        self.add(format_args!("<g {}>\n", paint("fill", colour)));
-        for (x, y) in centres {
-            let [x, y, r] = [*x, *y, radius].map(short);
-            self.add(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>\n"));
-        }
-        self.add(format_args!("</g>\n"));
+    fn disc(&mut self, (x, y): Point, radius: f64, ring: Option<f64>, colour: Colour) {
+        let look = match ring {
+            Some(width) => {
+                format!("fill=\"none\" {} stroke-width=\"{}\"", paint("stroke", colour), short(width))
+            }
+            None => paint("fill", colour),
+        };
+        self.open(format!("<g {look}>\n"), "</g>\n");
+        let [x, y, r] = [x, y, radius].map(short);
+        self.add(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>\n"));
     }
 
     fn text(&mut self, text: &str, at: Point, set: Type) {
+        self.open(String::new(), "");
         let [x, y] = [at.0, at.1].map(short);
         let anchor = match set.align {
-            Align::Start => "",
-            Align::Middle => " text-anchor=\"middle\"",
-            Align::End => " text-anchor=\"end\"",
+            HPos::Left => "",
+            HPos::Center => " text-anchor=\"middle\"",
+            HPos::Right => " text-anchor=\"end\"",
         };
-        let turn = if set.upwards { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
+        let turn = match set.turn {
+            0 => String::new(),
+            degrees => format!(" transform=\"rotate({degrees} {x} {y})\""),
+        };
         let (size, fill) = (short(set.size), paint("fill", set.colour));
         self.add(format_args!("<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\" {fill}{anchor}{turn}>"));
         let mut low = 0.0;

@@ -73,6 +73,11 @@ pub(super) fn width(text: &str, em: f64) -> f64 {
     pieces(text).iter().map(|piece| piece.width(em)).sum()
 }
 
+/// Width of the widest line of a text.
+pub(super) fn widest(text: &str, em: f64) -> f64 {
+    text.lines().map(|line| width(line, em)).fold(0.0, f64::max)
+}
+
 /// How far an index is below the baseline, per type size.
 pub(super) const INDEX_DROP: f64 = 0.2;
 
@@ -123,34 +128,26 @@ pub(super) fn escaped(text: &str) -> String {
 
 /// The text in lines no wider than `limit` as far as its words allow.
 pub(super) fn wrap(text: &str, em: f64, limit: f64) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if width(&format!("{line} {word}"), em) <= limit => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
+    lines(text, &[], em, limit, str::to_owned)
 }
 
 /// As [`wrap`], but long words are cut, first after their hyphens, points and underscores.
 pub(super) fn fit(text: &str, em: f64, limit: f64) -> Vec<String> {
+    lines(text, &['-', '.', '_', '/', '='], em, limit, |part| shorten(part, em, limit))
+}
+
+fn lines(text: &str, joints: &[char], em: f64, limit: f64, alone: impl Fn(&str) -> String) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
-        let mut first = true;
-        for part in word.split_inclusive(['-', '.', '_', '/', '=']) {
-            let blank = if first { " " } else { "" };
+        for (index, part) in word.split_inclusive(joints).enumerate() {
+            let blank = if index == 0 { " " } else { "" };
             match lines.last_mut() {
                 Some(line) if width(&format!("{line}{blank}{part}"), em) <= limit => {
-                    line.push_str(blank);
-                    line.push_str(part);
+                    *line += blank;
+                    *line += part;
                 }
-                _ => lines.push(shorten(part, em, limit)),
+                _ => lines.push(alone(part)),
             }
-            first = false;
         }
     }
     lines

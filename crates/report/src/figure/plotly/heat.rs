@@ -197,7 +197,7 @@ fn each(cells: &[Vec<Cell<'_>>], of: impl Fn(&Cell<'_>) -> Value) -> Value {
 
 fn colour_bar(axis: &Axis, range: (f64, f64), place: &Place) -> Value {
     let (bottom, top, height) = place.tall;
-    let ticks = ticks::along(axis, range, height, 120.0);
+    let ticks = ticks::vertical(axis, range, height, 120.0);
     let text = |text: &str| text.lines().map(markup).collect::<Vec<_>>().join("<br>");
     let label: Vec<_> = wrap(&axis.label, 14.0, height).iter().map(|line| markup(line)).collect();
     json!({

@@ -28,7 +28,7 @@ fn law_cells_are_between_their_edges_in_the_colours_of_the_drawn_figure() {
     assert_eq!(map["z"], json!([[1, 2], [null, 5]]));
     assert_eq!((&map["zmin"], &map["zmax"]), (&json!(1), &json!(5)));
     let stops = map["colorscale"].as_array().expect("a scale");
-    assert_eq!((&stops[0], &stops[9]), (&json!([0, "#fde725"]), &json!([1, "#440154"])));
+    assert_eq!((&stops[0], &stops[9]), (&json!([0, "#fee825"]), &json!([1, "#440154"])));
     assert_eq!(map["colorbar"]["title"]["text"], "share (%)");
     // Edges at 0, 1 and 3 are not half way between any centres, those at 0, 2 and 4 are.
     assert_eq!(map["meta"]["x"], json!(["0 to 1 ms", "1 to 3 ms"]));
