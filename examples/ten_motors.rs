@@ -1,5 +1,5 @@
-//! Motors from published sheets, from the sheet to a verdict: what `check` recommends is tried on fresh starts, and where it
-//! says "not suited", all pulses and rounds of a fine grid are tried too.
+//! Motors from published sheets, from the sheet to a verdict: what `check` recommends is tried on fresh starts, divided among the
+//! states of the rotor and the ends of a range of saturation, and where it says "not suited", all pulses and rounds of a fine grid are tried too.
 //!
 //! ```text
 //! cargo run --release --example ten_motors                     one motor, few starts
@@ -82,6 +82,7 @@ fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
         end.set("motor.nameplate.saturation", &format!("{} %", 100.0 * most), Origin::CommandLine)?;
         ends.push(end);
     }
+    let starts = starts / (2 * ends.len() as u64);
     let mut all = Vec::new();
     for document in &ends {
         for rotor in ["locked", "free"] {

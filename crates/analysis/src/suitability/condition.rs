@@ -28,7 +28,7 @@ pub enum Condition {
 
 /// The smallest fall of L_d that is tried, and the largest ones: the first that allows an answer is the upper end of the range.
 const SMALLEST: f64 = 0.005;
-pub(super) const LARGEST: [f64; 4] = [0.25, 0.4, 0.12, 0.06];
+pub(super) const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
 /// How finely.
 const FINENESS: f64 = 1.08;
 /// Starts of a look.
