@@ -216,11 +216,13 @@ impl Suitability {
         let methods = methods(document, &motor, demands)?;
         let hear: &mut dyn FnMut(Progress<'_>) = &mut progress;
         let open = motor.has_magnet() && motor.pole_knowledge().is_open();
-        if open
-            && condition::saturating(document, 0.1).is_some()
-            && let Some(found) = Self::with_saturation(document, demands, &condition::quick(&methods), hear)?
-        {
-            return Ok(found);
+        if open && condition::saturating(document, 0.1).is_some() {
+            let methods = condition::quick(&methods);
+            for most in condition::LARGEST {
+                if let Some(found) = Self::with_saturation(document, demands, &methods, most, hear)? {
+                    return Ok(found);
+                }
+            }
         }
         let bench = Bench::new(document, &motor, demands);
         let mut found = Self::judged(&bench, &methods, hear)?;
@@ -231,28 +233,31 @@ impl Suitability {
         Ok(found)
     }
 
-    /// A motor whose saturation is not given, with the least that suffices; none where no saturation does.
+    /// A motor whose saturation is not given, with the least that suffices beside `most`; none where `most` does not.
     fn with_saturation(
         document: &Document,
         demands: &Demands,
         methods: &[MethodName],
+        most: f64,
         hear: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Option<Self>, SuitabilityError> {
-        let Some(mut least) = condition::least_saturation(document, demands, methods, hear)? else {
+        let Some(mut least) = condition::least_saturation(document, demands, methods, most, hear)? else {
             return Ok(None);
         };
         // What few starts let pass may need a little more on many.
         for _ in 0..5 {
-            let Some((saturating, motor)) = condition::saturating(document, least) else { return Ok(None) };
-            let bench = Bench::new(&saturating, &motor, demands);
-            let mut found = Self::judged(&bench, methods, hear)?;
+            let range = [least, most];
+            let found = condition::with_range(document, demands, range, |bench| {
+                let found = Self::judged(bench, methods, hear)?;
+                Ok((found, condition::minus_d(bench.document)?))
+            })?;
+            let Some((mut found, minus_d)) = found else { return Ok(None) };
             if found.recommended.is_some() {
-                let minus_d = condition::minus_d(&saturating)?;
                 found.pole = PoleKnowledge::NotGiven;
-                found.condition = Some(Condition::Saturation { least, minus_d });
+                found.condition = Some(Condition::Saturation { least, most, minus_d });
                 return Ok(Some(found));
             }
-            least = condition::rounded_up(1.12 * least);
+            least = condition::rounded_up(1.12 * least).min(most);
         }
         Ok(None)
     }
@@ -273,10 +278,10 @@ impl Suitability {
             found.push(of_method);
         }
         let recommended = bench.recommended(&mut candidates, &found, hear)?;
-        let plain = bench.scenario(&Setting::plain(methods[0]), Rotor::Locked, false)?;
+        let plain = bench.scenario(&Setting::plain(methods[0]), Rotor::Locked)?;
         let known = plain.nameplate();
         let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
-        let tried = bench.scenario(&tried, Rotor::Locked, false)?;
+        let tried = bench.scenario(&tried, Rotor::Locked)?;
         let motor = bench.motor;
         Ok(Self {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
@@ -353,7 +358,7 @@ fn methods(
     let (mut methods, mut unsuitable) = (Vec::new(), None);
     for method in CANDIDATES {
         for rotor in &bench.rotors {
-            match bench.scenario(&Setting::plain(method), *rotor, false) {
+            match bench.scenario(&Setting::plain(method), *rotor) {
                 Err(error) if error.is_foreign_setting() => unsuitable = Some(error),
                 Err(error) => return Err(error.into()),
                 Ok(_) if methods.last() == Some(&method) => {}

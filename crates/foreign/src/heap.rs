@@ -12,7 +12,7 @@ use std::ptr::{self, NonNull};
 use crate::runtime::State;
 
 /// Bytes of an image's heap. They are addresses only, until they are written to.
-const ROOM: usize = 256 << 20;
+pub const ROOM: usize = 256 << 20;
 
 /// Bytes behind it that are nobody's, so that a block at its end has an end.
 const BEYOND: usize = 64 << 10;

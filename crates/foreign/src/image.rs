@@ -79,7 +79,7 @@ impl Image {
         output::divert();
         let no_copy =
             |error: std::io::Error| LoadError::because(format!("no copy of it could be made: {error}"));
-        let space = Space::new().map_err(no_copy)?;
+        let space = Space::new().map_err(|error| no_room(&error))?;
         let mut libraries = Vec::new();
         let mut memory = Vec::new();
         let memory_is_own = keeps_its_own(parts);
@@ -95,7 +95,7 @@ impl Image {
             let library = library.map_err(|error| load_error(&error, parts))?;
             let base =
                 base_of(&library).ok_or_else(|| LoadError::because("one without address".to_owned()))?;
-            replace(base, &part.elf, memory_is_own);
+            replace(base, &part.elf, &|name| runtime::in_place_of(name, memory_is_own, &part.elf));
             // SAFETY: constructors of the library run, as the loader would have them; whoever names it as the detector wants its
             // code to run.
             during(site, &space, || unsafe { construct(base, &part.elf) });
@@ -121,16 +121,14 @@ impl Image {
         state.serves = table.flags & REENTRANT == 0;
         if state.serves {
             image.memory = memory.iter().flat_map(|(base, writable)| kept(*base, writable)).collect();
-            image.space.keep();
         }
+        image.space.keep();
         Ok(image)
     }
 
-    /// Sets its writable memory back to what it was after loading.
+    /// Sets its writable memory back to what it was after loading: of a reentrant library what it has of the C library, such as random
+    /// numbers, while its variables stay.
     pub fn set_back(&mut self) {
-        if self.table.flags & REENTRANT != 0 {
-            return;
-        }
         for Memory { start, saved } in &self.memory {
             if self.is_checked {
                 for (at, byte) in saved.iter().enumerate() {
@@ -228,6 +226,17 @@ impl Image {
         // SAFETY: as standstill.h declares it.
         Some(during(site, &self.space, || unsafe { isr(detector.as_ptr(), sample, legs, answer) }))
     }
+}
+
+/// Addresses for an image's heap that the system does not give.
+fn no_room(error: &std::io::Error) -> LoadError {
+    LoadError::new(
+        format!(
+            "no room for a copy of the library, whose heap takes {} MiB of addresses: {error}",
+            crate::heap::ROOM >> 20
+        ),
+        "more addresses (ulimit -v unlimited), or fewer copies (--threads 1)".to_owned(),
+    )
 }
 
 /// The table of a library, if it is of this version.

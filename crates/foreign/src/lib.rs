@@ -9,8 +9,8 @@
 //! its image is set back to what it was after loading, and so is all that it has of the C library which keeps something: `malloc`'s
 //! memory, random numbers, `errno`, rounding. Thread-local memory and threads cannot be and are refused.
 //!
-//! `unsafe` stands in `loading.rs` and `image.rs` (loading, memory, calls), `heap.rs` and `runtime.rs` (what an image has in place of the C
-//! library's), `float.rs` (registers), `crash.rs` (signals) and `output.rs` (standard output) alone.
+//! `unsafe` stands in `loading.rs` and `image.rs` (loading, memory, calls), `heap.rs`, `runtime.rs` and `strings.rs` (what an image has in place of the
+//! C library's), `float.rs` (registers), `crash.rs` (signals) and `output.rs` (standard output) alone.
 
 mod command;
 #[cfg(target_os = "linux")]
@@ -39,6 +39,8 @@ mod random;
 #[cfg(target_os = "linux")]
 mod runtime;
 mod shared;
+#[cfg(target_os = "linux")]
+mod strings;
 mod texts;
 
 #[cfg(target_os = "linux")]

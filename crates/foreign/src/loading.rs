@@ -16,7 +16,6 @@ use libloading::os::unix::Library;
 use crate::elf::Elf;
 use crate::library::LoadError;
 use crate::parts::{self, Part};
-use crate::runtime;
 
 /// A function that runs when a library is loaded.
 type Constructor = unsafe extern "C-unwind" fn(c_int, *const *const c_char, *const *const c_char);
@@ -63,10 +62,10 @@ pub fn base_of(library: &Library) -> Option<usize> {
     }
 }
 
-/// Puts what an image has for itself in place of the C library's functions.
-pub fn replace(base: usize, elf: &Elf, memory: bool) {
+/// Puts functions of this program in place of those of the C library, by name, in a library that is loaded at `base`.
+pub fn replace(base: usize, elf: &Elf, in_place_of: &dyn Fn(&str) -> Option<usize>) {
     for (at, name) in &elf.taken {
-        let Some(function) = runtime::in_place_of(name, memory, elf) else { continue };
+        let Some(function) = in_place_of(name) else { continue };
         let place = base.wrapping_add(usize::try_from(*at).unwrap_or(0));
         let stays = elf.writable.iter().any(|[from, to]| (from..to).contains(&at));
         // SAFETY: where the loader has put an address of the same kind; what it has made read-only is so again after that.

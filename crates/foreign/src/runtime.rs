@@ -11,6 +11,7 @@ use std::ptr;
 use crate::elf::Elf;
 use crate::float::Float;
 use crate::heap::Heap;
+use crate::strings;
 use crate::random::{Random, Random48};
 
 /// All that an image has besides its variables.
@@ -111,7 +112,7 @@ fn asked(block: *mut c_void) -> *mut c_void {
     block
 }
 
-extern "C" fn malloc(bytes: usize) -> *mut c_void {
+pub extern "C" fn malloc(bytes: usize) -> *mut c_void {
     // SAFETY: the C library's own.
     heap().map_or_else(|| unsafe { libc::malloc(bytes) }, |heap| asked(heap.ask(bytes, 1)))
 }
@@ -136,7 +137,7 @@ unsafe extern "C" fn free(block: *mut c_void) {
     }
 }
 
-unsafe extern "C" fn realloc(block: *mut c_void, bytes: usize) -> *mut c_void {
+pub unsafe extern "C" fn realloc(block: *mut c_void, bytes: usize) -> *mut c_void {
     if block.is_null() {
         return malloc(bytes);
     }
@@ -190,24 +191,6 @@ unsafe extern "C" fn posix_memalign(into: *mut *mut c_void, align: usize, bytes:
 unsafe extern "C" fn malloc_usable_size(block: *mut c_void) -> usize {
     // SAFETY: the caller's, as of `malloc_usable_size`.
     unsafe { if heap_of(block).is_some() { Heap::room(block) } else { libc::malloc_usable_size(block) } }
-}
-
-unsafe extern "C" fn strdup(text: *const c_char) -> *mut c_char {
-    // SAFETY: the caller's, as of `strdup`.
-    unsafe { strndup(text, libc::strlen(text)) }
-}
-
-unsafe extern "C" fn strndup(text: *const c_char, most: usize) -> *mut c_char {
-    // SAFETY: the caller's, as of `strndup`; a new block of one byte more.
-    unsafe {
-        let length = libc::strnlen(text, most);
-        let copy = malloc(length + 1).cast::<c_char>();
-        if !copy.is_null() {
-            ptr::copy_nonoverlapping(text, copy, length);
-            *copy.add(length) = 0;
-        }
-        copy
-    }
 }
 
 unsafe extern "C" fn strtok(text: *mut c_char, between: *const c_char) -> *mut c_char {
@@ -285,42 +268,35 @@ unsafe extern "C" fn dlopen(name: *const c_char, how: c_int) -> *mut c_void {
             && !map.is_null()
             && !(*map).1.is_null()
         {
-            let path = CStr::from_ptr((*map).1).to_string_lossy().into_owned();
-            LOADED.with_borrow_mut(|all| all.push(path.into()));
+            let path = PathBuf::from(CStr::from_ptr((*map).1).to_string_lossy().into_owned());
+            // It may free what the image gives it.
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if !crate::parts::is_of_program(&name)
+                && let Some(elf) = std::fs::read(&path).ok().and_then(|bytes| Elf::parse(&bytes).ok()) {
+                crate::loading::replace((*map).0, &elf, &taking_back);
+            }
+            LOADED.with_borrow_mut(|all| all.push(path));
         }
         library
     }
 }
-
-/// Functions that ask for memory.
-const MEMORY: [&str; 11] = [
-    "malloc",
-    "calloc",
-    "free",
-    "realloc",
-    "reallocarray",
-    "aligned_alloc",
-    "memalign",
-    "posix_memalign",
-    "malloc_usable_size",
-    "strdup",
-    "strndup",
-];
 
 /// Functions that share a state; where a library asks for the state itself, all of them are the C library's.
 const RANDOM: [&str; 6] = ["rand", "srand", "random", "srandom", "initstate", "setstate"];
 const RANDOM_48: [&str; 6] = ["drand48", "lrand48", "mrand48", "srand48", "seed48", "lcong48"];
 const RANDOM_STATES: [&str; 4] = ["initstate", "setstate", "seed48", "lcong48"];
 
-/// What stands in an image in place of the C library's function of this name; nothing if that serves. `memory`: whether its memory
-/// is its own.
-pub fn in_place_of(name: &str, memory: bool, elf: &Elf) -> Option<usize> {
-    let beside = |set: &[&str]| {
-        set.contains(&name) && set.iter().any(|name| RANDOM_STATES.contains(name) && elf.takes(name))
-    };
-    if !memory && MEMORY.contains(&name) || beside(&RANDOM) || beside(&RANDOM_48) {
-        return None;
-    }
+/// What stands in a library that an image has loaded, in place of functions that take a block back: theirs know the image's blocks and
+/// those of the C library.
+fn taking_back(name: &str) -> Option<usize> {
+    ["free", "realloc", "reallocarray", "malloc_usable_size"]
+        .contains(&name)
+        .then(|| memory_in_place_of(name))
+        .flatten()
+}
+
+/// What stands in an image in place of the C library's function of this name that asks for memory, takes it back or measures it.
+fn memory_in_place_of(name: &str) -> Option<usize> {
     Some(match name {
         "malloc" => malloc as *const () as usize,
         "calloc" => calloc as *const () as usize,
@@ -330,8 +306,20 @@ pub fn in_place_of(name: &str, memory: bool, elf: &Elf) -> Option<usize> {
         "aligned_alloc" | "memalign" => aligned_alloc as *const () as usize,
         "posix_memalign" => posix_memalign as *const () as usize,
         "malloc_usable_size" => malloc_usable_size as *const () as usize,
-        "strdup" | "__strdup" => strdup as *const () as usize,
-        "strndup" | "__strndup" => strndup as *const () as usize,
+        _ => return strings::in_place_of(name),
+    })
+}
+
+/// What stands in an image in place of the C library's function of this name; nothing if that serves. `memory`: whether its memory
+/// is its own.
+pub fn in_place_of(name: &str, memory: bool, elf: &Elf) -> Option<usize> {
+    let beside = |set: &[&str]| {
+        set.contains(&name) && set.iter().any(|name| RANDOM_STATES.contains(name) && elf.takes(name))
+    };
+    if beside(&RANDOM) || beside(&RANDOM_48) {
+        return None;
+    }
+    Some(match name {
         "strtok" => strtok as *const () as usize,
         "rand" => rand as *const () as usize,
         "random" => random as *const () as usize,
@@ -344,6 +332,6 @@ pub fn in_place_of(name: &str, memory: bool, elf: &Elf) -> Option<usize> {
         "atexit" => atexit as *const () as usize,
         "__cxa_atexit" => cxa_atexit as *const () as usize,
         "dlopen" => dlopen as *const () as usize,
-        _ => return None,
+        _ => return memory.then(|| memory_in_place_of(name)).flatten(),
     })
 }

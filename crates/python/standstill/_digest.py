@@ -2,8 +2,8 @@
 
 The digest is made of the compiled source, as it is in memory: a file that was changed and not loaded again counts as it was loaded,
 and a class of a notebook or of the prompt, which has no file, counts as any other. With the class go its bases, what its methods
-refer to by a global name, and the values that they were given (arguments of ``functools.partial``, variables around a ``lambda``).
-Of what is installed, the standard library and packages, the name alone counts.
+refer to by a global name or take out of own modules, however many lie between, and the values that they were given (arguments of
+``functools.partial``, variables around a ``lambda``). Of what is installed, the standard library and packages, the name alone counts.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import dis
 import functools
 import hashlib
+import importlib.util
 import os
 import pickle
 import sys
@@ -76,6 +77,8 @@ class _Walk:
         self.hash = hashlib.sha256()
         # What was met, by its address, which holds for as long as it is kept.
         self.met: dict[int, tuple[int, object]] = {}
+        # Modules, with what was taken out of them.
+        self.passed: set[tuple[str, tuple[str, ...]]] = set()
 
     def words(self, *words: object) -> None:
         for word in words:
@@ -112,7 +115,7 @@ class _Walk:
         elif isinstance(value, functools.partial):
             self.all((value.func, value.args, value.keywords))
         elif isinstance(value, types.ModuleType):
-            self.words(value.__name__)
+            self.module(value, set())
         elif isinstance(value, type):
             self.of_class(value)
         else:
@@ -143,11 +146,36 @@ class _Walk:
         names, attributes = _named(function.__code__)
         for name in sorted(names & known.keys()):
             self.words(name)
-            self.value(known[name])
-            if isinstance(known[name], types.ModuleType) and not _installed(known[name].__name__):
-                # Of an own module, what is taken out of it.
-                module = vars(known[name])
-                self.all(part for taken in sorted(attributes & module.keys()) for part in (taken, module[taken]))
+            if isinstance(known[name], types.ModuleType):
+                self.module(known[name], attributes)
+            else:
+                self.value(known[name])
+        for name, taken in sorted(_imported(function.__code__, known.get("__package__"))):
+            self.words(name)
+            try:
+                self.module(importlib.import_module(name), attributes | set(taken))
+            except ImportError:
+                self.words("absent")
+
+    def module(self, module: types.ModuleType, attributes: set[str]) -> None:
+        """An own module: what a code takes out of it, by way of further modules too. Where that is nothing by name, all that it has."""
+        self.words(module.__name__)
+        if _installed(module.__name__):
+            return
+        held = vars(module)
+        taken = sorted(attributes & held.keys())
+        if not taken:
+            kinds = (*_PLAIN, types.FunctionType, types.ModuleType, type)
+            taken = sorted(name for name, value in held.items() if isinstance(value, kinds) and not name.startswith("__"))
+        if (key := (module.__name__, tuple(taken))) in self.passed:
+            return
+        self.passed.add(key)
+        for name in taken:
+            self.words(name)
+            if isinstance(held[name], types.ModuleType):
+                self.module(held[name], attributes)
+            else:
+                self.value(held[name])
 
     def of_class(self, of: type) -> None:
         self.words(of.__qualname__)
@@ -179,3 +207,21 @@ def _named(code: types.CodeType) -> tuple[set[str], set[str]]:
             more = _named(const)
             names, attributes = names | more[0], attributes | more[1]
     return names, attributes
+
+
+def _imported(code: types.CodeType, package: str | None) -> set[tuple[str, tuple[str, ...]]]:
+    """The modules that a code imports when it runs, by their full names, each with what is taken from it."""
+    instructions = list(dis.get_instructions(code))
+    found = set()
+    for level, taken, i in zip(instructions, instructions[1:], instructions[2:]):
+        if i.opname == "IMPORT_NAME":
+            name = "." * level.argval + i.argval
+            name = importlib.util.resolve_name(name, package or "") if level.argval else name
+            # `import a.b` gives `a`, from which the code takes `b`.
+            found.add((name, tuple(taken.argval)) if taken.argval else (name.partition(".")[0], ()))
+            if not taken.argval and "." in name:
+                found.add((name, ()))
+    for const in code.co_consts:
+        if isinstance(const, types.CodeType):
+            found |= _imported(const, package)
+    return found

@@ -273,6 +273,41 @@ def test_law_a_digest_is_the_same_in_another_process(tmp_path):
     assert told("import runpy; runpy.run_path('program.py', run_name='own')").split("@")[1] == first.split("@")[1]
 
 
+@pytest.mark.parametrize(
+    "step",
+    [
+        "deep.more.twice(r)",
+        "deep.through(r)",
+        "given(r)",
+        "late(r)",
+    ],
+)
+def test_regress_a_digest_follows_own_modules_however_deep(tmp_path, step):
+    package = tmp_path / "helpers" / "deep"
+    package.mkdir(parents=True)
+    (tmp_path / "helpers" / "__init__.py").write_text("from . import deep\n")
+    # Modules that import each other have an end.
+    (package / "__init__.py").write_text("from . import more\ndef through(x): return more.twice(x)\n")
+    own = f"""
+from helpers import deep
+def given(r, module=deep): return module.more.twice(r)
+def late(r):
+    from helpers.deep.more import twice
+    import helpers.deep.more as again, numpy, nowhere
+    return twice(r) + again.FACTOR
+class Own:
+    def step(self, r): return {step}
+"""
+    (tmp_path / "own.py").write_text(own)
+
+    def told(factor):
+        (package / "more.py").write_text(f"import helpers\nFACTOR = {factor}\ndef once(x): return FACTOR * x\ndef twice(x): return once(once(x))\n")
+        program = "import own; from standstill._digest import name; print(name(own.Own))"
+        return subprocess.run([sys.executable, "-B", "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+
+    assert told(2) == told(2) != told(3)
+
+
 def test_regress_a_detector_table_beside_a_class_is_refused():
     for table, key in [('[detector]\nmethod = "bipolar"', "method"), ('[detector]\npulse = "80 us"', "pulse"), ('[axes]\n"detector.pulse" = ["40 us", "80 us"]', "pulse")]:
         with pytest.raises(st.Error, match=f"`detector.{key}`: found a setting that does not reach the class test_detector.Lines .*needed either a table"):

@@ -82,8 +82,8 @@ fn helps(
             Err(SuitabilityError::File(_)) => continue,
             found => found?,
         };
-        for look in found.looks.iter().filter(|look| look.margins.is_kept()).take(2) {
-            if changed.confirm(&look.setting)?.is_ok() {
+        for (failed, look) in (0..2).zip(found.looks.iter().filter(|look| look.margins.is_kept())) {
+            if changed.confirm(&look.setting, failed)?.is_ok() {
                 return Ok(Some(look.setting.clone()));
             }
         }
@@ -96,7 +96,7 @@ fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
     if bench.rotors.contains(&Rotor::Free) {
         changes.push(keyed("a brake that holds the rotor", "rotor.state", "locked".to_owned()));
     }
-    let of = |method: &MethodName| bench.scenario(&Setting::plain(*method), Rotor::Locked, false).ok();
+    let of = |method: &MethodName| bench.scenario(&Setting::plain(*method), Rotor::Locked).ok();
     let Some(scenario) = methods.iter().find_map(of) else { return changes };
     let (sensors, drive) = (scenario.sensors, scenario.drive);
     let range = sensors.adc.map_or(f64::INFINITY, |adc| adc.high);

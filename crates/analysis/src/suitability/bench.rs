@@ -68,7 +68,14 @@ pub(super) struct Bench<'a> {
     pub rotors: Vec<Rotor>,
     /// Whether poles are judged.
     pub has_pole: bool,
+    /// The share by which L_d falls here, of the upper end of a range.
+    pub most_saturation: Option<f64>,
+    /// The bench of the upper end of a range of saturation, of which this is the lower.
+    pub upper_end: Option<&'a Bench<'a>>,
 }
+
+/// The scenario's own seed, on which settings are looked for. Other draws have the seeds that follow.
+pub(super) const SEARCH: u64 = 0;
 
 impl<'a> Bench<'a> {
     /// A document's bench. A state of the rotor that is set beside the scenario is the only one that is judged: held by a brake, say.
@@ -82,6 +89,8 @@ impl<'a> Bench<'a> {
             most_current: demands.current_a.unwrap_or(motor.rated_current),
             rotors: state.map_or(vec![Rotor::Locked, Rotor::Free], |state| vec![state]),
             has_pole: motor.has_magnet() && !motor.pole_knowledge().is_open(),
+            most_saturation: None,
+            upper_end: None,
         }
     }
 }
@@ -92,12 +101,35 @@ impl Bench<'_> {
         self.document.get(&format!("detector.{key}")).is_some()
     }
 
-    /// The scenario with settings. `fresh` random numbers are not those on which settings were looked for.
+    /// The benches of both ends of a range of saturation, or this one.
+    pub fn ends(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(self.upper_end)
+    }
+
+    /// The bench on which the same settings draw the most current.
+    pub fn strained(&self) -> &Self {
+        self.upper_end.unwrap_or(self)
+    }
+
+    /// Objections of this end of a range.
+    pub fn located(&self, mut objections: Vec<String>) -> Vec<String> {
+        if let Some(share) = self.most_saturation {
+            let with = format!(", with a saturation of {} %", standstill_quantity::rounded(share, 2));
+            objections.iter_mut().for_each(|objection| *objection += &with);
+        }
+        objections
+    }
+
+    /// The last of the rotor's states: free where it may move.
+    pub fn last_rotor(&self) -> Rotor {
+        self.rotors.last().copied().unwrap_or(Rotor::Locked)
+    }
+
+    /// The scenario with settings, with the seed on which they are looked for.
     pub fn scenario(
         &self,
         setting: &Setting,
         rotor: Rotor,
-        fresh: bool,
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let mut document = self.document.clone();
         setting.set_in(&mut document)?;
@@ -106,22 +138,19 @@ impl Bench<'_> {
             // No load moves it.
             document.remove("rotor.load");
         }
-        let mut scenario = document.unchecked_scenario_of(self.motor)?;
-        if fresh {
-            scenario.seed = scenario.seed.wrapping_add(1);
-        }
-        Ok(scenario)
+        document.unchecked_scenario_of(self.motor)
     }
 
-    /// Starts with settings; none where these cannot be set up.
+    /// Starts with settings, with the seed so many after that of the search; the reason where these cannot be set up.
     pub fn starts(
         &self,
         setting: &Setting,
         rotor: Rotor,
-        fresh: bool,
+        draws: u64,
         trials: u64,
     ) -> Result<Result<Starts, String>, SuitabilityError> {
-        let scenario = self.scenario(setting, rotor, fresh)?;
+        let mut scenario = self.scenario(setting, rotor)?;
+        scenario.seed = scenario.seed.wrapping_add(draws);
         if let Err(error) = scenario.check() {
             return Ok(Err(format!("it cannot be set up: {error}")));
         }
@@ -134,8 +163,7 @@ impl Bench<'_> {
 
     /// A quick look, with the rotor in the last of its states.
     pub fn look(&self, setting: Setting, trials: u64) -> Result<Option<Look>, SuitabilityError> {
-        let rotor = self.rotors.last().copied().unwrap_or(Rotor::Locked);
-        let Ok(starts) = self.starts(&setting, rotor, false, trials)? else { return Ok(None) };
+        let Ok(starts) = self.starts(&setting, self.last_rotor(), SEARCH, trials)? else { return Ok(None) };
         let margins = self.margins(&[&starts]);
         Ok(Some(Look { setting, margins }))
     }

@@ -4,7 +4,7 @@ use standstill_campaign::Statistics;
 use standstill_detect::MethodName;
 use standstill_scenario::Rotor;
 
-use super::bench::{Bench, Setting};
+use super::bench::{Bench, SEARCH, Setting};
 use super::search::{Found, is_slow};
 use super::starts::{Starts, stops_when_content};
 use super::{Candidate, Confirmed, Progress, SuitabilityError};
@@ -20,11 +20,11 @@ impl Bench<'_> {
     /// A method at the best settings that were found.
     pub fn candidate(&self, method: MethodName, found: &Found) -> Result<Candidate, SuitabilityError> {
         let setting = found.looks.first().map_or_else(|| Setting::plain(method), |look| look.setting.clone());
-        let settings = self.scenario(&setting, Rotor::Locked, false)?.detector;
+        let settings = self.scenario(&setting, Rotor::Locked)?.detector;
         let trials = if is_slow(method) { FEW_TRIALS } else { TRIALS };
         let (mut states, mut objections) = (Vec::new(), Vec::new());
         for rotor in &self.rotors {
-            match self.starts(&setting, *rotor, false, trials)? {
+            match self.starts(&setting, *rotor, SEARCH, trials)? {
                 Ok(starts) => states.push(starts),
                 Err(problem) => objections = vec![problem],
             }
@@ -72,6 +72,7 @@ impl Bench<'_> {
             let (a, b) = (&candidates[*a], &candidates[*b]);
             effort(a).cmp(&effort(b)).then(b.margin().total_cmp(&a.margin()))
         });
+        let mut failed = 0;
         for number in order {
             // The best is tried even if the few starts of its look were not quite enough.
             let mut looks = found[number].looks.iter().enumerate();
@@ -79,16 +80,22 @@ impl Bench<'_> {
                 looks.by_ref().filter(|(rank, look)| *rank == 0 || look.margins.is_kept()).take(TRIED);
             for (rank, look) in looks {
                 hear(Progress::Confirming(&look.setting));
-                match self.confirm(&look.setting)? {
-                    Ok(confirmed) => {
-                        if rank > 0 {
-                            let one = Found { looks: vec![look.clone()], stop: found[number].stop };
-                            candidates[number] = self.candidate(look.setting.method, &one)?;
+                let mut objections = self.sifted(&look.setting)?;
+                if objections.is_empty() {
+                    match self.confirm(&look.setting, failed)? {
+                        Ok(confirmed) => {
+                            if rank > 0 {
+                                let one = Found { looks: vec![look.clone()], stop: found[number].stop };
+                                candidates[number] = self.candidate(look.setting.method, &one)?;
+                            }
+                            return Ok(Some((number, confirmed)));
                         }
-                        return Ok(Some((number, confirmed)));
+                        Err(why) => objections = why,
                     }
-                    Err(objections) if rank == 0 => candidates[number].objections = objections,
-                    Err(_) => {}
+                    failed += 1;
+                }
+                if rank == 0 {
+                    candidates[number].objections = objections;
                 }
             }
         }

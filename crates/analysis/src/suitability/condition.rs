@@ -15,17 +15,20 @@ use super::{Demands, Progress, SuitabilityError};
 pub enum Condition {
     /// Its saturation, which the sheet does not give, is at least this.
     Saturation {
-        /// By what share L_d falls at rated current along +d.
+        /// By what share L_d falls at rated current along +d, at least.
         least: f64,
-        /// By what share it then falls along −d, in iron that saturates alike either way; negative where it grows.
+        /// And at most: the settings hold at both ends.
+        most: f64,
+        /// By what share it falls along −d at the least, in iron that saturates alike either way; negative where it grows.
         minus_d: f64,
     },
     /// Its map, which has one side of the d-axis only, tells the pole after all.
     Pole,
 }
 
-/// Falls of L_d between which the least that suffices is looked for.
-const RANGE: [f64; 2] = [0.005, 0.4];
+/// The smallest fall of L_d that is tried, and the largest ones: the first that allows an answer is the upper end of the range.
+const SMALLEST: f64 = 0.005;
+pub(super) const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
 /// How finely.
 const FINENESS: f64 = 1.08;
 /// Starts of a look.
@@ -43,25 +46,44 @@ pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, M
 /// The key of the saturation of a sheet by its nameplate.
 pub(super) const KEY: &str = "motor.nameplate.saturation";
 
-/// The least fall of L_d at which some method answers, in two digits, rounded up; none where the largest does not suffice.
+/// Calls a function with the bench of a motor whose saturation lies between two shares; none where the sheet has no such key.
+pub(super) fn with_range<T>(
+    document: &Document,
+    demands: &Demands,
+    [least, most]: [f64; 2],
+    mut ask: impl FnMut(&Bench<'_>) -> Result<T, SuitabilityError>,
+) -> Result<Option<T>, SuitabilityError> {
+    let [lower, upper] = [least, most].map(|share| saturating(document, share));
+    let (Some((lower, lower_motor)), Some((upper, upper_motor))) = (lower, upper) else { return Ok(None) };
+    let mut end = Bench::new(&upper, &upper_motor, demands);
+    end.most_saturation = Some(most);
+    let mut bench = Bench::new(&lower, &lower_motor, demands);
+    bench.upper_end = (most > least).then_some(&end);
+    ask(&bench).map(Some)
+}
+
+/// The least fall of L_d at which some method answers, and also does so at `most`, in two digits, rounded up; none where `most` itself
+/// does not suffice.
 pub(super) fn least_saturation(
     document: &Document,
     demands: &Demands,
     methods: &[MethodName],
+    most: f64,
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Option<f64>, SuitabilityError> {
     let mut suffices = |share: f64| -> Result<bool, SuitabilityError> {
         hear(Progress::Saturation(share));
-        let Some((document, motor)) = saturating(document, share) else { return Ok(false) };
-        let bench = Bench::new(&document, &motor, demands);
-        for method in methods {
-            if bench.answers(*method)? {
-                return Ok(true);
+        let answer = with_range(document, demands, [share, most], |bench| {
+            for method in methods {
+                if bench.answers(*method)? {
+                    return Ok(true);
+                }
             }
-        }
-        Ok(false)
+            Ok(false)
+        })?;
+        Ok(answer == Some(true))
     };
-    let [mut low, mut high] = RANGE;
+    let [mut low, mut high] = [SMALLEST, most];
     if !suffices(high)? {
         return Ok(None);
     }
@@ -105,16 +127,19 @@ impl Bench<'_> {
     /// Whether a method answers with the strongest pulses or vectors that are allowed.
     fn answers(&self, method: MethodName) -> Result<bool, SuitabilityError> {
         if self
-            .scenario(&Setting::plain(method), self.rotors[0], false)
+            .scenario(&Setting::plain(method), self.rotors[0])
             .is_err_and(|error| error.is_foreign_setting())
         {
             return Ok(false);
         }
-        for setting in self.strongest(method)? {
-            let enough = |margins: &Margins| margins.is_kept() && margins.pole.is_none_or(|pole| pole > 1.05);
-            if self.look(setting, LOOK)?.is_some_and(|look| enough(&look.margins)) {
-                return Ok(true);
+        let enough = |margins: &Margins| margins.is_kept() && margins.pole.is_none_or(|pole| pole > 1.05);
+        'settings: for setting in self.strongest(method)? {
+            for bench in self.ends() {
+                if !bench.look(setting.clone(), LOOK)?.is_some_and(|look| enough(&look.margins)) {
+                    continue 'settings;
+                }
             }
+            return Ok(true);
         }
         Ok(false)
     }

@@ -9,7 +9,7 @@ use standstill_quantity::{magnitude, rounded};
 use standstill_scenario::Rotor;
 
 use super::SuitabilityError;
-use super::bench::{Bench, Look, Setting};
+use super::bench::{Bench, Look, SEARCH, Setting};
 use super::margins::Demand;
 
 /// Starts of a look, and of one at an injection, which takes a hundred times as long.
@@ -54,7 +54,7 @@ impl Bench<'_> {
     pub fn search(&self, method: MethodName) -> Result<Found, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
         let mut found = Found { looks: Vec::new(), stop: Some(Demand::Current) };
-        let scenario = self.scenario(&plain, Rotor::Locked, false)?;
+        let scenario = self.scenario(&plain, Rotor::Locked)?;
         if is_both_ways(scenario.detector) {
             let dead = scenario.nameplate().dead_time.seconds();
             let first = self.first_pulse(&plain)?;
@@ -77,7 +77,7 @@ impl Bench<'_> {
     /// A method by pulses is told which pole draws more current in pulses of half the rated one. Where both draw the same there, but
     /// not near rated current, it is told of these: its pulses will be as strong.
     fn signed(&self, setting: Setting) -> Result<Setting, SuitabilityError> {
-        let nameplate = self.scenario(&setting, Rotor::Locked, false)?.nameplate();
+        let nameplate = self.scenario(&setting, Rotor::Locked)?.nameplate();
         let hidden = nameplate.pulse_signature == Signature::None && nameplate.signature != Signature::None;
         if !hidden || self.is_set("signature") || is_slow(setting.method) {
             return Ok(setting);
@@ -88,7 +88,7 @@ impl Bench<'_> {
     /// The strongest pulses or vectors that are allowed.
     pub fn strongest(&self, method: MethodName) -> Result<Vec<Setting>, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
-        let scenario = self.scenario(&plain, Rotor::Locked, false)?;
+        let scenario = self.scenario(&plain, Rotor::Locked)?;
         let dead = scenario.nameplate().dead_time.seconds();
         if !is_both_ways(scenario.detector) {
             let (most, _) = self.grown(&plain, "vector_current", self.most_current, 0.0, &amperes)?;
@@ -106,7 +106,7 @@ impl Bench<'_> {
 
     /// About the pulse in s after which the allowed current flows.
     fn first_pulse(&self, plain: &Setting) -> Result<f64, SuitabilityError> {
-        let nameplate = self.scenario(plain, Rotor::Locked, false)?.nameplate();
+        let nameplate = self.scenario(plain, Rotor::Locked)?.nameplate();
         let rated = nameplate.rated_pulse.seconds() * self.most_current / self.motor.rated_current;
         Ok(rated + nameplate.dead_time.seconds())
     }
@@ -219,7 +219,7 @@ impl Bench<'_> {
         if self.is_set(key) {
             return Ok(());
         }
-        let scenario = self.scenario(&best.setting, Rotor::Locked, false)?;
+        let scenario = self.scenario(&best.setting, Rotor::Locked)?;
         let of_key = standstill_detect::keys::ALL.into_iter().find(|of| of.name == key);
         let Some(usual) = of_key.and_then(|key| scenario.detector.get(key)) else { return Ok(()) };
         for factor in [0.5, 1.5, 2.0, 3.0] {
@@ -247,7 +247,8 @@ impl Bench<'_> {
         let wanted = 0.985 * self.most_current;
         let mut best = None;
         for _ in 0..5 {
-            let starts = self.starts(&plain.with(key, &text(value)), Rotor::Locked, false, trials)?;
+            let starts =
+                self.strained().starts(&plain.with(key, &text(value)), Rotor::Locked, SEARCH, trials)?;
             let Ok(starts) = starts else { return Ok((best, Some(Demand::Current))) };
             let peak = starts.summary.peak_current_a;
             if peak <= self.most_current / 1.005 {

@@ -56,7 +56,7 @@ fn regress_each_count_has_its_own_reason() {
     let demands = Demands::default();
     let bench = Bench::new(&document, &motor, &demands);
     let setting = Setting::plain(MethodName::Bipolar);
-    let starts = bench.starts(&setting, Rotor::Free, false, 200).expect("runs").expect("set up");
+    let starts = bench.starts(&setting, Rotor::Free, bench::SEARCH, 200).expect("runs").expect("set up");
     let (failed, undetermined) = (starts.failed(), starts.summary.undetermined);
     assert!(failed > 2 && undetermined > failed, "{failed} {undetermined}");
     assert_eq!(starts.failures.values().sum::<u64>(), failed);
@@ -75,9 +75,20 @@ fn regress_each_count_has_its_own_reason() {
 fn law_a_sheet_without_saturation_is_suited_from_some_saturation_on() {
     let document = sheet("", &[BIPOLAR]);
     let suitability = found(&document);
-    let Some(Condition::Saturation { least, minus_d }) = suitability.condition else {
+    let Some(Condition::Saturation { least, most, minus_d }) = suitability.condition else {
         panic!("{suitability:?}")
     };
+    // The recommended pulses keep the current at both ends: with the most saturation they draw the most.
+    let candidate = suitability.recommended().expect("recommended");
+    let fresh = suitability.confirmed().expect("confirmed");
+    let at_the_most = sheet(&format!("saturation = \"{} %\"", 100.0 * most), &[BIPOLAR]);
+    let motor = at_the_most.motor().expect("a motor");
+    let demands = Demands::default();
+    let strained = Bench::new(&at_the_most, &motor, &demands);
+    let starts = strained.starts(&candidate.setting, Rotor::Free, 100, 400).expect("runs").expect("set up");
+    assert_eq!(strained.objections(&[&starts]), [""; 0]);
+    assert!(starts.summary.peak_current_a > 1.01 * candidate.free.peak_current_a, "{starts:?}");
+    assert!(fresh.peak_current_a > 1.01 * candidate.free.peak_current_a, "{fresh:?}");
     assert_eq!((suitability.suited(), suitability.pole_is_open()), (Suited::If, false));
     assert!((0.01..0.05).contains(&least) && (-0.05..0.0).contains(&minus_d), "{least} {minus_d}");
     let further = suitability.document(&document).expect("keys").expect("recommended");

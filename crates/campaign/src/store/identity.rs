@@ -159,6 +159,12 @@ impl Identity {
         for path in paths {
             differ(&format!("the file {path}"), &read(&self.files, path), &read(&other.files, path));
         }
+        let note = |note: &Option<String>| {
+            note.as_ref().map_or_else(|| "absent".to_owned(), |note| format!("\"{note}\""))
+        };
+        differ("the note on poles", &note(&self.pole_note), &note(&other.pole_note));
+        differ("the note on the map", &note(&self.map_note), &note(&other.map_note));
+        differ("the note on the library", &note(&self.library_note), &note(&other.library_note));
         if all.is_empty() && self != other {
             let written = if self.scenario == other.scenario {
                 "the points are others"
@@ -281,6 +287,11 @@ mod tests {
             Some(
                 "the number of trials is 8000 there and 9000 here; `sensors.noise` is \"5 mA\" there and \"8 mA\" here; the file m.toml is of 1 there and of 2 here"
             )
+        );
+        let noted = Identity { library_note: Some("it calls time".to_owned()), ..run.clone() };
+        assert_eq!(
+            noted.difference(&run).as_deref(),
+            Some("the note on the library is \"it calls time\" there and absent here")
         );
     }
 

@@ -61,7 +61,7 @@ fn advice(document: &Document) -> Result<Advice, String> {
     let condition =
         if suitability.condition.is_some() { " on a condition: see `standstill check`" } else { "" };
     let text = format!(
-        "{}{condition}: 95 of 100 errors within {}° at most, {} wrong poles in {} fresh starts in each state of the rotor, \
+        "{}{condition}: 95 of 100 errors within {}° at most, {} wrong poles in {} fresh starts with the rotor locked and free, \
          a free rotor moves by {}°.",
         candidate.method(),
         standstill_quantity::number(2, confirmed.p95_at_most_deg),

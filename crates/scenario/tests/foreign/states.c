@@ -1,6 +1,5 @@
 /* Kinds of state that a firmware keeps and forgets to clear: `what=…`. Each counts its trials: 1 wherever all is set back. */
-#define _DEFAULT_SOURCE
-#define _XOPEN_SOURCE 700
+#define _GNU_SOURCE
 #include "standstill.h"
 
 #include <errno.h>
@@ -10,6 +9,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
+#include <wchar.h>
+#ifdef LOADS
+#include <dlfcn.h>
+#endif
 
 static int global;
 static int *made_at_load, *made_at_call;
@@ -17,8 +21,12 @@ static size_t length;
 static char *text;
 static char words[] = "one two three";
 static FILE *file;
+static char *printed_at_load, *printed_at_call;
+static void (*take)(void *);
+static void *(*lengthen)(void *, size_t);
 
 static int first(void);
+static int local(void);
 static int second(void);
 static int (*table[2])(void) = { first, second };
 
@@ -37,9 +45,54 @@ __attribute__((constructor)) static void loaded(void)
 {
     made_at_load = calloc(16, sizeof *made_at_load);
     text = strdup("loaded");
+    if (asprintf(&printed_at_load, "%s %d", "loaded", 1) < 0) {
+        abort();
+    }
 #ifdef OPENS
     file = fopen("/proc/self/maps", "r");
 #endif
+#ifdef LOADS
+    {
+        void *other = dlopen(LOADS, RTLD_NOW);
+        *(void **)&take = dlsym(other, "take");
+        *(void **)&lengthen = dlsym(other, "lengthen");
+    }
+#endif
+}
+
+/* Memory that the C library makes: freed in each trial, made anew in each. */
+static int printed(void)
+{
+    const char *as = "1 two 3.0 4 5 6.25 7 8.5 9";
+    int fresh = printed_at_call == NULL && strcmp(printed_at_load, "loaded 1") == 0;
+    free(printed_at_load);
+    return asprintf(&printed_at_call, "%d %s %.1f %d %d %.2f %ld %.1f %d", 1, "two", 3.0, 4, 5, 6.25, 7L, 8.5, 9)
+               == (int)strlen(as) && strcmp(printed_at_call, as) == 0 && fresh ? 1 : 2;
+}
+
+static int lines(void)
+{
+    char content[] = "one\ntwo and more", *line = malloc(2), *path = realpath("/", NULL), *here = getcwd(NULL, 0);
+    size_t room = 2;
+    FILE *from = fmemopen(content, strlen(content), "r");
+    wchar_t *wide = wcsdup(L"wide");
+    int right = getline(&line, &room, from) == 4 && strcmp(line, "one\n") == 0 && getline(&line, &room, from) == 12
+        && strcmp(line, "two and more") == 0 && getline(&line, &room, from) == -1 && strcmp(path, "/") == 0
+        && here[0] == '/' && wcscmp(wide, L"wide") == 0;
+    fclose(from);
+    free(line), free(path), free(here), free(wide);
+    return right ? 1 : 2;
+}
+
+/* Blocks that another library takes back, or makes longer. */
+static int given(void)
+{
+    int *block = malloc(100);
+    block[0] = 7;
+    take(malloc(1000));
+    block = lengthen(block, 100000);
+    free(block);
+    return block != NULL && local() == 1 ? 1 : 2;
 }
 
 static int local(void)
@@ -134,7 +187,8 @@ static const struct {
 } kinds[] = {
     { "local", local }, { "heap-at-call", heap_at_call }, { "grown", grown }, { "rounding", rounding },
     { "exceptions", exceptions }, { "numbers", numbers }, { "token", token }, { "errno", error_number },
-    { "locale", place }, { "at-exit", at_exit_of_the_program },
+    { "locale", place }, { "at-exit", at_exit_of_the_program }, { "printed", printed }, { "lines", lines },
+    { "given", given },
 };
 
 static int count;
@@ -175,10 +229,14 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
     return STS_FOUND;
 }
 
+#ifndef FLAGS
+#define FLAGS 0
+#endif
+
 const sts_detector *sts_entry(uint32_t abi)
 {
     static const sts_detector detector = {
-        STS_ABI, sizeof detector, STS_INTERRUPT, 12500, 0.0f, 1, "states", create, NULL, NULL, NULL, isr,
+        STS_ABI, sizeof detector, STS_INTERRUPT | FLAGS, 12500, 0.0f, 1, "states", create, NULL, NULL, NULL, isr,
     };
     (void)abi;
     return &detector;

@@ -140,7 +140,7 @@ pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Va
             "confirmed": {
                 "starts": fresh.starts,
                 "seed": fresh.seed,
-                "confidence": 0.95,
+                "confidence": fresh.confidence,
                 "p95_at_most_deg": fresh.p95_at_most_deg,
                 "without_angle_at_most": fresh.without_angle_at_most,
                 "wrong_poles": fresh.wrong_poles,
@@ -153,8 +153,8 @@ pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Va
         })
     });
     let condition = found.condition.as_ref().map(|condition| match condition {
-        Condition::Saturation { least, minus_d } => {
-            json!({ "kind": "saturation", "least": least, "minus_d": minus_d, "q": 0.0 })
+        Condition::Saturation { least, most, minus_d } => {
+            json!({ "kind": "saturation", "least": least, "most": most, "minus_d": minus_d, "q": 0.0 })
         }
         Condition::Pole => json!({ "kind": "pole" }),
     });

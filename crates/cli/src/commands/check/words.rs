@@ -40,9 +40,10 @@ impl Asked<'_> {
         let found = self.found;
         let what = if found.pole_is_open() { "rotor's axis" } else { "rotor position" };
         let note = match &found.condition {
-            Some(Condition::Saturation { least, .. }) => format!(
-                "; if the north pole's inductance falls by at least {} at rated current",
-                percent(*least)
+            Some(Condition::Saturation { least, most, .. }) => format!(
+                "; if the north pole's inductance falls by at least {} (and at most {}) at rated current",
+                percent(*least),
+                percent(*most)
             ),
             _ => found
                 .pole
@@ -118,7 +119,11 @@ fn kept(demand: Demand, margin: f64) -> String {
 fn confirmed(found: &Suitability) -> Option<String> {
     let (fresh, candidate) = (found.confirmed()?, found.recommended()?);
     let (locked, free) = (candidate.locked.trials > 0, candidate.free.max_moved_deg > 0.0);
-    let states = if locked { "with the rotor locked and as many free" } else { "of the rotor as it is" };
+    let mut states =
+        if locked { "with the rotor locked and free" } else { "of the rotor as it is" }.to_owned();
+    if let Some(Condition::Saturation { least, most, .. }) = found.condition {
+        let _ = write!(states, ", with both saturations of {} and {}", percent(least), percent(most));
+    }
     let poles = fresh.wrong_poles_at_most.map_or_else(String::new, |most| match fresh.counted {
         Some(starts) => format!("; {} wrong poles in {starts}, at most {}", fresh.wrong_poles, share(most)),
         None => format!(
@@ -134,11 +139,12 @@ fn confirmed(found: &Suitability) -> Option<String> {
         String::new()
     };
     Some(format!(
-        "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°, at most {} without {without} (95 % confidence each){poles}. {moved}{} A flowed at most.",
+        "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°, at most {} without {without} ({:.0} % confidence each){poles}. {moved}{} A flowed at most.",
         fresh.starts,
         fresh.seed,
         fresh.p95_at_most_deg,
         share(fresh.without_angle_at_most),
+        100.0 * fresh.confidence,
         amperes(fresh.peak_current_a),
     ))
 }
@@ -223,11 +229,12 @@ const fn short(demand: Demand) -> &'static str {
 
 /// What must hold beside the sheet, what a single number assumes, and how to measure it.
 fn condition(asked: &Asked<'_>) -> Option<String> {
-    let Some(Condition::Saturation { least, minus_d }) = &asked.found.condition else { return None };
+    let Some(Condition::Saturation { least, most, minus_d }) = &asked.found.condition else { return None };
     Some(format!(
-        "Saturation is not given. The verdict is that of the least that suffices, found on the bench: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. The settings below are for that value: more saturation draws more current, so ask again with the measured one. To measure it: `standstill fit` on scope traces of six pulses (docs/own-motor.md, ten minutes), then `saturation = \"… %\"` in [nameplate].",
+        "Saturation is not given. The bench finds the least that suffices: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. The settings below hold at this value and at {}, where the same pulses draw the most current. Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor.md, ten minutes), then `saturation = \"… %\"` in [nameplate].",
         percent(*least),
         -100.0 * minus_d,
+        percent(*most),
     ))
 }
 
