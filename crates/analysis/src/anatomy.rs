@@ -1,4 +1,4 @@
-//! What an event looks like: which draws the failing starts have in common.
+//! Anatomy of an event: the draws that failing starts have in common.
 //!
 //! Over all angles the draws of a symmetric event average to zero: at one angle it is a gain too large that turns the axis,
 //! at another one too small. So means are of a sector of angles and a sign of the error.
@@ -11,14 +11,14 @@ use standstill_sim::{Purpose, Tape};
 
 use crate::{Event, Halt, Trials, Watch};
 
-/// A mean nearer to zero than this many standard deviations is not told.
+/// A mean nearer to zero than this many standard deviations is left out.
 const LEAST_MEAN: f64 = 0.5;
 
-/// States of a sector below which it is not told, and its least share.
+/// Least number of states of a sector that is listed, and its least share.
 const LEAST_STATES: usize = 20;
 const LEAST_SHARE: f64 = 0.02;
 
-/// What the failing starts have in common.
+/// The draws that failing starts have in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anatomy {
     /// Sectors with enough starts, the likeliest first.
@@ -32,7 +32,7 @@ pub struct Anatomy {
 pub struct Sector {
     /// Rotor angles in degrees.
     pub angles_deg: (f64, f64),
-    /// Whether the error is positive; none where an event has no sign.
+    /// True for a positive error; none where an event has no sign.
     pub positive: Option<bool>,
     /// Its share of the event.
     pub share: f64,
@@ -179,7 +179,7 @@ impl Sums {
     }
 }
 
-/// What a draw is, in words.
+/// Name of a draw.
 pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
     let phase = |number: usize| ["a", "b", "c"][number % 3];
     match purpose {

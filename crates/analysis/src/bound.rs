@@ -34,7 +34,7 @@ use standstill_scenario::{Scenario, Specimen};
 pub use plant::Unknown;
 use thiserror::Error;
 
-/// Which commands count.
+/// The commands that count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Counted {
     /// All that the detector gives, those of its polarity test too.
@@ -44,7 +44,7 @@ pub enum Counted {
     BeforePwm,
 }
 
-/// Which samples of an excitation count.
+/// The samples of an excitation that count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Samples {
     /// Those that the commands ask for.
@@ -73,9 +73,9 @@ enum Samples {
 pub struct Bounds<'a, S> {
     /// Motor, drive, sensors and method. The nominal plant has neither ripple nor deviations from its means.
     pub scenario: &'a Scenario<S>,
-    /// What is not known of the motor besides the angle.
+    /// Unknown parameters of the motor besides the angle.
     pub unknown: &'a [Unknown],
-    /// Which commands count.
+    /// The commands that count.
     pub counted: Counted,
     /// From one sample to the next where all count. The memory needed is some 400 bytes a sample.
     pub interval: Nanos,
@@ -250,7 +250,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }
         let motor = Information::new(&noise, &columns);
         if noise.is_none() {
-            // Only whether the angle is told at all is left to say.
+            // What remains is whether the readings determine the angle.
             let deviation = motor.deviation(&[]);
             return Ok((if deviation.is_finite() { 0.0 } else { deviation }, None));
         }
@@ -281,7 +281,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok((deviation, Some(hybrid)))
     }
 
-    /// What the readings are and how much they scatter.
+    /// Readings and their covariance.
     fn noise_of(
         &self,
         case: &Case,

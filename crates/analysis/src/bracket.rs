@@ -21,11 +21,11 @@ pub use edge::{Bound, Edge};
 /// A judgement at one value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Verdict {
-    /// Whether it holds, as far as the trials tell.
+    /// True if the limits hold by the estimates themselves.
     pub holds: bool,
-    /// Whether it holds at the bad ends of all intervals.
+    /// True if they hold at the bad ends of all intervals.
     pub surely: bool,
-    /// Whether it holds at the good ends.
+    /// True if they hold at the good ends.
     pub possibly: bool,
 }
 
@@ -36,17 +36,17 @@ pub struct Look {
     pub trials: u64,
     /// Each measure divided by its limit, with its 95 % interval. A limit is kept up to 1.
     pub shares: Vec<Estimate>,
-    /// The same of the starts with an answer alone.
+    /// Judgement of the starts with an answer alone.
     pub answered: Vec<f64>,
     /// Between which shares the worst measure would be known by [`forecast_trials`].
     pub forecast: Vec<[f64; 2]>,
-    /// That it surely holds, or surely does not: further trials change nothing.
+    /// The limits surely hold, or surely do not: further trials change nothing.
     pub clear: Option<bool>,
 }
 
 /// Trials of the forecasts: powers of two times this.
 const FORECAST_FROM: u64 = 500;
-/// How many there are.
+/// Number of trials.
 const FORECASTS: u32 = 21;
 
 /// Numbers of trials for which a look tells what it would be.
@@ -54,7 +54,7 @@ pub fn forecast_trials() -> impl Iterator<Item = u64> {
     (0..FORECASTS).map(|k| FORECAST_FROM << k)
 }
 
-/// Which end of an interval counts.
+/// The end of an interval that counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum View {
     Likely,
@@ -73,12 +73,12 @@ impl Look {
         self.shares.iter().map(of).fold(0.0, f64::max)
     }
 
-    /// Whether it holds, as one end of the intervals tells.
+    /// True if the limits hold at one end of the intervals.
     fn holds(&self, view: View) -> bool {
         self.clear.unwrap_or_else(|| self.worst(view) <= 1.0)
     }
 
-    /// Whether the value keeps the limits: likely, surely, possibly.
+    /// True if the value keeps the limits: likely, surely, possibly.
     pub fn verdict(&self) -> Verdict {
         Verdict {
             holds: self.holds(View::Likely),
@@ -99,7 +99,7 @@ impl Look {
     }
 }
 
-/// What is looked at, and how closely.
+/// Range and precision of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
     /// Smallest and largest value; both above zero for ratios, else the steps are differences.
@@ -112,13 +112,13 @@ pub struct Search {
     pub most: u64,
     /// Trials from which on it can be seen to hold surely.
     pub sure_from: u64,
-    /// How wide the interval may be, as a share of the value.
+    /// Largest width of the interval, as a share of the value.
     pub width: f64,
-    /// Whether values are whole numbers.
+    /// True for whole numbers.
     pub whole: bool,
 }
 
-/// Which end of a stretch.
+/// An end of a stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// It holds below: the largest value counts.
@@ -127,7 +127,7 @@ pub enum Side {
     Smallest,
 }
 
-/// What was found.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Found {
     /// At no value that was looked at.
@@ -153,7 +153,7 @@ impl Stretch {
         self.edges.last()
     }
 
-    /// Whether all that was looked at is one stretch.
+    /// True if the limits hold in one stretch.
     pub fn is_one(&self) -> bool {
         self.all.len() <= 1
     }

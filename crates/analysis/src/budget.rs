@@ -1,4 +1,4 @@
-//! Where the error comes from: Sobol' indices of a scenario's sources of error, with the rotor's angle held common.
+//! Sources of the error: Sobol' indices of a scenario's sources of error, with the rotor's angle held common.
 //!
 //! An error of gains turns the axis one way at one angle and the other way at another: over all angles it averages to
 //! nothing, and a naive share of first order says that it does not matter. So indices are per angle, and then averaged.
@@ -26,7 +26,7 @@ use crate::{Halt, Trials, Watch};
 /// Pairs of samples where nobody asks for another number.
 pub const PAIRS: u64 = 8000;
 
-/// Pairs of starts with an axis that shares can be told from.
+/// Least number of pairs of starts with an axis from which shares are computed.
 const FEWEST: usize = 10;
 
 /// Parts of the picture over the angle, as many as have pairs enough: of 15°, 30° or 60°.
@@ -41,7 +41,7 @@ const AT_ONCE: usize = 2048;
 /// Places of the converters' codes that starts may draw.
 const PLACES: u64 = 16;
 
-/// What each source contributes.
+/// Contribution of each source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Budget {
     /// Of all starts with an axis, in degrees.
@@ -76,7 +76,7 @@ pub struct Own {
 /// A source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
-    /// Which.
+    /// The source.
     pub source: Source,
     /// Rms in degrees with this source alone, all others at their means.
     pub alone_deg: Estimate,
@@ -97,14 +97,14 @@ pub struct Part {
     pub squares: Squares,
 }
 
-/// That too few pairs have an axis in all that was tried until then to share their errors out.
+/// Too few pairs have an axis in all their starts to compute shares from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooFew {
     /// Pairs of samples.
     pub pairs: u64,
     /// Of these, how many have an axis.
     pub whole: u64,
-    /// How many must have one.
+    /// Least number of pairs.
     pub needed: u64,
 }
 
@@ -217,7 +217,7 @@ fn root(square: Estimate) -> Estimate {
 struct Bench<'a> {
     trials: &'a Trials<'a>,
     watch: &'a dyn Watch,
-    /// Whether starts draw the place of the converters' codes.
+    /// True if starts draw the place of the converters' codes.
     rounds: bool,
 }
 

@@ -15,17 +15,17 @@ use crate::bound::{Bound, BoundError, Bounds, Counted};
 pub struct Entry {
     /// The method's name, or the library's.
     pub method: String,
-    /// Whether the rotor could move.
+    /// State of the rotor.
     pub rotor: Rotor,
-    /// How good drive and sensors were.
+    /// Error set of drive and sensors.
     pub errors: ErrorSet,
-    /// What the trials say.
+    /// Statistics of the trials.
     pub summary: Summary,
     /// Mean energy in J that a detection takes from the DC link.
     pub energy_j: f64,
     /// The Cramér–Rao limit, where there is one, as rms over the angles.
     pub bound: Option<Bound>,
-    /// Why there is none, if it was looked for.
+    /// Reason why there is none, if it was asked for.
     pub no_bound: Option<RunError>,
 }
 
@@ -44,7 +44,7 @@ impl Entry {
         informative(self.bound?.scheme_deg)
     }
 
-    /// That limit over the measured rms error: 1 is all that they tell. None without a limit or without noise.
+    /// Limit over the measured rms error: 1 is an efficient method. None without a limit or without noise.
     pub fn efficiency(&self) -> Option<f64> {
         let efficiency = self.limit()? / self.summary.rms_deg.value;
         (efficiency.is_finite() && efficiency > 0.0).then_some(efficiency)

@@ -1,4 +1,4 @@
-//! What may happen at a start, and how far a start is from it.
+//! Events of a start and their order parameters.
 
 use std::fmt;
 use std::ops::RangeBounds;
@@ -133,7 +133,7 @@ const OUTSIDE: f64 = 0.0;
 const INSIDE: f64 = f64::MIN_POSITIVE;
 
 impl Event {
-    /// Whether it happened.
+    /// True if it happened.
     pub fn happened(self, record: &Record) -> bool {
         self.value(record) > 0.0
     }
@@ -155,7 +155,7 @@ impl Event {
         }
     }
 
-    /// What its order parameter must exceed.
+    /// Threshold of its order parameter.
     pub const fn bound(self) -> f64 {
         match self {
             Self::Error(bound) | Self::Moved(bound) | Self::PeakCurrent(bound) => bound,

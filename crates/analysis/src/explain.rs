@@ -1,4 +1,4 @@
-//! Why a trial ended as it did: the same trial with one of its errors at its mean.
+//! Causes of a trial's end: the trial repeated with one of its errors at its mean.
 //!
 //! Whatever is changed moves all readings a little, and a converter then rounds many of them to another code: that alone turns
 //! the axis, by as much as if something had been the cause. So each trial is run with the converters' codes moved by fractions
@@ -22,12 +22,12 @@ pub struct Cause {
     pub key: String,
     /// The value drawn, in standard deviations of its distribution. None where the cause is many draws together, or a phase.
     pub drawn: Option<f64>,
-    /// The same trial with it at its mean and all else as it was.
+    /// Record of the trial with this error at its mean and all else unchanged.
     pub without: Record,
     /// By how much the axis error in degrees is larger than without it, rounding averaged out, with its 95 % interval; none
     /// where a trial has no axis.
     pub part_deg: Option<Estimate>,
-    /// Whether its part cannot be told from the converter's rounding.
+    /// True if its part lies within the converter's rounding.
     pub within_rounding: bool,
 }
 
@@ -40,7 +40,7 @@ pub struct Explained {
     pub rounding_deg: Option<f64>,
     /// The errors that it drew, those first without which it would have ended most differently.
     pub causes: Vec<Cause>,
-    /// The same trial with all of them at their means: the method's own error at this angle.
+    /// Record of the trial with all errors at their means: the method's own error at this angle.
     pub without_all: Record,
     /// All its draws.
     pub tape: Tape,
@@ -54,7 +54,7 @@ fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
 }
 
 impl Explained {
-    /// How many trials it takes to explain one: itself, and at each place of the codes itself, it without each of its errors and
+    /// Number of trials that explain one: itself, and at each place of the codes itself, it without each of its errors and
     /// without all of them.
     pub fn runs(trials: &Trials<'_>) -> u64 {
         let places = if trials.have_converters() { u64::from(PLACES) } else { 1 };
@@ -121,7 +121,7 @@ fn shifted(
     Ok(all)
 }
 
-/// How a trial ended: its verdict, and whether the pole was right.
+/// End of a trial: its verdict, and whether the pole was right.
 fn end(record: &Record) -> (Verdict, Option<bool>) {
     (record.verdict(), record.pole_correct())
 }
@@ -175,7 +175,7 @@ fn scatter(records: &[Record]) -> Option<f64> {
     (errors.len() > 1).then(|| spread(&errors).1)
 }
 
-/// How differently a trial ended from the same without a cause: more than by any error if it had another end, else by the
+/// Distance between the ends of a trial with and without a cause: more than by any error if it had another end, else by the
 /// cause's part.
 fn apart(record: &Record, cause: &Cause) -> f64 {
     if end(record) != end(&cause.without) {
@@ -188,7 +188,7 @@ fn apart(record: &Record, cause: &Cause) -> f64 {
 mod tests {
     use super::*;
 
-    /// How a start ends that the check of the saliency lets pass, or not.
+    /// End of a start by the check of the saliency.
     fn ended(least_saliency: f64) -> Record {
         let text = format!(
             "motor = \"paper-5k5\"\nerrors = \"none\"\n[detector]\nmethod = \"line-inductance-fast\"\n\

@@ -12,7 +12,7 @@ use standstill_scenario::{Record, Verdict as Ending};
 pub use self::read::{LimitError, MeasureError};
 use crate::bracket::{Look, Verdict, forecast_trials};
 
-/// What is limited. Starts without an answer, undetermined or failed, count against each: as an error of 90°, as an
+/// A limited measure. Starts without an answer, undetermined or failed, count against each: as an error of 90°, as an
 /// error beyond every bound, as a wrong pole, as a start that moved too far, took too long or drew too much.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
@@ -30,7 +30,7 @@ pub enum Measure {
     Undetermined,
     /// The same.
     Failed,
-    /// What 99 of 100 starts stay below: movement in electrical degrees.
+    /// The 99th percentile of the movement in electrical degrees.
     Moved,
     /// Likewise, s.
     Duration,
@@ -84,7 +84,7 @@ impl Measure {
         }
     }
 
-    /// What a start contributes.
+    /// Contribution of a start.
     fn of(self, record: &Record) -> f64 {
         let answered = record.verdict() == Ending::Found;
         // Without an answer infinite, whatever is measured.
@@ -102,7 +102,7 @@ impl Measure {
         }
     }
 
-    /// The same as a search sees it, which compares settings on the same random numbers: the interval of a root mean square
+    /// The estimate for a search, which compares settings on common random numbers: the interval of a root mean square
     /// is that of the errors seen, and leaves out starts without an answer that may be and were not seen.
     pub(crate) fn seen(self, values: Vec<f64>) -> Estimate {
         if self == Self::Rms { rms::seen(&values) } else { self.estimate(values) }
@@ -114,7 +114,7 @@ impl Measure {
         self.estimates(values, &[count])[0]
     }
 
-    /// The same with the intervals that so many trials like these would leave.
+    /// This estimate with the intervals that so many trials like these would leave.
     fn estimates(self, mut values: Vec<f64>, trials: &[f64]) -> Vec<Estimate> {
         let mut quantiles = |share: f64| {
             values.sort_by(f64::total_cmp);
@@ -221,7 +221,7 @@ fn joined(f: &mut fmt::Formatter<'_>, limits: impl Iterator<Item = (Measure, Opt
     Ok(())
 }
 
-/// What starts contribute to each limit.
+/// Contributions of starts to each limit.
 #[derive(Clone, Debug)]
 pub struct Tally {
     limits: Limits,
@@ -246,12 +246,12 @@ impl Tally {
         }
     }
 
-    /// The same of the tally's own.
+    /// Estimates by the tally's own limits.
     pub(crate) fn into_values(self) -> Vec<Vec<f64>> {
         self.values
     }
 
-    /// What each start contributed to each limit, in their order.
+    /// Contributions of each start to each limit, in their order.
     pub fn values(&self) -> &[Vec<f64>] {
         &self.values
     }
@@ -280,7 +280,7 @@ impl Tally {
         }
     }
 
-    /// What they show of the limits. It is clear where a quarter of the trials, whose intervals are twice as wide, would show
+    /// Estimates of the limits' measures. They are clear where a quarter of the trials, whose intervals are twice as wide, would show
     /// the same surely: a look that ends as soon as it is clear is then seldom wrong.
     pub fn look(&self) -> Look {
         let count = self.count() as f64;
@@ -315,7 +315,7 @@ impl Tally {
         Some(rms::without_answer(&self.values[number]))
     }
 
-    /// Whether all limits hold.
+    /// True if all limits hold.
     pub fn verdict(&self) -> Verdict {
         let estimates = self.estimates();
         let all = |of: fn(&Estimate) -> f64| {

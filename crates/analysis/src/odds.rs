@@ -24,14 +24,14 @@ const LEAST: f64 = 0.8;
 /// Plain trials where no order parameter leads to the event.
 pub const PLAIN: u32 = 400_000;
 
-/// What makes an answer doubtful.
+/// Alarms that make an answer doubtful.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Alarm {
     /// The runs disagree by more than each of them should err.
     Disagree {
         /// Coefficient of variation of the runs.
         found: f64,
-        /// What they expect of themselves.
+        /// Their expected scatter.
         expected: f64,
     },
     /// Draws that nothing reads have a mean: few independent states were left.
@@ -113,7 +113,7 @@ impl fmt::Display for Alarm {
     }
 }
 
-/// How the answer was had.
+/// Way to the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// By subset simulation.
@@ -125,11 +125,11 @@ pub enum Answer {
 /// The odds of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Odds {
-    /// How they were had.
+    /// Way to them.
     pub answer: Answer,
     /// The probability with its 95 % interval.
     pub probability: Estimate,
-    /// That the interval was widened, because an alarm rings: it is wider than one of 95 %, by how much is not known.
+    /// True if the interval was widened, because an alarm rings: it is wider than one of 95 %, by how much is not known.
     pub widened: bool,
     /// Trials in all.
     pub trials: u64,
@@ -139,7 +139,7 @@ pub struct Odds {
     pub levels: u32,
     /// Each run; none of plain trials.
     pub runs: Vec<Run>,
-    /// What makes it doubtful.
+    /// Alarms.
     pub alarms: Vec<Alarm>,
     /// Findings like the alarms', each about so few of the event's starts that the answer holds.
     pub remarks: Vec<Alarm>,
@@ -162,7 +162,7 @@ impl Odds {
         Self::of_event(system, "", settings, watch, done)
     }
 
-    /// The same; `name` tells the event from others whose runs the watch may keep.
+    /// Odds of an event; `name` distinguishes it from others whose runs the watch may keep.
     pub(crate) fn of_event<S: System>(
         system: &S,
         name: &str,
@@ -216,7 +216,7 @@ impl Odds {
         Ok(Self::of_runs(settings, runs))
     }
 
-    /// What runs say together: the mean of their probabilities m, and as its interval m·exp(± t s/(m √R)) with the
+    /// Estimate by all runs: the mean of their probabilities m, and as its interval m·exp(± t s/(m √R)) with the
     /// standard deviation s of R runs and Student's t. Where runs agree more closely than `LEAST` times what they expect of
     /// themselves, that is by chance, and s is so much.
     pub fn of_runs(settings: &Settings, mut runs: Vec<Run>) -> Self {
@@ -320,7 +320,7 @@ fn expected(runs: &[&Run]) -> f64 {
     (runs.iter().map(|run| power(run.variation, 2)).sum::<f64>() / runs.len().max(1) as f64).sqrt()
 }
 
-/// What makes runs doubtful that reached an event which is rare.
+/// Alarms of runs that reached a rare event.
 fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
     /// Seven degrees of freedom exceed 1.5 times their expectation twice in a hundred times, were it right. Up to [`SHALLOW`] levels runs
     /// scatter by 1.2 times it and rang in up to one of seven answers: there twice it, of which less than one in a hundred is chance

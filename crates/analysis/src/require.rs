@@ -1,4 +1,4 @@
-//! What a part must do: the largest or smallest value of a key with which limits hold.
+//! Requirement of a part: the largest or smallest value of a key with which limits hold.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -22,16 +22,16 @@ pub struct Bench<'a> {
     pub document: &'a Document,
     /// The limits.
     pub limits: &'a Limits,
-    /// Whether the keys' values are whole numbers, key by key.
+    /// True for whole numbers, key by key.
     pub keys: Vec<(String, bool)>,
 }
 
-/// What trials of a value show.
+/// Estimates at a value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
     /// The measures, limit by limit.
     pub measures: Vec<Estimate>,
-    /// What they are to the limits.
+    /// Judgement by the limits.
     pub look: Look,
     /// The share of starts without an answer, where the root mean square is limited.
     pub without_answer: Option<Estimate>,
@@ -44,7 +44,7 @@ pub struct Judged {
     pub value: f64,
     /// Trials of it.
     pub trials: u64,
-    /// Whether they made it clear, so that no more were taken.
+    /// True if they were clear, so that no more trials were run.
     pub clear: bool,
     /// The measures, limit by limit.
     pub measures: Vec<Estimate>,
@@ -118,7 +118,7 @@ const MORE: u64 = 4;
 /// Numbers that are kept of looks that may be continued: a few hundred megabytes.
 const NUMBERS: u64 = 30_000_000;
 
-/// What was taken at values, so that a closer look continues it.
+/// Tallies at values, which further trials continue.
 #[derive(Debug, Default)]
 pub struct Taken(HashMap<Vec<u64>, Tally>);
 
@@ -148,7 +148,7 @@ impl<'a> Bench<'a> {
     pub fn new(document: &'a Document, limits: &'a Limits, keys: &[String]) -> Result<Self, FileError> {
         let mut bench = Self { document, limits, keys: Vec::new() };
         for key in keys {
-            // A value that cannot be is told when it is tried; a key that does not exist, now.
+            // A refused value is reported when it is tried; a key that does not exist, now.
             let whole = is_whole(document, key)?;
             bench.keys.push((key.clone(), whole));
         }
@@ -173,7 +173,7 @@ impl<'a> Bench<'a> {
         Ok(plan)
     }
 
-    /// What trials with these values show: so many, or fewer where those make it clear. The error within says why the values
+    /// Estimates with these values by so many trials, or by fewer where those are clear. The inner error is the reason why the values
     /// cannot be.
     ///
     /// # Errors
@@ -208,7 +208,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// What the first trials of a seed contribute with these values. None where the values cannot be.
+    /// Contributions of the first trials of a seed with these values. None where the values are refused.
     ///
     /// # Errors
     /// A trial that cannot be run; that it was stopped.
@@ -225,7 +225,7 @@ impl<'a> Bench<'a> {
         Ok(Some(Tally::of(self.limits, self.part(&plan, values, seed, 0..trials, watch)?)))
     }
 
-    /// What these trials contribute, unless that is kept from before.
+    /// Contributions of these trials, computed or kept from before.
     fn part(
         &self,
         plan: &Plan,
@@ -239,7 +239,7 @@ impl<'a> Bench<'a> {
         kept(watch, &key, |_| count, || self.values(plan, trials, watch))
     }
 
-    /// What a tally depends on but for the scenario.
+    /// Identity of a tally beside the scenario.
     fn key(&self, values: &[f64], seed: u64, trials: &Range<u64>) -> String {
         let settings = self.keys.iter().zip(values).map(|((key, _), value)| format!("{key}={value:?}"));
         let settings: Vec<String> = settings.collect();
@@ -247,7 +247,7 @@ impl<'a> Bench<'a> {
         format!("trials {trials:?} of seed {seed} with [{}]: {}", settings.join(", "), measures.join(", "))
     }
 
-    /// What each start contributes to each limit.
+    /// Contributions of each start to each limit.
     fn values(
         &self,
         plan: &Plan,
@@ -318,7 +318,7 @@ fn no_number(error: FileError) -> FileError {
     FileError::Key { place, key, message }
 }
 
-/// Whether a key takes whole numbers alone.
+/// True if a key takes whole numbers alone.
 fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
     let accepts = |value: Value| {
         let mut document = document.clone();

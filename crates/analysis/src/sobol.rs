@@ -37,7 +37,7 @@ pub struct Shares {
     pub first: Vec<Estimate>,
     /// Total of each source.
     pub total: Vec<Estimate>,
-    /// What is left.
+    /// The rest: interactions.
     pub interaction: Estimate,
 }
 
@@ -81,7 +81,7 @@ impl Shares {
     }
 }
 
-/// The same as mean squares in place of shares of one, in the square of the errors' unit. Where a part is next to nothing, its
+/// Indices as mean squares in place of shares of one, in the square of the errors' unit. Where a part is next to nothing, its
 /// estimate may lie below zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Squares {

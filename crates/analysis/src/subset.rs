@@ -34,7 +34,7 @@ const UNREAD: Purpose = Purpose::Design;
 const UNREAD_DRAWS: usize = 8;
 
 choice! {
-    /// How much an answer may cost: states of a level.
+    /// Cost of an answer: states of a level.
     #[derive(Default)]
     pub enum Effort {
         /// 1,000 states: a quarter of the trials, for an interval twice as wide; parts at other angles are lost sooner.
@@ -63,7 +63,7 @@ impl Effort {
     }
 }
 
-/// How a run goes about it.
+/// Settings of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// States of a level.
@@ -96,7 +96,7 @@ impl Settings {
     }
 }
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     /// A tenth of a level's states or more is in the event.
@@ -110,10 +110,10 @@ pub enum End {
     Constant,
 }
 
-/// What one run found.
+/// Result of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// How it ended.
+    /// Its end.
     pub end: End,
     /// The event's probability. Of a run that did not reach it: that of the nearest level.
     pub probability: f64,

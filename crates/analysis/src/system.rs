@@ -1,4 +1,4 @@
-//! What the mathematics asks of a simulation.
+//! The simulation as the algorithms need it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -34,7 +34,7 @@ use standstill_sim::Tape;
 /// # Ok::<(), Infallible>(())
 /// ```
 pub trait System: Sync {
-    /// Why a value cannot be had.
+    /// Reason why there is no value.
     type Error: Send;
 
     /// The values at these tapes, in their order. The value of a tape does not depend on the others. What is above zero
@@ -45,9 +45,9 @@ pub trait System: Sync {
     fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Self::Error>;
 }
 
-/// Who looks on: is told of the work and may end it.
+/// Observer of the work, which may end it.
 pub trait Watch: Sync {
-    /// Whether to stop.
+    /// True to stop.
     fn stopped(&self) -> bool;
 
     /// So many further trials are done.
@@ -56,7 +56,7 @@ pub trait Watch: Sync {
     /// The run at hand has come down to a level of this number, beyond which starts are with this probability.
     fn came_to(&self, _level: u32, _probability: f64) {}
 
-    /// What an interrupted question kept under this key.
+    /// Result that an interrupted question kept under this key.
     fn recall(&self, _key: &str) -> Option<Vec<u8>> {
         None
     }
@@ -65,7 +65,7 @@ pub trait Watch: Sync {
     fn keep(&self, _key: &str, _bytes: &[u8]) {}
 }
 
-/// What is kept under this key, or else what is computed, which is kept then. The key says all that the result depends on but
+/// Result kept under this key, or else computed and then kept. The key has all that the result depends on but
 /// the scenario; `trials` is what the result costs.
 pub(crate) fn kept<T: Serialize + DeserializeOwned, E>(
     watch: &dyn Watch,
@@ -94,7 +94,7 @@ impl Watch for AtomicBool {
     fn did(&self, _: u64) {}
 }
 
-/// Why there is no result.
+/// Reason why there is no result.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Halt<E> {
     /// Somebody asked to stop.

@@ -20,7 +20,7 @@ pub struct Trials<'a> {
     codes: Codes,
 }
 
-/// Where the codes of all converters lie.
+/// Place of the codes of all converters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Codes {
     /// By this share of a code above where the scenario has them.
@@ -65,18 +65,18 @@ impl<'a> Trials<'a> {
         Ok(Self { plan, point, scenario: plan.scenario(point)?, codes: Codes::Moved(0.0) })
     }
 
-    /// The same with the codes of all converters elsewhere, and nothing else changed.
+    /// These trials with the codes of all converters elsewhere, and nothing else changed.
     pub(crate) fn with_codes(&self, codes: Codes) -> Self {
         Self { codes, ..self.clone() }
     }
 
-    /// Whether anything is rounded.
+    /// True if a converter rounds.
     pub(crate) fn have_converters(&self) -> bool {
         let sensors = &self.scenario.sensors;
         [sensors.adc, sensors.dc_link.adc].into_iter().flatten().any(Adc::rounds)
     }
 
-    /// What they have in common.
+    /// The scenario that they have in common.
     pub fn scenario(&self) -> &Scenario<Method<f64>> {
         &self.scenario
     }
@@ -99,7 +99,7 @@ impl<'a> Trials<'a> {
         Ok(records.into_iter().flatten().collect())
     }
 
-    /// The same of many tapes, on all threads.
+    /// Records of many tapes, on all threads.
     ///
     /// # Errors
     /// A value drawn that cannot be; that it was stopped.
@@ -107,7 +107,7 @@ impl<'a> Trials<'a> {
         Ok(self.all_with_tapes(tapes, watch)?.0)
     }
 
-    /// The same with the tapes as they are afterwards, with all that was read.
+    /// Records of many tapes, with the tapes after them: all draws that were read.
     ///
     /// # Errors
     /// A value drawn that cannot be; that it was stopped.
@@ -136,7 +136,7 @@ impl<'a> Trials<'a> {
         Ok((records.into_iter().flatten().collect(), tapes.into_iter().flatten().collect()))
     }
 
-    /// How far they are from an event.
+    /// Values of an event's order parameter.
     pub fn towards(&self, event: Event) -> Towards<'_> {
         Towards { trials: self, event, errors: AtomicU64::new(0) }
     }

@@ -1,4 +1,4 @@
-//! Which settings are best: a measure as small as can be while limits hold.
+//! The best settings: a measure as small as possible while limits hold.
 //!
 //! ```text
 //!   several starts ─► wide descents, few trials ─► the best three: close descents, more trials ─► the best eight
@@ -6,7 +6,7 @@
 //!   start and best, both on seed s + 2 ◄─────────────────────────────────────────────────────────────┘
 //! ```
 //! Within each stage all settings have the same random numbers. Settings that were looked for on some numbers suit these a
-//! little better than others, so the choice among the last ones, and the figures that are told, are of numbers of their own.
+//! little better than others, so the choice among the last ones, and the figures that are printed, are of numbers of their own.
 
 mod compare;
 mod front;
@@ -33,7 +33,7 @@ use crate::limit::{Limit, Limits, Measure, Tally};
 use crate::require::Bench;
 use crate::{Halt, Watch};
 
-/// What is told of any settings, wanted or not.
+/// Measures that are listed of all settings.
 const TOLD: [Measure; 6] = [
     Measure::Rms,
     Measure::WrongPoles,
@@ -43,7 +43,7 @@ const TOLD: [Measure; 6] = [
     Measure::PeakCurrent,
 ];
 
-/// How much is done.
+/// Effort of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
     /// Places that the search begins from, the scenario's own settings among them.
@@ -52,7 +52,7 @@ pub struct Effort {
     pub coarse: u64,
     /// Of the close ones.
     pub fine: u64,
-    /// Of the choice among the last, and of what is told.
+    /// Of the choice among the last, and of the printed figures.
     pub last: u64,
 }
 
@@ -85,23 +85,23 @@ impl Effort {
     }
 }
 
-/// What is asked.
+/// The question.
 #[derive(Debug)]
 pub struct Question<'a> {
     /// The scenario.
     pub document: &'a Document,
     /// The keys and where to look.
     pub ranges: Vec<Range>,
-    /// What is wanted.
+    /// The goal.
     pub goal: Goal,
     /// Measures whose limit is what the start reaches: they are compared with the start trial by trial, because their
     /// own intervals are far wider than that of the difference.
     pub relative: Vec<Measure>,
-    /// What the measure is drawn against.
+    /// The second measure of the front.
     pub against: Measure,
-    /// How much is done.
+    /// Effort of the search.
     pub effort: Effort,
-    /// Seed of the search; the two after it are of the choice and of what is told.
+    /// Seed of the search; the two after it are of the choice and of the printed figures.
     pub seed: u64,
 }
 
@@ -121,9 +121,9 @@ pub struct Tuned {
     pub start: Judged,
     /// The best ones, on the same trials.
     pub best: Judged,
-    /// What the best have more than the start, with the interval of the difference on common random numbers.
+    /// Difference of the best to the start, with the interval of the difference on common random numbers.
     pub differences: Measured,
-    /// Whether the best keep the limits.
+    /// True if the best keep the limits.
     pub limits: Verdict,
     /// Settings of which none is better in both measures, by the second one; none if none may keep the limits.
     pub front: Vec<Judged>,
@@ -132,22 +132,22 @@ pub struct Tuned {
 }
 
 impl Tuned {
-    /// Whether there are settings that may keep the limits; else the best are only the nearest to it.
+    /// True if some settings may keep the limits; else the best are only the nearest to it.
     pub fn is_found(&self) -> bool {
         self.limits.possibly
     }
 
-    /// What the difference of the root mean squares leaves out, if that might turn it.
+    /// Part of the difference of the root mean squares that was not seen, if that might turn its sign.
     pub fn unseen(&self) -> Option<Unseen> {
         left_out(&self.start.measured, &self.best.measured, &self.differences)
     }
 
-    /// Whether the best are better than the start in what was to be small, as far as that was seen.
+    /// True if the best have a smaller measure than the start, as far as that was seen.
     pub fn seems_better(&self, goal: &Goal) -> bool {
         self.is_found() && self.differences.get(goal.minimise).high < 0.0
     }
 
-    /// Whether they surely are: also with starts without an answer that may be and were not seen, see [`Self::unseen`].
+    /// True if they surely have: also with starts without an answer that were not seen, see [`Self::unseen`].
     pub fn surely_better(&self, goal: &Goal) -> bool {
         self.seems_better(goal) && (goal.minimise != Measure::Rms || self.unseen().is_none())
     }
@@ -183,7 +183,7 @@ impl Question<'_> {
         self.ranges.iter().map(|range| (range.key.clone(), range.whole)).collect()
     }
 
-    /// Looks for the best settings. `hear` is told what is being done.
+    /// Looks for the best settings. `hear` gets the progress.
     ///
     /// # Errors
     /// A trial that cannot be run; that it was stopped.
@@ -258,7 +258,7 @@ impl Question<'_> {
             let (own, of_start) = (estimate.value, start.get(*measure).value);
             let limit = self.goal.limits.0.iter().find(|limit| limit.measure == *measure);
             let share = if own == of_start { 1.0 } else { own / of_start };
-            // Of a start at zero no share can be told: what is zero too keeps it, all else does not.
+            // A start at zero has no share: settings at zero keep the limit, all others do not.
             let value = match limit {
                 Some(_) if share.is_infinite() => f64::INFINITY,
                 Some(limit) => limit.most * share,
@@ -275,7 +275,7 @@ impl Question<'_> {
         Limits(absolute.copied().collect())
     }
 
-    /// Whether limits are kept, those that are what the start reaches by the difference to it.
+    /// True if limits are kept; one that is the start's own value is judged by the difference to it.
     fn kept(&self, start: &Measured, best: &Measured, differences: &Measured) -> Verdict {
         let of_best = verdict(&self.absolute(), best);
         let no_worse = |of: fn(&Estimate) -> f64| {
@@ -289,7 +289,7 @@ impl Question<'_> {
         }
     }
 
-    /// Where the search begins: at the scenario's settings, and at points of a Sobol sequence.
+    /// Starting points of the search: the scenario's settings, and points of a Sobol sequence.
     fn starts(&self, nominal: &[f64]) -> Vec<Vec<f64>> {
         let own = self.ranges.iter().zip(nominal).map(|(range, value)| {
             let place = if value.is_nan() { 0.5 } else { range.place(*value) };
@@ -343,7 +343,7 @@ impl Question<'_> {
     }
 }
 
-/// What the start shows, each seed and number of trials once.
+/// Estimates of the start, each seed and number of trials once.
 struct Starts<'a> {
     own: &'a Bench<'a>,
     known: RefCell<HashMap<(u64, u64), Measured>>,
@@ -366,12 +366,12 @@ fn measured(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.estimates()).collect())
 }
 
-/// The same as the search sees them.
+/// Estimates for the search.
 fn seen(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.seen()).collect())
 }
 
-/// Whether limits hold.
+/// True if limits hold.
 pub fn verdict(limits: &Limits, measured: &Measured) -> Verdict {
     let all = |of: fn(&Estimate) -> f64| {
         limits.0.iter().all(|limit| of(&measured.get(limit.measure)) <= limit.most)

@@ -9,7 +9,7 @@ use super::replay::Readings;
 /// of the differences' error.
 const RANK: f64 = 1e-9;
 
-/// What one parameter does to the readings.
+/// Derivatives of the readings by one parameter.
 #[derive(Clone, Debug)]
 pub struct Column {
     /// ∂i/∂p of the three phases at each sample, in A over the parameter's unit.
@@ -18,7 +18,7 @@ pub struct Column {
     pub error: f64,
 }
 
-/// What is known of a parameter beforehand.
+/// Prior of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Prior {
     /// Its place among the columns.
@@ -57,7 +57,7 @@ impl Noise {
         Self { readings, variance, jitter: jitter * jitter / 3.0, slope }
     }
 
-    /// Whether there is none. Jitter alone leaves the difference of two phases without.
+    /// True if there is no noise. Jitter alone leaves the difference of two phases without.
     pub fn is_none(&self) -> bool {
         self.variance == 0.0
     }

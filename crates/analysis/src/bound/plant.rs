@@ -8,7 +8,7 @@ use standstill_sim::{Case, RunError};
 use super::information::Column;
 use super::replay::replay;
 
-/// What may be unknown of the motor and its diodes, besides the angle.
+/// Parameters of motor and diodes that may be unknown besides the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
     /// L_A: a constant inductance in series along d and q.
@@ -26,7 +26,7 @@ impl Unknown {
     pub const ALL: [Self; 4] = [Self::MeanInductance, Self::Saliency, Self::Resistance, Self::DiodeDrop];
 }
 
-/// What can be changed of a plant.
+/// Parameters of a plant that can be changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parameter {
     /// θ at the start, in rad.
@@ -41,7 +41,7 @@ pub enum Parameter {
     TurnOff(usize),
 }
 
-/// What a changed plant has of its own.
+/// Parts of a changed plant that are its own.
 struct Changed {
     motor: Motor,
     inverter: Inverter,

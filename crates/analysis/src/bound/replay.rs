@@ -32,7 +32,7 @@ struct Player<'a> {
 pub struct Readings {
     /// In A.
     pub current: Vec<[f64; 3]>,
-    /// Whether a sensor of that phase saw it.
+    /// True if a sensor of that phase read it.
     pub measured: Vec<[bool; 3]>,
 }
 
@@ -70,7 +70,7 @@ pub fn replay(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunErr
     }
 }
 
-/// Whether a leg is told a duty.
+/// True if a leg has a duty.
 pub fn has_pwm(command: &Command<f64>) -> bool {
     [Some(command.stage), command.then]
         .iter()
@@ -78,7 +78,7 @@ pub fn has_pwm(command: &Command<f64>) -> bool {
         .any(|stage| stage.legs.0.iter().any(|leg| matches!(leg, Leg::Duty(_))))
 }
 
-/// The same commands, sampled at each whole multiple of `interval` since the start of the first.
+/// These commands, sampled at each whole multiple of `interval` since the start of the first.
 pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     let interval = Nanos(interval.0.max(1));
     let mut start = Nanos::ZERO;

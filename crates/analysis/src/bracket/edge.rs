@@ -5,13 +5,13 @@ use super::{Look, Looks, Search, Side, View};
 /// The end of a stretch where it holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
-    /// Which end of the stretch.
+    /// The end of the stretch.
     pub side: Side,
     /// The last value with which it holds.
     pub value: f64,
     /// 95 % interval; none where it is open: to that end nothing that was looked at shows where it surely holds, or surely not.
     pub interval: [Option<f64>; 2],
-    /// Whether that is as narrow as it should be.
+    /// True if the interval is as narrow as asked for.
     pub narrow: bool,
     /// Trials at each of the last values.
     pub trials: u64,
@@ -21,7 +21,7 @@ pub struct Edge {
     pub bound: Bound,
 }
 
-/// Why something does not hold beyond an edge.
+/// Reason why the limits do not hold beyond an edge.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Bound {
     /// These limits are broken, by their numbers.
@@ -85,7 +85,7 @@ impl Search {
                 Side::Smallest => [outer.map(|x| x.min(value)), inner.map(|x| x.max(value))],
             };
             let narrow = match interval {
-                // Whole numbers cannot be told more closely than to one.
+                // Whole numbers have no closer neighbours than one.
                 [Some(low), Some(high)] => {
                     high - low <= self.width * value.abs() || (self.whole && high - low <= 1.0)
                 }
@@ -100,7 +100,7 @@ impl Search {
         }
     }
 
-    /// How many trials are next where about so many are needed.
+    /// Next number of trials where about so many are needed.
     fn more(&self, trials: u64, needed: Option<u64>) -> u64 {
         // What is forecast from few trials is no more than a guess.
         let most = trials.saturating_mul(60);
@@ -108,7 +108,7 @@ impl Search {
         next.max(self.sure_from.saturating_mul(2).min(most)).min(self.most)
     }
 
-    /// Whether so many trials may show at any of these places that it surely holds: seen at the one that is likeliest to.
+    /// True if so many trials may show at the likeliest of these places that the limits surely hold.
     fn may_be_sure<E>(&self, looks: &mut Looks<'_, '_, E>, places: &[f64], trials: u64) -> Result<bool, E> {
         if trials < self.sure_from {
             return Ok(false);
@@ -190,7 +190,7 @@ impl Search {
     }
 }
 
-/// Where the logarithm of the share crosses zero, if it is a straight line between the two: somewhat to the side of the
+/// Zero of the share's logarithm, if that is a straight line between the two: somewhat to the side of the
 /// farther one, so that the next look closes the bracket. `close` is the bracket's length that suffices.
 fn guess(good: (f64, f64), bad: (f64, f64), close: f64) -> Option<f64> {
     let crossing = -good.1 / (bad.1 - good.1);

@@ -1,4 +1,4 @@
-//! How many trials would make an edge's interval narrow.
+//! Number of trials that would make an edge's interval narrow.
 
 use standstill_numeric::{exp, ln};
 use standstill_quantity::{magnitude, rounded};
@@ -58,7 +58,7 @@ impl Search {
     }
 }
 
-/// Whether a value lies in the stretch as seen from its edge.
+/// True if a value lies in the stretch as seen from its edge.
 fn is_within(x: f64, edge: f64, side: Side) -> bool {
     if side == Side::Largest { x <= edge } else { x >= edge }
 }
@@ -74,7 +74,7 @@ fn share(look: &Look, number: usize, end: usize, trials: u64) -> f64 {
     }
 }
 
-/// Where the share comes to one: falls to it where `falls`, else rises above it.
+/// Place where the share crosses one: falling where `falls`, else rising.
 fn crossing(looks: &[(f64, &Look)], share: impl Fn(&Look) -> f64, falls: bool) -> Option<f64> {
     let beyond = |share: f64| (share <= 1.0) == falls;
     let number = looks.iter().position(|(_, look)| beyond(share(look)))?;

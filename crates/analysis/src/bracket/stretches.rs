@@ -1,4 +1,4 @@
-//! Where in a scan it holds: in one stretch, in several, or between two values of it.
+//! The stretches of a scan in which the limits hold: one, several, or one between two values of it.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use super::{Look, Looks, Search, View};
 /// Halvings between two values of the scan of which each breaks other limits than the other.
 const HALVINGS: u32 = 8;
 
-/// How many times the scan's trials are taken at most where a look decides whether it is one stretch.
+/// Largest multiple of the scan's trials by which an evaluation decides whether two stretches are one.
 const CLOSER: u64 = 16;
 
 /// The stretches where it holds, by numbers of the scan.

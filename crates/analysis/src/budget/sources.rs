@@ -1,4 +1,4 @@
-//! What a start draws, by the keys that say how much of it.
+//! Draws of a start, by the keys that set their spread.
 
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ enum Of {
         purpose: Purpose,
         /// Names the key that a tolerance is of.
         name: String,
-        /// Which of the purpose's draws.
+        /// Numbers of the purpose's draws.
         range: Range<usize>,
     },
     /// Rounding by converters. Each start draws where the codes lie, since no data sheet states an offset of less than a code.
@@ -38,7 +38,7 @@ pub(super) struct Start {
     pub codes: Codes,
 }
 
-/// How many draws of each sample a trial reads at most, of noise, of the link's noise, and of the jitter.
+/// Largest number of draws of each sample that a trial reads, of noise, of the link's noise, and of the jitter.
 pub(crate) type Lengths = [usize; 3];
 
 const SAMPLED: [Purpose; 3] = [Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter];
@@ -73,7 +73,7 @@ impl Source {
         sources
     }
 
-    /// Whether it is what converters round.
+    /// True for the rounding of converters.
     pub fn is_rounding(&self) -> bool {
         self.of == Of::Codes
     }
@@ -138,14 +138,14 @@ impl Source {
         mixed
     }
 
-    /// The same start without this source: its draws at their means, or nothing rounded.
+    /// This start without this source: its draws at their means, or nothing rounded.
     pub(super) fn removed(&self, start: &Start, longest: &Lengths) -> Start {
         let mut start = start.clone();
         self.remove(&mut start, longest);
         start
     }
 
-    /// The same start without any of these sources but this one.
+    /// This start without any of these sources but this one.
     pub(super) fn alone(&self, start: &Start, all: &[Self], longest: &Lengths) -> Start {
         let mut start = start.clone();
         for other in all.iter().filter(|other| *other != self) {
@@ -161,7 +161,7 @@ impl Source {
         }
     }
 
-    /// The same draws with this source at its mean.
+    /// These draws with this source at its mean.
     pub(crate) fn without(&self, tape: &Tape, longest: &Lengths) -> Tape {
         let mut tape = tape.clone();
         self.silence(&mut tape, longest);

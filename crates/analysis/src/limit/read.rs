@@ -26,7 +26,7 @@ enum Wrong {
     Empty,
     /// It has no `<=`.
     Sides,
-    /// What stands before the `<=` is no measure.
+    /// The text before the `<=` is no measure.
     Measure(MeasureError),
     /// The bound that was found, and what the measure needs.
     Bound(String, &'static str),
@@ -91,7 +91,7 @@ impl FromStr for Measure {
     }
 }
 
-/// What bounds are allowed, for messages.
+/// Allowed bounds, for messages.
 const ANGLES: &str = "an angle above 0 deg, such as `1 deg`";
 const SHARES: &str = "a share above 0 % and up to 100 % with its sign, such as `5 %`";
 const TIMES: &str = "a time above 0 s, such as `20 ms`";

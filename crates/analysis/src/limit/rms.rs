@@ -8,10 +8,10 @@ use standstill_campaign::{Estimate, binomial_interval};
 
 use crate::sobol::ratio;
 
-/// What a start without an answer counts as, in degrees.
+/// Error in degrees as which a start without an answer counts.
 const COUNTS: f64 = 90.0;
 
-/// What starts show of a root mean square.
+/// Estimate of a root mean square.
 pub(super) struct Seen {
     /// Starts without an answer, and all.
     without: usize,
@@ -63,7 +63,7 @@ impl Seen {
     }
 }
 
-/// The same with the interval of what is seen alone: what a search compares on the same random numbers.
+/// Estimate with the interval of the seen starts alone, for comparisons on common random numbers.
 pub(super) fn seen(values: &[f64]) -> Estimate {
     let squares = values.iter().map(|e| if e.is_finite() { e * e } else { COUNTS * COUNTS });
     let square = ratio(squares.map(|square| (square, 1.0)));
@@ -77,12 +77,12 @@ pub(super) fn without_answer(values: &[f64]) -> Estimate {
     binomial_interval(count as u64, values.len() as u64)
 }
 
-/// What the mean is at least: half the lower end of the median, because half of all is above the median.
+/// Lower bound of the mean: half the lower end of the median, because half of all is above the median.
 fn least(squares: &[f64], trials: f64) -> f64 {
     0.5 * super::quantile(squares, 0.5, trials).low
 }
 
-/// What starts without an answer have to do with a root mean square.
+/// Part of starts without an answer in a root mean square.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// More than half of the mean square is theirs.
@@ -101,7 +101,7 @@ pub fn part(rms: &Estimate, share: &Estimate) -> Option<Part> {
     }
 }
 
-/// Whether what may be theirs is more than half of the interval above a root mean square.
+/// True if their possible part is more than half of the interval above a root mean square.
 pub fn widens(rms: &Estimate, share: &Estimate) -> bool {
     2.0 * square_of(share.high - share.value) > rms.high * rms.high - rms.value * rms.value
 }

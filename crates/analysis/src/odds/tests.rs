@@ -1,4 +1,4 @@
-//! What runs say together.
+//! Estimates by all runs together.
 
 use super::*;
 

@@ -10,17 +10,17 @@ use super::{TABLE_1, TABLE_2};
 /// One statement of the audit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// Where it stands in the paper.
+    /// Place in the paper.
     pub place: String,
-    /// What is compared.
+    /// The quantity compared.
     pub quantity: String,
     /// As printed.
     pub printed: String,
     /// As recomputed from the printed data.
     pub recomputed: String,
-    /// Whether the two agree, within the rounding of what is printed.
+    /// True if the two agree within the rounding of the printed number.
     pub agrees: bool,
-    /// What the disagreement is.
+    /// The disagreement.
     pub note: String,
 }
 

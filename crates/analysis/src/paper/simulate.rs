@@ -14,11 +14,11 @@ pub struct SimulatedRow {
     pub angle_deg: f64,
     /// L_AB, L_BC, L_CA in H by equation (4).
     pub ideal_lines: Abc<f64>,
-    /// What the detector measured.
+    /// The detector's measurements.
     pub findings: Findings<f64>,
     /// The run.
     pub record: Record,
-    /// What the simulated resolver reads, in degrees.
+    /// Reading of the simulated resolver in degrees.
     pub resolver_deg: f64,
 }
 
@@ -37,7 +37,7 @@ impl SimulatedRow {
         }
     }
 
-    /// What was found minus what the resolver measured, in (−180, 180]°, as the paper states its errors.
+    /// Angle found minus that of the resolver, in (−180, 180]°, as the paper states its errors.
     pub fn error_to_resolver_deg(&self) -> Option<f64> {
         let resolver = Angle::from_degrees(self.resolver_deg);
         self.record.run.found().map(|found| Angle::from_radians(found).difference(resolver).to_degrees())

@@ -8,7 +8,7 @@ use super::population::{Population, State};
 use super::{Settings, System, Watch};
 use crate::Halt;
 
-/// What all chains of a level have in common.
+/// Parameters that all chains of a level have in common.
 pub(super) struct Level<'a> {
     settings: &'a Settings,
     run: u32,

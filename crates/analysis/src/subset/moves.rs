@@ -2,7 +2,7 @@
 
 use standstill_sim::{Draws, Purpose, Strip, Tape};
 
-/// Which draws a move changes.
+/// The draws that a move changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     All,
@@ -25,7 +25,7 @@ impl Kind {
     }
 }
 
-/// Whether draws of this purpose are of each sample, and not of the specimen.
+/// True if draws of this purpose are of each sample, and not of the specimen.
 pub(crate) const fn of_samples(purpose: Purpose) -> bool {
     matches!(purpose, Purpose::CurrentNoise | Purpose::LinkNoise | Purpose::Jitter)
 }
@@ -37,7 +37,7 @@ pub(super) struct Work {
     pub taken: [u64; 3],
 }
 
-/// How long the steps of each kind are.
+/// Step length of each kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Widths([f64; 3]);
 

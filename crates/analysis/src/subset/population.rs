@@ -14,7 +14,7 @@ pub(super) struct State {
     pub ancestor: u32,
 }
 
-/// Where a state stands among others: by its value, among equal ones by lot.
+/// Rank of a state: by its value, among equal ones by lot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rank {
     value: f64,
@@ -73,7 +73,7 @@ pub(super) struct Population {
     failures: Best,
 }
 
-/// What separates a level from the next.
+/// Threshold between a level and the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cut {
     /// Values from here on are of the next level.
@@ -150,14 +150,14 @@ impl Population {
         self.count(|value| value > 0.0)
     }
 
-    /// Whether all values are the same, one that is finite and outside of the event.
+    /// True if all values are equal, finite and outside of the event.
     pub fn is_constant(&self) -> bool {
         let mut values = self.values.values().flatten();
         let first = values.next().copied().unwrap_or(f64::NAN);
         first.is_finite() && first <= 0.0 && values.all(|value| *value == first)
     }
 
-    /// Where the next level begins, or, at the last one, the event. None where the values lead nowhere: more than half of
+    /// Threshold of the next level, or, at the last one, of the event. None where the values lead nowhere: more than half of
     /// the states have the same one.
     pub fn cut(&self, last: bool) -> Option<Cut> {
         let total = self.count(|_| true);

@@ -1,4 +1,4 @@
-//! Whether one setting is better than another.
+//! Paired differences between two settings.
 
 use standstill_campaign::{Estimate, paired_difference};
 use standstill_sim::{Purpose, Streams};
@@ -8,7 +8,7 @@ use crate::limit::{Limits, Measure, Tally, rms};
 /// Samples of the bootstrap.
 const SAMPLES: u64 = 400;
 
-/// What the second has more of each measure than the first, with 95 % intervals. What the random numbers do to both alike makes
+/// Differences of each measure, second less first, with 95 % intervals. Effects of the random numbers on both alike make
 /// no difference. Of shares, which may be zero, the interval is that of the trials in which one alone had a case, known
 /// also where none was seen; of the others a bootstrap over trials, each of which both have had (B. Efron, "Bootstrap
 /// methods", 1979, doi:10.1214/aos/1176344552), which knows nothing of what was not seen: see [`unseen`]. Only of the same
@@ -34,7 +34,7 @@ pub fn paired(
     taken.0.iter().zip(pairs).map(of).collect()
 }
 
-/// How much larger a share is the second time.
+/// Difference of two shares, second less first.
 fn shares(a: &[f64], b: &[f64]) -> Estimate {
     let alone = |one: &[f64], other: &[f64]| {
         one.iter().zip(other).filter(|(one, other)| **one > 0.0 && **other <= 0.0).count() as u64
@@ -68,10 +68,10 @@ fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
     Estimate { value: apart(a.to_vec(), b.to_vec()), low: at(25), high: at(975) }
 }
 
-/// What a difference of two root mean squares leaves out, because it was not seen.
+/// Part of a difference of two root mean squares that starts without an answer, none of them seen, may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unseen {
-    /// How many more starts than at first may lack an answer the second time, as a share.
+    /// Largest increase of the share of starts without an answer.
     pub share: f64,
     /// The root mean square that they would make of the second one, in degrees.
     pub rms_deg: f64,

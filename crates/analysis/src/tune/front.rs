@@ -72,7 +72,7 @@ fn usable(question: &Question<'_>, looks: &[Look], trials: u64) -> Vec<Look> {
     looks.iter().filter(keeps).cloned().collect()
 }
 
-/// The same settings on other trials.
+/// These settings on other trials.
 pub(super) fn judged(
     bench: &Bench<'_>,
     taken: &Limits,

@@ -1,20 +1,20 @@
-//! What makes settings good.
+//! The goal of a search: a measure and its limits.
 
 use standstill_campaign::Estimate;
 use standstill_numeric::ln;
 
 use crate::limit::{Limits, Measure};
 
-/// What is wanted: a measure as small as can be, and limits that hold.
+/// The goal: a measure to be minimised, and limits to be kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goal {
-    /// What is to be small.
+    /// The measure to be minimised.
     pub minimise: Measure,
-    /// What must hold.
+    /// The limits to be kept.
     pub limits: Limits,
 }
 
-/// What trials showed of settings.
+/// Estimates for settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured(pub Vec<(Measure, Estimate)>);
 
@@ -26,7 +26,7 @@ impl Measured {
     }
 }
 
-/// Which end of an interval counts.
+/// The end of an interval that counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
     /// The estimate.
@@ -49,7 +49,7 @@ impl Score {
     /// Of settings that cannot be.
     pub const WORST: Self = Self { broken: f64::INFINITY, merit: f64::INFINITY };
 
-    /// Whether it is better than another.
+    /// True if it is better than another.
     pub fn beats(&self, other: &Self) -> bool {
         self.partial_cmp(other) == Some(std::cmp::Ordering::Less)
     }
@@ -58,10 +58,10 @@ impl Score {
 /// Logarithms of measures between which the search looks: beyond, one is as bad, or as good, as another.
 const MERITS: (f64, f64) = (-30.0, 8.0);
 
-/// What a limit lacks that nothing can keep.
+/// Slack of a limit that nothing can keep.
 const BROKEN: f64 = 10.0;
 
-/// What is left of a limit as a share of it; beyond twice the limit by its logarithm, so that it stays a number. Of a limit
+/// Slack of a limit as a share of it; beyond twice the limit by its logarithm, so that it stays a number. Of a limit
 /// of zero nothing is left, and zero keeps it.
 fn left(value: f64, most: f64) -> f64 {
     if most <= 0.0 {
@@ -78,7 +78,7 @@ fn left(value: f64, most: f64) -> f64 {
 }
 
 impl Goal {
-    /// What the optimiser sees of settings: the measure's logarithm; and for each limit what is left of it as a share,
+    /// Objective and constraints of the optimiser: the measure's logarithm; and the slack of each limit as a share,
     /// negative where it is broken. Of settings that cannot be the worst of all.
     pub fn view(&self, measured: Option<&Measured>, view: View) -> (f64, Vec<f64>) {
         let Some(measured) = measured else {
@@ -94,7 +94,7 @@ impl Goal {
         (if merit.is_nan() { MERITS.1 } else { merit.clamp(MERITS.0, MERITS.1) }, left.collect())
     }
 
-    /// How good settings are.
+    /// Merit of settings.
     pub fn score(&self, measured: Option<&Measured>, view: View) -> Score {
         if measured.is_none() {
             return Score::WORST;

@@ -20,7 +20,7 @@ pub struct Look {
     pub values: Vec<f64>,
     /// Trials of each.
     pub trials: u64,
-    /// What they showed; none where the values cannot be.
+    /// Their estimates; none where the values are refused.
     pub measured: Option<Measured>,
 }
 
@@ -36,18 +36,18 @@ pub struct Search<'a, E> {
     known: HashMap<(Vec<u64>, u64), usize>,
 }
 
-/// How a descent goes.
+/// Settings of a descent.
 #[derive(Clone, Copy, Debug)]
 pub struct Descent<'a> {
-    /// What is wanted.
+    /// The goal.
     pub goal: &'a Goal,
     /// Trials at each place.
     pub trials: u64,
-    /// How limits are read.
+    /// The ends of intervals by which limits are judged.
     pub view: View,
-    /// How wide it looks at first, as a share of the ranges.
+    /// Initial trust region, as a share of the ranges.
     pub width: f64,
-    /// How often it looks, for each key that it moves.
+    /// Number of evaluations for each key that it moves.
     pub often: usize,
 }
 
@@ -69,7 +69,7 @@ impl<'a, E> Search<'a, E> {
         Ok(self.looks.len() - 1)
     }
 
-    /// How good settings are.
+    /// Merit of settings.
     fn score(&mut self, values: &[f64], how: &Descent<'_>) -> Result<Score, E> {
         let number = self.look(values, how.trials)?;
         Ok(how.goal.score(self.looks[number].measured.as_ref(), how.view))

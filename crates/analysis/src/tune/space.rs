@@ -11,7 +11,7 @@ pub struct Range {
     pub low: f64,
     /// The largest.
     pub high: f64,
-    /// Whether they are whole numbers.
+    /// True for whole numbers.
     pub whole: bool,
 }
 
