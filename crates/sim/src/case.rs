@@ -189,6 +189,16 @@ pub enum RunError {
     },
 }
 
+impl RunError {
+    /// The currents left the flux map at this one in A along d and q.
+    pub(crate) fn left_map(current: [f64; 2]) -> Self {
+        // Currents of a map are far below what i64 holds in mA.
+        #[allow(clippy::cast_possible_truncation)]
+        let current_ma = current.map(|current| (current * 1e3).round() as i64);
+        Self::LeftMap { current_ma }
+    }
+}
+
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ended<T> {

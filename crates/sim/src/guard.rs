@@ -21,12 +21,12 @@ pub enum Guard {
     Domain,
     /// ψ_d (0) or ψ_q (1) crosses zero, where the core has a kink.
     Kink(usize),
-    /// A play cell of the iron begins or ceases to slide; see `effect/play.rs`.
-    Cell,
+    /// A mode of the branch beside the core, which each step finds anew.
+    Branch,
 }
 
-/// A number for each guard but those of cells.
-#[derive(Clone, Copy, Debug)]
+/// A number for each guard but those of the branch.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct PerGuard<V> {
     /// [`Guard::Leg`].
     pub leg: [V; 3],

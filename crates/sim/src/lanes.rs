@@ -11,7 +11,7 @@
 
 pub mod bank;
 pub mod driven;
-mod mode_ends;
+pub mod mode_ends;
 mod slots;
 
 use standstill_numeric::{OnWidest, Wide, Width, on_widest};
@@ -77,7 +77,7 @@ fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     bank.machine.fits(case.motor, &case.inverter, can_move(case.rotor))
         && bank.bounds.sides.is_some() == has_kinks(case)
         && Sensed::fits(bank.sensed.as_ref(), &case.sensors.settings)
-        && (bank.follow || !is_followed(case))
+        && (bank.control.follow || !is_followed(case))
 }
 
 /// Runs in the lanes of a bank.
@@ -95,7 +95,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     fn begin(&mut self, lane: usize, control: Control<'a>, detector: &mut Orders<'_>) -> Option<Finished> {
         let finished = advance(self.lanes[lane].insert(control), &mut self.bank, detector, Want::Command);
         if finished.is_some() {
-            self.bank.live &= !(1 << lane);
+            self.bank.schedule.live &= !(1 << lane);
         }
         finished
     }
@@ -122,8 +122,8 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     fn turn(&mut self, host: &mut dyn Host<'a>) -> u32 {
         let mut over = 0;
         self.bank.step();
-        let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = self.bank.served;
-        if self.bank.follow {
+        let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = self.bank.outcome.served;
+        if self.bank.control.follow {
             let thirds = [self.bank.within(1.0 / 3.0), self.bank.within(2.0 / 3.0)];
             for lane in lanes_of(accepted) {
                 if let Some(control) = &mut self.lanes[lane] {
@@ -148,7 +148,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
             if let Some(finished) =
                 advance(control, &mut self.bank, &mut |readings| host.step(lane, readings), want)
             {
-                self.bank.live &= !(1 << lane);
+                self.bank.schedule.live &= !(1 << lane);
                 over |= 1 << lane;
                 host.over(lane, finished);
             }
@@ -277,7 +277,7 @@ impl OnWidest for Work<'_, '_> {
         for lane in 1..V::LANES {
             side_by_side.fill(lane, host);
         }
-        while side_by_side.bank.live != 0 {
+        while side_by_side.bank.schedule.live != 0 {
             for lane in lanes_of(side_by_side.turn(host)) {
                 side_by_side.fill(lane, host);
             }

@@ -24,7 +24,7 @@ const TOLD: f64 = 0.22;
 impl<'a> Control<'a> {
     /// Axes of the phases.
     pub(super) fn axes<V: Wide>(&self, bank: &Bank<'a, V>) -> [Plane; 3] {
-        bank.machine.legs.axes.each_ref().map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)))
+        bank.machine.legs.axes.each_ref().map(|axis| axis.get(self.lane))
     }
 
     /// How fast the current rises in A/s with these potentials in V at the winding.
@@ -54,24 +54,24 @@ impl<'a> Control<'a> {
             return;
         }
         // The length of a step that carries a terminal says nothing of those in which it swings.
-        if bank.expected.get(lane) == NEVER && bank.swept >> lane & 1 == 0 {
+        if bank.schedule.expected.get(lane) == NEVER && bank.schedule.swept >> lane & 1 == 0 {
             let floated = before.iter().filter(|direction| **direction == 0.0).count();
-            bank.hints[floated].put(lane, bank.hint.get(lane));
+            bank.control.next_by_floating[floated].put(lane, bank.control.next.get(lane));
         }
-        bank.expected.put(lane, NEVER);
-        bank.swept &= !(1 << lane);
+        bank.schedule.expected.put(lane, NEVER);
+        bank.schedule.swept &= !(1 << lane);
         let floats = modes.map(|mode| mode.direction() == 0.0);
         let count = floats.iter().filter(|floats| **floats).count();
-        let mut hint = bank.hints[count].get(lane);
+        let mut next = bank.control.next_by_floating[count].get(lane);
         if count > 0 {
             let way = Way::of(self, bank, floats, self.rise(bank, behind));
             let most = if bank.machine.lags() { LAGGED } else { SEEN };
-            hint = hint.min((most / way.square).sqrt() * NEARLY * 1e9);
+            next = next.min((most / way.square).sqrt() * NEARLY * 1e9);
             let mut first = (f64::INFINITY, 0);
             for k in (0..3).filter(|k| floats[*k]) {
                 let potential = bank.here.state.potential[k].get(lane);
                 let (time, told) = way.carries(k, potential, bands[k]);
-                hint = hint.min((time * CARRIED * 1e9).max(1.0));
+                next = next.min((time * CARRIED * 1e9).max(1.0));
                 if told < first.0 {
                     first = (told, k);
                 }
@@ -79,13 +79,13 @@ impl<'a> Control<'a> {
             let (told, leg) = first;
             if told < f64::INFINITY {
                 let time = bank.here.time.get(lane) + told * 1e9;
-                bank.expected.put(lane, time);
-                bank.carried[lane] = leg;
-                bank.swept |= 1 << lane;
-                hint = hint.max(told * (1e9 * CARRIED));
+                bank.schedule.expected.put(lane, time);
+                bank.schedule.carried[lane] = leg;
+                bank.schedule.swept |= 1 << lane;
+                next = next.max(told * (1e9 * CARRIED));
             }
         }
-        bank.hint.put(lane, hint);
+        bank.control.next.put(lane, next);
     }
 }
 
@@ -101,15 +101,10 @@ struct Way {
 }
 
 impl Way {
-    fn of<V: Wide>(control: &Control<'_>, bank: &Bank<'_, V>, floats: [bool; 3], rise: Plane) -> Self {
+    fn of<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, floats: [bool; 3], rise: Plane) -> Self {
         let bridge = &control.case.inverter.bridge;
         let one = One::of(bank, &bank.here, control.lane);
-        let axes = bank
-            .machine
-            .legs
-            .axes
-            .each_ref()
-            .map(|axis| Plane::new(axis.x.get(control.lane), axis.y.get(control.lane)));
+        let axes = control.axes(bank);
         let capacitance = bridge.terminal_capacitance;
         let [none, winding] = [0.0, control.case.motor.resistance];
         let each = |value: f64| floats.map(|floats| if floats { value } else { 0.0 });

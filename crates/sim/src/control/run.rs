@@ -60,8 +60,6 @@ pub struct Control<'a> {
     counted_from: f64,
     segments: u64,
     all_events: u64,
-    /// Energy in J lost where the rotor ran into the end of the brake's play.
-    pub(super) impact_loss: f64,
     pub(super) accounts: Option<Accounts>,
     /// When the modes of legs without current were found last, in ns.
     pub(super) found: f64,
@@ -99,7 +97,6 @@ impl<'a> Control<'a> {
             counted_from: 0.0,
             segments: 0,
             all_events: 0,
-            impact_loss: 0.0,
             accounts: None,
             found: -1.0,
             stale: false,
@@ -108,8 +105,8 @@ impl<'a> Control<'a> {
             case,
         };
         control.readings.clear();
-        control.put(bank);
-        control.set_up_motion(bank);
+        let pulled = control.put(bank);
+        control.set_up_motion(bank, pulled);
         if V::ALONE && ledger {
             control.accounts = Some(Accounts::open(&control, bank));
         }
@@ -134,20 +131,9 @@ impl<'a> Control<'a> {
         bank.here.time.get(self.lane)
     }
 
-    /// What the machine is at its state, evaluated anew.
-    pub(super) fn look<V: Wide>(&self, bank: &mut Bank<'a, V>) {
-        bank.look(self.lane);
-    }
-
     /// The link's voltage at the time at hand.
     pub(super) fn look_at_link<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
-        let lane = self.lane;
-        let source = bank.machine.links.source_of(lane, self.time(bank) * 1e-9);
-        bank.here.source.voltage.put(lane, source.voltage);
-        bank.here.source.rise.put(lane, source.rise);
-        if bank.machine.links.storage.is_none() {
-            bank.here.state.link.put(lane, source.voltage);
-        }
+        bank.machine.links.look(self.lane, &mut bank.here);
         self.stale = false;
     }
 
@@ -178,18 +164,18 @@ impl<'a> Control<'a> {
         let lane = self.lane;
         let mut ended = Ok(());
         // Between instants the step itself looks for requests that have been carried out.
-        let plain = !out_of_bounds && bank.to_mode_end >> lane & 1 == 0;
-        let [a, b, c] = bank.served.carried_out;
+        let plain = !out_of_bounds && bank.schedule.to_mode_end >> lane & 1 == 0;
+        let [a, b, c] = bank.outcome.served.carried_out;
         let carried_out = !plain || (a | b | c) >> lane & 1 == 1;
         if out_of_bounds {
-            bank.to_mode_end &= !(1 << lane);
+            bank.schedule.to_mode_end &= !(1 << lane);
             ended = self.count_event(bank).and_then(|()| self.resolve(bank));
             self.show_change(bank);
-        } else if bank.to_mode_end >> lane & 1 == 0 {
+        } else if bank.schedule.to_mode_end >> lane & 1 == 0 {
             self.events = 0;
         } else {
-            bank.to_mode_end &= !(1 << lane);
-            if let Some(guard) = bank.ending_mode[lane] {
+            bank.schedule.to_mode_end &= !(1 << lane);
+            if let Some(guard) = bank.schedule.ending_mode[lane] {
                 ended = self.count_event(bank).and_then(|()| self.end_mode(bank, guard));
                 self.show_change(bank);
             }
@@ -260,7 +246,7 @@ impl<'a> Control<'a> {
             if self.stale {
                 self.look_at_link(bank);
             }
-            bank.stop.put(lane, stop);
+            bank.schedule.stop.put(lane, stop);
             self.expect_sample(bank);
             return Want::Step;
         }
@@ -345,12 +331,12 @@ impl<'a> Control<'a> {
             end_angle,
             has_pole: self.case.motor.has_magnet(),
             resolver_angle: end_angle + self.case.sensors.resolver_error,
-            moved: bank.moved.get(lane),
-            peak_current: bank.peak.get(lane),
+            moved: bank.outcome.moved.get(lane),
+            peak_current: bank.outcome.peak.get(lane),
             ledger,
             work: Work {
-                derivatives: count(&bank.evaluations),
-                steps: count(&bank.steps),
+                derivatives: count(&bank.outcome.evaluations),
+                steps: count(&bank.outcome.steps),
                 segments: self.segments,
                 events: self.all_events,
             },

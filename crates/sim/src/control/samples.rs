@@ -64,7 +64,7 @@ impl<'a> Control<'a> {
     pub(super) fn expect_sample<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         let end = self.course.end;
         let next = self.course.pending.map_or(end, |(_, at)| at.min(end));
-        bank.sample.put(self.lane, next.0 as f64);
+        bank.schedule.sample.put(self.lane, next.0 as f64);
     }
 
     /// Takes the sample that is due.

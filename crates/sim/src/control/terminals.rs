@@ -180,7 +180,7 @@ impl<'a> Control<'a> {
             // What the rail gives, and what of it the terminal keeps.
             let given = if upper { charge * (link + left) / 2.0 } else { 0.0 };
             let stiff = upper && self.case.inverter.link.storage.is_none();
-            accounts.charge(given, charge * (to + from) / 2.0, stiff);
+            accounts.spent.charge(given, charge * (to + from) / 2.0, stiff);
         }
     }
 }

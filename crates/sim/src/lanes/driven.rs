@@ -92,7 +92,7 @@ impl<'a> Driven<'a> {
         let follow = resolution.is_some() || ledger || is_followed(case);
         let sensors = &case.sensors.settings;
         let mut bank = Bank::like(case.motor, &case.inverter, sensors, can_move(case.rotor), follow);
-        bank.refereed = refereed;
+        bank.control.refereed = refereed;
         let control = Control::new(case.clone(), &mut bank, 0, probe, ledger, Vec::new());
         Self { bank, control }
     }
@@ -111,8 +111,8 @@ impl<'a> Driven<'a> {
                 Want::Step => {}
             }
             bank.step();
-            let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = bank.served;
-            if bank.follow && accepted != 0 {
+            let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = bank.outcome.served;
+            if bank.control.follow && accepted != 0 {
                 let thirds = [bank.within(1.0 / 3.0), bank.within(2.0 / 3.0)];
                 control.follow(bank, &thirds);
             }

@@ -4,12 +4,12 @@ use standstill_numeric::Wide;
 
 use super::hermite::Cubic;
 use super::two_derivative::{Here, Tried};
+use crate::effect::CoreBranch;
 use crate::effect::link::LinkStep;
 use crate::effect::terminals::floating::Floating;
 use crate::guard::{Bounds, PerGuard};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
-use crate::physics::plane::Plane;
 
 /// So many times the slack of a blocked leg's potential, which is two billionths of the link's voltage, it may be beyond its
 /// bound where the leg is then taken to conduct: what the leg conducts late grows with the square.
@@ -19,16 +19,15 @@ impl<V: Wide> Tried<V> {
     /// No step: room for those to come. Trying one here would compile the whole of it once more.
     pub fn none(here: &Here<V>, legs: Conducting<V>) -> Self {
         let zero = V::of(0.0);
-        let plane = Plane::new(zero, zero);
         Self {
             h: zero,
             legs,
             end: *here,
-            change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
-            link: LinkStep::none(),
+            change: [Change::default(); 2],
+            link: LinkStep::default(),
             rotor: None,
             floating: None,
-            moved: None,
+            branch: None,
             phases: [[zero; 3]; 2],
             margins: [PerGuard::all(zero); 2],
             phase_rise: [[zero; 3]; 2],
@@ -79,8 +78,8 @@ impl<V: Wide> Tried<V> {
                 least = least.least(self.margins[1].kink[axis] + bounds.slack.kink[axis]);
             }
         }
-        if RARE && let (Some(cells), Some(moved)) = (&machine.cells, &self.moved) {
-            let [within, at_end] = cells.room(moved);
+        if let (Some(branch), Some(step)) = (machine.branch_if::<RARE>(), &self.branch) {
+            let [within, at_end] = branch.room(step);
             least = least.least(within);
             at_mode_end = at_mode_end.least(at_end);
         }
@@ -125,6 +124,13 @@ impl<V: Wide> Tried<V> {
             least = least.least(V::choose(floating.safe[k], far, both));
         }
         least
+    }
+
+    /// The largest angle in rad by which terminals of a lane ring in the step.
+    pub fn turned(&self, lane: usize) -> f64 {
+        let squares = self.floating.as_ref().map(|floating| floating.ringing.turned);
+        let squares = squares.map_or([0.0; 2], |squares| squares.map(|square| square.get(lane)));
+        squares[0].max(squares[1]).sqrt()
     }
 
     /// The current of a leg over the step in the direction of its mode.

@@ -14,7 +14,7 @@ use crate::physics::machine::Change;
 use crate::physics::plane::Plane;
 
 /// How exact a step must be, machine by machine.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Accuracy<V: Wide> {
     /// 1 over the largest error of a step in Wb.
     pub per_flux: V,

@@ -6,14 +6,15 @@
 
 use standstill_numeric::{Lane, PER_FACTORIAL, Wide, eight, four};
 
+use crate::step::hermite;
+
 /// A cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
 pub type Cubic<V> = [V; 4];
 
 /// From values and slopes per step at both ends.
 #[inline(always)]
 pub fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Cubic<V> {
-    let rise = value[1] - value[0];
-    [value[0], slope[0], rise * 3.0 - slope[0] - slope[0] - slope[1], slope[0] + slope[1] - rise - rise]
+    hermite::Cubic { value, slope }.powers()
 }
 
 /// The cubic, or the straight line as which it begins.
