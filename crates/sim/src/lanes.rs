@@ -186,9 +186,7 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
     ledger: bool,
     probe: &mut dyn Probe,
 ) -> Run<T> {
-    let mut adapter = Adapter::new();
-    let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, false);
-    adapter.run(finished)
+    by(case, detector, ledger, probe, false)
 }
 
 /// The same by another method for each step, of order five and with nothing in common with the engine's own but the
@@ -199,8 +197,19 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     ledger: bool,
     probe: &mut dyn Probe,
 ) -> Run<T> {
+    by(case, detector, ledger, probe, true)
+}
+
+/// One run of a detector, by the engine's own steps or the referee's.
+fn by<T: Real, D: Detector<T> + ?Sized>(
+    case: &Case,
+    detector: &mut D,
+    ledger: bool,
+    probe: &mut dyn Probe,
+    refereed: bool,
+) -> Run<T> {
     let mut adapter = Adapter::new();
-    let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, true);
+    let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, refereed);
     adapter.run(finished)
 }
 

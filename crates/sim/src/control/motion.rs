@@ -125,7 +125,9 @@ impl<'a> Control<'a> {
         // A rotor whose torque falls short by the slack must not leave a stop into it.
         let mut contact = touched(self.motion);
         if stopped {
-            if let Some(mut accounts) = self.accounts.take() {
+            if V::ALONE
+                && let Some(mut accounts) = self.accounts.take()
+            {
                 accounts.spent.impact_loss += self.moment(bank, &bank.here).energies().kinetic_change;
                 self.accounts = Some(accounts);
             }

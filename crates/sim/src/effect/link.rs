@@ -37,16 +37,10 @@ pub struct LinkStep<V> {
 }
 
 impl<V: Wide> LinkStep<V> {
-    /// The voltage in V at the beginning and how fast it rises, in V/s.
+    /// The voltage in V at the beginning (0) or the end (1) and how fast it rises, in V/s.
     #[inline(always)]
-    pub fn begin(&self) -> [V; 2] {
-        [self.voltage[0], self.rise[0]]
-    }
-
-    /// The same at the end.
-    #[inline(always)]
-    pub fn end(&self) -> [V; 2] {
-        [self.voltage[1], self.rise[1]]
+    pub fn at(&self, end: usize) -> [V; 2] {
+        [self.voltage[end], self.rise[end]]
     }
 
     /// Its integral over a step of `h` seconds, in V·s, less that of the line as which it begins, and less that of the cubic between

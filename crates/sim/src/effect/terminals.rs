@@ -111,7 +111,7 @@ impl<V: Wide> TerminalStep<V> {
         let none = Plane::new(V::of(0.0), V::of(0.0));
         let modes = Modes::of(here.at.inverse_inductance, machine.legs.charging(legs), &terminals.resistance);
         let floating = machine.legs.floating(legs, &here.state.potential);
-        let end = End::of(terminals, &here.at, change, link.begin(), none);
+        let end = End::of(terminals, &here.at, change, link.at(0), none);
         let ringing = Ringing::ahead(modes, h, floating, &end);
         Some(Self { begin: end, floating, surplus: link.surplus(h), ringing })
     }
@@ -140,7 +140,7 @@ impl<V: Wide> TerminalStep<V> {
         let terminals = &legs.terminals;
         let surplus = terminals.rail * self.surplus[1];
         let way = predicted - here.state.flux - surplus;
-        let end = End::of(terminals, &there.at, change, link.end(), way);
+        let end = End::of(terminals, &there.at, change, link.at(1), way);
         // The mean of both ends: what turns faster and slower by turns is then right to the next order.
         let [from, to] = [here.at.inverse_inductance, looked.gamma];
         let mean = Symmetric::new((from.xx + to.xx) * 0.5, (from.xy + to.xy) * 0.5, (from.yy + to.yy) * 0.5);
@@ -156,7 +156,7 @@ impl<V: Wide> TerminalStep<V> {
     pub fn between(&self, end: &super::End<'_, '_, V>, link: &LinkStep<V>, there: &Here<V>) -> Ringing<V> {
         let begin = end.begin;
         let way = there.state.flux - begin.here.state.flux;
-        let last = End::of(&begin.legs.terminals, &there.at, end.change, link.end(), way);
+        let last = End::of(&begin.legs.terminals, &there.at, end.change, link.at(1), way);
         Ringing::between(self.ringing.modes, begin.h, self.floating, [&self.begin, &last])
     }
 

@@ -109,11 +109,10 @@ pub fn flux_within<V: Wide>(span: &Span<'_, '_, V>, area: V) -> Plane<V> {
     let Span { from, step, share, .. } = *span;
     let Tried { h, legs, end: to, change: [first, last], .. } = step;
     let (h, terminals) = (*h, &legs.terminals);
-    let of = |value: [V; 2], rise: [V; 2]| span.cubic(value, rise).area(share) * h;
-    let charge = Plane::new(
-        of([from.at.current.x, to.at.current.x], [first.current.x, last.current.x]),
-        of([from.at.current.y, to.at.current.y], [first.current.y, last.current.y]),
-    );
+    let (currents, rises) = ([from.at.current, to.at.current], [first.current, last.current]);
+    let x = span.cubic([currents[0].x, currents[1].x], [rises[0].x, rises[1].x]);
+    let y = span.cubic([currents[0].y, currents[1].y], [rises[0].y, rises[1].y]);
+    let charge = Plane::new(x.area(share) * h, y.area(share) * h);
     let potential =
         first.blocked_potential + (last.blocked_potential - first.blocked_potential) * share * 0.5;
     let driven = from.state.flux + terminals.rail * area + terminals.offset * (h * share)

@@ -140,12 +140,11 @@ impl<'a, V: Wide> Bank<'a, V> {
         let here = Here { time: zero, state: State::default(), at, source };
         let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
         let accuracy = Accuracy { per_flux: one, per_angle: one, per_flux_scale: one, ..Accuracy::default() };
-        let legs = machine.legs.at::<true>(zero, zero);
         Self {
             machine,
             bounds,
             here,
-            sensed: Sensed::like(sensors, legs),
+            sensed: Sensed::like(sensors),
             schedule: Schedule {
                 live: 0,
                 stop: zero,
@@ -166,7 +165,7 @@ impl<'a, V: Wide> Bank<'a, V> {
                 evaluations: zero,
                 begin: here,
                 begin_branch: None,
-                tried: Tried::none(&here, legs),
+                tried: Tried::none(&here),
                 served: Served::default(),
             },
         }

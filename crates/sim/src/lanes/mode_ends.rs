@@ -34,12 +34,7 @@ impl<V: Wide> Bank<'_, V> {
             begin.state.speed = self.here.state.speed;
             to.end.state.turned = tried.end.state.turned;
             to.end.state.speed = tried.end.state.speed;
-            to.torque = tried.torque;
-            to.rotor = tried.rotor;
-            for end in 0..2 {
-                to.margins[end].motion = tried.margins[end].motion;
-                to.margins[end].stop = tried.margins[end].stop;
-            }
+            to.motion = tried.motion;
         }
         if self.machine.circuits.have_ends() {
             for end in 0..2 {
@@ -92,8 +87,8 @@ impl<V: Wide> Bank<'_, V> {
         }
         if let Some(floating) = &tried.floating {
             for k in (0..3).filter(|k| legs.direction(lane, *k) == 0.0 && !safe(*k)) {
-                for side in floating.sides(k) {
-                    first.ends(Guard::Leg(k), side.get(lane), self.bounds.slack.blocked.get(lane));
+                for side in floating.sides_of(k, lane) {
+                    first.ends(Guard::Leg(k), side, self.bounds.slack.blocked.get(lane));
                 }
             }
         }
@@ -108,8 +103,7 @@ impl<V: Wide> Bank<'_, V> {
     /// The rotor starts, stops, or reaches the end of the brake's play.
     fn motion_ends(&self, lane: usize, first: &mut First) {
         let (tried, slack, one) = (&self.outcome.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
-        let torque = tried.torque_margin(&self.machine, &self.bounds);
-        first.ends(Guard::Motion, torque.get(lane), one(&slack.motion));
+        first.ends(Guard::Motion, tried.motion.get(lane), one(&slack.motion));
         let states = [&self.outcome.begin.state, &tried.end.state];
         let turned = states.map(|state| one(&state.turned));
         let rise = states.map(|state| one(&state.speed) * one(&tried.h));

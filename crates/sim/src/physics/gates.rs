@@ -60,7 +60,7 @@ impl<M: Mask> On<M> {
 }
 
 /// The gates of one leg of each machine. Times in ns.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct LegGates<V> {
     /// From when on the gate is `from`, if nothing has changed it by then.
     done: V,
@@ -93,18 +93,9 @@ pub struct Alternation {
 impl<V: Wide> LegGates<V> {
     /// Both off, and no request to come.
     pub fn new() -> Self {
-        let (zero, never) = (V::of(0.0), V::of(NEVER));
-        Self {
-            done: -never,
-            off: never,
-            on: never,
-            from: On::default(),
-            to: On::default(),
-            high_for: zero,
-            low_for: zero,
-            dead: zero,
-            alternates_until: -never,
-        }
+        let mut gates = Self::default();
+        (0..V::LANES).for_each(|lane| gates.clear(lane));
+        gates
     }
 
     /// Requests alternate from the one to come on.

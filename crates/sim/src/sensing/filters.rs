@@ -6,7 +6,7 @@ use crate::effect::terminals::ringing::Oscillation;
 use crate::effect::terminals::swing::{Cubic, decayed, scaled, sum};
 
 /// First-order low-pass filters of the three phases.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Filters<V> {
     /// 1 over their time constants in 1/s.
     rate: [V; 3],
@@ -18,11 +18,6 @@ pub struct Filters<V> {
 pub type Rings<'o, V> = (&'o [Oscillation<V>; 2], &'o [[V; 3]; 2]);
 
 impl<V: Wide> Filters<V> {
-    /// At rest.
-    pub fn none() -> Self {
-        Self { rate: [V::of(0.0); 3], output: [V::of(0.0); 3] }
-    }
-
     /// Puts filters with these corner frequencies in Hz into a lane, at rest.
     pub fn put(&mut self, lane: usize, bandwidth: [f64; 3]) {
         for k in 0..3 {

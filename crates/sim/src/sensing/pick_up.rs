@@ -24,7 +24,7 @@ pub struct PickUp {
 }
 
 /// The pick-up of all edges so far, of machines side by side. As all of them ring at one frequency, their sum is one complex number.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct PickedUp<V> {
     /// In A.
     amplitude: V,
@@ -41,12 +41,6 @@ pub struct PickedUp<V> {
 const NOTHING: f64 = 1e-30;
 
 impl<V: Wide> PickedUp<V> {
-    /// Nothing.
-    pub fn none() -> Self {
-        let zero = V::of(0.0);
-        Self { amplitude: zero, decay: zero, turn: zero, levels: [zero; 3], phasor: [zero; 2] }
-    }
-
     /// Puts what rings so into a lane, at rest.
     pub fn put(&mut self, lane: usize, of: PickUp) {
         self.amplitude.put(lane, of.amplitude);

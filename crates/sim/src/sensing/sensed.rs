@@ -1,6 +1,6 @@
 //! What the sensors of machines side by side make of a step: filters and pick-up follow it from its beginning to its end.
 
-use standstill_numeric::{Compute, Mask, Wide};
+use standstill_numeric::{Compute, Wide};
 
 use super::filters::Filters;
 use super::pick_up::{Moves, PickedUp};
@@ -25,7 +25,7 @@ pub struct Sensed<V: Wide> {
 }
 
 /// What they ask of a step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Passed<V: Wide> {
     taken: V::Mask,
     /// When it began, in ns.
@@ -57,29 +57,14 @@ struct Oscillating<V> {
 }
 
 impl<V: Wide> Sensed<V> {
-    /// Of sensors of this kind; none where no sensor remembers anything. `legs`: any.
-    pub fn like(settings: &SensorSettings, legs: Conducting<V>) -> Option<Self> {
-        let (zero, none) = (V::of(0.0), Plane::new(V::of(0.0), V::of(0.0)));
-        let passed = Passed {
-            taken: V::Mask::of_bits(0),
-            time: zero,
-            h: zero,
-            legs,
-            current: [none; 2],
-            rise: [none; 2],
-            ringing: None,
-            filters: None,
-            picked_up: None,
-            input: [[zero; 4]; 3],
-            shares: [[zero; 3]; 2],
-            moves: None,
-        };
+    /// Of sensors of this kind; none where no sensor remembers anything.
+    pub fn like(settings: &SensorSettings) -> Option<Self> {
         let there = settings.bandwidth.is_some() || settings.pick_up.is_some();
         there.then(|| Self {
-            filters: settings.bandwidth.map(|_| Filters::none()),
-            picked_up: settings.pick_up.map(|_| PickedUp::none()),
+            filters: settings.bandwidth.map(|_| Filters::default()),
+            picked_up: settings.pick_up.map(|_| PickedUp::default()),
             shunts: settings.arrangement == Arrangement::LowSideShunts,
-            passed,
+            passed: Passed::default(),
         })
     }
 

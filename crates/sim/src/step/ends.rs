@@ -17,11 +17,11 @@ pub const POTENTIAL_DEEP: f64 = 2e3;
 
 impl<V: Wide> Tried<V> {
     /// No step: room for those to come. Trying one here would compile the whole of it once more.
-    pub fn none(here: &Here<V>, legs: Conducting<V>) -> Self {
+    pub fn none(here: &Here<V>) -> Self {
         let zero = V::of(0.0);
         Self {
             h: zero,
-            legs,
+            legs: Conducting::default(),
             end: *here,
             change: [Change::default(); 2],
             link: LinkStep::default(),
@@ -32,6 +32,7 @@ impl<V: Wide> Tried<V> {
             margins: [PerGuard::all(zero); 2],
             phase_rise: [[zero; 3]; 2],
             torque: [zero; 2],
+            motion: Cubic::default(),
             error: zero,
             blocked_at_begin: zero,
             least_margin: zero,
@@ -66,7 +67,8 @@ impl<V: Wide> Tried<V> {
             least = least.least(self.dips(bounds));
         }
         if machine.rotors.is_some() {
-            let motion = self.margins[1].motion.least(self.torque_margin(machine, bounds).dip());
+            self.motion = self.torque_margin(machine, bounds);
+            let motion = self.margins[1].motion.least(self.motion.dip());
             least = least.least(motion + bounds.slack.motion);
             least = least.least(self.margins[1].stop + bounds.slack.stop);
         }
@@ -145,7 +147,7 @@ impl<V: Wide> Tried<V> {
 
     /// The margin of the rotor's motion over the step, as far as it follows from the torque.
     #[inline(always)]
-    pub fn torque_margin(&self, machine: &Machine<V>, bounds: &Bounds<V>) -> Cubic<V> {
+    fn torque_margin(&self, machine: &Machine<V>, bounds: &Bounds<V>) -> Cubic<V> {
         let [_, by_speed, by_torque, by_size] = bounds.motion;
         let value = [self.margins[0].motion, self.margins[1].motion];
         // The magnitude's slope has the sign of the torque beside the load, where that is larger.

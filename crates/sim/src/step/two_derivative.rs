@@ -23,6 +23,7 @@ use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine, Operating};
 use crate::physics::state::State;
 use crate::step::error::Accuracy;
+use crate::step::hermite::Cubic;
 
 /// Machines at a time: their states and what follows from them.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +65,8 @@ pub struct Tried<V: Wide> {
     pub phase_rise: [[V; 3]; 2],
     /// The torque in N·m at both ends.
     pub torque: [V; 2],
+    /// The margin of the rotor's motion over it, as far as that follows from the torque.
+    pub motion: Cubic<V>,
     /// Its error relative to the tolerance: at most 1 to be accepted; not a number if anything is none.
     pub error: V,
     /// The least margin of blocked legs at its beginning, with their slack: negative where one was out of its bounds before.
@@ -210,6 +213,7 @@ impl<V: Wide> Tried<V> {
                 machine.legs.phases(end_change.current * h),
             ],
             torque: [here.at.torque, end.at.torque],
+            motion: Cubic::default(),
             end,
             change: [change, end_change],
             link,
