@@ -1,4 +1,4 @@
-//! What goes into a run and what comes out.
+//! A run's case and its result.
 
 use standstill_interface::{Nanos, Outcome, Real};
 use standstill_inverter::Inverter;
@@ -124,7 +124,7 @@ pub struct Case<'a> {
     pub start_angle: f64,
     /// Whether the rotor can move.
     pub rotor: RotorState,
-    /// What the stator's iron remembers of former operation: the electrical direction in rad, from the a-axis, in which its flux
+    /// Magnetisation that former operation left in the stator's iron: the electrical direction in rad, from the a-axis, in which its flux
     /// last changed by much. None: nothing, it is virgin. It means nothing to iron without hysteresis.
     pub memory: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion; a hanging load keeps pulling at standstill.
@@ -208,7 +208,7 @@ pub enum Ended<T> {
     Error(RunError),
 }
 
-/// What a run was, with how it ended as `E`.
+/// A run's result, with how it ended as `E`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunOf<E> {
     /// How it ended.
@@ -221,7 +221,7 @@ pub struct RunOf<E> {
     pub end_angle: f64,
     /// Whether there is a magnet, and with it a north pole to be found.
     pub has_pole: bool,
-    /// What the resolver reads at the end, in rad.
+    /// The resolver's reading at the end, in rad.
     pub resolver_angle: f64,
     /// Furthest the rotor was from its start, in rad electrical.
     pub moved: f64,
@@ -229,7 +229,7 @@ pub struct RunOf<E> {
     pub peak_current: f64,
     /// Where the energy went, if it was asked for.
     pub ledger: Option<Ledger>,
-    /// What it cost to compute.
+    /// Work of its computation.
     pub work: Work,
 }
 

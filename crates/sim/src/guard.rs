@@ -50,7 +50,7 @@ impl<V: Wide> PerGuard<V> {
     }
 }
 
-/// What ends the smooth part. What cannot end it is infinitely far away.
+/// Bounds whose crossing ends the smooth part. One that cannot be crossed is infinitely far away.
 #[derive(Clone, Debug)]
 pub struct Bounds<V: Wide> {
     /// The rotor's motion: a constant, and factors of its speed in rad/s, of the torque in N·m and of its magnitude

@@ -33,14 +33,14 @@ trait Host<'a> {
     /// The next case, for this lane.
     fn next(&mut self, lane: usize) -> Option<Case<'a>>;
 
-    /// What the detector in this lane orders after these readings; `None` if it is done.
+    /// The command of the detector in this lane after these readings; `None` if it is done.
     fn step(&mut self, lane: usize, readings: &[Reading<f64>]) -> Option<Command<f64>>;
 
     /// The run in this lane is over, as its detector was done or by an error.
     fn over(&mut self, lane: usize, finished: Finished);
 }
 
-/// What a detector orders after readings; `None` if it is done.
+/// A detector: its command after readings; `None` if it is done.
 type Orders<'d> = dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>> + 'd;
 
 /// Goes on until a step is wanted, or to the end of the run.
@@ -189,7 +189,7 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
     by(case, detector, ledger, probe, false)
 }
 
-/// The same by another method for each step, of order five and with nothing in common with the engine's own but the
+/// Carries out one detection by another method for each step, of order five and with nothing in common with the engine's own but the
 /// equations: for tests, and to know the numerical error of a run.
 pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
@@ -242,7 +242,7 @@ pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
     run_side_by_side_in(Width::Avx512, cases, done);
 }
 
-/// The same in registers no wider than `most`: the bits of the runs do not depend on it.
+/// [`run_side_by_side`] in registers no wider than `most`: the bits of the runs do not depend on it.
 pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
     most: Width,
     cases: impl IntoIterator<Item = (Case<'a>, D)>,

@@ -59,7 +59,7 @@ impl Ledger {
         self.device_loss += given - kept;
     }
 
-    /// What the source delivered and no account shows: zero but for the integrator's error.
+    /// Energy that the source delivered and no account shows: zero but for the integrator's error.
     ///
     /// ```
     /// use standstill_sim::Ledger;
@@ -81,7 +81,7 @@ impl Ledger {
             - self.field_change
     }
 
-    /// The same on the mechanical side: shaft work that is in no account.
+    /// Shaft work that no mechanical account shows.
     pub fn mechanical_imbalance(&self) -> f64 {
         self.shaft_work - self.friction_loss - self.load_work - self.impact_loss - self.kinetic_change
     }

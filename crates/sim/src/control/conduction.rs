@@ -24,7 +24,7 @@ pub struct One {
     pub current: Plane,
     /// Inverse inductance in 1/H there.
     pub inverse_inductance: Symmetric,
-    /// What changes the currents in A/s at constant flux.
+    /// Slope of the currents in A/s at constant flux.
     pub drift: Plane,
     /// DC link in V.
     pub dc_link: f64,
@@ -69,7 +69,7 @@ impl<'a> Control<'a> {
         self.currents_at(bank, &bank.here)
     }
 
-    /// The same at another time.
+    /// Phase currents in A at another time.
     pub(super) fn currents_at<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> [f64; 3] {
         let current = here.at.current.get(self.lane);
         self.axes(bank).map(|axis| axis.dot(current))

@@ -1,4 +1,4 @@
-//! What is expected of a step after other legs conduct than before: how long it may be, and when a current has carried a terminal
+//! Expectations of a step after other legs conduct than before: how long it may be, and when a current has carried a terminal
 //! from one bound to the other.
 
 use standstill_inverter::Modes;
@@ -15,11 +15,11 @@ use crate::physics::terminals::of_legs;
 /// How many times as long as a constant current takes to carry a terminal to its bound a step is tried.
 const CARRIED: f64 = 1.2;
 
-/// The share of the longest angle in which cubics can tell where a swing ends a leg's mode that is tried.
+/// The share that is tried of the longest angle in which cubics locate the end of a leg's mode in a swing.
 const NEARLY: f64 = 0.95;
 
-/// The angle in rad up to which four powers of time tell a current that swings: they miss x⁵/120 of the charge, 5e-6 of it.
-const TOLD: f64 = 0.22;
+/// The angle in rad up to which four powers of time follow a current that swings: they miss x⁵/120 of the charge, 5e-6 of it.
+const EXACT: f64 = 0.22;
 
 impl<'a> Control<'a> {
     /// Axes of the phases.
@@ -38,7 +38,7 @@ impl<'a> Control<'a> {
     }
 
     /// The step to try next where other legs conduct than before: the one that was next when as many terminals floated last. No
-    /// longer than cubics can tell where a swing ends a leg's mode, and little longer than a current takes to carry a terminal to its
+    /// longer than cubics locate the end of a leg's mode in a swing, and little longer than a current takes to carry a terminal to its
     /// bound while these potentials in V are behind the winding.
     pub(super) fn expect<V: Wide>(
         &self,
@@ -70,19 +70,19 @@ impl<'a> Control<'a> {
             let mut first = (f64::INFINITY, 0);
             for k in (0..3).filter(|k| floats[*k]) {
                 let potential = bank.here.state.potential[k].get(lane);
-                let (time, told) = way.carries(k, potential, bands[k]);
+                let (time, exact) = way.carries(k, potential, bands[k]);
                 next = next.min((time * CARRIED * 1e9).max(1.0));
-                if told < first.0 {
-                    first = (told, k);
+                if exact < first.0 {
+                    first = (exact, k);
                 }
             }
-            let (told, leg) = first;
-            if told < f64::INFINITY {
-                let time = bank.here.time.get(lane) + told * 1e9;
+            let (exact, leg) = first;
+            if exact < f64::INFINITY {
+                let time = bank.here.time.get(lane) + exact * 1e9;
                 bank.schedule.expected.put(lane, time);
                 bank.schedule.carried[lane] = leg;
                 bank.schedule.swept |= 1 << lane;
-                next = next.max(told * (1e9 * CARRIED));
+                next = next.max(exact * (1e9 * CARRIED));
             }
         }
         bank.control.next.put(lane, next);
@@ -125,7 +125,7 @@ impl Way {
     }
 
     /// In what time in s the current takes a terminal from its potential in V to a bound: at constant current, and as its derivatives
-    /// tell, infinite where they do not tell it exactly.
+    /// give it, infinite where they are not exact.
     fn carries(&self, k: usize, potential: f64, [low, high]: [f64; 2]) -> (f64, f64) {
         let [mut i, mut a, mut b, mut c] = self.current.map(|of| self.axes[k].dot(of));
         let mut room = (potential - low) * self.capacitance;
@@ -134,7 +134,7 @@ impl Way {
             room = (high - potential) * self.capacitance;
         }
         let constant = room / i;
-        let most = TOLD / self.square.sqrt();
+        let most = EXACT / self.square.sqrt();
         let mut time = constant;
         if !(time > 0.0 && time < most) {
             return (constant, f64::INFINITY);
@@ -144,7 +144,7 @@ impl Way {
             let charge = time * (i + time * (a * 0.5 + time * (b * (1.0 / 6.0) + time * c * (1.0 / 24.0))));
             time -= (charge - room) / flows;
         }
-        let told = time > 0.0 && time < most;
-        (constant, if told { time } else { f64::INFINITY })
+        let exact = time > 0.0 && time < most;
+        (constant, if exact { time } else { f64::INFINITY })
     }
 }

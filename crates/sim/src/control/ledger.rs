@@ -21,7 +21,7 @@ const GAUSS: [(f64, f64); 4] = [
 pub struct Accounts {
     /// Energies in J that were spent so far.
     pub spent: Ledger,
-    /// What was stored at the start.
+    /// Energies in J that were stored at the start.
     stored: Ledger,
 }
 

@@ -12,13 +12,13 @@ use crate::trace::Event;
 /// How far beyond zero a margin must be to count as crossed: the current of a leg or of a map as a share of the rated one, the
 /// flux as a share of what rated current makes, the angle in rad, and the speed in rad/s.
 const CURRENT_SHARE: f64 = 1.25e-11;
-/// The same of a blocked leg's potential, as a share of the link's voltage.
+/// Slack of a blocked leg's potential, as a share of the link's voltage.
 const POTENTIAL_SHARE: f64 = 2e-9;
 const FLUX_SHARE: f64 = 1.25e-11;
 const ANGLE_SLACK: f64 = 1e-12;
 const SPEED_SLACK: f64 = 1e-6;
 
-/// The same of the torque that starts a rotor: at most this share of its stiction, or of what rated current can do. There
+/// Slack of the torque that starts a rotor: at most this share of its stiction, or of what rated current can do. There
 /// are rotors that a micronewton metre starts.
 const STICTION_SHARE: f64 = 1e-4;
 const TORQUE_SHARE: f64 = 1e-9;

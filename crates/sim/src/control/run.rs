@@ -1,4 +1,4 @@
-//! One run: told what became of its step, it does what is due at the instant and says what it wants next.
+//! One run: after each step it does all that is due at the instant, and returns its next want.
 //!
 //! ```text
 //!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
@@ -10,7 +10,7 @@ use standstill_numeric::Wide;
 use standstill_plant::Magnetics;
 
 use super::course::Course;
-use super::gates::Lines;
+use super::gates::GateSequencer;
 use super::ledger::Accounts;
 use super::requests::validate;
 use crate::case::{Case, Finished, RunError, Work};
@@ -20,7 +20,7 @@ use crate::physics::motion::Motion;
 use crate::sensing::{LowPass, Sampler};
 use crate::trace::{Event, Probe};
 
-/// What a run wants next.
+/// The next want of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Want {
     /// A step of its machine.
@@ -44,8 +44,8 @@ pub struct Control<'a> {
     /// Its place among the machines side by side.
     pub(super) lane: usize,
     pub(super) probe: Option<&'a mut dyn Probe>,
-    pub(super) lines: Lines,
-    /// What conducts and which switches are on, as who watches was shown it last.
+    pub(super) sequencer: GateSequencer,
+    /// Conduction modes and gates that the observer was shown last.
     pub(super) shown: (Modes, [Gate; 3]),
     pub(super) motion: Motion,
     /// Sides of zero of ψ_d and ψ_q where the core has kinks there; else 0.
@@ -85,7 +85,7 @@ impl<'a> Control<'a> {
         let mut control = Self {
             lane,
             probe,
-            lines: Lines::new(case.inverter.gates),
+            sequencer: GateSequencer::new(case.inverter.gates),
             shown: ([Conduction::Blocked; 3], [Gate::Off; 3]),
             motion: Motion::Held,
             sides: case.motor.magnetics.core().kinks().map(f64::from),
@@ -113,12 +113,12 @@ impl<'a> Control<'a> {
         control
     }
 
-    /// The same run without who watches and without ledger.
+    /// A copy of the run without observer and ledger.
     pub fn unwatched(&self) -> Self {
         Self {
             case: self.case.clone(),
             probe: None,
-            lines: self.lines.clone(),
+            sequencer: self.sequencer.clone(),
             sampler: self.sampler.clone(),
             readings: self.readings.clone(),
             accounts: None,
@@ -152,7 +152,7 @@ impl<'a> Control<'a> {
         }
         self.event(start.seconds(), Event::Command);
         self.found = -1.0;
-        self.lines.begin(&mut bank.machine.legs, self.lane, command, start, carrier);
+        self.sequencer.begin(&mut bank.machine.legs, self.lane, command, start, carrier);
         self.course = Course { start, end, sampling: command.sampling, ..Course::NONE };
         self.next_trigger();
         self.go_on(bank, true)
@@ -256,7 +256,7 @@ impl<'a> Control<'a> {
     fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
         for k in 0..3 {
             while self.is_carried_out(bank, time, k) {
-                self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
+                self.sequencer.carry_out(&mut bank.machine.legs, self.lane, k);
             }
         }
     }
@@ -270,7 +270,7 @@ impl<'a> Control<'a> {
 
     /// The request to a leg has been carried out as far as it matters.
     pub fn carry_out<V: Wide>(&mut self, bank: &mut Bank<'a, V>, k: usize) {
-        self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
+        self.sequencer.carry_out(&mut bank.machine.legs, self.lane, k);
     }
 
     /// The next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.

@@ -76,8 +76,8 @@ impl<'a> Control<'a> {
         let settings = &self.case.sensors.settings;
         let (mut current, mut requested) = (self.currents(bank), [Gate::Off; 3]);
         if settings.arrangement == crate::Arrangement::LowSideShunts {
-            // The drive knows what it told the legs at the trigger, not when the sample was really taken.
-            requested = self.lines.told(self.course.start + nominal);
+            // The drive knows its requests at the trigger, not when the sample was really taken.
+            requested = self.sequencer.requested(self.course.start + nominal);
             // Samples come before gate edges of the same instant.
             let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());
             current = settings.seen(current, modes);

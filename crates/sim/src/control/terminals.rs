@@ -35,7 +35,7 @@ impl<'a> Control<'a> {
         if self.found == time { (time.next_up() - time) * 1e-9 } else { 0.0 }
     }
 
-    /// What a device of a leg carries in A for its terminal to follow the link, with a current of this direction.
+    /// Current in A through a leg's device by which its terminal follows the link, with a current of this direction.
     fn following<V: Wide>(&self, bank: &Bank<'a, V>, direction: f64, leg: usize) -> f64 {
         let bridge = &self.case.inverter.bridge;
         let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
@@ -72,7 +72,7 @@ impl<'a> Control<'a> {
         [low, high]
     }
 
-    /// What conducts, from the gates and from potentials and currents as they are. A switch that comes on takes its terminal's
+    /// Finds the conduction modes from gates, potentials and currents. A switch that comes on takes its terminal's
     /// potential to the nearer of its bounds at once; a current that flows out of the leg at the lower bound, or into it at
     /// the upper one, flows through a device; all others charge their terminals.
     ///

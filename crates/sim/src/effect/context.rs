@@ -1,4 +1,4 @@
-//! What effects are called with: places in a step, one machine at one time, and copies of some lanes.
+//! Arguments of effects: places in a step, one machine at one time, and copies of some lanes.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, Wide};

@@ -18,7 +18,7 @@ use crate::step::two_derivative::Here;
 #[derive(Clone, Copy, Default)]
 pub struct EddyStep<V> {
     from: RotorFlux<V>,
-    /// What the flux may be off, in Wb.
+    /// Error of the flux in Wb.
     off: V,
 }
 

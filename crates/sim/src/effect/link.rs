@@ -213,7 +213,7 @@ impl<V: Wide> Storages<V> {
         (source - link) * self.rate - self.taken(rail, current)
     }
 
-    /// What the current of the upper rail, Σ rail_k i_k = 3/2 rail · i, takes, in V/s.
+    /// Fall in V/s by the current of the upper rail, Σ rail_k i_k = 3/2 rail · i.
     #[inline(always)]
     fn taken(&self, rail: &Plane<V>, current: Plane<V>) -> V {
         rail.dot(current) * self.elastance * 1.5

@@ -1,4 +1,4 @@
-//! What the stator's iron remembers: the play cells of machines side by side.
+//! Hysteresis of the stator's iron: play cells of machines side by side.
 //!
 //! A cell's elastic flux e = ψ − π is where its force is, K e. While it is stuck e changes as ψ does; while it slides |e| stays r
 //! and with n = e/r
@@ -31,7 +31,7 @@ const PARTS: usize = 4;
 /// step may be off: a cell is much softer than the core.
 const SLACK: f64 = 0.1;
 
-/// So many times this slack it may be off where a step was to end there.
+/// So many times this slack a cell may be off where a step was to end there.
 const DEEP: f64 = 10.0;
 
 /// The cells of machines of which each has its own.
@@ -41,7 +41,7 @@ pub struct Cells<V: Wide> {
     stiffness: [V; MOST_CELLS],
     /// r in Wb; 1 where there is no cell.
     reach: [V; MOST_CELLS],
-    /// What the softest direction of the core makes of a force: its inductance in H.
+    /// Inductance in H of the core in its softest direction.
     inductance: V,
     /// See [`SLACK`]; in Wb.
     slack: V,
@@ -50,7 +50,7 @@ pub struct Cells<V: Wide> {
     away: BranchState<V>,
     /// Which cells slide.
     slides: [V::Mask; MOST_CELLS],
-    /// What they have added to the inverse inductance in 1/H that is known of where the machines are.
+    /// Their part, in 1/H, of the Γ that is known of where the machines are.
     tangent: Symmetric<V>,
 }
 
@@ -65,7 +65,7 @@ pub struct Moved<V: Wide> {
     cubic: [Cubic<V>; MOST_CELLS],
     /// How far each is from the end of its mode, in Wb: negative beyond.
     margin: [V; MOST_CELLS],
-    /// What slack makes of `cubic`.
+    /// The slack in units of `cubic`.
     slack: [V; MOST_CELLS],
     /// By how much in Wb the step may be off for them.
     off: V,
@@ -77,7 +77,7 @@ fn direction<V: Wide>(away: &Plane<V>) -> Plane<V> {
     *away * (V::of(1.0) / (away.dot(*away).sqrt() + 1e-300))
 }
 
-/// What a formula of one part of a step makes of the direction n, over the chord and the area between path and chord.
+/// The direction n after one part of a step, over the chord and the area between path and chord.
 #[inline(always)]
 fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
     let z = (b.dot(b) - c * c) * 0.25;
@@ -130,7 +130,7 @@ impl<V: Wide> Cells<V> {
         }
     }
 
-    /// What is elastic at a flux in Wb, on a way that began in the direction of `along`.
+    /// Elastic fluxes at a flux in Wb, on a way that began in the direction of `along`.
     #[inline(always)]
     pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchState<V> {
         let change = flux - self.from;
@@ -239,7 +239,7 @@ impl<V: Wide> Cells<V> {
     #[inline(always)]
     fn off(&self, change: Plane<V>, rise: [Plane<V>; 2], off: Plane<V>) -> V {
         let areas = [rise[0].cross(change) * (1.0 / 6.0), change.cross(rise[1]) * (1.0 / 6.0)];
-        let (untold, area) = ((areas[0] - areas[1]).abs(), areas[0].abs());
+        let (unlike, area) = ((areas[0] - areas[1]).abs(), areas[0].abs());
         let (length, off) = (change.dot(change), off.dot(off));
         let mut all = V::of(0.0);
         for k in 0..MOST_CELLS {
@@ -247,7 +247,7 @@ impl<V: Wide> Cells<V> {
             // Of the formula's own error, and of an area that is not right, what turns n.
             let apart =
                 (length * per_reach * per_reach * (1.0 / (4 * PARTS * PARTS) as f64)).least(V::of(1.0));
-            let turned = (untold + area * apart * (1.0 / (PARTS * PARTS) as f64)) * per_reach;
+            let turned = (unlike + area * apart * (1.0 / (PARTS * PARTS) as f64)) * per_reach;
             let linear = off * per_reach * 2.0;
             let both = turned.least(reach + reach) + linear.least(reach + reach);
             all = all + V::only(self.slides[k], both * self.stiffness[k] * self.inductance);

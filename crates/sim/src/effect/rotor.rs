@@ -30,7 +30,7 @@ pub struct RotorStep<V> {
     jerk: [V; 2],
     /// How fast the torque rises at both ends, in N·m/s.
     pub torque_rise: [V; 2],
-    /// What the angle was put right by in rad, with what counts of the speed.
+    /// Correction of the angle in rad, with the share of the speed's that counts.
     correction: V,
 }
 

@@ -66,7 +66,7 @@ impl<V: Wide> Effect<V> for Legs<V> {
         powers.copper_loss += moment.case.inverter.bridge.terminal_resistance * squares;
     }
 
-    /// What follows a device's potential is charged through it, by currents too small to count but for their energy.
+    /// A terminal that follows its device's potential is charged through it, by currents too small to count but for their energy.
     fn work(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, spent: &mut Ledger) {
         let capacitance = moment.case.inverter.bridge.terminal_capacitance;
         if capacitance == 0.0 {

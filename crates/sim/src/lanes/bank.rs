@@ -33,7 +33,7 @@ pub struct Bank<'a, V: Wide> {
     pub schedule: Schedule<V>,
     /// How long their steps are.
     pub control: StepControl<V>,
-    /// What became of their steps.
+    /// Results of their steps.
     pub outcome: Outcome<V>,
 }
 
@@ -82,7 +82,7 @@ pub struct StepControl<V: Wide> {
     pub refereed: bool,
 }
 
-/// What became of steps.
+/// Results of steps.
 #[derive(Clone, Debug)]
 pub struct Outcome<V: Wide> {
     /// Largest phase current in A so far.
@@ -99,12 +99,12 @@ pub struct Outcome<V: Wide> {
     pub begin_branch: Option<Branch<V>>,
     /// The last step.
     pub tried: Tried<V>,
-    /// What became of it. Read number by number: what was stored in small pieces and is loaded in a large one would have to wait
+    /// Its result. Read number by number: what was stored in small pieces and is loaded in a large one would have to wait
     /// for all that was stored before.
     pub served: Served,
 }
 
-/// What became of a step: a bit for each machine.
+/// Result of a step: a bit for each machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Served {
     /// Took the step.

@@ -154,12 +154,12 @@ impl<'a> Driven<'a> {
         &self.control.readings
     }
 
-    /// What is there now, sensors apart.
+    /// The machine now, sensors apart.
     pub fn now(&self) -> Snapshot {
         self.control.now(&self.bank)
     }
 
-    /// What the run was, by its end.
+    /// The run's result at its end.
     pub(super) fn finish(mut self, error: Option<RunError>) -> Finished {
         self.control.finish(&mut self.bank, error)
     }

@@ -18,7 +18,7 @@ pub struct Legs<V: Wide> {
     /// Drop in V and resistance in Ω of switches and of diodes.
     switch: [V; 2],
     diode: [V; 2],
-    /// The same of what carries a leg's current against its switch while that is on.
+    /// Drop and resistance of the device that carries a leg's current against its switch while that is on.
     reverse: [V; 2],
     /// A bit for each machine with MOSFETs.
     mosfets: u32,
@@ -36,7 +36,7 @@ pub struct Legs<V: Wide> {
     pub gates: [LegGates<V>; 3],
     /// A bit for each machine of which the leg's current flows out of it, into the motor.
     pub out: [u32; 3],
-    /// The same for currents into the leg. Without either the leg is blocked.
+    /// A bit for each machine of which it flows into the leg. Without either the leg is blocked.
     pub into: [u32; 3],
     /// Voltage in V of terminals that are fed from elsewhere: the legs are then not there.
     pub fed: Option<Plane<V>>,
@@ -55,7 +55,7 @@ pub struct Leg<V> {
     pub direction: V,
 }
 
-/// What the legs are at one time.
+/// The legs at one time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Conducting<V: Wide> {
     /// Leg by leg.
@@ -171,7 +171,7 @@ impl<V: Wide> Legs<V> {
         }
     }
 
-    /// What conducts in a lane at a time in ns.
+    /// Conduction modes of a lane at a time in ns.
     pub fn modes(&self, lane: usize, time: f64) -> Modes {
         let kind = if self.has_mosfets(lane) { DeviceKind::Mosfet } else { DeviceKind::Igbt };
         std::array::from_fn(|k| match self.direction(lane, k) {
@@ -223,7 +223,7 @@ impl<V: Wide> Legs<V> {
         [V::Mask::of_bits(self.out[k]), V::Mask::of_bits(self.into[k])]
     }
 
-    /// What the legs are at times in ns, with windings of such a resistance in Ω.
+    /// The legs at times in ns, with windings of such a resistance in Ω.
     #[inline(always)]
     pub fn at<const RARE: bool>(&self, time: V, winding: V) -> Conducting<V> {
         let capacitive = self.elastance_if::<RARE>().is_some();

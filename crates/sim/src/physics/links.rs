@@ -113,7 +113,7 @@ impl<V: Wide> Links<V> {
     }
 
     /// The source's voltage integrated over a step of `h` seconds, in V·s, from what it is at both ends. Exact for a
-    /// ripple; of a sag what two values and two slopes tell.
+    /// ripple; of a sag the cubic through two values and two slopes.
     #[inline(always)]
     pub fn area(&self, h: V, begin: Source<V>, end: Source<V>) -> V {
         match (&self.ripple, &self.sag) {

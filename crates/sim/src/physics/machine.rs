@@ -72,7 +72,7 @@ pub struct Operating<T> {
     pub inverse_inductance: Symmetric<T>,
     /// ∂i/∂θ in A/rad at constant ψ in the run's plane.
     pub turning: Plane<T>,
-    /// What eddy currents change the current by, in A/s at constant ψ.
+    /// Slope of the current in A/s by eddy currents, at constant ψ.
     pub relaxing: Plane<T>,
     /// ∂W/∂θ as a torque's slope over the flux: ∂²W/∂θ∂ψ in A/rad, for the slope of the torque.
     pub energy_turn: Plane<T>,
@@ -259,7 +259,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         self.branch = Some(branch);
     }
 
-    /// What changes the currents in A/s at constant flux.
+    /// Slope of the currents in A/s at constant flux.
     #[inline(always)]
     pub fn drift(&self, at: &Operating<V>, speed: V) -> Plane<V> {
         if self.rotors.is_some() { at.turning * speed + at.relaxing } else { at.relaxing }

@@ -1,4 +1,4 @@
-//! What changes smoothly between two instants.
+//! The state: numbers that change smoothly between two instants.
 
 use standstill_interface::Dq;
 

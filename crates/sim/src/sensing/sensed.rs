@@ -1,4 +1,4 @@
-//! What the sensors of machines side by side make of a step: filters and pick-up follow it from its beginning to its end.
+//! Sensors of machines side by side over a step: filters and pick-up follow it from its beginning to its end.
 
 use standstill_numeric::{Compute, Wide};
 
@@ -6,7 +6,7 @@ use super::filters::Filters;
 use super::pick_up::{Moves, PickedUp};
 use super::{Arrangement, SensorSettings, Sensors};
 use crate::effect::terminals::ringing::Oscillation;
-use crate::effect::terminals::swing::{Cubic, cubic};
+use crate::effect::terminals::swing::{Powers, cubic};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
@@ -17,14 +17,14 @@ use crate::step::two_derivative::{Here, Tried};
 pub struct Sensed<V: Wide> {
     /// Their filters.
     pub filters: Option<Filters<V>>,
-    /// What edges have added.
+    /// Their pick-up.
     pub picked_up: Option<PickedUp<V>>,
     /// Whether they see the currents of lower devices alone.
     shunts: bool,
     passed: Passed<V>,
 }
 
-/// What they ask of a step.
+/// The numbers of a step that sensors need.
 #[derive(Clone, Debug, Default)]
 struct Passed<V: Wide> {
     taken: V::Mask,
@@ -41,12 +41,12 @@ struct Passed<V: Wide> {
     /// The sensors at its beginning, and what their filters are given in it.
     filters: Option<Filters<V>>,
     picked_up: Option<PickedUp<V>>,
-    input: [Cubic<V>; 3],
+    input: [Powers<V>; 3],
     shares: [[V; 3]; 2],
     moves: Option<Moves<V>>,
 }
 
-/// What oscillates in the currents over a step.
+/// Oscillations of the currents over a step.
 #[derive(Clone, Copy, Debug)]
 struct Oscillating<V> {
     of: [Oscillation<V>; 2],
@@ -86,7 +86,7 @@ impl<V: Wide> Sensed<V> {
         }
     }
 
-    /// What they show in a lane in A, where these are the currents in A.
+    /// Their outputs in a lane in A, at these currents in A.
     pub fn at(&self, lane: usize, current: [f64; 3]) -> [f64; 3] {
         let mut shown = current;
         if let Some(filters) = &self.filters {
@@ -96,7 +96,7 @@ impl<V: Wide> Sensed<V> {
         shown.map(|shown| shown + added)
     }
 
-    /// What the phases of a lane showed in A behind their filters, each at a time in ns within the step that was followed last.
+    /// Outputs of a lane's phases in A behind their filters, each at a time in ns within the step that was followed last.
     pub fn within(&self, lane: usize, times: [f64; 3]) -> [f64; 3] {
         V::compute(Within(&self.passed, lane, times))
     }
@@ -148,7 +148,7 @@ impl<V: Wide> Sensed<V> {
     }
 }
 
-/// What the phases of a lane showed, each at its time.
+/// Outputs of a lane's phases, each at its time.
 struct Within<'s, V: Wide>(&'s Passed<V>, usize, [f64; 3]);
 
 impl<V: Wide> Compute for Within<'_, V> {

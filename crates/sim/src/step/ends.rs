@@ -1,4 +1,4 @@
-//! What ends within a step: margins that fall below zero at its end or between its ends.
+//! Ends of modes within a step: margins that fall below zero at its end or between its ends.
 
 use standstill_numeric::Wide;
 
@@ -111,7 +111,7 @@ impl<V: Wide> Tried<V> {
         least
     }
 
-    /// The same with terminals that ring: of conducting legs the least current, of others the least distance to a bound, where
+    /// The least of the legs' margins with terminals that ring: of conducting legs the least current, of others the least distance to a bound, where
     /// they may reach it.
     #[inline(always)]
     fn dips_or_swings(&self, floating: &Floating<V>, bounds: &Bounds<V>) -> V {

@@ -1,6 +1,6 @@
 //! Another way to take the same step: the method of Dormand and Prince over the same equations, one machine at a time.
 //!
-//! It shares neither the quadrature nor the prediction nor the error estimate of the engine's own step, so it can tell
+//! It shares neither the quadrature nor the prediction nor the error estimate of the engine's own step, so it can judge
 //! whether that step is right. It evaluates the core seven times a step.
 
 use standstill_interface::Dq;

@@ -32,7 +32,7 @@ pub struct Here<V: Wide> {
     pub time: V,
     /// The states.
     pub state: State<V>,
-    /// What follows.
+    /// The operating point that follows.
     pub at: Operating<V>,
     /// The DC sources.
     pub source: Source<V>,
@@ -43,7 +43,7 @@ pub struct Here<V: Wide> {
 pub struct Tried<V: Wide> {
     /// Its length in s.
     pub h: V,
-    /// What the legs are meanwhile.
+    /// The legs meanwhile.
     pub legs: Conducting<V>,
     /// Where it ends.
     pub end: Here<V>,

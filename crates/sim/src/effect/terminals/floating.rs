@@ -30,7 +30,7 @@ pub struct Floating<V: Wide> {
 /// θ⁴/384: 1e-3 of a swing at 0.77 rad.
 pub const SEEN: f64 = 0.6;
 
-/// The same where eddy currents lag behind what rings: up to there the cubic of the flux is as exact as all else.
+/// [`SEEN`] where eddy currents lag behind terminals that ring: up to there the cubic of the flux is as exact as all else.
 pub const LAGGED: f64 = 0.09;
 
 impl<V: Wide> Floating<V> {

@@ -17,7 +17,7 @@ const MOST_REFUSED: f64 = 200.0;
 const HALF: f64 = 0.5;
 /// See [`HALF`].
 const LONGER_AT_MOST: f64 = 4.0;
-/// The same where terminals ring: what is missed depends on where in its period a swing is, and is small by accident twice in each.
+/// [`LONGER_AT_MOST`] where terminals ring: the error depends on where in its period a swing is, and is small by accident twice in each.
 const LONGER_WHERE_IT_RINGS: f64 = 1.5;
 /// A step that is tried again is at most this share of the one before, 0.7 being what a fourth power makes of four times the
 /// tolerance, and at least a tenth of it: the error's order is not reached where the error is large.
