@@ -11,27 +11,18 @@ use standstill_sim::{
 
 fn case(motor: &Motor, rotor: RotorState, devices: Devices, sensors: SensorSettings) -> Case<'_> {
     let dead_time = Nanos(if devices == Devices::default() { 0 } else { 2000 });
+    let inverter = Inverter {
+        bridge: Bridge { devices, ..Bridge::default() },
+        gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
+        link: DcLink::stiff(550.0),
+        carrier_period: Nanos(66_667),
+    };
     Case {
-        motor,
-        inverter: Inverter {
-            bridge: Bridge {
-                devices,
-                open_leg: OpenLeg::Diodes,
-                terminal_capacitance: 0.0,
-                terminal_resistance: 0.0,
-            },
-            gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
-            link: DcLink::stiff(550.0),
-            carrier_period: Nanos(66_667),
-        },
         sensors: Sensors::nominal(sensors),
         start_angle: 0.7,
         rotor,
-        load_torque: 0.0,
-        memory: None,
         streams: Streams::new(1, 3),
-        tolerance: Tolerance::default(),
-        time_limit: Case::TIME_LIMIT,
+        ..Case::new(motor, inverter)
     }
 }
 

@@ -16,28 +16,17 @@ use crate::trace::{Probe, Snapshot};
 ///
 /// ```
 /// use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
-/// use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
-/// use standstill_sim::{Case, Driven, RotorState, SensorSettings, Sensors, Streams, Tolerance};
+/// use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter};
+/// use standstill_sim::{Case, Driven};
 ///
 /// let motor = standstill_plant::built_in("paper-5k5").expect("a built-in motor");
-/// let case = Case {
-///     motor: &motor,
-///     inverter: Inverter {
-///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 },
-///         gates: [GateTiming::default(); 3],
-///         link: DcLink::stiff(550.0),
-///         carrier_period: Nanos::ZERO,
-///     },
-///     sensors: Sensors::nominal(SensorSettings::IDEAL),
-///     start_angle: 0.0,
-///     rotor: RotorState::Locked,
-///     load_torque: 0.0,
-///     memory: None,
-///     streams: Streams::new(1, 0),
-///     tolerance: Tolerance::default(),
-///     time_limit: Case::TIME_LIMIT,
+/// let inverter = Inverter {
+///     bridge: Bridge::default(),
+///     gates: [GateTiming::default(); 3],
+///     link: DcLink::stiff(550.0),
+///     carrier_period: Nanos::ZERO,
 /// };
-/// let mut drive = Driven::new(&case);
+/// let mut drive = Driven::new(&Case::new(&motor, inverter));
 /// let pulse = Stage::line(Phase::A, Phase::B, Nanos::from_micros(50));
 /// let readings = drive.carry_out(&Command::hold(pulse, Sampling::once(Nanos::from_micros(50))))?;
 /// let sampled = readings[0].current[Phase::A];

@@ -81,8 +81,7 @@ impl<V: Wide> Tried<V> {
         let ringing = TerminalStep::of(&begin, &link).map(|terminals| terminals.between(&end, &link, &there));
         let branch = branch.between(&end, &there);
         let error = attempt.error(&tolerances(accuracy));
-        let parts = Parts { change, link, rotor, ringing, branch };
-        Self::between::<true>(machine, bounds, legs, here, there, h, parts, error)
+        Self::between::<true>(&end, bounds, there, Parts { link, rotor, ringing, branch }, error)
     }
 }
 

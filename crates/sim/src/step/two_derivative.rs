@@ -80,8 +80,6 @@ pub struct Tried<V: Wide> {
 /// Effects over a step, as both ways to take one leave them.
 #[derive(Clone, Copy)]
 pub(super) struct Parts<V: Wide> {
-    /// Slopes of flux and current at both ends.
-    pub change: [Change<V>; 2],
     pub link: LinkStep<V>,
     pub rotor: Option<RotorStep<V>>,
     pub ringing: Option<Ringing<V>>,
@@ -163,26 +161,22 @@ impl<V: Wide> Tried<V> {
             + links.error(&link, accuracy)
             + branch.error(&branched, accuracy);
         let ringing = some!(terminals, terminals => terminals.ringing);
-        let parts = Parts { change: [first, last], link, rotor, ringing, branch: branched };
-        Self::between::<RARE>(machine, bounds, legs, here, there, h, parts, error)
+        Self::between::<RARE>(&end, bounds, there, Parts { link, rotor, ringing, branch: branched }, error)
     }
 
-    /// The step of `h` seconds from one place to another, with what ends within it.
+    /// The whole step up to its end, with the modes that end within it.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "two kinds of steps end here, with all that they found")]
     pub(super) fn between<const RARE: bool>(
-        machine: &Machine<V>,
+        of: &End<'_, '_, V>,
         bounds: &Bounds<V>,
-        legs: &Conducting<V>,
-        here: &Here<V>,
         end: Here<V>,
-        h: V,
         parts: Parts<V>,
         mut error: V,
     ) -> Self {
         let zero = V::of(0.0);
-        let Parts { change: [change, end_change], link, rotor, ringing, branch } = parts;
-        let changes = [&change, &end_change];
+        let Begin { h, machine, legs, here, change, .. } = *of.begin;
+        let Parts { link, rotor, ringing, branch } = parts;
+        let changes = [change, of.change];
         let mut phases = [machine.legs.phases(here.at.current), machine.legs.phases(end.at.current)];
         if let Some(elastance) = machine.legs.elastance_if::<RARE>() {
             // A device carries what its terminal takes to follow the link, too.
@@ -200,22 +194,19 @@ impl<V: Wide> Tried<V> {
             floating = Some(places);
         }
         let margins = [
-            bounds.margins::<RARE>(machine, legs, &here.state, &here.at, &change, &phases[0]),
-            bounds.margins::<RARE>(machine, legs, &end.state, &end.at, &end_change, &phases[1]),
+            bounds.margins::<RARE>(machine, legs, &here.state, &here.at, change, &phases[0]),
+            bounds.margins::<RARE>(machine, legs, &end.state, &end.at, of.change, &phases[1]),
         ];
         let mut tried = Self {
             h,
             legs: *legs,
             phases,
             margins,
-            phase_rise: [
-                machine.legs.phases(change.current * h),
-                machine.legs.phases(end_change.current * h),
-            ],
+            phase_rise: [machine.legs.phases(change.current * h), machine.legs.phases(of.change.current * h)],
             torque: [here.at.torque, end.at.torque],
             motion: Cubic::default(),
             end,
-            change: [change, end_change],
+            change: [*change, *of.change],
             link,
             rotor,
             floating,

@@ -59,18 +59,8 @@ const MOSFETS: Devices = Devices {
 
 fn case(motor: &Motor, inverter: Inverter) -> Case<'_> {
     let flux = 1e-7 * motor.winding.mean_inductance * motor.rated_current;
-    Case {
-        motor,
-        inverter,
-        sensors: Sensors::nominal(SensorSettings::IDEAL),
-        start_angle: 0.35,
-        rotor: RotorState::Locked,
-        memory: None,
-        load_torque: 0.0,
-        streams: Streams::new(1, 0),
-        tolerance: Tolerance { flux: flux.min(1e-9) },
-        time_limit: Case::TIME_LIMIT,
-    }
+    let tolerance = Tolerance { flux: flux.min(1e-9) };
+    Case { start_angle: 0.35, tolerance, ..Case::new(motor, inverter) }
 }
 
 fn play(case: &Case, commands: &[Command<f64>]) -> (Run<f64>, Vec<Reading<f64>>) {
