@@ -11,7 +11,9 @@
 //!
 //! A step (`step/two_derivative.rs`) calls them in a fixed order and hands from one to the next what couples them. An effect is
 //! called by its type, and all its methods are `#[inline(always)]`: only then is it part of the step that is compiled for a width
-//! of registers.
+//! of registers. Bank, ledger, start at rest and the referee's slopes call all of them by the list `each_effect!` and name none.
+//!
+//! Hysteresis is a branch beside the core ([`CoreBranch`]): code outside of its files knows it as [`Branch`] alone.
 
 mod context;
 pub mod eddies;

@@ -3,10 +3,10 @@
 use standstill_interface::{
     Abc, Command, Detector, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
 };
-use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter};
 use standstill_plant::{Motor, built_in};
 use standstill_sim::{
-    Adc, Case, Driven, NoProbe, RotorState, RunError, SensorSettings, Sensors, Streams, Tolerance, run,
+    Adc, Case, Driven, NoProbe, RotorState, RunError, SensorSettings, Sensors, Streams, run,
 };
 
 fn case(motor: &Motor, rotor: RotorState, devices: Devices, sensors: SensorSettings) -> Case<'_> {
