@@ -3,8 +3,9 @@
 use standstill_numeric::{Mask, Wide};
 
 use crate::physics::legs::Conducting;
-use crate::physics::machine::{Change, Machine, Operating};
+use crate::physics::machine::{Change, Machine};
 use crate::physics::state::State;
+use crate::step::two_derivative::Here;
 
 /// A condition that ends a mode, and with it the smooth part of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,8 +92,7 @@ impl<V: Wide> Bounds<V> {
         &self,
         machine: &Machine<V>,
         legs: &Conducting<V>,
-        state: &State<V>,
-        at: &Operating<V>,
+        Here { state, at, .. }: &Here<V>,
         change: &Change<V>,
         current: &[V; 3],
     ) -> Margins<V> {

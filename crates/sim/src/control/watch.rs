@@ -28,9 +28,14 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Shows who watches the step just accepted, and the gate edges on the way.
+    /// The observer's time in s between two snapshots, if there is one that wants any.
+    fn resolution(&self) -> Option<f64> {
+        self.probe.as_ref().and_then(|probe| probe.resolution())
+    }
+
+    /// Shows the observer the step just accepted, and the gate edges on the way.
     fn watch<V: Wide>(&mut self, bank: &Bank<'a, V>) {
-        let Some(resolution) = self.probe.as_ref().and_then(|probe| probe.resolution()) else { return };
+        let Some(resolution) = self.resolution() else { return };
         let (begin, end) =
             (bank.outcome.begin.time.get(self.lane), bank.outcome.tried.end.time.get(self.lane));
         let h = (end - begin) * 1e-9;
@@ -136,7 +141,7 @@ impl<'a> Control<'a> {
 
     #[inline(never)]
     fn watch_resting<V: Wide>(&mut self, bank: &Bank<'a, V>, until: f64) {
-        let Some(resolution) = self.probe.as_ref().and_then(|probe| probe.resolution()) else { return };
+        let Some(resolution) = self.resolution() else { return };
         let begin = self.time(bank);
         let h = (until - begin) * 1e-9;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -159,7 +164,7 @@ impl<'a> Control<'a> {
 
     #[inline(never)]
     fn show_now<V: Wide>(&mut self, bank: &Bank<'a, V>) {
-        if self.probe.as_ref().and_then(|probe| probe.resolution()).is_some() {
+        if self.resolution().is_some() {
             let here = self.place(bank);
             self.show(bank, &here);
         }

@@ -194,8 +194,8 @@ impl<V: Wide> Tried<V> {
             floating = Some(places);
         }
         let margins = [
-            bounds.margins::<RARE>(machine, legs, &here.state, &here.at, change, &phases[0]),
-            bounds.margins::<RARE>(machine, legs, &end.state, &end.at, of.change, &phases[1]),
+            bounds.margins::<RARE>(machine, legs, here, change, &phases[0]),
+            bounds.margins::<RARE>(machine, legs, &end, of.change, &phases[1]),
         ];
         let mut tried = Self {
             h,

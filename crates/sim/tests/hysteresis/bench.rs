@@ -4,9 +4,7 @@ use super::script::*;
 use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Core, Hysteresis, Linear, MagneticCircuit, Motor, Winding, built_in};
-use standstill_sim::{
-    Case, Ended, Ledger, NoProbe, Run, run,
-};
+use standstill_sim::{Case, Ended, Ledger, NoProbe, Run, run};
 
 use Leg::{Duty, High, Low, Off};
 

@@ -5,8 +5,7 @@ use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg, Storage};
 use standstill_plant::{Core, EddyBranch, Linear, MagneticCircuit, Motor, Winding, built_in};
 use standstill_sim::{
-    Case, Ended, NoProbe, RotorState, Run, RunError, SensorSettings, Sensors, Tolerance, Trace,
-    referee, run,
+    Case, Ended, NoProbe, RotorState, Run, RunError, SensorSettings, Sensors, Tolerance, Trace, referee, run,
 };
 
 mod late;
