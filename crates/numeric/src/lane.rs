@@ -14,9 +14,14 @@ use standstill_interface::Arithmetic;
 
 pub use wide::{Compute, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest};
 
-/// One number, or several side by side.
+/// One number, or several side by side; zero by default.
 pub trait Lane:
-    Arithmetic + Add<f64, Output = Self> + Sub<f64, Output = Self> + Mul<f64, Output = Self> + std::fmt::Debug
+    Arithmetic
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Default
+    + std::fmt::Debug
 {
     /// A truth value for each lane.
     type Mask: Copy + std::fmt::Debug;

@@ -5,7 +5,7 @@ use standstill_interface::{AlphaBeta, Arithmetic, Dq};
 use crate::hypot;
 
 /// A symmetric 2×2 matrix `[xx, xy; xy, yy]`, in whichever plane its user works.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Symmetric<T = f64> {
     /// First diagonal element.
     pub xx: T,
@@ -13,6 +13,14 @@ pub struct Symmetric<T = f64> {
     pub xy: T,
     /// Second diagonal element.
     pub yy: T,
+}
+
+// Not derived, for what is derived is no part of code for wide registers.
+impl<T: Default> Default for Symmetric<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { xx: T::default(), xy: T::default(), yy: T::default() }
+    }
 }
 
 impl<T: Arithmetic> Symmetric<T> {

@@ -1,11 +1,11 @@
-//! What goes into a run and what comes out.
+//! A run's case and its result.
 
 use standstill_interface::{Nanos, Outcome, Real};
 use standstill_inverter::Inverter;
 use standstill_plant::Motor;
 use thiserror::Error;
 
-use crate::{Ledger, Sensors, Streams};
+use crate::{Ledger, SensorSettings, Sensors, Streams};
 
 /// Whether the rotor can move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,9 +65,9 @@ impl Default for Tolerance {
 ///
 /// ```
 /// use standstill_interface::{Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Reading, Sampling, Stage, Step};
-/// use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+/// use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter};
 /// use standstill_plant::built_in;
-/// use standstill_sim::{Case, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
+/// use standstill_sim::{Case, NoProbe, run};
 ///
 /// /// Pulses phase a against phase b for 100 µs and keeps the current at its end.
 /// struct OnePulse(f64);
@@ -85,23 +85,13 @@ impl Default for Tolerance {
 /// }
 ///
 /// let motor = built_in("paper-5k5").ok_or("not built in")?.linearised();
-/// let case = Case {
-///     motor: &motor,
-///     inverter: Inverter {
-///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 },
-///         gates: [GateTiming::default(); 3],
-///         link: DcLink::stiff(550.0),
-///         carrier_period: Nanos::from_micros(100),
-///     },
-///     sensors: Sensors::nominal(SensorSettings::IDEAL),
-///     start_angle: 0.5,
-///     rotor: RotorState::Locked,
-///     memory: None,
-///     load_torque: 0.0,
-///     streams: Streams::new(1, 0),
-///     tolerance: Tolerance::default(),
-///     time_limit: Nanos::from_micros(1_000_000),
+/// let inverter = Inverter {
+///     bridge: Bridge::default(),
+///     gates: [GateTiming::default(); 3],
+///     link: DcLink::stiff(550.0),
+///     carrier_period: Nanos::from_micros(100),
 /// };
+/// let case = Case { start_angle: 0.5, ..Case::new(&motor, inverter) };
 /// let mut detector = OnePulse(0.0);
 /// let run = run(&case, &mut detector, true, &mut NoProbe);
 /// // A line of inductance L and resistance 2 R: u/2R (1 − exp(−2R t/L)).
@@ -124,7 +114,7 @@ pub struct Case<'a> {
     pub start_angle: f64,
     /// Whether the rotor can move.
     pub rotor: RotorState,
-    /// What the stator's iron remembers of former operation: the electrical direction in rad, from the a-axis, in which its flux
+    /// Magnetisation that former operation left in the stator's iron: the electrical direction in rad, from the a-axis, in which its flux
     /// last changed by much. None: nothing, it is virgin. It means nothing to iron without hysteresis.
     pub memory: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion; a hanging load keeps pulling at standstill.
@@ -137,9 +127,25 @@ pub struct Case<'a> {
     pub time_limit: Nanos,
 }
 
-impl Case<'_> {
-    /// Time limit where nobody has set another: several times what the slowest decay of a large motor takes.
+impl<'a> Case<'a> {
+    /// Time limit where nobody has set another: several times as long as the slowest decay of a large motor.
     pub const TIME_LIMIT: Nanos = Nanos(20_000_000_000);
+
+    /// A motor on an inverter with its rotor locked at θ = 0 and exact sensors.
+    pub fn new(motor: &'a Motor, inverter: Inverter) -> Self {
+        Self {
+            motor,
+            inverter,
+            sensors: Sensors::nominal(SensorSettings::IDEAL),
+            start_angle: 0.0,
+            rotor: RotorState::Locked,
+            memory: None,
+            load_torque: 0.0,
+            streams: Streams::new(1, 0),
+            tolerance: Tolerance::default(),
+            time_limit: Case::TIME_LIMIT,
+        }
+    }
 }
 
 /// How much work a run was.
@@ -189,6 +195,16 @@ pub enum RunError {
     },
 }
 
+impl RunError {
+    /// The currents left the flux map at this one in A along d and q.
+    pub(crate) fn left_map(current: [f64; 2]) -> Self {
+        // Currents of a map are far below what i64 holds in mA.
+        #[allow(clippy::cast_possible_truncation)]
+        let current_ma = current.map(|current| (current * 1e3).round() as i64);
+        Self::LeftMap { current_ma }
+    }
+}
+
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ended<T> {
@@ -198,7 +214,7 @@ pub enum Ended<T> {
     Error(RunError),
 }
 
-/// What a run was, with how it ended as `E`.
+/// A run's result, with how it ended as `E`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunOf<E> {
     /// How it ended.
@@ -211,7 +227,7 @@ pub struct RunOf<E> {
     pub end_angle: f64,
     /// Whether there is a magnet, and with it a north pole to be found.
     pub has_pole: bool,
-    /// What the resolver reads at the end, in rad.
+    /// The resolver's reading at the end, in rad.
     pub resolver_angle: f64,
     /// Furthest the rotor was from its start, in rad electrical.
     pub moved: f64,
@@ -219,7 +235,7 @@ pub struct RunOf<E> {
     pub peak_current: f64,
     /// Where the energy went, if it was asked for.
     pub ledger: Option<Ledger>,
-    /// What it cost to compute.
+    /// Work of its computation.
     pub work: Work,
 }
 

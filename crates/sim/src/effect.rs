@@ -11,8 +11,11 @@
 //!
 //! A step (`step/two_derivative.rs`) calls them in a fixed order and hands from one to the next what couples them. An effect is
 //! called by its type, and all its methods are `#[inline(always)]`: only then is it part of the step that is compiled for a width
-//! of registers.
+//! of registers. Bank, ledger, start at rest and the referee's slopes call all of them by the list `each_effect!` and name none.
+//!
+//! Hysteresis is a branch beside the core ([`CoreBranch`]): code outside of its files knows it as [`Branch`] alone.
 
+mod context;
 pub mod eddies;
 pub mod link;
 pub mod play;
@@ -22,157 +25,199 @@ pub mod winding;
 
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, Wide};
+use standstill_plant::{MOST_CELLS, Motor};
 
-use crate::effect::play::{Cells, Iron};
+pub use self::context::{Begin, End, Looked, Moment, Span, keep, keep_dq, keep_plane, keep_symmetric};
+use crate::case::{Case, RunError};
+use crate::lanes::mode_ends::First;
+use crate::ledger::Ledger;
 use crate::physics::legs::Conducting;
-use crate::physics::machine::{Change, Machine};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::error::Accuracy;
-use crate::step::hermite::Cubic;
-use crate::step::two_derivative::{Here, Tried};
+use crate::step::two_derivative::Here;
 
-/// The beginning of a step.
-#[derive(Clone, Copy)]
-pub struct Begin<'s, 'a, V: Wide> {
-    /// Length of the step in s.
-    pub h: V,
-    /// The machines.
-    pub machine: &'s Machine<'a, V>,
-    /// The play cells of their iron, in code for iron with hysteresis.
-    pub cells: Option<&'s Cells<V>>,
-    /// The legs during the step.
-    pub legs: &'s Conducting<V>,
-    /// State and operating point.
-    pub here: &'s Here<V>,
-    /// Slopes of flux and current.
-    pub change: &'s Change<V>,
-}
+/// The branch beside the core, in the stator's frame: it meets the winding's flux, and its current adds to the core's.
+pub type Branch<V> = play::Cells<V>;
 
-/// The place at which the core was evaluated, with the linear response there.
-#[derive(Clone, Copy)]
-pub struct Looked<V: Wide> {
-    /// The flux in Wb.
-    pub flux: Plane<V>,
-    /// The current in A.
+/// The branch over a step.
+pub type BranchStep<V> = <Branch<V> as Effect<V>>::Step;
+
+/// State of the branch, which [`State`] does not have: fluxes in Wb.
+pub type BranchState<V> = [Plane<V>; MOST_CELLS];
+
+/// The branch at one flux.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BranchPoint<V> {
+    /// Its current in A.
     pub current: Plane<V>,
-    /// Current and stiffness of the play cells.
-    pub iron: Option<Iron<V>>,
-    /// Γ in 1/H.
-    pub gamma: Symmetric<V>,
-    /// Change of the current by an impulse at the blocked leg's terminal.
-    across: Plane<V>,
-    /// 1 over the change of the leg's own current by that impulse.
-    per_impulse: V,
-    /// Whether any machine idles.
-    pub any_idle: bool,
+    /// How that rises with the flux: its part of Γ, in 1/H.
+    pub stiffness: Symmetric<V>,
+    /// Its elastic fluxes.
+    pub elastic: BranchState<V>,
 }
 
-impl<V: Wide> Looked<V> {
-    /// Where the core was just evaluated, with this iron.
+impl<V: Wide> BranchPoint<V> {
+    /// Its current in A after a small change of the flux in Wb.
     #[inline(always)]
-    pub fn at(there: &Here<V>, iron: Option<Iron<V>>, legs: &Conducting<V>) -> Self {
-        let (terminals, gamma) = (&legs.terminals, there.at.inverse_inductance);
-        let across = terminals.blocked.through(gamma);
-        let per_impulse = V::of(1.0) / (across.dot(terminals.blocked) + terminals.none_blocked);
-        let any_idle = V::any(legs.idle);
-        Self { flux: there.state.flux, current: there.at.current, iron, gamma, across, per_impulse, any_idle }
-    }
-
-    /// Takes blocked legs' currents to zero, as an impulse at their terminals would.
-    #[inline(always)]
-    pub fn settle(&self, legs: &Conducting<V>, there: &mut Here<V>) {
-        let (blocked, at) = (legs.terminals.blocked, &mut there.at);
-        let share = blocked.dot(at.current) * self.per_impulse;
-        let (mut impulse, mut change) = (blocked * share, self.across * share);
-        if self.any_idle {
-            let all = at.current.through(at.inverse_inductance.inverse());
-            impulse = Plane::choose(legs.idle, all, impulse);
-            change = Plane::choose(legs.idle, at.current, change);
-        }
-        there.state.flux = there.state.flux - impulse;
-        at.current = at.current - change;
-    }
-
-    /// A flux in Wb without the impulse at a blocked leg's terminal.
-    #[inline(always)]
-    pub fn held(&self, legs: &Conducting<V>, flux: Plane<V>) -> Plane<V> {
-        flux - legs.terminals.blocked * (self.across.dot(flux) * self.per_impulse)
-    }
-
-    /// Flux in Wb and current in A that make the torque: the stator's iron has no part in it.
-    #[inline(always)]
-    pub fn core(&self, flux: Plane<V>, current: Plane<V>) -> [Plane<V>; 2] {
-        match &self.iron {
-            Some(iron) => [flux, iron.core(current, flux - self.flux)],
-            None => [flux, current],
-        }
+    pub fn current_after(&self, change: Plane<V>) -> Plane<V> {
+        self.current + change.through(self.stiffness)
     }
 }
 
-/// A place within a step that was tried.
-#[derive(Clone, Copy)]
-pub struct Span<'s, 'a, V: Wide> {
-    /// The machines.
-    pub machine: &'s Machine<'a, V>,
-    /// Where the step begins.
-    pub from: &'s Here<V>,
-    /// The step.
-    pub step: &'s Tried<V>,
-    /// Share of the step that has passed.
-    pub share: V,
+/// Carries something out for each effect of machines, in the order of a step; `$branch`: their branch, if there is one.
+macro_rules! each_effect {
+    ($machine:expr, $branch:expr, $effect:ident => $do:expr) => {{
+        let machine = $machine;
+        let (rotors, eddies) = (machine.rotors.as_ref(), machine.circuits.eddies());
+        let winding = $crate::effect::winding::Winding;
+        each_effect!(@ $effect => $do; rotors, machine.links, winding, eddies, machine.legs, $branch);
+    }};
+    (@ $effect:ident => $do:expr; $($each:expr),*) => {$({
+        let $effect = &$each;
+        $do;
+    })*};
 }
+pub(crate) use each_effect;
 
-impl<V: Wide> Span<'_, '_, V> {
-    /// The cubic over the step with these values at both ends and these slopes, per second.
-    #[inline(always)]
-    pub fn cubic(&self, value: [V; 2], rise: [V; 2]) -> Cubic<V> {
-        Cubic { value, slope: [rise[0] * self.step.h, rise[1] * self.step.h] }
-    }
-
-    /// The cubics of the flux's components, in Wb.
-    #[inline(always)]
-    pub fn flux(&self) -> [Cubic<V>; 2] {
-        let [from, to] = [self.from.state.flux, self.step.end.state.flux];
-        let [first, last] = [self.step.change[0].flux, self.step.change[1].flux];
-        [self.cubic([from.x, to.x], [first.x, last.x]), self.cubic([from.y, to.y], [first.y, last.y])]
-    }
-}
-
-/// A part of the machines with a state of its own. Its methods must be `#[inline(always)]`.
+/// A part of the machines with a state or a law of its own. Its methods for several machines must be `#[inline(always)]`.
 pub trait Effect<V: Wide> {
     /// Numbers that it carries through a step.
-    type Step;
+    type Step: Copy + Default;
+
+    /// Writes its state of a case at rest, with this flux in Wb in the rotor's plane, into a lane.
+    fn rest(&self, _lane: usize, _case: &Case<'_>, _flux: Dq<f64>, _state: &mut State<V>) {}
 
     /// Writes its predicted state at the end of the step into `there`.
-    fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) -> Self::Step;
+    #[inline(always)]
+    fn predict(&self, _begin: &Begin<'_, '_, V>, _there: &mut Here<V>) -> Self::Step {
+        Self::Step::default()
+    }
 
     /// Corrects its state, now that currents and their slopes at the end are known.
-    fn correct(
-        &self,
-        begin: &Begin<'_, '_, V>,
-        looked: &Looked<V>,
-        change: &Change<V>,
-        there: &mut Here<V>,
-        step: &mut Self::Step,
-    );
+    #[inline(always)]
+    fn correct(&self, _end: &End<'_, '_, V>, _there: &mut Here<V>, _step: &mut Self::Step) {}
 
     /// Its share of the step's error, relative to the tolerance.
-    fn error(&self, step: &Self::Step, accuracy: &Accuracy<V>) -> V;
+    #[inline(always)]
+    fn error(&self, _step: &Self::Step, _accuracy: &Accuracy<V>) -> V {
+        V::of(0.0)
+    }
 
-    /// Writes its state within a step into `there`.
-    fn within(&self, span: &Span<'_, '_, V>, there: &mut Here<V>);
+    /// Its numbers of a step from one place to another that is known: the referee's.
+    #[inline(always)]
+    fn between(&self, _end: &End<'_, '_, V>, _there: &Here<V>) -> Self::Step {
+        Self::Step::default()
+    }
 
     /// Adds the slope of its state, per second, for the referee.
-    fn slope(&self, legs: &Conducting<V>, here: &Here<V>, slope: &mut State<V>);
+    #[inline(always)]
+    fn slope(&self, _legs: &Conducting<V>, _here: &Here<V>, _slope: &mut State<V>) {}
+
+    /// Writes its state within a step into `there`.
+    #[inline(always)]
+    fn within(&self, _span: &Span<'_, '_, V>, _there: &mut Here<V>) {}
 
     /// Copies its numbers of some machines from one place to another.
-    fn keep(&self, of: V::Mask, from: &Here<V>, to: &mut Here<V>);
+    #[inline(always)]
+    fn keep(&self, _of: V::Mask, _from: &Here<V>, _to: &mut Here<V>) {}
+
+    /// Adds the energy in J that it stores to the accounts of changes.
+    fn energy(&self, _moment: &Moment<'_, '_, V>, _stored: &mut Ledger) {}
+
+    /// Adds its powers in W at a place within a step.
+    fn power(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _powers: &mut Ledger) {}
+
+    /// Adds energies in J that a whole step moved at once.
+    fn work(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _spent: &mut Ledger) {}
+}
+
+/// A branch beside the core ([`Branch`]): what steps and control ask of it.
+pub trait CoreBranch<V: Wide>: Effect<V> + Sized {
+    /// For machines of this motor's kind; none where they have no such branch.
+    fn like(_motor: &Motor) -> Option<Self> {
+        None
+    }
+
+    /// Puts a case into a lane; `flux`: in Wb without current, in the rotor's plane, to which its own current adds. Whether that makes a
+    /// torque.
+    ///
+    /// # Errors
+    /// No flux holds the current that it is left with.
+    fn start(&mut self, _lane: usize, _case: &Case<'_>, _flux: &mut Dq<f64>) -> Result<bool, RunError> {
+        Ok(false)
+    }
+
+    /// Finds the modes in which some machines begin a step at a flux in Wb: the flux's rise in V follows from the stiffness in 1/H that
+    /// is the branch's part of Γ.
+    #[inline(always)]
+    fn find_modes(&mut self, _: V::Mask, _: Plane<V>, _: impl FnMut(Symmetric<V>) -> Plane<V>) {}
+
+    /// The branch at a flux in Wb, on a way that began in the direction of `along`.
+    #[inline(always)]
+    fn at(&self, _flux: Plane<V>, _along: Option<Plane<V>>) -> BranchPoint<V> {
+        BranchPoint::default()
+    }
+
+    /// Its part of the Γ in 1/H that is known of where the machines are.
+    #[inline(always)]
+    fn stiffness(&self) -> Symmetric<V> {
+        Symmetric::default()
+    }
+
+    /// Γ was evaluated anew for some machines with this part in 1/H.
+    #[inline(always)]
+    fn set_stiffness(&mut self, _of: V::Mask, _stiffness: Symmetric<V>) {}
+
+    /// Makes the end of a step, at a flux in Wb, the place of those that took it.
+    #[inline(always)]
+    fn take(&mut self, _of: V::Mask, _flux: Plane<V>, _step: &Self::Step) {}
+
+    /// The least room of its modes within a step and at its end, in Wb with their slack: negative where one ended.
+    #[inline(always)]
+    fn room(&self, _step: &Self::Step) -> [V; 2] {
+        [V::of(f64::INFINITY); 2]
+    }
+
+    /// Its modes that end within the step of a lane.
+    fn ends(&self, _step: &Self::Step, _lane: usize, _first: &mut First) {}
+
+    /// The branch at a flux in Wb, where fluxes are pinned so.
+    fn pinned_at(&self, _flux: Plane<V>, _pinned: &BranchState<V>) -> BranchPoint<V> {
+        BranchPoint::default()
+    }
+
+    /// How what is pinned moves, in V, where the flux rises so.
+    fn pinned_rise(&self, _at: &BranchPoint<V>, _rise: Plane<V>) -> BranchState<V> {
+        BranchState::default()
+    }
+}
+
+/// Methods of an effect that machines of a kind may lack: none where it is not there.
+macro_rules! where_there {
+    ($($name:ident($($argument:ident: $type:ty),*);)*) => {$(
+        #[inline(always)]
+        fn $name(&self, $($argument: $type),*) {
+            if let Some(effect) = self {
+                effect.$name($($argument),*);
+            }
+        }
+    )*};
 }
 
 /// An effect that machines of a kind may lack: it then has no part in a step.
 impl<V: Wide, E: Effect<V>> Effect<V> for Option<&E> {
     type Step = Option<E::Step>;
+
+    where_there! {
+        rest(lane: usize, case: &Case<'_>, flux: Dq<f64>, state: &mut State<V>);
+        slope(legs: &Conducting<V>, here: &Here<V>, slope: &mut State<V>);
+        within(span: &Span<'_, '_, V>, there: &mut Here<V>);
+        keep(of: V::Mask, from: &Here<V>, to: &mut Here<V>);
+        energy(moment: &Moment<'_, '_, V>, stored: &mut Ledger);
+        power(moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, powers: &mut Ledger);
+        work(moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, spent: &mut Ledger);
+    }
 
     #[inline(always)]
     fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) -> Self::Step {
@@ -180,16 +225,9 @@ impl<V: Wide, E: Effect<V>> Effect<V> for Option<&E> {
     }
 
     #[inline(always)]
-    fn correct(
-        &self,
-        begin: &Begin<'_, '_, V>,
-        looked: &Looked<V>,
-        change: &Change<V>,
-        there: &mut Here<V>,
-        step: &mut Self::Step,
-    ) {
+    fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, step: &mut Self::Step) {
         if let (Some(effect), Some(step)) = (self, step) {
-            effect.correct(begin, looked, change, there, step);
+            effect.correct(end, there, step);
         }
     }
 
@@ -202,42 +240,7 @@ impl<V: Wide, E: Effect<V>> Effect<V> for Option<&E> {
     }
 
     #[inline(always)]
-    fn within(&self, span: &Span<'_, '_, V>, there: &mut Here<V>) {
-        if let Some(effect) = self {
-            effect.within(span, there);
-        }
+    fn between(&self, end: &End<'_, '_, V>, there: &Here<V>) -> Self::Step {
+        some!(self, effect => effect.between(end, there))
     }
-
-    #[inline(always)]
-    fn slope(&self, legs: &Conducting<V>, here: &Here<V>, slope: &mut State<V>) {
-        if let Some(effect) = self {
-            effect.slope(legs, here, slope);
-        }
-    }
-
-    #[inline(always)]
-    fn keep(&self, of: V::Mask, from: &Here<V>, to: &mut Here<V>) {
-        if let Some(effect) = self {
-            effect.keep(of, from, to);
-        }
-    }
-}
-
-/// Copies numbers of some machines.
-#[inline(always)]
-pub fn keep<V: Wide>(of: V::Mask, from: V, to: &mut V) {
-    *to = V::choose(of, from, *to);
-}
-
-/// Copies vectors of some machines.
-#[inline(always)]
-pub fn keep_plane<V: Wide>(of: V::Mask, from: Plane<V>, to: &mut Plane<V>) {
-    *to = Plane::choose(of, from, *to);
-}
-
-/// Copies vectors in the rotor's plane of some machines.
-#[inline(always)]
-pub fn keep_dq<V: Wide>(of: V::Mask, from: Dq<V>, to: &mut Dq<V>) {
-    keep(of, from.d, &mut to.d);
-    keep(of, from.q, &mut to.q);
 }

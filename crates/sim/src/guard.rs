@@ -3,8 +3,9 @@
 use standstill_numeric::{Mask, Wide};
 
 use crate::physics::legs::Conducting;
-use crate::physics::machine::{Change, Machine, Operating};
+use crate::physics::machine::{Change, Machine};
 use crate::physics::state::State;
+use crate::step::two_derivative::Here;
 
 /// A condition that ends a mode, and with it the smooth part of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,12 +22,12 @@ pub enum Guard {
     Domain,
     /// ψ_d (0) or ψ_q (1) crosses zero, where the core has a kink.
     Kink(usize),
-    /// A play cell of the iron begins or ceases to slide; see `effect/play.rs`.
-    Cell,
+    /// A mode of the branch beside the core, which each step finds anew.
+    Branch,
 }
 
-/// A number for each guard but those of cells.
-#[derive(Clone, Copy, Debug)]
+/// A number for each guard but those of the branch.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct PerGuard<V> {
     /// [`Guard::Leg`].
     pub leg: [V; 3],
@@ -50,7 +51,7 @@ impl<V: Wide> PerGuard<V> {
     }
 }
 
-/// What ends the smooth part. What cannot end it is infinitely far away.
+/// Bounds whose crossing ends the smooth part. One that cannot be crossed is infinitely far away.
 #[derive(Clone, Debug)]
 pub struct Bounds<V: Wide> {
     /// The rotor's motion: a constant, and factors of its speed in rad/s, of the torque in N·m and of its magnitude
@@ -91,8 +92,7 @@ impl<V: Wide> Bounds<V> {
         &self,
         machine: &Machine<V>,
         legs: &Conducting<V>,
-        state: &State<V>,
-        at: &Operating<V>,
+        Here { state, at, .. }: &Here<V>,
         change: &Change<V>,
         current: &[V; 3],
     ) -> Margins<V> {

@@ -11,7 +11,7 @@
 
 pub mod bank;
 pub mod driven;
-mod mode_ends;
+pub mod mode_ends;
 mod slots;
 
 use standstill_numeric::{OnWidest, Wide, Width, on_widest};
@@ -33,14 +33,14 @@ trait Host<'a> {
     /// The next case, for this lane.
     fn next(&mut self, lane: usize) -> Option<Case<'a>>;
 
-    /// What the detector in this lane orders after these readings; `None` if it is done.
+    /// The command of the detector in this lane after these readings; `None` if it is done.
     fn step(&mut self, lane: usize, readings: &[Reading<f64>]) -> Option<Command<f64>>;
 
     /// The run in this lane is over, as its detector was done or by an error.
     fn over(&mut self, lane: usize, finished: Finished);
 }
 
-/// What a detector orders after readings; `None` if it is done.
+/// A detector: its command after readings; `None` if it is done.
 type Orders<'d> = dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>> + 'd;
 
 /// Goes on until a step is wanted, or to the end of the run.
@@ -77,7 +77,7 @@ fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     bank.machine.fits(case.motor, &case.inverter, can_move(case.rotor))
         && bank.bounds.sides.is_some() == has_kinks(case)
         && Sensed::fits(bank.sensed.as_ref(), &case.sensors.settings)
-        && (bank.follow || !is_followed(case))
+        && (bank.control.follow || !is_followed(case))
 }
 
 /// Runs in the lanes of a bank.
@@ -95,7 +95,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     fn begin(&mut self, lane: usize, control: Control<'a>, detector: &mut Orders<'_>) -> Option<Finished> {
         let finished = advance(self.lanes[lane].insert(control), &mut self.bank, detector, Want::Command);
         if finished.is_some() {
-            self.bank.live &= !(1 << lane);
+            self.bank.schedule.live &= !(1 << lane);
         }
         finished
     }
@@ -122,8 +122,8 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     fn turn(&mut self, host: &mut dyn Host<'a>) -> u32 {
         let mut over = 0;
         self.bank.step();
-        let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = self.bank.served;
-        if self.bank.follow {
+        let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = self.bank.outcome.served;
+        if self.bank.control.follow {
             let thirds = [self.bank.within(1.0 / 3.0), self.bank.within(2.0 / 3.0)];
             for lane in lanes_of(accepted) {
                 if let Some(control) = &mut self.lanes[lane] {
@@ -148,7 +148,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
             if let Some(finished) =
                 advance(control, &mut self.bank, &mut |readings| host.step(lane, readings), want)
             {
-                self.bank.live &= !(1 << lane);
+                self.bank.schedule.live &= !(1 << lane);
                 over |= 1 << lane;
                 host.over(lane, finished);
             }
@@ -186,12 +186,10 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
     ledger: bool,
     probe: &mut dyn Probe,
 ) -> Run<T> {
-    let mut adapter = Adapter::new();
-    let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, false);
-    adapter.run(finished)
+    by(case, detector, ledger, probe, false)
 }
 
-/// The same by another method for each step, of order five and with nothing in common with the engine's own but the
+/// Carries out one detection by another method for each step, of order five and with nothing in common with the engine's own but the
 /// equations: for tests, and to know the numerical error of a run.
 pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
@@ -199,8 +197,19 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     ledger: bool,
     probe: &mut dyn Probe,
 ) -> Run<T> {
+    by(case, detector, ledger, probe, true)
+}
+
+/// One run of a detector, by the engine's own steps or the referee's.
+fn by<T: Real, D: Detector<T> + ?Sized>(
+    case: &Case,
+    detector: &mut D,
+    ledger: bool,
+    probe: &mut dyn Probe,
+    refereed: bool,
+) -> Run<T> {
     let mut adapter = Adapter::new();
-    let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, true);
+    let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, refereed);
     adapter.run(finished)
 }
 
@@ -233,7 +242,7 @@ pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
     run_side_by_side_in(Width::Avx512, cases, done);
 }
 
-/// The same in registers no wider than `most`: the bits of the runs do not depend on it.
+/// [`run_side_by_side`] in registers no wider than `most`: the bits of the runs do not depend on it.
 pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
     most: Width,
     cases: impl IntoIterator<Item = (Case<'a>, D)>,
@@ -277,7 +286,7 @@ impl OnWidest for Work<'_, '_> {
         for lane in 1..V::LANES {
             side_by_side.fill(lane, host);
         }
-        while side_by_side.bank.live != 0 {
+        while side_by_side.bank.schedule.live != 0 {
             for lane in lanes_of(side_by_side.turn(host)) {
                 side_by_side.fill(lane, host);
             }

@@ -34,7 +34,32 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// What the source delivered and no account shows: zero but for the integrator's error.
+    /// Adds accounts, times a factor.
+    pub(crate) fn add(&mut self, of: &Self, times: f64) {
+        self.source += times * of.source;
+        self.source_loss += times * of.source_loss;
+        self.device_loss += times * of.device_loss;
+        self.copper_loss += times * of.copper_loss;
+        self.eddy_loss += times * of.eddy_loss;
+        self.hysteresis_loss += times * of.hysteresis_loss;
+        self.shaft_work += times * of.shaft_work;
+        self.friction_loss += times * of.friction_loss;
+        self.load_work += times * of.load_work;
+        self.impact_loss += times * of.impact_loss;
+        self.link_change += times * of.link_change;
+        self.terminal_change += times * of.terminal_change;
+        self.field_change += times * of.field_change;
+        self.kinetic_change += times * of.kinetic_change;
+    }
+
+    /// A device charged a terminal at once: the rail gave some energy in J, of a `stiff` source or of the link's capacitor, and the
+    /// terminal has some of it.
+    pub(crate) fn charge(&mut self, given: f64, kept: f64, stiff: bool) {
+        self.source += if stiff { given } else { 0.0 };
+        self.device_loss += given - kept;
+    }
+
+    /// Energy that the source delivered and no account shows: zero but for the integrator's error.
     ///
     /// ```
     /// use standstill_sim::Ledger;
@@ -56,7 +81,7 @@ impl Ledger {
             - self.field_change
     }
 
-    /// The same on the mechanical side: shaft work that is in no account.
+    /// Shaft work that no mechanical account shows.
     pub fn mechanical_imbalance(&self) -> f64 {
         self.shaft_work - self.friction_loss - self.load_work - self.impact_loss - self.kinetic_change
     }

@@ -98,7 +98,7 @@ impl Channels {
         }
     }
 
-    /// What is read where these values are, with standard normals for the noise: the value of the nearest code, whether it was
+    /// Readings of these values, with standard normals for the noise: the value of the nearest code, whether it was
     /// the first or the last, and the code. Without a converter the value itself.
     #[inline(always)]
     fn read(&self, there: [f64; 4], normals: [f64; 4]) -> [(f64, bool, u32); 4] {
@@ -183,7 +183,7 @@ pub struct SensorSettings {
     /// The converter takes phases a, b and c one after the other, each by this much later than the one before; the first
     /// together with the DC link. Never out of the command: what would come after its end is taken at its end.
     pub skew: Nanos,
-    /// What switching edges add to all currents behind the filters; none: nothing.
+    /// Pick-up of switching edges in all currents behind the filters; none: nothing.
     pub pick_up: Option<PickUp>,
     /// Each ADC trigger is off by up to this much, uniformly, either way; never out of its command.
     pub jitter: Nanos,
@@ -242,7 +242,7 @@ impl SensorSettings {
 /// One drive's sensors: the settings, and the errors this specimen has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensors {
-    /// What they were drawn from; noise, jitter and converters still apply to each sample.
+    /// Settings that they were drawn from; noise, jitter and converters still apply to each sample.
     pub settings: SensorSettings,
     /// Gains of the phases' sensors.
     pub gain: [f64; 3],

@@ -10,7 +10,7 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 pub use draws::Draws;
 pub use tape::{Strip, Tape};
 
-/// What a random number is for. Each purpose has draws of its own, so that a new source of error does not
+/// The purpose of a random number. Each purpose has draws of its own, so that a new source of error does not
 /// shift the draws of the others, and two methods on the same trial meet the same errors.
 ///
 /// The number of a purpose is the place of its first draws. Purposes that are drawn together are neighbours by fours,
@@ -41,7 +41,7 @@ pub enum Purpose {
     Jitter = 10,
     /// Corner frequencies of the current sensors: draw 0 is in common, 1 to 3 are those of the phases.
     Bandwidth = 11,
-    /// What a tolerance draws; each key has a name of its own.
+    /// Values of toleranced keys; each key has a name of its own.
     Tolerance = 12,
     /// The order of a Latin hypercube.
     Design = 13,
@@ -111,7 +111,7 @@ impl<'t> Streams<'t> {
         })
     }
 
-    /// Opens the draws of one purpose that a name tells from others, such as the tolerance of one key.
+    /// Opens the draws of one purpose under a name, such as the tolerance of one key.
     #[inline]
     pub fn open_named(self, purpose: Purpose, name: &str) -> Draws<'t> {
         let strip = self.tape.map(|tape| (tape, tape.strip(purpose, name)));
@@ -128,7 +128,7 @@ const IN_BLOCK: usize = 8;
 /// Where the draws of one trial come from: ChaCha's key and stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Source {
-    /// What the seed makes of ChaCha's key: taken once, not for each purpose.
+    /// ChaCha's key, which follows from the seed: taken once, not for each purpose.
     key: [u8; 32],
     index: u64,
 }

@@ -27,7 +27,7 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// What the devices of each leg carry in A, towards the motor. A leg in which none conducts carries nothing: the phase current, if
+    /// Currents in A of each leg's devices, towards the motor. A leg in which none conducts carries nothing: the phase current, if
     /// there is one, charges the capacitance of its terminal. What a terminal takes to follow a device's potential is left out.
     ///
     /// ```
@@ -69,7 +69,7 @@ pub enum Event {
     Sample([f64; 3], f64),
 }
 
-/// What a run reports to while it goes on.
+/// An observer of a run while it goes on.
 pub trait Probe {
     /// Time in s between two snapshots at most; none: snapshots are not wanted and cost nothing.
     fn resolution(&self) -> Option<f64>;

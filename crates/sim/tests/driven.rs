@@ -3,35 +3,26 @@
 use standstill_interface::{
     Abc, Command, Detector, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
 };
-use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter};
 use standstill_plant::{Motor, built_in};
 use standstill_sim::{
-    Adc, Case, Driven, NoProbe, RotorState, RunError, SensorSettings, Sensors, Streams, Tolerance, run,
+    Adc, Case, Driven, NoProbe, RotorState, RunError, SensorSettings, Sensors, Streams, run,
 };
 
 fn case(motor: &Motor, rotor: RotorState, devices: Devices, sensors: SensorSettings) -> Case<'_> {
     let dead_time = Nanos(if devices == Devices::default() { 0 } else { 2000 });
+    let inverter = Inverter {
+        bridge: Bridge { devices, ..Bridge::default() },
+        gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
+        link: DcLink::stiff(550.0),
+        carrier_period: Nanos(66_667),
+    };
     Case {
-        motor,
-        inverter: Inverter {
-            bridge: Bridge {
-                devices,
-                open_leg: OpenLeg::Diodes,
-                terminal_capacitance: 0.0,
-                terminal_resistance: 0.0,
-            },
-            gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
-            link: DcLink::stiff(550.0),
-            carrier_period: Nanos(66_667),
-        },
         sensors: Sensors::nominal(sensors),
         start_angle: 0.7,
         rotor,
-        load_torque: 0.0,
-        memory: None,
         streams: Streams::new(1, 3),
-        tolerance: Tolerance::default(),
-        time_limit: Case::TIME_LIMIT,
+        ..Case::new(motor, inverter)
     }
 }
 

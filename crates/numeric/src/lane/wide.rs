@@ -4,8 +4,8 @@ use std::ops::{BitAnd, BitOr, Not};
 
 use super::Lane;
 
-/// Where something holds, lane by lane.
-pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+/// Where something holds, lane by lane; nowhere by default.
+pub trait Mask: Copy + Default + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// One bit for each lane, the first lane in the lowest.
     fn bits(self) -> u32;
 

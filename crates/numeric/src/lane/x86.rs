@@ -46,6 +46,20 @@ macro_rules! numbers {
             }
         }
 
+        impl Default for $name {
+            #[inline(always)]
+            fn default() -> Self {
+                Self::of(0.0)
+            }
+        }
+
+        impl Default for $masks {
+            #[inline(always)]
+            fn default() -> Self {
+                Self::of_bits(0)
+            }
+        }
+
         impl Arithmetic for $name {
             #[inline(always)]
             fn of(value: f64) -> Self {

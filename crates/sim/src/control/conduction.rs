@@ -1,6 +1,6 @@
 //! Which devices conduct, and what follows for the machine.
 
-use standstill_interface::AlphaBeta;
+use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{Conduction, Gate, Port};
 use standstill_numeric::{Heading, Symmetric, Wide};
 
@@ -24,7 +24,7 @@ pub struct One {
     pub current: Plane,
     /// Inverse inductance in 1/H there.
     pub inverse_inductance: Symmetric,
-    /// What changes the currents in A/s at constant flux.
+    /// Slope of the currents in A/s at constant flux.
     pub drift: Plane,
     /// DC link in V.
     pub dc_link: f64,
@@ -36,14 +36,13 @@ impl One {
     /// The machine of a lane.
     pub fn of<V: Wide>(bank: &Bank<'_, V>, here: &Here<V>, lane: usize) -> Self {
         let one = |pack: &V| pack.get(lane);
-        let plane = |v: &Plane<V>| Plane::new(one(&v.x), one(&v.y));
         let gamma = &here.at.inverse_inductance;
-        let mut drift = plane(&here.at.relaxing);
+        let mut drift = here.at.relaxing.get(lane);
         if bank.machine.rotors.is_some() {
-            drift = drift + plane(&here.at.turning) * one(&here.state.speed);
+            drift = drift + here.at.turning.get(lane) * one(&here.state.speed);
         }
         Self {
-            current: plane(&here.at.current),
+            current: here.at.current.get(lane),
             inverse_inductance: Symmetric::new(one(&gamma.xx), one(&gamma.xy), one(&gamma.yy)),
             drift,
             dc_link: one(&here.state.link),
@@ -70,15 +69,10 @@ impl<'a> Control<'a> {
         self.currents_at(bank, &bank.here)
     }
 
-    /// The same at another time.
+    /// Phase currents in A at another time.
     pub(super) fn currents_at<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> [f64; 3] {
-        let i = &here.at.current;
-        let (x, y) = (i.x.get(self.lane), i.y.get(self.lane));
-        let phase = |k: usize| {
-            let axis = &bank.machine.legs.axes[k];
-            axis.x.get(self.lane) * x + axis.y.get(self.lane) * y
-        };
-        [phase(0), phase(1), phase(2)]
+        let current = here.at.current.get(self.lane);
+        self.axes(bank).map(|axis| axis.dot(current))
     }
 
     /// The machine as the bridge sees it.
@@ -118,8 +112,8 @@ impl<'a> Control<'a> {
     pub(super) fn end_mode<V: Wide>(&mut self, bank: &mut Bank<'a, V>, guard: Guard) -> Result<(), RunError> {
         let passed = self.time(bank);
         match guard {
-            // Each step finds the modes of its cells.
-            Guard::Cell => return Ok(()),
+            // Each step finds the modes of its branch.
+            Guard::Branch => return Ok(()),
             Guard::Kink(axis) => {
                 self.cross_kink(bank, axis);
                 return Ok(());
@@ -178,27 +172,20 @@ impl<'a> Control<'a> {
             (one.current.through(one.inverse_inductance.inverse()), one.current)
         } else {
             let k = legs.iter().position(|leg| *leg).unwrap_or(0);
-            let axis = &bank.machine.legs.axes[k];
-            let axis = Plane::new(axis.x.get(lane), axis.y.get(lane));
+            let axis = bank.machine.legs.axes[k].get(lane);
             let across = axis.through(one.inverse_inductance);
             let share = axis.dot(one.current) / across.dot(axis);
             (axis * share, across * share)
         };
         let here = &mut bank.here;
-        let flux = &mut here.state.flux;
-        flux.x.put(lane, flux.x.get(lane) - impulse.x);
-        flux.y.put(lane, flux.y.get(lane) - impulse.y);
-        let left = if all { Plane::new(0.0, 0.0) } else { one.current - change };
-        here.at.current.x.put(lane, left.x);
-        here.at.current.y.put(lane, left.y);
+        here.state.flux.put(lane, here.state.flux.get(lane) - impulse);
+        let left = if all { Plane::default() } else { one.current - change };
+        here.at.current.put(lane, left);
     }
 
     fn left_map<V: Wide>(&self, bank: &Bank<'a, V>) -> RunError {
-        let current = &bank.here.at.core_current;
-        // A current in mA is far from the largest whole number.
-        #[allow(clippy::cast_possible_truncation)]
-        let milli = |current: &V| (current.get(self.lane) * 1e3).round() as i64;
-        RunError::LeftMap { current_ma: [milli(&current.d), milli(&current.q)] }
+        let Dq { d, q } = &bank.here.at.core_current;
+        RunError::left_map([d.get(self.lane), q.get(self.lane)])
     }
 
     /// ψ_d or ψ_q, by its number, went to the other side of zero.

@@ -1,4 +1,4 @@
-//! What is expected of a step after other legs conduct than before: how long it may be, and when a current has carried a terminal
+//! Expectations of a step after other legs conduct than before: how long it may be, and when a current has carried a terminal
 //! from one bound to the other.
 
 use standstill_inverter::Modes;
@@ -15,16 +15,16 @@ use crate::physics::terminals::of_legs;
 /// How many times as long as a constant current takes to carry a terminal to its bound a step is tried.
 const CARRIED: f64 = 1.2;
 
-/// The share of the longest angle in which cubics can tell where a swing ends a leg's mode that is tried.
+/// The share that is tried of the longest angle in which cubics locate the end of a leg's mode in a swing.
 const NEARLY: f64 = 0.95;
 
-/// The angle in rad up to which four powers of time tell a current that swings: they miss x⁵/120 of the charge, 5e-6 of it.
-const TOLD: f64 = 0.22;
+/// The angle in rad up to which four powers of time follow a current that swings: they miss x⁵/120 of the charge, 5e-6 of it.
+const EXACT: f64 = 0.22;
 
 impl<'a> Control<'a> {
     /// Axes of the phases.
     pub(super) fn axes<V: Wide>(&self, bank: &Bank<'a, V>) -> [Plane; 3] {
-        bank.machine.legs.axes.each_ref().map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)))
+        bank.machine.legs.axes.each_ref().map(|axis| axis.get(self.lane))
     }
 
     /// How fast the current rises in A/s with these potentials in V at the winding.
@@ -38,7 +38,7 @@ impl<'a> Control<'a> {
     }
 
     /// The step to try next where other legs conduct than before: the one that was next when as many terminals floated last. No
-    /// longer than cubics can tell where a swing ends a leg's mode, and little longer than a current takes to carry a terminal to its
+    /// longer than cubics locate the end of a leg's mode in a swing, and little longer than a current takes to carry a terminal to its
     /// bound while these potentials in V are behind the winding.
     pub(super) fn expect<V: Wide>(
         &self,
@@ -54,38 +54,38 @@ impl<'a> Control<'a> {
             return;
         }
         // The length of a step that carries a terminal says nothing of those in which it swings.
-        if bank.expected.get(lane) == NEVER && bank.swept >> lane & 1 == 0 {
+        if bank.schedule.expected.get(lane) == NEVER && bank.schedule.swept >> lane & 1 == 0 {
             let floated = before.iter().filter(|direction| **direction == 0.0).count();
-            bank.hints[floated].put(lane, bank.hint.get(lane));
+            bank.control.next_by_floating[floated].put(lane, bank.control.next.get(lane));
         }
-        bank.expected.put(lane, NEVER);
-        bank.swept &= !(1 << lane);
+        bank.schedule.expected.put(lane, NEVER);
+        bank.schedule.swept &= !(1 << lane);
         let floats = modes.map(|mode| mode.direction() == 0.0);
         let count = floats.iter().filter(|floats| **floats).count();
-        let mut hint = bank.hints[count].get(lane);
+        let mut next = bank.control.next_by_floating[count].get(lane);
         if count > 0 {
             let way = Way::of(self, bank, floats, self.rise(bank, behind));
             let most = if bank.machine.lags() { LAGGED } else { SEEN };
-            hint = hint.min((most / way.square).sqrt() * NEARLY * 1e9);
+            next = next.min((most / way.square).sqrt() * NEARLY * 1e9);
             let mut first = (f64::INFINITY, 0);
             for k in (0..3).filter(|k| floats[*k]) {
                 let potential = bank.here.state.potential[k].get(lane);
-                let (time, told) = way.carries(k, potential, bands[k]);
-                hint = hint.min((time * CARRIED * 1e9).max(1.0));
-                if told < first.0 {
-                    first = (told, k);
+                let (time, exact) = way.carries(k, potential, bands[k]);
+                next = next.min((time * CARRIED * 1e9).max(1.0));
+                if exact < first.0 {
+                    first = (exact, k);
                 }
             }
-            let (told, leg) = first;
-            if told < f64::INFINITY {
-                let time = bank.here.time.get(lane) + told * 1e9;
-                bank.expected.put(lane, time);
-                bank.carried[lane] = leg;
-                bank.swept |= 1 << lane;
-                hint = hint.max(told * (1e9 * CARRIED));
+            let (exact, leg) = first;
+            if exact < f64::INFINITY {
+                let time = bank.here.time.get(lane) + exact * 1e9;
+                bank.schedule.expected.put(lane, time);
+                bank.schedule.carried[lane] = leg;
+                bank.schedule.swept |= 1 << lane;
+                next = next.max(exact * (1e9 * CARRIED));
             }
         }
-        bank.hint.put(lane, hint);
+        bank.control.next.put(lane, next);
     }
 }
 
@@ -101,15 +101,10 @@ struct Way {
 }
 
 impl Way {
-    fn of<V: Wide>(control: &Control<'_>, bank: &Bank<'_, V>, floats: [bool; 3], rise: Plane) -> Self {
+    fn of<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, floats: [bool; 3], rise: Plane) -> Self {
         let bridge = &control.case.inverter.bridge;
         let one = One::of(bank, &bank.here, control.lane);
-        let axes = bank
-            .machine
-            .legs
-            .axes
-            .each_ref()
-            .map(|axis| Plane::new(axis.x.get(control.lane), axis.y.get(control.lane)));
+        let axes = control.axes(bank);
         let capacitance = bridge.terminal_capacitance;
         let [none, winding] = [0.0, control.case.motor.resistance];
         let each = |value: f64| floats.map(|floats| if floats { value } else { 0.0 });
@@ -130,7 +125,7 @@ impl Way {
     }
 
     /// In what time in s the current takes a terminal from its potential in V to a bound: at constant current, and as its derivatives
-    /// tell, infinite where they do not tell it exactly.
+    /// give it, infinite where they are not exact.
     fn carries(&self, k: usize, potential: f64, [low, high]: [f64; 2]) -> (f64, f64) {
         let [mut i, mut a, mut b, mut c] = self.current.map(|of| self.axes[k].dot(of));
         let mut room = (potential - low) * self.capacitance;
@@ -139,7 +134,7 @@ impl Way {
             room = (high - potential) * self.capacitance;
         }
         let constant = room / i;
-        let most = TOLD / self.square.sqrt();
+        let most = EXACT / self.square.sqrt();
         let mut time = constant;
         if !(time > 0.0 && time < most) {
             return (constant, f64::INFINITY);
@@ -149,7 +144,7 @@ impl Way {
             let charge = time * (i + time * (a * 0.5 + time * (b * (1.0 / 6.0) + time * c * (1.0 / 24.0))));
             time -= (charge - room) / flows;
         }
-        let told = time > 0.0 && time < most;
-        (constant, if told { time } else { f64::INFINITY })
+        let exact = time > 0.0 && time < most;
+        (constant, if exact { time } else { f64::INFINITY })
     }
 }

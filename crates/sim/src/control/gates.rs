@@ -1,4 +1,4 @@
-//! What the legs are told: requests that follow from commands, one after the other.
+//! The gate sequencer: requests to the legs that follow from commands, one after the other.
 
 #[cfg(test)]
 mod tests;
@@ -13,23 +13,23 @@ use super::requests::{LegPlan, Task};
 use crate::physics::gates::{Alternation, LegGates};
 use crate::physics::legs::Legs;
 
-/// What one leg is told.
+/// The sequencer of one leg.
 #[derive(Clone, Debug)]
-struct Line {
+struct LegSequencer {
     timing: GateTiming,
     plan: LegPlan,
     /// Requests of commands that are over, whose edges are still to come.
     left: VecDeque<(Nanos, Gate)>,
     /// The next request that is no repetition, as far as it was looked at.
     ahead: Option<(Nanos, Gate)>,
-    /// What its driver was told last, and what it was told last before the command.
+    /// The last request to its driver, and the last one before the command.
     requested: Gate,
     before: Gate,
     /// Whether requests may have followed by alternation since the last that was taken from here.
     alternates: bool,
 }
 
-impl Line {
+impl LegSequencer {
     /// Puts the next request into the place of the one carried out, and lets others follow by alternation where they do.
     fn expect_next<V: Wide>(&mut self, gates: &mut LegGates<V>, lane: usize) {
         let next = self.next();
@@ -95,17 +95,17 @@ impl Line {
     }
 }
 
-/// What the legs of one inverter are told.
+/// The gate sequencer of one inverter.
 #[derive(Clone, Debug)]
-pub struct Lines {
-    lines: [Line; 3],
+pub struct GateSequencer {
+    sequencers: [LegSequencer; 3],
     start: Nanos,
 }
 
-impl Lines {
+impl GateSequencer {
     /// Nothing yet.
     pub fn new(timings: [GateTiming; 3]) -> Self {
-        let line = |timing| Line {
+        let leg = |timing| LegSequencer {
             timing,
             plan: LegPlan::NONE,
             left: VecDeque::new(),
@@ -114,7 +114,7 @@ impl Lines {
             before: Gate::Off,
             alternates: false,
         };
-        Self { lines: timings.map(line), start: Nanos::ZERO }
+        Self { sequencers: timings.map(leg), start: Nanos::ZERO }
     }
 
     /// Lays out the next command, which starts where the one before ended.
@@ -131,25 +131,25 @@ impl Lines {
         let ends = [start + first.duration, start + first.duration + second.duration];
         let (Abc(a), Abc(b)) = (first.legs, second.legs);
         self.start = start;
-        for (k, line) in self.lines.iter_mut().enumerate() {
+        for (k, leg) in self.sequencers.iter_mut().enumerate() {
             let gates = &mut legs.gates[k];
-            line.catch_up(gates, lane);
-            while let Some(request) = line.plan.take() {
-                line.left.push_back(request);
+            leg.catch_up(gates, lane);
+            while let Some(request) = leg.plan.take() {
+                leg.left.push_back(request);
             }
-            let last = line.left.back().or(line.ahead.as_ref());
-            line.before = last.map_or(line.requested, |(_, gate)| *gate);
+            let last = leg.left.back().or(leg.ahead.as_ref());
+            leg.before = last.map_or(leg.requested, |(_, gate)| *gate);
             let task = Task::new(a[k], carrier);
             let tasks = [task, if command.then.is_some() { Task::new(b[k], carrier) } else { task }];
-            line.plan = LegPlan::new(tasks, start, ends, carrier);
-            // Most legs of most commands keep what they were told.
-            if line.left.is_empty() && line.ahead.is_none() && line.plan.keeps(line.requested) {
-                line.plan = line.plan.told_before();
+            leg.plan = LegPlan::new(tasks, start, ends, carrier);
+            // Most legs of most commands keep their gates.
+            if leg.left.is_empty() && leg.ahead.is_none() && leg.plan.keeps(leg.requested) {
+                leg.plan = leg.plan.without_requests();
                 continue;
             }
             match gates.comes_on(lane) {
-                None if gates.waits(lane) => line.expect_next(gates, lane),
-                Some(on) if line.loses(on) => gates.lose(lane),
+                None if gates.waits(lane) => leg.expect_next(gates, lane),
+                Some(on) if leg.loses(on) => gates.lose(lane),
                 None | Some(_) => {}
             }
         }
@@ -157,14 +157,16 @@ impl Lines {
 
     /// A request to a leg has been carried out: the next one is put in its place.
     pub fn carry_out<V: Wide>(&mut self, legs: &mut Legs<V>, lane: usize, k: usize) {
-        let (gates, line) = (&mut legs.gates[k], &mut self.lines[k]);
-        line.catch_up(gates, lane);
+        let (gates, leg) = (&mut legs.gates[k], &mut self.sequencers[k]);
+        leg.catch_up(gates, lane);
         gates.carry_out(lane);
-        line.expect_next(gates, lane);
+        leg.expect_next(gates, lane);
     }
 
-    /// What the legs are told just before `at`, a time of this command or its start.
-    pub fn told(&self, at: Nanos) -> [Gate; 3] {
-        self.lines.each_ref().map(|line| if at > self.start { line.plan.told(at) } else { line.before })
+    /// The requests to the legs just before `at`, a time of this command or its start.
+    pub fn requested(&self, at: Nanos) -> [Gate; 3] {
+        self.sequencers
+            .each_ref()
+            .map(|leg| if at > self.start { leg.plan.requested(at) } else { leg.before })
     }
 }

@@ -12,13 +12,13 @@ use crate::trace::Event;
 /// How far beyond zero a margin must be to count as crossed: the current of a leg or of a map as a share of the rated one, the
 /// flux as a share of what rated current makes, the angle in rad, and the speed in rad/s.
 const CURRENT_SHARE: f64 = 1.25e-11;
-/// The same of a blocked leg's potential, as a share of the link's voltage.
+/// Slack of a blocked leg's potential, as a share of the link's voltage.
 const POTENTIAL_SHARE: f64 = 2e-9;
 const FLUX_SHARE: f64 = 1.25e-11;
 const ANGLE_SLACK: f64 = 1e-12;
 const SPEED_SLACK: f64 = 1e-6;
 
-/// The same of the torque that starts a rotor: at most this share of its stiction, or of what rated current can do. There
+/// Slack of the torque that starts a rotor: at most this share of its stiction, or of what rated current can do. There
 /// are rotors that a micronewton metre starts.
 const STICTION_SHARE: f64 = 1e-4;
 const TORQUE_SHARE: f64 = 1e-9;
@@ -55,14 +55,11 @@ pub fn can_move(rotor: RotorState) -> bool {
 }
 
 impl<'a> Control<'a> {
-    /// The rotor at its start.
-    pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
+    /// The rotor at its start; `pulled`: whether the branch makes a torque at it, too.
+    pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, pulled: bool) {
         let case = &self.case;
-        let mut torque = case.motor.cogging(case.start_angle) - case.load_torque;
-        if case.memory.is_some() && bank.machine.cells.is_some() {
-            // What the iron remembers pulls at the rotor, too.
-            torque = bank.here.at.torque.get(self.lane) - case.load_torque;
-        }
+        let cogging = case.motor.cogging(case.start_angle);
+        let torque = if pulled { bank.here.at.torque.get(self.lane) } else { cogging } - case.load_torque;
         let resolve = |contact| Motion::resolve(&case.motor.rotor, 0.0, torque, contact);
         let motion = match case.rotor {
             _ if !can_move(case.rotor) => Motion::Held,
@@ -122,20 +119,18 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Kinetic energy in J.
-    pub(super) fn kinetic_energy<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
-        let motor = self.case.motor;
-        let speed = bank.here.state.speed.get(self.lane) / f64::from(motor.pole_pairs);
-        motor.rotor.inertia * speed * speed / 2.0
-    }
-
     /// The rotor stopped, started, or ran into the end of the brake's play.
     pub(super) fn change_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, stopped: bool) {
         let lane = self.lane;
         // A rotor whose torque falls short by the slack must not leave a stop into it.
         let mut contact = touched(self.motion);
         if stopped {
-            self.impact_loss += self.kinetic_energy(bank);
+            if V::ALONE
+                && let Some(mut accounts) = self.accounts.take()
+            {
+                accounts.spent.impact_loss += self.moment(bank, &bank.here).energies().kinetic_change;
+                self.accounts = Some(accounts);
+            }
             let [lower, upper] = self.stops();
             let turned = bank.here.state.turned.get(lane);
             let ahead = upper - turned < turned - lower;

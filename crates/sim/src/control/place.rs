@@ -1,98 +1,72 @@
 //! A machine's place among others: its numbers, at rest.
 
-use standstill_interface::Dq;
 use standstill_numeric::{Heading, Wide};
-use standstill_plant::NoConvergence;
 
 use super::run::Control;
-use crate::case::{Case, RunError};
+use crate::case::Case;
+use crate::effect::{CoreBranch, Effect, each_effect};
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
-use crate::physics::plane::Plane;
 use crate::step::error::REMEMBERED;
 
-/// Why a machine cannot begin with the current that its iron is left with.
-fn without_a_state(error: &NoConvergence) -> RunError {
-    // Currents of a map are far below what i64 holds in mA.
-    #[allow(clippy::cast_possible_truncation)]
-    let milli = |current: f64| (current * 1e3).round() as i64;
-    match error.beyond {
-        Some(_) => RunError::LeftMap { current_ma: [milli(error.current.d), milli(error.current.q)] },
-        None => RunError::NotFinite,
-    }
-}
-
 impl<'a> Control<'a> {
-    /// The machine at rest.
-    pub(super) fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
-        let Case { motor, inverter, start_angle, load_torque, tolerance, .. } = &self.case;
-        let (lane, motor, link, bridge) = (self.lane, *motor, inverter.link, inverter.bridge);
-        bank.machine.put(lane, motor, &link, *start_angle, *load_torque);
+    /// The machine at rest. Whether its branch makes a torque there.
+    pub(super) fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
+        let Case { motor, inverter, start_angle, load_torque, .. } = &self.case;
+        let lane = self.lane;
+        bank.machine.put(lane, motor, &inverter.link, *start_angle, *load_torque);
+        bank.machine.legs.put_bridge(lane, &inverter.bridge);
         if let Some(sensed) = &mut bank.sensed {
             sensed.put(lane, &self.case.sensors);
         }
-        let heading = Heading::of(*start_angle);
-        let mut rest = motor.magnetics.rest(heading);
-        let iron = motor.magnetics.hysteresis().zip(motor.magnetics.cells());
-        if let (Some(play), Some((hysteresis, cells))) = (&mut bank.machine.cells, iron) {
-            let last = self.case.memory.map(|last| Heading::of(last - start_angle));
-            if let Some(last) = last {
-                // No current flows: the core's is against what the iron is left with.
-                let left = Dq::new(last.cos, last.sin) * -hysteresis.coercive_current;
-                match motor.magnetics.flux_at(left, heading) {
-                    Ok(flux) => rest = flux,
-                    Err(error) => self.nowhere = Some(without_a_state(&error)),
-                }
+        let mut flux = motor.magnetics.rest(Heading::of(*start_angle));
+        let mut pulls = false;
+        if let Some(branch) = &mut bank.machine.branch {
+            match branch.start(lane, &self.case, &mut flux) {
+                Ok(found) => pulls = found,
+                Err(error) => self.nowhere = Some(error),
             }
-            let inductance = motor.magnetics.inductance();
-            let most = inductance.xx + inductance.yy - inductance.smaller_eigenvalue();
-            let last = last.map(|last| Plane::new(last.cos, last.sin));
-            play.put(lane, cells, Plane::new(rest.d, rest.q), most, tolerance.flux, last);
         }
+        let (machine, here) = (&bank.machine, &mut bank.here);
+        here.time.put(lane, 0.0);
+        each_effect!(machine, machine.branch.as_ref(), effect => effect.rest(lane, &self.case, flux, &mut here.state));
+        machine.links.look(lane, here);
+        self.put_steps(bank);
+        bank.look(lane);
+        pulls
+    }
+
+    /// Error, length and counts of its steps.
+    fn put_steps<V: Wide>(&self, bank: &mut Bank<'a, V>) {
+        let Case { motor, tolerance, sensors, .. } = &self.case;
+        let (lane, longest) = (self.lane, self.longest_step());
         let put = |to: &mut V, from: f64| to.put(lane, from);
-        let here = &mut bank.here;
-        put(&mut here.time, 0.0);
-        put(&mut here.state.flux.x, rest.d);
-        put(&mut here.state.flux.y, rest.q);
-        put(&mut here.state.turned, 0.0);
-        put(&mut here.state.speed, 0.0);
-        put(&mut here.state.lagging.d, rest.d);
-        put(&mut here.state.lagging.q, rest.q);
-        let accuracy = &mut bank.accuracy;
+        let control = &mut bank.control;
         let scale = motor.winding.mean_inductance * motor.rated_current;
-        put(&mut accuracy.per_flux, 1.0 / tolerance.flux);
-        put(&mut accuracy.per_angle, motor.magnet_flux.max(scale) / tolerance.flux);
-        put(&mut accuracy.per_flux_scale, 1.0 / scale);
-        let slowest = self.case.sensors.corner.iter().copied().fold(f64::INFINITY, f64::min);
-        let [filtered, remembered] = match self.case.sensors.settings.bandwidth {
+        put(&mut control.accuracy.per_flux, 1.0 / tolerance.flux);
+        put(&mut control.accuracy.per_angle, motor.magnet_flux.max(scale) / tolerance.flux);
+        put(&mut control.accuracy.per_flux_scale, 1.0 / scale);
+        let slowest = sensors.corner.iter().copied().fold(f64::INFINITY, f64::min);
+        let [filtered, remembered] = match sensors.settings.bandwidth {
             Some(corner) => {
                 let time_constant = 1.0 / (std::f64::consts::TAU * corner * slowest);
                 [motor.winding.mean_inductance, REMEMBERED * time_constant * 1e9]
             }
             None => [0.0; 2],
         };
-        put(&mut accuracy.filtered, filtered);
-        put(&mut accuracy.remembered, remembered);
-        put(&mut bank.hint, self.longest_step());
-        put(&mut bank.longest, self.longest_step());
-        bank.hints.iter_mut().for_each(|hint| put(hint, self.longest_step()));
-        for counted in
-            [&mut bank.refused, &mut bank.peak, &mut bank.moved, &mut bank.steps, &mut bank.evaluations]
-        {
+        put(&mut control.accuracy.filtered, filtered);
+        put(&mut control.accuracy.remembered, remembered);
+        put(&mut control.next, longest);
+        put(&mut control.longest, longest);
+        control.next_by_floating.iter_mut().for_each(|next| put(next, longest));
+        put(&mut control.refused, 0.0);
+        let outcome = &mut bank.outcome;
+        for counted in [&mut outcome.peak, &mut outcome.moved, &mut outcome.steps, &mut outcome.evaluations] {
             put(counted, 0.0);
         }
-        put(&mut bank.expected, NEVER);
-        bank.to_mode_end &= !(1 << lane);
-        bank.live |= 1 << lane;
-        self.look(bank);
-        let source = bank.machine.links.source_of(lane, 0.0);
-        bank.here.state.link.put(lane, source.voltage);
-        self.look_at_link(bank);
-        bank.machine.legs.put_bridge(lane, &bridge);
-        // Where equal leakages of both switches hold them.
-        for potential in &mut bank.here.state.potential {
-            potential.put(lane, source.voltage / 2.0);
-        }
+        put(&mut bank.schedule.expected, NEVER);
+        bank.schedule.to_mode_end &= !(1 << lane);
+        bank.schedule.live |= 1 << lane;
     }
 
     /// Longest step in ns: the winding's shorter time constant, beyond which values and slopes at both ends say so little of

@@ -1,4 +1,4 @@
-//! From a command to what each leg is told, and when.
+//! From a command to each leg's requests and their times.
 
 use standstill_interface::{Command, Leg, Nanos};
 use standstill_inverter::Gate;
@@ -8,7 +8,7 @@ use crate::case::RunError;
 /// Later than any request and any edge.
 const NEVER: Nanos = Nanos(u64::MAX);
 
-/// What a leg does in a stage.
+/// The task of a leg in a stage.
 #[derive(Clone, Copy, Debug)]
 pub enum Task {
     /// Keeps its gates.
@@ -39,7 +39,7 @@ impl Task {
         }
     }
 
-    /// What the leg is told at the begin of the stage.
+    /// The request at the begin of the stage.
     fn first(self) -> Gate {
         match self {
             Self::Keep(gate) | Self::Once { from: gate, .. } => gate,
@@ -52,7 +52,7 @@ impl Task {
 /// One leg's requests over one command, in order of time. What repeats the request before is no request.
 #[derive(Clone, Copy, Debug)]
 pub struct LegPlan {
-    /// What the leg does in each of the two stages.
+    /// The leg's tasks in the two stages.
     tasks: [Task; 2],
     start: Nanos,
     /// Ends of the two stages.
@@ -67,7 +67,7 @@ pub struct LegPlan {
 }
 
 impl LegPlan {
-    /// Of a leg that is told nothing.
+    /// Of a leg without requests.
     pub const NONE: Self = Self {
         tasks: [Task::Keep(Gate::Off); 2],
         start: Nanos::ZERO,
@@ -84,12 +84,12 @@ impl LegPlan {
         Self { tasks, start, ends, carrier, stage: 0, opens: true, at: start, gate: tasks[0].first() }
     }
 
-    /// The same for a leg that has been told all of it before: no request comes.
-    pub fn told_before(self) -> Self {
+    /// The plan of a leg that has these gates already: no request comes.
+    pub fn without_requests(self) -> Self {
         Self { stage: 2, opens: false, at: NEVER, ..self }
     }
 
-    /// Whether all that the leg is told is to keep these gates.
+    /// Whether the leg keeps these gates throughout.
     pub fn keeps(&self, gate: Gate) -> bool {
         self.tasks.iter().all(|task| matches!(task, Task::Keep(kept) if *kept == gate))
     }
@@ -158,8 +158,8 @@ impl LegPlan {
         self.advance();
     }
 
-    /// What the leg is told just before `at`, which lies after the start of the command.
-    pub fn told(&self, at: Nanos) -> Gate {
+    /// The request to the leg just before `at`, which lies after the start of the command.
+    pub fn requested(&self, at: Nanos) -> Gate {
         let before = at - Nanos(1);
         let (stage, stage_start) = if before < self.ends[0] { (0, self.start) } else { (1, self.ends[0]) };
         match self.tasks[stage] {

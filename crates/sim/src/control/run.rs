@@ -1,4 +1,4 @@
-//! One run: told what became of its step, it does what is due at the instant and says what it wants next.
+//! One run: after each step it does all that is due at the instant, and returns its next want.
 //!
 //! ```text
 //!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
@@ -10,7 +10,7 @@ use standstill_numeric::Wide;
 use standstill_plant::Magnetics;
 
 use super::course::Course;
-use super::gates::Lines;
+use super::gates::GateSequencer;
 use super::ledger::Accounts;
 use super::requests::validate;
 use crate::case::{Case, Finished, RunError, Work};
@@ -20,7 +20,7 @@ use crate::physics::motion::Motion;
 use crate::sensing::{LowPass, Sampler};
 use crate::trace::{Event, Probe};
 
-/// What a run wants next.
+/// The next want of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Want {
     /// A step of its machine.
@@ -44,8 +44,8 @@ pub struct Control<'a> {
     /// Its place among the machines side by side.
     pub(super) lane: usize,
     pub(super) probe: Option<&'a mut dyn Probe>,
-    pub(super) lines: Lines,
-    /// What conducts and which switches are on, as who watches was shown it last.
+    pub(super) sequencer: GateSequencer,
+    /// Conduction modes and gates that the observer was shown last.
     pub(super) shown: (Modes, [Gate; 3]),
     pub(super) motion: Motion,
     /// Sides of zero of ψ_d and ψ_q where the core has kinks there; else 0.
@@ -60,8 +60,6 @@ pub struct Control<'a> {
     counted_from: f64,
     segments: u64,
     all_events: u64,
-    /// Energy in J lost where the rotor ran into the end of the brake's play.
-    pub(super) impact_loss: f64,
     pub(super) accounts: Option<Accounts>,
     /// When the modes of legs without current were found last, in ns.
     pub(super) found: f64,
@@ -87,7 +85,7 @@ impl<'a> Control<'a> {
         let mut control = Self {
             lane,
             probe,
-            lines: Lines::new(case.inverter.gates),
+            sequencer: GateSequencer::new(case.inverter.gates),
             shown: ([Conduction::Blocked; 3], [Gate::Off; 3]),
             motion: Motion::Held,
             sides: case.motor.magnetics.core().kinks().map(f64::from),
@@ -99,7 +97,6 @@ impl<'a> Control<'a> {
             counted_from: 0.0,
             segments: 0,
             all_events: 0,
-            impact_loss: 0.0,
             accounts: None,
             found: -1.0,
             stale: false,
@@ -108,20 +105,20 @@ impl<'a> Control<'a> {
             case,
         };
         control.readings.clear();
-        control.put(bank);
-        control.set_up_motion(bank);
+        let pulled = control.put(bank);
+        control.set_up_motion(bank, pulled);
         if V::ALONE && ledger {
             control.accounts = Some(Accounts::open(&control, bank));
         }
         control
     }
 
-    /// The same run without who watches and without ledger.
+    /// A copy of the run without observer and ledger.
     pub fn unwatched(&self) -> Self {
         Self {
             case: self.case.clone(),
             probe: None,
-            lines: self.lines.clone(),
+            sequencer: self.sequencer.clone(),
             sampler: self.sampler.clone(),
             readings: self.readings.clone(),
             accounts: None,
@@ -134,20 +131,9 @@ impl<'a> Control<'a> {
         bank.here.time.get(self.lane)
     }
 
-    /// What the machine is at its state, evaluated anew.
-    pub(super) fn look<V: Wide>(&self, bank: &mut Bank<'a, V>) {
-        bank.look(self.lane);
-    }
-
     /// The link's voltage at the time at hand.
     pub(super) fn look_at_link<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
-        let lane = self.lane;
-        let source = bank.machine.links.source_of(lane, self.time(bank) * 1e-9);
-        bank.here.source.voltage.put(lane, source.voltage);
-        bank.here.source.rise.put(lane, source.rise);
-        if bank.machine.links.storage.is_none() {
-            bank.here.state.link.put(lane, source.voltage);
-        }
+        bank.machine.links.look(self.lane, &mut bank.here);
         self.stale = false;
     }
 
@@ -166,7 +152,7 @@ impl<'a> Control<'a> {
         }
         self.event(start.seconds(), Event::Command);
         self.found = -1.0;
-        self.lines.begin(&mut bank.machine.legs, self.lane, command, start, carrier);
+        self.sequencer.begin(&mut bank.machine.legs, self.lane, command, start, carrier);
         self.course = Course { start, end, sampling: command.sampling, ..Course::NONE };
         self.next_trigger();
         self.go_on(bank, true)
@@ -178,18 +164,18 @@ impl<'a> Control<'a> {
         let lane = self.lane;
         let mut ended = Ok(());
         // Between instants the step itself looks for requests that have been carried out.
-        let plain = !out_of_bounds && bank.to_mode_end >> lane & 1 == 0;
-        let [a, b, c] = bank.served.carried_out;
+        let plain = !out_of_bounds && bank.schedule.to_mode_end >> lane & 1 == 0;
+        let [a, b, c] = bank.outcome.served.carried_out;
         let carried_out = !plain || (a | b | c) >> lane & 1 == 1;
         if out_of_bounds {
-            bank.to_mode_end &= !(1 << lane);
+            bank.schedule.to_mode_end &= !(1 << lane);
             ended = self.count_event(bank).and_then(|()| self.resolve(bank));
             self.show_change(bank);
-        } else if bank.to_mode_end >> lane & 1 == 0 {
+        } else if bank.schedule.to_mode_end >> lane & 1 == 0 {
             self.events = 0;
         } else {
-            bank.to_mode_end &= !(1 << lane);
-            if let Some(guard) = bank.ending_mode[lane] {
+            bank.schedule.to_mode_end &= !(1 << lane);
+            if let Some(guard) = bank.schedule.ending_mode[lane] {
                 ended = self.count_event(bank).and_then(|()| self.end_mode(bank, guard));
                 self.show_change(bank);
             }
@@ -260,7 +246,7 @@ impl<'a> Control<'a> {
             if self.stale {
                 self.look_at_link(bank);
             }
-            bank.stop.put(lane, stop);
+            bank.schedule.stop.put(lane, stop);
             self.expect_sample(bank);
             return Want::Step;
         }
@@ -270,7 +256,7 @@ impl<'a> Control<'a> {
     fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
         for k in 0..3 {
             while self.is_carried_out(bank, time, k) {
-                self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
+                self.sequencer.carry_out(&mut bank.machine.legs, self.lane, k);
             }
         }
     }
@@ -284,7 +270,7 @@ impl<'a> Control<'a> {
 
     /// The request to a leg has been carried out as far as it matters.
     pub fn carry_out<V: Wide>(&mut self, bank: &mut Bank<'a, V>, k: usize) {
-        self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
+        self.sequencer.carry_out(&mut bank.machine.legs, self.lane, k);
     }
 
     /// The next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.
@@ -345,12 +331,12 @@ impl<'a> Control<'a> {
             end_angle,
             has_pole: self.case.motor.has_magnet(),
             resolver_angle: end_angle + self.case.sensors.resolver_error,
-            moved: bank.moved.get(lane),
-            peak_current: bank.peak.get(lane),
+            moved: bank.outcome.moved.get(lane),
+            peak_current: bank.outcome.peak.get(lane),
             ledger,
             work: Work {
-                derivatives: count(&bank.evaluations),
-                steps: count(&bank.steps),
+                derivatives: count(&bank.outcome.evaluations),
+                steps: count(&bank.outcome.steps),
                 segments: self.segments,
                 events: self.all_events,
             },

@@ -64,7 +64,7 @@ impl<'a> Control<'a> {
     pub(super) fn expect_sample<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         let end = self.course.end;
         let next = self.course.pending.map_or(end, |(_, at)| at.min(end));
-        bank.sample.put(self.lane, next.0 as f64);
+        bank.schedule.sample.put(self.lane, next.0 as f64);
     }
 
     /// Takes the sample that is due.
@@ -76,8 +76,8 @@ impl<'a> Control<'a> {
         let settings = &self.case.sensors.settings;
         let (mut current, mut requested) = (self.currents(bank), [Gate::Off; 3]);
         if settings.arrangement == crate::Arrangement::LowSideShunts {
-            // The drive knows what it told the legs at the trigger, not when the sample was really taken.
-            requested = self.lines.told(self.course.start + nominal);
+            // The drive knows its requests at the trigger, not when the sample was really taken.
+            requested = self.sequencer.requested(self.course.start + nominal);
             // Samples come before gate edges of the same instant.
             let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());
             current = settings.seen(current, modes);

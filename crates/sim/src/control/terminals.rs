@@ -35,7 +35,7 @@ impl<'a> Control<'a> {
         if self.found == time { (time.next_up() - time) * 1e-9 } else { 0.0 }
     }
 
-    /// What a device of a leg carries in A for its terminal to follow the link, with a current of this direction.
+    /// Current in A through a leg's device by which its terminal follows the link, with a current of this direction.
     fn following<V: Wide>(&self, bank: &Bank<'a, V>, direction: f64, leg: usize) -> f64 {
         let bridge = &self.case.inverter.bridge;
         let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
@@ -72,7 +72,7 @@ impl<'a> Control<'a> {
         [low, high]
     }
 
-    /// What conducts, from the gates and from potentials and currents as they are. A switch that comes on takes its terminal's
+    /// Finds the conduction modes from gates, potentials and currents. A switch that comes on takes its terminal's
     /// potential to the nearer of its bounds at once; a current that flows out of the leg at the lower bound, or into it at
     /// the upper one, flows through a device; all others charge their terminals.
     ///
@@ -180,7 +180,7 @@ impl<'a> Control<'a> {
             // What the rail gives, and what of it the terminal keeps.
             let given = if upper { charge * (link + left) / 2.0 } else { 0.0 };
             let stiff = upper && self.case.inverter.link.storage.is_none();
-            accounts.charge(given, charge * (to + from) / 2.0, stiff);
+            accounts.spent.charge(given, charge * (to + from) / 2.0, stiff);
         }
     }
 }

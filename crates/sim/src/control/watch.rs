@@ -2,11 +2,12 @@
 
 use standstill_interface::Phase;
 use standstill_inverter::{Gate, Modes};
-use standstill_numeric::Wide;
+use standstill_numeric::{Heading, Wide};
 
 use super::conduction::One;
 use super::run::Control;
-use crate::lanes::bank::Bank;
+use crate::effect::CoreBranch;
+use crate::lanes::bank::{Bank, Outcome};
 use crate::step::two_derivative::Here;
 use crate::trace::{Event, Snapshot};
 
@@ -14,9 +15,9 @@ impl<'a> Control<'a> {
     /// Follows the step that was just accepted, of which the bank has the inside at one and two thirds.
     pub fn follow<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
         if let Some(filter) = &mut self.link_filter {
-            let points = [&bank.begin, &thirds[0], &thirds[1], &bank.tried.end]
+            let points = [&bank.outcome.begin, &thirds[0], &thirds[1], &bank.outcome.tried.end]
                 .map(|here| here.state.link.get(self.lane));
-            filter.advance(bank.tried.h.get(self.lane), points);
+            filter.advance(bank.outcome.tried.h.get(self.lane), points);
         }
         if V::ALONE {
             if let Some(mut accounts) = self.accounts.take() {
@@ -27,10 +28,16 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Shows who watches the step just accepted, and the gate edges on the way.
+    /// The observer's time in s between two snapshots, if there is one that wants any.
+    fn resolution(&self) -> Option<f64> {
+        self.probe.as_ref().and_then(|probe| probe.resolution())
+    }
+
+    /// Shows the observer the step just accepted, and the gate edges on the way.
     fn watch<V: Wide>(&mut self, bank: &Bank<'a, V>) {
-        let Some(resolution) = self.probe.as_ref().and_then(|probe| probe.resolution()) else { return };
-        let (begin, end) = (bank.begin.time.get(self.lane), bank.tried.end.time.get(self.lane));
+        let Some(resolution) = self.resolution() else { return };
+        let (begin, end) =
+            (bank.outcome.begin.time.get(self.lane), bank.outcome.tried.end.time.get(self.lane));
         let h = (end - begin) * 1e-9;
         // A number of snapshots per step is small and positive.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -49,7 +56,7 @@ impl<'a> Control<'a> {
                 }
             }
             if part == parts {
-                self.show(bank, &bank.tried.end);
+                self.show(bank, &bank.outcome.tried.end);
             } else {
                 self.show(bank, &bank.within(share));
             }
@@ -134,16 +141,15 @@ impl<'a> Control<'a> {
 
     #[inline(never)]
     fn watch_resting<V: Wide>(&mut self, bank: &Bank<'a, V>, until: f64) {
-        let Some(resolution) = self.probe.as_ref().and_then(|probe| probe.resolution()) else { return };
+        let Some(resolution) = self.resolution() else { return };
         let begin = self.time(bank);
         let h = (until - begin) * 1e-9;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let parts = (h / resolution).ceil().max(1.0) as u32;
         let mut here = bank.here;
         for part in 1..=parts {
-            let time = begin + (until - begin) * f64::from(part) / f64::from(parts);
-            here.time.put(self.lane, time);
-            here.state.link.put(self.lane, bank.machine.links.source_of(self.lane, time * 1e-9).voltage);
+            here.time.put(self.lane, begin + (until - begin) * f64::from(part) / f64::from(parts));
+            bank.machine.links.look(self.lane, &mut here);
             self.show(bank, &here);
         }
     }
@@ -158,7 +164,7 @@ impl<'a> Control<'a> {
 
     #[inline(never)]
     fn show_now<V: Wide>(&mut self, bank: &Bank<'a, V>) {
-        if self.probe.as_ref().and_then(|probe| probe.resolution()).is_some() {
+        if self.resolution().is_some() {
             let here = self.place(bank);
             self.show(bank, &here);
         }
@@ -167,10 +173,7 @@ impl<'a> Control<'a> {
     /// Where the machine is, with the link's voltage of now.
     fn place<V: Wide>(&self, bank: &Bank<'a, V>) -> Here<V> {
         let mut here = bank.here;
-        if bank.machine.links.storage.is_none() {
-            let time = here.time.get(self.lane) * 1e-9;
-            here.state.link.put(self.lane, bank.machine.links.source_of(self.lane, time).voltage);
-        }
+        bank.machine.links.look(self.lane, &mut here);
         here
     }
 
@@ -217,25 +220,19 @@ impl<'a> Control<'a> {
 
     /// Electromagnetic torque in N·m, also of a locked rotor, whose steps do without.
     fn torque<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> f64 {
-        let lane = self.lane;
-        let state = &here.state;
+        let (lane, state, motor) = (self.lane, &here.state, self.case.motor);
         let angle = self.case.start_angle + state.turned.get(lane);
-        let turned = standstill_numeric::Heading::of(state.turned.get(lane));
-        let plane = |v: &crate::physics::plane::Plane<V>| {
-            crate::physics::plane::Plane::new(v.x.get(lane), v.y.get(lane)).to_rotor(turned)
-        };
-        let motor = self.case.motor;
+        let turned = Heading::of(state.turned.get(lane));
         let mut core = here.at.current;
+        let Outcome { begin, begin_branch, tried, .. } = &bank.outcome;
         let passed = bank.here.time.get(lane) > here.time.get(lane);
-        let cells = if passed { &bank.begin_cells } else { &bank.machine.cells };
-        if let Some(cells) = cells {
-            // Within a step cells follow the path of the flux, which began in this direction.
-            let along = bank.tried.change[0].flux * ((here.time - bank.begin.time) * 1e-9);
-            let away = cells.away_at(state.flux, passed.then_some(along));
-            core = core - cells.iron(&away).current;
+        if let Some(branch) = if passed { begin_branch } else { &bank.machine.branch } {
+            // Within a step the branch follows the path of the flux, which began in this direction.
+            let along = tried.change[0].flux * ((here.time - begin.time) * 1e-9);
+            core = core - branch.at(state.flux, passed.then_some(along)).current;
         }
-        let (flux, current) = (plane(&state.flux), plane(&core));
-        let magnetic = motor.magnetics.state(flux, standstill_numeric::Heading::of(angle));
+        let (flux, current) = (state.flux.get(lane).to_rotor(turned), core.get(lane).to_rotor(turned));
+        let magnetic = motor.magnetics.state(flux, Heading::of(angle));
         motor.torque(flux, current, magnetic.energy_slope) + motor.cogging(angle)
     }
 }

@@ -4,24 +4,31 @@ use standstill_interface::Dq;
 use standstill_numeric::{Heading, Wide};
 use standstill_plant::Eddies;
 
-use super::{Begin, Effect, Looked, Span, keep_dq, keep_plane};
+use super::{Begin, Effect, End, Moment, Span, keep_dq, keep_plane};
+use crate::case::Case;
+use crate::ledger::Ledger;
 use crate::physics::legs::Conducting;
-use crate::physics::machine::{Change, Machine};
+use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::error::{Accuracy, relaxing_error};
 use crate::step::two_derivative::Here;
 
 /// Eddy currents over a step.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct EddyStep<V> {
     from: RotorFlux<V>,
-    /// What the flux may be off, in Wb.
+    /// Error of the flux in Wb.
     off: V,
 }
 
 impl<V: Wide> Effect<V> for Eddies<V> {
     type Step = EddyStep<V>;
+
+    fn rest(&self, lane: usize, _: &Case<'_>, flux: Dq<f64>, state: &mut State<V>) {
+        state.lagging.d.put(lane, flux.d);
+        state.lagging.q.put(lane, flux.q);
+    }
 
     #[inline(always)]
     fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) -> EddyStep<V> {
@@ -36,14 +43,8 @@ impl<V: Wide> Effect<V> for Eddies<V> {
     }
 
     #[inline(always)]
-    fn correct(
-        &self,
-        begin: &Begin<'_, '_, V>,
-        _: &Looked<V>,
-        change: &Change<V>,
-        there: &mut Here<V>,
-        step: &mut EddyStep<V>,
-    ) {
+    fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, step: &mut EddyStep<V>) {
+        let End { begin, change, .. } = *end;
         let (h, here) = (begin.h, begin.here);
         let to = RotorFlux::of(begin.machine, &there.state, change.flux * h, there.state.speed * h);
         let new = lag_behind(h * self.rate, here.state.lagging, &step.from, &to);
@@ -89,10 +90,17 @@ impl<V: Wide> Effect<V> for Eddies<V> {
         keep_plane(of, from.at.relaxing, &mut to.at.relaxing);
         keep_dq(of, from.at.lag, &mut to.at.lag);
     }
+
+    fn power(&self, moment: &Moment<'_, '_, V>, _: &Span<'_, '_, V>, powers: &mut Ledger) {
+        let lag = Dq::new(moment.one(&moment.here.at.lag.d), moment.one(&moment.here.at.lag.q));
+        if let Some(eddy) = moment.case.motor.magnetics.eddy(lag) {
+            powers.eddy_loss += 1.5 * eddy.current.dot(lag) / eddy.time_constant;
+        }
+    }
 }
 
 /// The winding's flux in the rotor's plane at an end of a step, and how much it changes per step.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(crate) struct RotorFlux<T> {
     pub(crate) flux: Dq<T>,
     pub(crate) rise: Dq<T>,

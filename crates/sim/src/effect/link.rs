@@ -1,12 +1,14 @@
 //! The DC link within a step: its voltage is that of the source, or of a capacitor that the source feeds through a resistance.
 
-use standstill_inverter::Source;
+use standstill_interface::Dq;
+use standstill_inverter::{Source, Storage};
 use standstill_numeric::Wide;
 
-use super::{Begin, Effect, Looked, Span, keep};
+use super::{Begin, Effect, End, Moment, Span, keep};
+use crate::case::Case;
+use crate::ledger::Ledger;
 use crate::physics::legs::Conducting;
 use crate::physics::links::{Links, Storages, hermite_area};
-use crate::physics::machine::Change;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::error::Accuracy;
@@ -18,7 +20,7 @@ use crate::step::two_derivative::Here;
 const SHARE_OF_LINK: f64 = 3e-7;
 
 /// A link over a step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct LinkStep<V> {
     /// Its voltage in V at both ends.
     pub voltage: [V; 2],
@@ -35,22 +37,10 @@ pub struct LinkStep<V> {
 }
 
 impl<V: Wide> LinkStep<V> {
-    /// A step of no length.
-    pub fn none() -> Self {
-        let zero = V::of(0.0);
-        Self { voltage: [zero; 2], rise: [zero; 2], bend: zero, area: zero, more: zero, correction: zero }
-    }
-
-    /// The voltage in V at the beginning and how fast it rises, in V/s.
+    /// The voltage in V at the beginning (0) or the end (1) and how fast it rises, in V/s.
     #[inline(always)]
-    pub fn begin(&self) -> [V; 2] {
-        [self.voltage[0], self.rise[0]]
-    }
-
-    /// The same at the end.
-    #[inline(always)]
-    pub fn end(&self) -> [V; 2] {
-        [self.voltage[1], self.rise[1]]
+    pub fn at(&self, end: usize) -> [V; 2] {
+        [self.voltage[end], self.rise[end]]
     }
 
     /// Its integral over a step of `h` seconds, in V·s, less that of the line as which it begins, and less that of the cubic between
@@ -64,6 +54,10 @@ impl<V: Wide> LinkStep<V> {
 
 impl<V: Wide> Effect<V> for Links<V> {
     type Step = LinkStep<V>;
+
+    fn rest(&self, lane: usize, case: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
+        state.link.put(lane, case.inverter.link.source(0.0));
+    }
 
     #[inline(always)]
     fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) -> LinkStep<V> {
@@ -94,15 +88,9 @@ impl<V: Wide> Effect<V> for Links<V> {
     }
 
     #[inline(always)]
-    fn correct(
-        &self,
-        begin: &Begin<'_, '_, V>,
-        _: &Looked<V>,
-        change: &Change<V>,
-        there: &mut Here<V>,
-        step: &mut LinkStep<V>,
-    ) {
+    fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, step: &mut LinkStep<V>) {
         let Some(storage) = &self.storage else { return };
+        let End { begin, change, .. } = *end;
         let (h, link) = (begin.h, step.voltage[1]);
         let rail = &begin.legs.terminals.rail;
         let (rise, bend) = storage.slopes(rail, link, there.source, there.at.current, change.current);
@@ -144,19 +132,48 @@ impl<V: Wide> Effect<V> for Links<V> {
         keep(of, from.source.rise, &mut to.source.rise);
         keep(of, from.state.link, &mut to.state.link);
     }
-}
 
-impl<V: Wide> Links<V> {
-    /// A step of `h` seconds between two ends that are known.
-    pub fn between(&self, h: V, legs: &Conducting<V>, ends: [&Here<V>; 2]) -> LinkStep<V> {
+    fn between(&self, end: &End<'_, '_, V>, there: &Here<V>) -> LinkStep<V> {
+        let Begin { h, legs, here, .. } = *end.begin;
+        let ends = [here, there];
         let rise = ends.map(|end| match &self.storage {
             Some(storage) => {
                 storage.rise(&legs.terminals.rail, end.state.link, end.source.voltage, end.at.current)
             }
             None => end.source.rise,
         });
-        let area = self.area(h, ends[0].source, ends[1].source);
-        LinkStep { voltage: ends.map(|end| end.state.link), rise, area, ..LinkStep::none() }
+        let area = self.area(h, here.source, there.source);
+        LinkStep { voltage: ends.map(|end| end.state.link), rise, area, ..LinkStep::default() }
+    }
+
+    fn energy(&self, moment: &Moment<'_, '_, V>, stored: &mut Ledger) {
+        let voltage = moment.one(&moment.here.state.link);
+        if let Some(storage) = moment.case.inverter.link.storage {
+            stored.link_change += storage.capacitance * voltage * voltage / 2.0;
+        }
+    }
+
+    fn power(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, powers: &mut Ledger) {
+        let (here, current) = (moment.here, moment.phases());
+        let source = self.source_of(moment.lane, moment.one(&here.time) * 1e-9).voltage;
+        let mut delivered: f64 = (0..3).map(|k| moment.one(&span.step.legs.leg[k].rail) * current[k]).sum();
+        if let Some(Storage { source_resistance, .. }) = moment.case.inverter.link.storage {
+            delivered = (source - moment.one(&here.state.link)) / source_resistance;
+            powers.source_loss += delivered * delivered * source_resistance;
+        }
+        powers.source += source * delivered;
+    }
+}
+
+impl<V: Wide> Links<V> {
+    /// Writes the source of a lane at the time there, and the link's voltage where it is the source's.
+    pub fn look(&self, lane: usize, here: &mut Here<V>) {
+        let source = self.source_of(lane, here.time.get(lane) * 1e-9);
+        here.source.voltage.put(lane, source.voltage);
+        here.source.rise.put(lane, source.rise);
+        if self.storage.is_none() {
+            here.state.link.put(lane, source.voltage);
+        }
     }
 
     /// The integral of the voltage in V·s from the beginning of a step to where `there` is within it.
@@ -196,7 +213,7 @@ impl<V: Wide> Storages<V> {
         (source - link) * self.rate - self.taken(rail, current)
     }
 
-    /// What the current of the upper rail, Σ rail_k i_k = 3/2 rail · i, takes, in V/s.
+    /// Fall in V/s by the current of the upper rail, Σ rail_k i_k = 3/2 rail · i.
     #[inline(always)]
     fn taken(&self, rail: &Plane<V>, current: Plane<V>) -> V {
         rail.dot(current) * self.elastance * 1.5

@@ -1,4 +1,4 @@
-//! What the stator's iron remembers: the play cells of machines side by side.
+//! Hysteresis of the stator's iron: play cells of machines side by side.
 //!
 //! A cell's elastic flux e = ψ − π is where its force is, K e. While it is stuck e changes as ψ does; while it slides |e| stays r
 //! and with n = e/r
@@ -17,79 +17,58 @@ mod step;
 use standstill_numeric::{Mask, Symmetric, Wide};
 use standstill_plant::{Cell, MOST_CELLS};
 
+use super::{BranchPoint, BranchState};
 use crate::physics::plane::Plane;
 use crate::step::hermite::Cubic;
 
-/// Elastic fluxes e in Wb of the cells, in the run's plane.
-pub type Elastic<V> = [Plane<V>; MOST_CELLS];
-
 /// Modes that follow from the modes of legs, and those from these: each round they are right to another digit or two.
-pub const ROUNDS: usize = 4;
+const ROUNDS: usize = 4;
 
 /// Parts of a step over which cells slide by one formula each.
 const PARTS: usize = 4;
 
 /// How far beyond its reach a cell may be where it begins to slide, or from where it turned back, as a share of the flux by which a
 /// step may be off: a cell is much softer than the core.
-pub const SLACK: f64 = 0.1;
+const SLACK: f64 = 0.1;
 
-/// So many times this slack it may be off where a step was to end there.
+/// So many times this slack a cell may be off where a step was to end there.
 const DEEP: f64 = 10.0;
 
 /// The cells of machines of which each has its own.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Cells<V: Wide> {
     /// K in 1/H.
     stiffness: [V; MOST_CELLS],
     /// r in Wb; 1 where there is no cell.
     reach: [V; MOST_CELLS],
-    /// What the softest direction of the core makes of a force: its inductance in H.
+    /// Inductance in H of the core in its softest direction.
     inductance: V,
     /// See [`SLACK`]; in Wb.
     slack: V,
     /// The flux in Wb where the machines were last, and what was elastic of it.
     from: Plane<V>,
-    away: Elastic<V>,
+    away: BranchState<V>,
     /// Which cells slide.
     slides: [V::Mask; MOST_CELLS],
-    /// What they have added to the inverse inductance in 1/H that is known of where the machines are.
+    /// Their part, in 1/H, of the Γ that is known of where the machines are.
     tangent: Symmetric<V>,
 }
 
-/// Force and stiffness of cells.
-#[derive(Clone, Copy, Debug)]
-pub struct Iron<V> {
-    /// In A.
-    pub current: Plane<V>,
-    /// In 1/H.
-    pub tangent: Symmetric<V>,
-}
-
-impl<V: Wide> Iron<V> {
-    /// The core's current in A where the cells' is taken from the winding's, after a small change of the flux in Wb.
-    #[inline(always)]
-    pub fn core(&self, current: Plane<V>, change: Plane<V>) -> Plane<V> {
-        current - self.current - change.through(self.tangent)
-    }
-}
-
 /// Cells after a step, and when their modes end within it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Moved<V: Wide> {
-    away: Elastic<V>,
+    away: BranchState<V>,
     tangent: Symmetric<V>,
     /// Who slides on.
     slides: [V::Mask; MOST_CELLS],
     /// Of a stuck cell r² − |e|² in Wb², of a sliding one n · ψ′ in Wb a step.
-    pub cubic: [Cubic<V>; MOST_CELLS],
+    cubic: [Cubic<V>; MOST_CELLS],
     /// How far each is from the end of its mode, in Wb: negative beyond.
-    pub margin: [V; MOST_CELLS],
-    /// What slack makes of `cubic`.
-    pub slack: [V; MOST_CELLS],
-}
-
-fn none<V: Wide>() -> Plane<V> {
-    Plane::new(V::of(0.0), V::of(0.0))
+    margin: [V; MOST_CELLS],
+    /// The slack in units of `cubic`.
+    slack: [V; MOST_CELLS],
+    /// By how much in Wb the step may be off for them.
+    off: V,
 }
 
 /// n of a cell; zero where nothing is elastic.
@@ -98,7 +77,7 @@ fn direction<V: Wide>(away: &Plane<V>) -> Plane<V> {
     *away * (V::of(1.0) / (away.dot(*away).sqrt() + 1e-300))
 }
 
-/// What a formula of one part of a step makes of the direction n, over the chord and the area between path and chord.
+/// The direction n after one part of a step, over the chord and the area between path and chord.
 #[inline(always)]
 fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
     let z = (b.dot(b) - c * c) * 0.25;
@@ -124,17 +103,7 @@ fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
 impl<V: Wide> Cells<V> {
     /// Of machines that are about to come.
     pub fn idle() -> Self {
-        let (zero, one) = (V::of(0.0), V::of(1.0));
-        Self {
-            stiffness: [zero; MOST_CELLS],
-            reach: [one; MOST_CELLS],
-            inductance: zero,
-            slack: zero,
-            from: none(),
-            away: [none(); MOST_CELLS],
-            slides: [V::Mask::of_bits(0); MOST_CELLS],
-            tangent: Symmetric::new(zero, zero, zero),
-        }
+        Self { reach: [V::of(1.0); MOST_CELLS], ..Self::default() }
     }
 
     /// Puts a machine into a lane, with its flux in Wb in the run's plane, the largest inductance of its core in H, and by how much
@@ -148,11 +117,7 @@ impl<V: Wide> Cells<V> {
         tolerance: f64,
         last: Option<Plane>,
     ) {
-        let put = |to: &mut Plane<V>, from: Plane| {
-            to.x.put(lane, from.x);
-            to.y.put(lane, from.y);
-        };
-        put(&mut self.from, flux);
+        self.from.put(lane, flux);
         self.inductance.put(lane, inductance);
         self.slack.put(lane, SLACK * tolerance);
         for (k, cell) in cells.iter().enumerate() {
@@ -160,14 +125,14 @@ impl<V: Wide> Cells<V> {
             self.stiffness[k].put(lane, cell.stiffness);
             self.reach[k].put(lane, reach);
             let away = if cell.stiffness > 0.0 { reach } else { 0.0 };
-            put(&mut self.away[k], last.map_or(Plane::new(0.0, 0.0), |last| last * away));
+            self.away[k].put(lane, last.map_or(Plane::default(), |last| last * away));
             self.slides[k] = V::Mask::of_bits(self.slides[k].bits() & !(1 << lane));
         }
     }
 
-    /// What is elastic at a flux in Wb, on a way that began in the direction of `along`.
+    /// Elastic fluxes at a flux in Wb, on a way that began in the direction of `along`.
     #[inline(always)]
-    pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> Elastic<V> {
+    pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchState<V> {
         let change = flux - self.from;
         let mut away = three!(k => self.away[k] + change);
         let any = self.slides[0] | self.slides[1] | self.slides[2];
@@ -178,7 +143,7 @@ impl<V: Wide> Cells<V> {
         let bend = change - along;
         let area = along.cross(change) * (1.0 / (6.0 * (PARTS * PARTS * PARTS) as f64));
         // Chords of a parabola's equal parts.
-        let mut chords = [none(); PARTS];
+        let mut chords = [Plane::default(); PARTS];
         for (part, chord) in chords.iter_mut().enumerate() {
             let (one, two) = (1.0 / PARTS as f64, (2 * part + 1) as f64 / (PARTS * PARTS) as f64);
             *chord = along * V::of(one) + bend * V::of(two);
@@ -196,18 +161,17 @@ impl<V: Wide> Cells<V> {
 
     /// Force and stiffness of cells in their modes.
     #[inline(always)]
-    pub fn iron(&self, away: &Elastic<V>) -> Iron<V> {
-        let mut current = none();
+    fn point(&self, elastic: BranchState<V>) -> BranchPoint<V> {
+        let mut current = Plane::default();
         for k in 0..MOST_CELLS {
-            current = current + away[k] * self.stiffness[k];
+            current = current + elastic[k] * self.stiffness[k];
         }
-        Iron { current, tangent: self.tangent_of(away, &self.slides) }
+        BranchPoint { current, stiffness: self.tangent_of(&elastic, &self.slides), elastic }
     }
 
     #[inline(always)]
-    fn tangent_of(&self, away: &Elastic<V>, slides: &[V::Mask; MOST_CELLS]) -> Symmetric<V> {
-        let zero = V::of(0.0);
-        let mut sum = Symmetric::new(zero, zero, zero);
+    fn tangent_of(&self, away: &BranchState<V>, slides: &[V::Mask; MOST_CELLS]) -> Symmetric<V> {
+        let mut sum = Symmetric::default();
         for k in 0..MOST_CELLS {
             let n = direction(&away[k]);
             let soft = V::only(slides[k], self.stiffness[k]);
@@ -218,70 +182,26 @@ impl<V: Wide> Cells<V> {
         sum
     }
 
-    /// The same where the machines are, with the modes of the step that begins there.
+    /// Nothing of a step yet.
     #[inline(always)]
-    pub fn iron_here(&self, flux: Plane<V>) -> Iron<V> {
-        self.iron(&self.away_at(flux, None))
+    fn blank(&self) -> Moved<V> {
+        let (zero, away, slides) = (V::of(0.0), self.away, self.slides);
+        let (cubic, three) = ([Cubic::default(); MOST_CELLS], [zero; MOST_CELLS]);
+        Moved { away, tangent: self.tangent, slides, cubic, margin: three, slack: three, off: zero }
     }
 
-    /// What the cells have added to the inverse inductance that is known of where the machines are.
+    /// Cells after a step to where so much is elastic, in Wb, with their part of Γ at its end; `change` and `rise`: of the flux, in Wb
+    /// and at both ends in Wb a step. The core was evaluated `off` in Wb from the end.
     #[inline(always)]
-    pub const fn tangent(&self) -> Symmetric<V> {
-        self.tangent
-    }
-
-    /// The same was evaluated anew for some machines.
-    #[inline(always)]
-    pub fn set_tangent(&mut self, of: V::Mask, tangent: Symmetric<V>) {
-        self.tangent.xx = V::choose(of, tangent.xx, self.tangent.xx);
-        self.tangent.xy = V::choose(of, tangent.xy, self.tangent.xy);
-        self.tangent.yy = V::choose(of, tangent.yy, self.tangent.yy);
-    }
-
-    /// Finds the modes for a step of some machines at a flux in Wb: a cell at its reach slides if the flux takes it further. The
-    /// flux's rise in V may depend on them: `rise` tells it of what all cells add to the inverse inductance.
-    #[inline(always)]
-    pub fn find_modes(
-        &mut self,
-        of: V::Mask,
-        flux: Plane<V>,
-        mut rise: impl FnMut(Symmetric<V>) -> Plane<V>,
-    ) {
-        let zero = V::of(0.0);
-        let away = self.away_at(flux, None);
-        let mut slides = self.slides;
-        for _ in 0..ROUNDS {
-            let rise = rise(self.tangent_of(&away, &slides));
-            for k in 0..MOST_CELLS {
-                let beyond = away[k].dot(away[k]).above(self.reach[k] * self.reach[k]);
-                slides[k] = (self.slides[k] | beyond) & away[k].dot(rise).above(zero);
-            }
-        }
-        self.set_tangent(of, self.tangent_of(&away, &slides));
-        for k in 0..MOST_CELLS {
-            self.slides[k] = (slides[k] & of) | (self.slides[k] & !of);
-        }
-    }
-
-    /// What follows from a step to where so much is elastic, in Wb, with what its end's inverse inductance has of the cells;
-    /// `change` and `rise`: of the flux, in Wb and at both ends in Wb a step.
-    #[inline(always)]
-    pub fn moved(
+    fn moved(
         &self,
-        (away, tangent): (Elastic<V>, Symmetric<V>),
+        (away, tangent): (BranchState<V>, Symmetric<V>),
         change: Plane<V>,
         rise: [Plane<V>; 2],
+        off: Plane<V>,
     ) -> Moved<V> {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
-        let blank = Cubic { value: [zero; 2], slope: [zero; 2] };
-        let mut moved = Moved {
-            away,
-            tangent,
-            slides: self.slides,
-            cubic: [blank; MOST_CELLS],
-            margin: [far; MOST_CELLS],
-            slack: [zero; MOST_CELLS],
-        };
+        let mut moved = Moved { away, tangent, off: self.off(change, rise, off), ..self.blank() };
         for k in 0..MOST_CELLS {
             let (sliding, reach) = (self.slides[k], self.reach[k]);
             // A leg that was taken to be blocked may have moved the flux since the last step.
@@ -314,35 +234,12 @@ impl<V: Wide> Cells<V> {
         moved
     }
 
-    /// The least room of a step's cells, within it and at its end, in Wb with their slack: negative where a mode ended.
-    #[inline(always)]
-    pub fn room(&self, moved: &Moved<V>) -> [V; 2] {
-        let least = moved.margin[0].least(moved.margin[1]).least(moved.margin[2]);
-        [least + self.slack, least + self.slack * DEEP]
-    }
-
-    /// Whether a mode of this cell ended in a lane's step.
-    pub fn ended(&self, moved: &Moved<V>, lane: usize, cell: usize) -> bool {
-        moved.margin[cell].get(lane) < -self.slack.get(lane)
-    }
-
-    /// Makes the end of a step, at a flux in Wb, the place of those that took it.
-    #[inline(always)]
-    pub fn take(&mut self, of: V::Mask, flux: Plane<V>, moved: &Moved<V>) {
-        self.from = Plane::choose(of, flux, self.from);
-        for k in 0..MOST_CELLS {
-            self.away[k] = Plane::choose(of, moved.away[k], self.away[k]);
-            self.slides[k] = (moved.slides[k] & of) | (self.slides[k] & !of);
-        }
-        self.set_tangent(of, moved.tangent);
-    }
-
     /// By how much in Wb a step may be off for what its cells do: the path is no parabola, and the core was evaluated `off` in Wb
     /// from where it ended. `rise`: of the flux at both ends, in Wb a step.
     #[inline(always)]
-    pub fn error(&self, change: Plane<V>, rise: [Plane<V>; 2], off: Plane<V>) -> V {
+    fn off(&self, change: Plane<V>, rise: [Plane<V>; 2], off: Plane<V>) -> V {
         let areas = [rise[0].cross(change) * (1.0 / 6.0), change.cross(rise[1]) * (1.0 / 6.0)];
-        let (untold, area) = ((areas[0] - areas[1]).abs(), areas[0].abs());
+        let (unlike, area) = ((areas[0] - areas[1]).abs(), areas[0].abs());
         let (length, off) = (change.dot(change), off.dot(off));
         let mut all = V::of(0.0);
         for k in 0..MOST_CELLS {
@@ -350,42 +247,14 @@ impl<V: Wide> Cells<V> {
             // Of the formula's own error, and of an area that is not right, what turns n.
             let apart =
                 (length * per_reach * per_reach * (1.0 / (4 * PARTS * PARTS) as f64)).least(V::of(1.0));
-            let turned = (untold + area * apart * (1.0 / (PARTS * PARTS) as f64)) * per_reach;
+            let turned = (unlike + area * apart * (1.0 / (PARTS * PARTS) as f64)) * per_reach;
             let linear = off * per_reach * 2.0;
             let both = turned.least(reach + reach) + linear.least(reach + reach);
             all = all + V::only(self.slides[k], both * self.stiffness[k] * self.inductance);
         }
         all
     }
-
-    /// The cells' energy over 3/2, in J.
-    pub fn energy(&self, lane: usize, flux: Plane<V>) -> f64 {
-        let away = self.away_at(flux, None);
-        let stored = |k: usize| self.stiffness[k].get(lane) * away[k].dot(away[k]).get(lane) / 2.0;
-        (0..MOST_CELLS).map(stored).sum()
-    }
-
-    /// What cells turn into heat over 3/2, in W, where the flux in Wb rises so in V.
-    pub fn loss(&self, lane: usize, away: &Elastic<V>, rise: Plane<V>) -> f64 {
-        let lost = |k: usize| {
-            let sliding = V::only(self.slides[k], self.stiffness[k] * away[k].dot(rise));
-            sliding.get(lane)
-        };
-        (0..MOST_CELLS).map(lost).sum()
-    }
-
-    /// How what is pinned moves, in V, where the flux rises so.
-    #[inline(always)]
-    pub fn pinned_rise(&self, away: &Elastic<V>, rise: Plane<V>) -> Elastic<V> {
-        let mut moves = [none(); MOST_CELLS];
-        for k in 0..MOST_CELLS {
-            let n = direction(&away[k]);
-            moves[k] = Plane::choose(self.slides[k], n * n.dot(rise), none());
-        }
-        moves
-    }
 }
 
 #[cfg(test)]
-#[path = "play_tests.rs"]
 mod tests;

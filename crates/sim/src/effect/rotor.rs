@@ -1,12 +1,14 @@
 //! The rotor within a step: angle and speed, by the same rule as the flux.
 
+use standstill_interface::Dq;
 use standstill_numeric::Wide;
 
-use super::{Begin, Effect, Looked, Span, keep, keep_plane};
-use crate::effect::play::Iron;
+use super::{Begin, BranchPoint, CoreBranch, Effect, End, Looked, Moment, Span, keep, keep_plane};
+use crate::case::Case;
+use crate::ledger::Ledger;
 use crate::physics::legs::Conducting;
 use crate::physics::links::hermite_area;
-use crate::physics::machine::{Change, Rotors};
+use crate::physics::machine::Rotors;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::error::Accuracy;
@@ -21,35 +23,32 @@ pub(crate) const SHARE_OF_ANGLE: f64 = 0.1;
 pub(crate) const SHARE_OF_SPEED: f64 = 0.1;
 
 /// Rotors over a step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct RotorStep<V> {
     /// Accelerations in rad/s² at both ends, and how they change, in rad/s³.
     pub acceleration: [V; 2],
     jerk: [V; 2],
     /// How fast the torque rises at both ends, in N·m/s.
     pub torque_rise: [V; 2],
-    /// What the angle was put right by in rad, with what counts of the speed.
+    /// Correction of the angle in rad, with the share of the speed's that counts.
     correction: V,
-}
-
-impl<V: Wide> RotorStep<V> {
-    /// Between two ends at which rotors accelerate so, in rad/s², and torques rise so, in N·m/s.
-    pub fn between(acceleration: [V; 2], torque_rise: [V; 2]) -> Self {
-        let zero = V::of(0.0);
-        Self { acceleration, jerk: [zero; 2], torque_rise, correction: zero }
-    }
 }
 
 impl<V: Wide> Effect<V> for Rotors<V> {
     type Step = RotorStep<V>;
+
+    fn rest(&self, lane: usize, _: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
+        state.turned.put(lane, 0.0);
+        state.speed.put(lane, 0.0);
+    }
 
     #[inline(always)]
     fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) -> RotorStep<V> {
         let zero = V::of(0.0);
         let (h, half, here, state) = (begin.h, begin.h * 0.5, begin.here, &begin.here.state);
         let acceleration = self.acceleration(here.at.torque, state.speed);
-        let iron = some!(begin.cells, cells => cells.iron_here(state.flux));
-        let torque_rise = self.torque_rise(state, &here.at, begin.change, iron.as_ref());
+        let branch = some!(begin.branch, branch => branch.at(state.flux, None));
+        let torque_rise = self.torque_rise(state, &here.at, begin.change, branch.as_ref());
         let jerk = self.jerk(torque_rise, acceleration);
         there.state.speed = state.speed + h * (acceleration + half * jerk);
         there.state.turned =
@@ -63,21 +62,14 @@ impl<V: Wide> Effect<V> for Rotors<V> {
     }
 
     #[inline(always)]
-    fn correct(
-        &self,
-        begin: &Begin<'_, '_, V>,
-        looked: &Looked<V>,
-        change: &Change<V>,
-        there: &mut Here<V>,
-        step: &mut RotorStep<V>,
-    ) {
-        let (h, from, state) = (begin.h, &begin.here.state, &mut there.state);
+    fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, step: &mut RotorStep<V>) {
+        let (h, from, state) = (end.begin.h, &end.begin.here.state, &mut there.state);
         step.acceleration[1] = self.acceleration(there.at.torque, state.speed);
-        let iron = some!(looked.iron, iron => Iron {
-            current: iron.current + (state.flux - looked.flux).through(iron.tangent),
-            ..iron
+        let branch = some!(end.looked.branch, branch => BranchPoint {
+            current: branch.current_after(state.flux - end.looked.flux),
+            ..branch
         });
-        step.torque_rise[1] = self.torque_rise(state, &there.at, change, iron.as_ref());
+        step.torque_rise[1] = self.torque_rise(state, &there.at, end.change, branch.as_ref());
         step.jerk[1] = self.jerk(step.torque_rise[1], step.acceleration[1]);
         let speed = from.speed + hermite_area(h, step.acceleration, step.jerk);
         let turned =
@@ -92,6 +84,19 @@ impl<V: Wide> Effect<V> for Rotors<V> {
     #[inline(always)]
     fn error(&self, step: &RotorStep<V>, accuracy: &Accuracy<V>) -> V {
         step.correction * SHARE_OF_ANGLE * accuracy.per_angle
+    }
+
+    fn between(&self, end: &End<'_, '_, V>, there: &Here<V>) -> RotorStep<V> {
+        let here = end.begin.here;
+        let first = some!(end.begin.branch, branch => branch.at(here.state.flux, None));
+        RotorStep {
+            acceleration: [here, there].map(|at| self.acceleration(at.at.torque, at.state.speed)),
+            torque_rise: [
+                self.torque_rise(&here.state, &here.at, end.begin.change, first.as_ref()),
+                self.torque_rise(&there.state, &there.at, end.change, end.looked.branch.as_ref()),
+            ],
+            ..RotorStep::default()
+        }
     }
 
     #[inline(always)]
@@ -119,10 +124,24 @@ impl<V: Wide> Effect<V> for Rotors<V> {
         keep(of, from.at.torque, &mut to.at.torque);
         keep(of, from.at.cogging_slope, &mut to.at.cogging_slope);
     }
+
+    fn energy(&self, moment: &Moment<'_, '_, V>, stored: &mut Ledger) {
+        let motor = moment.case.motor;
+        let speed = moment.one(&moment.here.state.speed) / f64::from(motor.pole_pairs);
+        stored.kinetic_change += motor.rotor.inertia * speed * speed / 2.0;
+    }
+
+    fn power(&self, moment: &Moment<'_, '_, V>, _: &Span<'_, '_, V>, powers: &mut Ledger) {
+        let motor = moment.case.motor;
+        let speed = moment.one(&moment.here.state.speed) / f64::from(motor.pole_pairs);
+        powers.shaft_work += moment.one(&moment.here.at.torque) * speed;
+        powers.friction_loss += moment.motion.friction(&motor.rotor, speed) * speed;
+        powers.load_work += moment.one(&self.load) * speed;
+    }
 }
 
 impl<V: Wide> Rotors<V> {
-    /// The torque where flux and current were put right from these.
+    /// The torque where flux and current were corrected from these.
     #[inline(always)]
     pub fn follow(&self, looked: &Looked<V>, from: [Plane<V>; 2], there: &mut Here<V>) {
         let change = [looked.core(from[0], from[1]), looked.core(there.state.flux, there.at.current)];
@@ -133,12 +152,12 @@ impl<V: Wide> Rotors<V> {
     #[inline(always)]
     pub fn finish(
         &self,
-        begin: &Begin<'_, '_, V>,
-        looked: &Looked<V>,
+        end: &End<'_, '_, V>,
         from: [Plane<V>; 2],
         there: &mut Here<V>,
         step: &mut RotorStep<V>,
     ) {
+        let End { begin, looked, .. } = end;
         let (h, before) = (begin.h, &begin.here.state);
         self.follow(looked, from, there);
         step.acceleration[1] = self.acceleration(there.at.torque, there.state.speed);

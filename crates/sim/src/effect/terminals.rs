@@ -9,17 +9,80 @@ pub mod ringing;
 mod stumpff;
 pub mod swing;
 
+use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, Wide};
 
 use self::modes::Modes;
 use self::ringing::{End, Ringing};
 use super::link::{LinkStep, stored};
-use super::{Begin, Looked, Span};
-use crate::physics::legs::Conducting;
-use crate::physics::machine::{Change, Machine};
+use super::{Begin, Effect, Moment, Span, keep};
+use crate::case::Case;
+use crate::ledger::Ledger;
+use crate::physics::legs::{Conducting, Legs};
+use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
+use crate::physics::state::State;
 use crate::step::error::{Accuracy, ringing_error};
 use crate::step::two_derivative::{Here, Tried};
+
+/// Legs and terminals, whose part of a step is [`TerminalStep`]'s.
+impl<V: Wide> Effect<V> for Legs<V> {
+    type Step = ();
+
+    /// Where equal leakages of both switches hold them.
+    fn rest(&self, lane: usize, case: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
+        let half = case.inverter.link.source(0.0) / 2.0;
+        state.potential.iter_mut().for_each(|potential| potential.put(lane, half));
+    }
+
+    #[inline(always)]
+    fn keep(&self, of: V::Mask, from: &Here<V>, to: &mut Here<V>) {
+        if self.elastance.is_some() {
+            for k in 0..3 {
+                keep(of, from.state.potential[k], &mut to.state.potential[k]);
+            }
+        }
+    }
+
+    fn slope(&self, legs: &Conducting<V>, here: &Here<V>, slope: &mut State<V>) {
+        slope.potential = self.charged(legs, here.at.current);
+    }
+
+    fn energy(&self, moment: &Moment<'_, '_, V>, stored: &mut Ledger) {
+        let squares: f64 = moment.here.state.potential.iter().map(|v| moment.one(v) * moment.one(v)).sum();
+        stored.terminal_change += moment.case.inverter.bridge.terminal_capacitance * squares / 2.0;
+    }
+
+    /// A conducting leg's drop is −offset + resistance · i. One in which no device conducts carries nothing, or charges its terminal
+    /// through what the winding resists it with.
+    fn power(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, powers: &mut Ledger) {
+        let (legs, current) = (&span.step.legs.leg, moment.phases());
+        let drop = |k: usize| {
+            (moment.one(&legs[k].resistance) * current[k] - moment.one(&legs[k].offset)) * current[k]
+        };
+        powers.device_loss += (0..3).map(drop).sum::<f64>();
+        let floats = (0..3).filter(|k| moment.one(&legs[*k].direction) == 0.0);
+        let squares: f64 = floats.map(|k| current[k] * current[k]).sum();
+        powers.copper_loss += moment.case.inverter.bridge.terminal_resistance * squares;
+    }
+
+    /// A terminal that follows its device's potential is charged through it, by currents too small to count but for their energy.
+    fn work(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, spent: &mut Ledger) {
+        let capacitance = moment.case.inverter.bridge.terminal_capacitance;
+        if capacitance == 0.0 {
+            return;
+        }
+        let ends = [span.from, &span.step.end];
+        let link = (moment.one(&ends[0].state.link) + moment.one(&ends[1].state.link)) / 2.0;
+        for (k, leg) in span.step.legs.leg.iter().enumerate() {
+            if moment.one(&leg.direction) != 0.0 {
+                let [from, to] = ends.map(|here| moment.one(&here.state.potential[k]));
+                let charge = capacitance * (to - from);
+                spent.charge(charge * moment.one(&leg.rail) * link, charge * (to + from) / 2.0, true);
+            }
+        }
+    }
+}
 
 /// Terminals over a step.
 #[derive(Clone, Copy)]
@@ -48,7 +111,7 @@ impl<V: Wide> TerminalStep<V> {
         let none = Plane::new(V::of(0.0), V::of(0.0));
         let modes = Modes::of(here.at.inverse_inductance, machine.legs.charging(legs), &terminals.resistance);
         let floating = machine.legs.floating(legs, &here.state.potential);
-        let end = End::of(terminals, &here.at, change, link.begin(), none);
+        let end = End::of(terminals, &here.at, change, link.at(0), none);
         let ringing = Ringing::ahead(modes, h, floating, &end);
         Some(Self { begin: end, floating, surplus: link.surplus(h), ringing })
     }
@@ -67,18 +130,17 @@ impl<V: Wide> TerminalStep<V> {
     #[inline(always)]
     pub fn correct(
         &mut self,
-        begin: &Begin<'_, '_, V>,
-        looked: &Looked<V>,
-        change: &Change<V>,
+        end: &super::End<'_, '_, V>,
         link: &LinkStep<V>,
         predicted: Plane<V>,
         there: &mut Here<V>,
     ) -> (Plane<V>, Symmetric<V>) {
-        let Begin { h, machine, legs, here, .. } = *begin;
+        let (looked, change) = (end.looked, end.change);
+        let Begin { h, machine, legs, here, .. } = *end.begin;
         let terminals = &legs.terminals;
         let surplus = terminals.rail * self.surplus[1];
         let way = predicted - here.state.flux - surplus;
-        let end = End::of(terminals, &there.at, change, link.end(), way);
+        let end = End::of(terminals, &there.at, change, link.at(1), way);
         // The mean of both ends: what turns faster and slower by turns is then right to the next order.
         let [from, to] = [here.at.inverse_inductance, looked.gamma];
         let mean = Symmetric::new((from.xx + to.xx) * 0.5, (from.xy + to.xy) * 0.5, (from.yy + to.yy) * 0.5);
@@ -91,17 +153,11 @@ impl<V: Wide> TerminalStep<V> {
     }
 
     /// Between two ends that are known, with the oscillators of the beginning.
-    pub fn between(
-        mut self,
-        begin: &Begin<'_, '_, V>,
-        change: &Change<V>,
-        link: &LinkStep<V>,
-        end: &Here<V>,
-    ) -> Self {
-        let way = end.state.flux - begin.here.state.flux;
-        let last = End::of(&begin.legs.terminals, &end.at, change, link.end(), way);
-        self.ringing = Ringing::between(self.ringing.modes, begin.h, self.floating, [&self.begin, &last]);
-        self
+    pub fn between(&self, end: &super::End<'_, '_, V>, link: &LinkStep<V>, there: &Here<V>) -> Ringing<V> {
+        let begin = end.begin;
+        let way = there.state.flux - begin.here.state.flux;
+        let last = End::of(&begin.legs.terminals, &there.at, end.change, link.at(1), way);
+        Ringing::between(self.ringing.modes, begin.h, self.floating, [&self.begin, &last])
     }
 
     /// Its share of the step's error, relative to the tolerance; the core was evaluated `off` in Wb from the end.

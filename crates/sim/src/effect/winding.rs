@@ -1,13 +1,47 @@
 //! The winding within a step: its flux is the voltage's integral, which is exact, less a quadrature of the drop R i.
 
-use standstill_numeric::{Symmetric, Wide};
+use standstill_interface::Dq;
+use standstill_numeric::{Heading, Symmetric, Wide};
 
 use super::link::LinkStep;
-use super::{Begin, Looked, Span};
-use crate::physics::machine::Change;
+use super::{Begin, Effect, End, Moment, Span, keep_plane, keep_symmetric};
+use crate::case::Case;
+use crate::ledger::Ledger;
 use crate::physics::plane::Plane;
+use crate::physics::state::State;
 use crate::step::error::{Accuracy, error};
 use crate::step::two_derivative::{Here, Tried};
+
+/// The winding, whose part of a step is [`WindingStep`]'s.
+pub struct Winding;
+
+impl<V: Wide> Effect<V> for Winding {
+    type Step = ();
+
+    fn rest(&self, lane: usize, _: &Case<'_>, flux: Dq<f64>, state: &mut State<V>) {
+        state.flux.put(lane, Plane::new(flux.d, flux.q));
+    }
+
+    #[inline(always)]
+    fn keep(&self, of: V::Mask, from: &Here<V>, to: &mut Here<V>) {
+        keep_plane(of, from.state.flux, &mut to.state.flux);
+        keep_symmetric(of, from.at.inverse_inductance, &mut to.at.inverse_inductance);
+        keep_plane(of, from.at.current, &mut to.at.current);
+    }
+
+    fn energy(&self, moment: &Moment<'_, '_, V>, stored: &mut Ledger) {
+        let (state, case) = (&moment.here.state, moment.case);
+        let turned = moment.one(&state.turned);
+        let flux = state.flux.get(moment.lane).to_rotor(Heading::of(turned));
+        let lag = flux - Dq::new(moment.one(&state.lagging.d), moment.one(&state.lagging.q));
+        stored.field_change += case.motor.field_energy(flux, lag, case.start_angle + turned);
+    }
+
+    fn power(&self, moment: &Moment<'_, '_, V>, _: &Span<'_, '_, V>, powers: &mut Ledger) {
+        let current = moment.current();
+        powers.copper_loss += 1.5 * moment.case.motor.resistance * current.dot(current);
+    }
+}
 
 /// The winding over a step.
 #[derive(Clone, Copy)]
@@ -34,14 +68,8 @@ impl<V: Wide> WindingStep<V> {
 
     /// The flux in Wb that the prediction misses.
     #[inline(always)]
-    pub fn missing(
-        &self,
-        begin: &Begin<'_, '_, V>,
-        looked: &Looked<V>,
-        change: &Change<V>,
-        there: &Here<V>,
-        link: &LinkStep<V>,
-    ) -> Plane<V> {
+    pub fn missing(&self, end: &End<'_, '_, V>, there: &Here<V>, link: &LinkStep<V>) -> Plane<V> {
+        let End { begin, looked, change } = *end;
         let Begin { h, legs, here, change: first, .. } = *begin;
         let (half, twelfth, terminals) = (h * 0.5, h * h * (1.0 / 12.0), &legs.terminals);
         let predicted = self.predicted[0];
@@ -57,16 +85,10 @@ impl<V: Wide> WindingStep<V> {
 
     /// Adds the missing flux in Wb, with its feedback by the drop across a resistance in Ω.
     #[inline(always)]
-    pub fn correct(
-        begin: &Begin<'_, '_, V>,
-        looked: &Looked<V>,
-        missing: Plane<V>,
-        resistance: Symmetric<V>,
-        there: &mut Here<V>,
-    ) {
-        let legs = begin.legs;
+    pub fn correct(end: &End<'_, '_, V>, missing: Plane<V>, resistance: Symmetric<V>, there: &mut Here<V>) {
+        let (looked, legs) = (end.looked, end.begin.legs);
         let missing = looked.held(legs, missing);
-        let feedback = missing.through(looked.gamma).through(resistance) * (begin.h * 0.5);
+        let feedback = missing.through(looked.gamma).through(resistance) * (end.begin.h * 0.5);
         let missing = Plane::choose(legs.idle, missing, looked.held(legs, missing - feedback));
         there.state.flux = there.state.flux + missing;
         there.at.current = there.at.current + missing.through(looked.gamma);
@@ -74,13 +96,8 @@ impl<V: Wide> WindingStep<V> {
 
     /// Its share of the step's error, relative to the tolerance; the core was evaluated `off` in Wb from the end.
     #[inline(always)]
-    pub fn error(
-        begin: &Begin<'_, '_, V>,
-        change: &Change<V>,
-        there: &Here<V>,
-        off: Plane<V>,
-        accuracy: &Accuracy<V>,
-    ) -> V {
+    pub fn error(end: &End<'_, '_, V>, there: &Here<V>, off: Plane<V>, accuracy: &Accuracy<V>) -> V {
+        let End { begin, change, .. } = *end;
         let resistance = &begin.legs.terminals.resistance;
         error(accuracy, begin.h, resistance, begin.here, there, [begin.change, change], off)
     }
@@ -92,11 +109,10 @@ pub fn flux_within<V: Wide>(span: &Span<'_, '_, V>, area: V) -> Plane<V> {
     let Span { from, step, share, .. } = *span;
     let Tried { h, legs, end: to, change: [first, last], .. } = step;
     let (h, terminals) = (*h, &legs.terminals);
-    let of = |value: [V; 2], rise: [V; 2]| span.cubic(value, rise).area(share) * h;
-    let charge = Plane::new(
-        of([from.at.current.x, to.at.current.x], [first.current.x, last.current.x]),
-        of([from.at.current.y, to.at.current.y], [first.current.y, last.current.y]),
-    );
+    let (currents, rises) = ([from.at.current, to.at.current], [first.current, last.current]);
+    let x = span.cubic([currents[0].x, currents[1].x], [rises[0].x, rises[1].x]);
+    let y = span.cubic([currents[0].y, currents[1].y], [rises[0].y, rises[1].y]);
+    let charge = Plane::new(x.area(share) * h, y.area(share) * h);
     let potential =
         first.blocked_potential + (last.blocked_potential - first.blocked_potential) * share * 0.5;
     let driven = from.state.flux + terminals.rail * area + terminals.offset * (h * share)

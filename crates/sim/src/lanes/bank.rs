@@ -2,47 +2,50 @@
 
 mod stepping;
 
-use standstill_interface::Dq;
-use standstill_inverter::Inverter;
+use standstill_inverter::{Inverter, Source};
 use standstill_numeric::{Compute, MOST_LANES, Mask, Symmetric, Wide};
-use standstill_plant::Motor;
+use standstill_plant::{Magnetics, Motor};
 
 use self::stepping::{StepOf, take};
+use super::lanes_of;
 use crate::case::RunError;
-use crate::effect::play::Cells;
+use crate::effect::{Branch, CoreBranch, Span};
 use crate::guard::{Bounds, Guard};
 use crate::physics::gates::NEVER;
 use crate::physics::machine::{Machine, Operating};
-use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::sensing::{Sensed, SensorSettings};
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::{Here, Tried};
-use standstill_inverter::Source;
 
-/// Machines of one kind, what they do until when, and what became of it.
+/// Machines of one kind: where they are, until when they step, how long their steps are, and what became of the last.
 #[derive(Clone, Debug)]
 pub struct Bank<'a, V: Wide> {
     /// The machines.
     pub machine: Machine<'a, V>,
-    /// What ends their modes.
+    /// The ends of their modes.
     pub bounds: Bounds<V>,
     /// Where they are.
     pub here: Here<V>,
-    /// How exact their steps must be.
-    pub accuracy: Accuracy<V>,
+    /// Sensors with a state.
+    pub sensed: Option<Sensed<V>>,
+    /// Until when they step.
+    pub schedule: Schedule<V>,
+    /// How long their steps are.
+    pub control: StepControl<V>,
+    /// Results of their steps.
+    pub outcome: Outcome<V>,
+}
+
+/// Instants at which steps end.
+#[derive(Clone, Debug)]
+pub struct Schedule<V> {
     /// A bit for each machine that steps.
     pub live: u32,
     /// The next instant of each in ns, gate edges apart.
     pub stop: V,
     /// When the sensors of each are read next, or their command ends, in ns.
     pub sample: V,
-    /// Length of the step to try next, and of the longest one, in ns.
-    pub hint: V,
-    /// See `hint`.
-    pub longest: V,
-    /// The hint where no leg's terminal floated last, one, two, and all: what rings needs shorter steps than what flows.
-    pub hints: [V; 4],
     /// A bit for each machine of which a mode ends at `mode_end`.
     pub to_mode_end: u32,
     /// In ns.
@@ -57,34 +60,51 @@ pub struct Bank<'a, V: Wide> {
     pub carried: [usize; MOST_LANES],
     /// A bit for each machine that expected so when its legs last conducted otherwise.
     pub swept: u32,
+}
+
+/// Length and error of steps.
+#[derive(Clone, Debug, Default)]
+pub struct StepControl<V: Wide> {
+    /// How exact steps must be.
+    pub accuracy: Accuracy<V>,
+    /// Length of the step to try next, and of the longest one, in ns.
+    pub next: V,
+    /// See `next`.
+    pub longest: V,
+    /// The next length where no leg's terminal floated last, one, two, and all: terminals that ring need shorter steps than currents that
+    /// flow.
+    pub next_by_floating: [V; 4],
+    /// Steps in a row that were not taken.
+    pub refused: V,
+    /// Whether steps are looked at from within: `begin` and `tried` of the outcome are then those of the last.
+    pub follow: bool,
+    /// Whether the referee takes the steps of a machine alone.
+    pub refereed: bool,
+}
+
+/// Results of steps.
+#[derive(Clone, Debug)]
+pub struct Outcome<V: Wide> {
     /// Largest phase current in A so far.
     pub peak: V,
     /// Furthest from the start in rad so far.
     pub moved: V,
-    /// Steps in a row that were not taken.
-    pub refused: V,
     /// Accepted steps, and all.
     pub steps: V,
     /// See `steps`.
     pub evaluations: V,
-    /// Sensors that remember what was before.
-    pub sensed: Option<Sensed<V>>,
-    /// Whether steps are looked at from within: `begin` and `tried` are then those of the last.
-    pub follow: bool,
-    /// Whether the referee takes the steps of a machine alone.
-    pub refereed: bool,
     /// Where the last step began.
     pub begin: Here<V>,
-    /// What the iron remembered there.
-    pub begin_cells: Option<Cells<V>>,
+    /// The branch there.
+    pub begin_branch: Option<Branch<V>>,
     /// The last step.
     pub tried: Tried<V>,
-    /// What became of it. Read number by number: what was stored in small pieces and is loaded in a large one would have to wait
+    /// Its result. Read number by number: what was stored in small pieces and is loaded in a large one would have to wait
     /// for all that was stored before.
     pub served: Served,
 }
 
-/// What became of a step: a bit for each machine.
+/// Result of a step: a bit for each machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Served {
     /// Took the step.
@@ -113,67 +133,47 @@ impl<'a, V: Wide> Bank<'a, V> {
         free: bool,
         follow: bool,
     ) -> Self {
-        use standstill_plant::Magnetics;
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        let (plane, dq) = (Plane::new(zero, zero), Dq::new(zero, zero));
         let machine = Machine::like(motor, inverter, free);
-        let rest =
-            State { flux: plane, turned: zero, speed: zero, link: zero, lagging: dq, potential: [zero; 3] };
-        let at = Operating {
-            current: plane,
-            inverse_inductance: Symmetric::new(one, zero, one),
-            turning: plane,
-            relaxing: plane,
-            energy_turn: plane,
-            energy_bend: zero,
-            torque: zero,
-            cogging_slope: zero,
-            core_flux: dq,
-            core_current: dq,
-            lag: dq,
-        };
-        let here = Here { time: zero, state: rest, at, source: Source { voltage: zero, rise: zero } };
+        let at = Operating { inverse_inductance: Symmetric::new(one, zero, one), ..Operating::default() };
+        let source = Source { voltage: zero, rise: zero };
+        let here = Here { time: zero, state: State::default(), at, source };
         let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
-        let accuracy =
-            Accuracy { per_flux: one, per_angle: one, per_flux_scale: one, filtered: zero, remembered: zero };
-        let legs = machine.legs.at::<true>(zero, zero);
-        let tried = Tried::none(&here, legs);
+        let accuracy = Accuracy { per_flux: one, per_angle: one, per_flux_scale: one, ..Accuracy::default() };
         Self {
             machine,
             bounds,
-            begin: here,
-            begin_cells: None,
             here,
-            accuracy,
-            live: 0,
-            stop: zero,
-            sample: zero,
-            hint: zero,
-            longest: zero,
-            hints: [zero; 4],
-            to_mode_end: 0,
-            mode_end: zero,
-            nearest: 0,
-            ending_mode: [None; MOST_LANES],
-            expected: V::of(NEVER),
-            carried: [0; MOST_LANES],
-            swept: 0,
-            peak: zero,
-            moved: zero,
-            refused: zero,
-            steps: zero,
-            evaluations: zero,
-            sensed: Sensed::like(sensors, legs),
-            follow,
-            refereed: false,
-            tried,
-            served: Served::default(),
+            sensed: Sensed::like(sensors),
+            schedule: Schedule {
+                live: 0,
+                stop: zero,
+                sample: zero,
+                to_mode_end: 0,
+                mode_end: zero,
+                nearest: 0,
+                ending_mode: [None; MOST_LANES],
+                expected: V::of(NEVER),
+                carried: [0; MOST_LANES],
+                swept: 0,
+            },
+            control: StepControl { accuracy, follow, ..StepControl::default() },
+            outcome: Outcome {
+                peak: zero,
+                moved: zero,
+                steps: zero,
+                evaluations: zero,
+                begin: here,
+                begin_branch: None,
+                tried: Tried::none(&here),
+                served: Served::default(),
+            },
         }
     }
 
     /// Tries a step of each machine that is live. Where a mode ends within it, the next one will end there.
     pub fn step(&mut self) {
-        if self.machine.legs.elastance.is_some() || self.machine.cells.is_some() || self.refereed {
+        if self.machine.is_rare() || self.control.refereed {
             V::compute(StepOf::<_, true>(self));
         } else {
             V::compute(StepOf::<_, false>(self));
@@ -181,10 +181,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         if let Some(sensed) = &mut self.sensed {
             sensed.follow(&self.machine.legs.axes);
         }
-        let mut left = self.served.crossed;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
+        for lane in lanes_of(self.outcome.served.crossed) {
             self.find_end(lane);
         }
     }
@@ -198,7 +195,7 @@ impl<'a, V: Wide> Bank<'a, V> {
 
     /// Why a machine is broken.
     pub fn why_broken(&self, lane: usize) -> RunError {
-        if self.served.stuck >> lane & 1 == 1 { RunError::Stuck } else { RunError::NotFinite }
+        if self.outcome.served.stuck >> lane & 1 == 1 { RunError::Stuck } else { RunError::NotFinite }
     }
 
     /// Evaluates a machine anew at its state.
@@ -208,7 +205,14 @@ impl<'a, V: Wide> Bank<'a, V> {
 
     /// The machines at a share of the step taken last.
     pub fn within(&self, share: f64) -> Here<V> {
-        V::compute(Within(self, share))
+        V::compute(There(self.span(share)))
+    }
+
+    /// A place in the step taken last, by its share of it.
+    pub fn span(&self, share: f64) -> Span<'_, 'a, V> {
+        let Outcome { begin, begin_branch, tried, .. } = &self.outcome;
+        let (machine, branch) = (&self.machine, begin_branch.as_ref());
+        Span { machine, branch, from: begin, step: tried, share: V::of(share) }
     }
 }
 
@@ -220,15 +224,14 @@ impl<V: Wide> Compute for LookAt<'_, '_, V> {
 
     #[inline(always)]
     fn compute(self) {
-        let here = &self.0.here;
-        let iron = self.0.machine.cells.as_ref().map(|cells| cells.iron_here(here.state.flux));
-        let at = self.0.machine.operating(&here.state, iron.as_ref());
-        let there = Here { time: here.time, state: here.state, at, source: here.source };
-        let bank = self.0;
-        if let (Some(cells), Some(iron)) = (&mut bank.machine.cells, &iron) {
-            cells.set_tangent(V::Mask::of_bits(self.1), iron.tangent);
+        let (bank, of) = (self.0, V::Mask::of_bits(self.1));
+        let state = &bank.here.state;
+        let point = some!(&bank.machine.branch, branch => branch.at(state.flux, None));
+        let there = Here { at: bank.machine.operating(state, point.as_ref()), ..bank.here };
+        if let (Some(branch), Some(point)) = (&mut bank.machine.branch, &point) {
+            branch.set_stiffness(of, point.stiffness);
         }
-        take(&bank.machine, true, &mut bank.here, &there, V::Mask::of_bits(self.1));
+        take(&bank.machine, true, &mut bank.here, &there, of);
     }
 }
 
@@ -248,16 +251,15 @@ impl<V: Wide> Compute for RestOf<'_, '_, V> {
     }
 }
 
-/// Machines at a share of the step taken last.
-struct Within<'b, 'a, V: Wide>(&'b Bank<'a, V>, f64);
+/// Machines at a place in a step.
+struct There<'b, 'a, V: Wide>(Span<'b, 'a, V>);
 
-impl<V: Wide> Compute for Within<'_, '_, V> {
+impl<V: Wide> Compute for There<'_, '_, V> {
     type Output = Here<V>;
 
     #[inline(always)]
     fn compute(self) -> Here<V> {
-        let Self(bank, share) = self;
-        bank.tried.within(&bank.machine, &bank.begin, bank.begin_cells.as_ref(), V::of(share))
+        self.0.there()
     }
 }
 

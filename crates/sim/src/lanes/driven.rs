@@ -16,28 +16,17 @@ use crate::trace::{Probe, Snapshot};
 ///
 /// ```
 /// use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
-/// use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
-/// use standstill_sim::{Case, Driven, RotorState, SensorSettings, Sensors, Streams, Tolerance};
+/// use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter};
+/// use standstill_sim::{Case, Driven};
 ///
 /// let motor = standstill_plant::built_in("paper-5k5").expect("a built-in motor");
-/// let case = Case {
-///     motor: &motor,
-///     inverter: Inverter {
-///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 },
-///         gates: [GateTiming::default(); 3],
-///         link: DcLink::stiff(550.0),
-///         carrier_period: Nanos::ZERO,
-///     },
-///     sensors: Sensors::nominal(SensorSettings::IDEAL),
-///     start_angle: 0.0,
-///     rotor: RotorState::Locked,
-///     load_torque: 0.0,
-///     memory: None,
-///     streams: Streams::new(1, 0),
-///     tolerance: Tolerance::default(),
-///     time_limit: Case::TIME_LIMIT,
+/// let inverter = Inverter {
+///     bridge: Bridge::default(),
+///     gates: [GateTiming::default(); 3],
+///     link: DcLink::stiff(550.0),
+///     carrier_period: Nanos::ZERO,
 /// };
-/// let mut drive = Driven::new(&case);
+/// let mut drive = Driven::new(&Case::new(&motor, inverter));
 /// let pulse = Stage::line(Phase::A, Phase::B, Nanos::from_micros(50));
 /// let readings = drive.carry_out(&Command::hold(pulse, Sampling::once(Nanos::from_micros(50))))?;
 /// let sampled = readings[0].current[Phase::A];
@@ -92,7 +81,7 @@ impl<'a> Driven<'a> {
         let follow = resolution.is_some() || ledger || is_followed(case);
         let sensors = &case.sensors.settings;
         let mut bank = Bank::like(case.motor, &case.inverter, sensors, can_move(case.rotor), follow);
-        bank.refereed = refereed;
+        bank.control.refereed = refereed;
         let control = Control::new(case.clone(), &mut bank, 0, probe, ledger, Vec::new());
         Self { bank, control }
     }
@@ -111,8 +100,8 @@ impl<'a> Driven<'a> {
                 Want::Step => {}
             }
             bank.step();
-            let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = bank.served;
-            if bank.follow && accepted != 0 {
+            let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = bank.outcome.served;
+            if bank.control.follow && accepted != 0 {
                 let thirds = [bank.within(1.0 / 3.0), bank.within(2.0 / 3.0)];
                 control.follow(bank, &thirds);
             }
@@ -154,12 +143,12 @@ impl<'a> Driven<'a> {
         &self.control.readings
     }
 
-    /// What is there now, sensors apart.
+    /// The machine now, sensors apart.
     pub fn now(&self) -> Snapshot {
         self.control.now(&self.bank)
     }
 
-    /// What the run was, by its end.
+    /// The run's result at its end.
     pub(super) fn finish(mut self, error: Option<RunError>) -> Finished {
         self.control.finish(&mut self.bank, error)
     }

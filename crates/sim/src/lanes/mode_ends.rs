@@ -3,6 +3,7 @@
 use standstill_numeric::{Mask, Wide};
 
 use super::bank::Bank;
+use crate::effect::CoreBranch;
 use crate::guard::Guard;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
@@ -15,7 +16,7 @@ impl<V: Wide> Bank<'_, V> {
     /// Keeps of a step what [`Self::find_end`] asks for.
     #[inline(always)]
     pub(super) fn keep_for_ends<const RARE: bool>(&mut self, tried: &Tried<V>) {
-        let (begin, to) = (&mut self.begin, &mut self.tried);
+        let (begin, to) = (&mut self.outcome.begin, &mut self.outcome.tried);
         begin.time = self.here.time;
         to.h = tried.h;
         to.end.time = tried.end.time;
@@ -26,19 +27,14 @@ impl<V: Wide> Bank<'_, V> {
         }
         if RARE {
             to.floating = tried.floating;
-            to.moved = tried.moved;
+            to.branch = tried.branch;
         }
         if self.machine.rotors.is_some() {
             begin.state.turned = self.here.state.turned;
             begin.state.speed = self.here.state.speed;
             to.end.state.turned = tried.end.state.turned;
             to.end.state.speed = tried.end.state.speed;
-            to.torque = tried.torque;
-            to.rotor = tried.rotor;
-            for end in 0..2 {
-                to.margins[end].motion = tried.margins[end].motion;
-                to.margins[end].stop = tried.margins[end].stop;
-            }
+            to.motion = tried.motion;
         }
         if self.machine.circuits.have_ends() {
             for end in 0..2 {
@@ -64,19 +60,20 @@ impl<V: Wide> Bank<'_, V> {
         self.core_ends(lane, &mut first);
         let First { share, guard } = first;
         let share = if guard.is_some() { share } else { 1.0 };
-        let (from, to) = (self.begin.time.get(lane), self.tried.end.time.get(lane));
+        let (from, to) = (self.outcome.begin.time.get(lane), self.outcome.tried.end.time.get(lane));
         let end = (from + (to - from) * share).min(to);
-        self.mode_end.put(lane, end);
-        self.to_mode_end |= 1 << lane;
+        let plan = &mut self.schedule;
+        plan.mode_end.put(lane, end);
+        plan.to_mode_end |= 1 << lane;
         // The potential of a terminal may rise by more than what is near to its bound in the shortest time that is a number.
         let nearest = end >= to && guard.is_some() && self.machine.legs.elastance.is_some();
-        self.nearest = self.nearest & !(1 << lane) | u32::from(nearest) << lane;
-        self.ending_mode[lane] = guard;
+        plan.nearest = plan.nearest & !(1 << lane) | u32::from(nearest) << lane;
+        plan.ending_mode[lane] = guard;
     }
 
     /// Currents of legs that conduct, potentials of others.
     fn legs_end(&self, lane: usize, first: &mut First) {
-        let (tried, one) = (&self.tried, |pack: &V| pack.get(lane));
+        let (tried, one) = (&self.outcome.tried, |pack: &V| pack.get(lane));
         // Of two legs that conduct, both currents end at once.
         let legs = &self.machine.legs;
         let safe = |k: usize| tried.floating.is_some_and(|floating| floating.safe[k].bits() >> lane & 1 == 1);
@@ -84,17 +81,14 @@ impl<V: Wide> Bank<'_, V> {
         let both = conduct.clone().count() == 2 && tried.floating.is_none();
         for k in conduct.take(if both { 1 } else { 3 }) {
             let direction = legs.direction(lane, k);
-            {
-                let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
-                let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
-                first.ends(Guard::Leg(k), Cubic { value, slope }, self.bounds.slack.leg[k].get(lane));
-            }
+            let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
+            let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
+            first.ends(Guard::Leg(k), Cubic { value, slope }, self.bounds.slack.leg[k].get(lane));
         }
         if let Some(floating) = &tried.floating {
             for k in (0..3).filter(|k| legs.direction(lane, *k) == 0.0 && !safe(*k)) {
-                for side in floating.sides(k) {
-                    let [value, slope] = [side.value, side.slope].map(|pair| pair.each_ref().map(one));
-                    first.ends(Guard::Leg(k), Cubic { value, slope }, self.bounds.slack.blocked.get(lane));
+                for side in floating.sides_of(k, lane) {
+                    first.ends(Guard::Leg(k), side, self.bounds.slack.blocked.get(lane));
                 }
             }
         }
@@ -108,25 +102,20 @@ impl<V: Wide> Bank<'_, V> {
 
     /// The rotor starts, stops, or reaches the end of the brake's play.
     fn motion_ends(&self, lane: usize, first: &mut First) {
-        let (tried, slack, one) = (&self.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
-        let torque = tried.torque_margin(&self.machine, &self.bounds);
-        let [value, slope] = [torque.value, torque.slope].map(|pair| pair.each_ref().map(one));
-        first.ends(Guard::Motion, Cubic { value, slope }, one(&slack.motion));
-        let turned = [one(&self.begin.state.turned), one(&tried.end.state.turned)];
-        let rise =
-            [one(&self.begin.state.speed), one(&tried.end.state.speed)].map(|speed| speed * one(&tried.h));
+        let (tried, slack, one) = (&self.outcome.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
+        first.ends(Guard::Motion, tried.motion.get(lane), one(&slack.motion));
+        let states = [&self.outcome.begin.state, &tried.end.state];
+        let turned = states.map(|state| one(&state.turned));
+        let rise = states.map(|state| one(&state.speed) * one(&tried.h));
         let [lower, upper] = self.bounds.stops.each_ref().map(one);
-        first.ends(
-            Guard::Stop,
-            Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) },
-            one(&slack.stop),
-        );
+        let ahead = Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) };
+        first.ends(Guard::Stop, ahead, one(&slack.stop));
         first.ends(Guard::Stop, Cubic { value: turned.map(|a| a - lower), slope: rise }, one(&slack.stop));
     }
 
-    /// The core's range, its kinks, and the play cells of its iron.
+    /// The core's range, its kinks, and the branch beside it.
     fn core_ends(&self, lane: usize, first: &mut First) {
-        let (tried, slack, one) = (&self.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
+        let (tried, slack, one) = (&self.outcome.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
         let [begin, end] = tried.margins.each_ref().map(|margins| one(&margins.domain));
         if end < -one(&slack.domain) {
             first.ends(Guard::Domain, straight(begin, end), one(&slack.domain));
@@ -151,19 +140,14 @@ impl<V: Wide> Bank<'_, V> {
                 }
             }
         }
-        if let (Some(cells), Some(moved)) = (&self.machine.cells, &tried.moved) {
-            for (cell, cubic) in moved.cubic.iter().enumerate() {
-                if cells.ended(moved, lane, cell) {
-                    let [value, slope] = [cubic.value, cubic.slope].map(|pair| pair.each_ref().map(one));
-                    first.ends(Guard::Cell, Cubic { value, slope }, moved.slack[cell].get(lane));
-                }
-            }
+        if let (Some(branch), Some(step)) = (&self.machine.branch, &tried.branch) {
+            branch.ends(step, lane, first);
         }
     }
 }
 
 /// The mode that ends first, of those looked at so far.
-struct First {
+pub struct First {
     /// Share of the step.
     share: f64,
     guard: Option<Guard>,
@@ -177,7 +161,7 @@ impl First {
     }
 
     /// A margin over the step, and how far beyond zero it must be to count as crossed.
-    fn ends(&mut self, guard: Guard, margin: Cubic<f64>, slack: f64) {
+    pub fn ends(&mut self, guard: Guard, margin: Cubic<f64>, slack: f64) {
         let to = if margin.value[1] < -slack {
             1.0
         } else if margin.dip() < -slack {

@@ -6,7 +6,7 @@ use standstill_numeric::MOST_LANES;
 use super::Host;
 use crate::case::{Case, Ended, Finished, Run};
 
-/// What stands between a detector and the engine: readings and commands in both's numbers, and its outcome.
+/// Adapter between a detector and the engine: readings and commands in the numbers of each, and the detector's outcome.
 pub struct Adapter<T: Real> {
     readings: Vec<Reading<T>>,
     outcome: Option<Outcome<T>>,
@@ -18,7 +18,7 @@ impl<T: Real> Adapter<T> {
         Self { readings: Vec::new(), outcome: None }
     }
 
-    /// What the detector orders after these readings; `None` if it is done.
+    /// The detector's command after these readings; `None` if it is done.
     pub fn step<D: Detector<T> + ?Sized>(
         &mut self,
         detector: &mut D,
@@ -57,7 +57,7 @@ pub struct Slots<T: Real, D, C, F> {
     lanes: [Option<Slot<T, D>>; MOST_LANES],
 }
 
-/// What a lane is taken by: the number of the case, and its detector.
+/// The case in a lane, by its number, and its detector.
 struct Slot<T: Real, D> {
     number: usize,
     detector: Option<D>,
@@ -125,14 +125,14 @@ fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
     }
 }
 
-/// The same of a stage. Leg by leg: what maps an array is not inlined, and costs a short detection two hundredths of its time.
+/// A stage in double precision. Leg by leg: an array's `map` is not inlined, and costs a short detection two hundredths of its time.
 #[inline]
 fn stage_of<T: Real>(stage: &Stage<T>) -> Stage<f64> {
     let Abc([a, b, c]) = &stage.legs;
     Stage { legs: Abc([leg_of(a), leg_of(b), leg_of(c)]), duration: stage.duration }
 }
 
-/// The same of a leg.
+/// A leg in double precision.
 #[inline]
 fn leg_of<T: Real>(leg: &Leg<T>) -> Leg<f64> {
     match *leg {

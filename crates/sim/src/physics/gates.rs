@@ -60,7 +60,7 @@ impl<M: Mask> On<M> {
 }
 
 /// The gates of one leg of each machine. Times in ns.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct LegGates<V> {
     /// From when on the gate is `from`, if nothing has changed it by then.
     done: V,
@@ -93,18 +93,9 @@ pub struct Alternation {
 impl<V: Wide> LegGates<V> {
     /// Both off, and no request to come.
     pub fn new() -> Self {
-        let (zero, never) = (V::of(0.0), V::of(NEVER));
-        Self {
-            done: -never,
-            off: never,
-            on: never,
-            from: On::default(),
-            to: On::default(),
-            high_for: zero,
-            low_for: zero,
-            dead: zero,
-            alternates_until: -never,
-        }
+        let mut gates = Self::default();
+        (0..V::LANES).for_each(|lane| gates.clear(lane));
+        gates
     }
 
     /// Requests alternate from the one to come on.
@@ -169,7 +160,7 @@ impl<V: Wide> LegGates<V> {
         self.expect(lane, Some((off, off, Gate::Off)));
     }
 
-    /// The request to come becomes the one under way. The one after it is to be told next.
+    /// The request to come becomes the one under way. The caller gives the one after it next.
     pub fn carry_out(&mut self, lane: usize) {
         let to = self.to.of(lane);
         self.done.put(lane, if to == Gate::Off { -NEVER } else { self.on.get(lane) });
@@ -226,7 +217,7 @@ impl<V: Wide> LegGates<V> {
         }
     }
 
-    /// The same for one lane: +1 for current into the motor, −1 for current out of it, 0 for none.
+    /// [`Self::carried_out`] of one lane: +1 for current into the motor, −1 for current out of it, 0 for none.
     pub fn is_carried_out(&self, lane: usize, time: f64, direction: f64, both: bool) -> bool {
         let to = self.to.of(lane);
         let matters = match to {
@@ -243,7 +234,7 @@ impl<V: Wide> LegGates<V> {
 mod tests {
     use super::*;
 
-    /// A leg that was told high at 0 and low at 10 µs, with 0.3 µs to switch off and 2.2 µs to switch on.
+    /// A leg with a request for high at 0 and for low at 10 µs, with 0.3 µs to switch off and 2.2 µs to switch on.
     fn leg() -> LegGates<f64> {
         let mut leg = LegGates::new();
         leg.expect(0, Some((300.0, 2200.0, Gate::High)));

@@ -11,14 +11,14 @@ use super::plane::Plane;
 use super::terminals::of_legs;
 
 /// The legs: their devices, their gates, and which way their currents flow.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Legs<V: Wide> {
     /// Magnetic axes of the phases in the run's plane.
     pub axes: [Plane<V>; 3],
     /// Drop in V and resistance in Ω of switches and of diodes.
     switch: [V; 2],
     diode: [V; 2],
-    /// The same of what carries a leg's current against its switch while that is on.
+    /// Drop and resistance of the device that carries a leg's current against its switch while that is on.
     reverse: [V; 2],
     /// A bit for each machine with MOSFETs.
     mosfets: u32,
@@ -36,14 +36,14 @@ pub struct Legs<V: Wide> {
     pub gates: [LegGates<V>; 3],
     /// A bit for each machine of which the leg's current flows out of it, into the motor.
     pub out: [u32; 3],
-    /// The same for currents into the leg. Without either the leg is blocked.
+    /// A bit for each machine of which it flows into the leg. Without either the leg is blocked.
     pub into: [u32; 3],
     /// Voltage in V of terminals that are fed from elsewhere: the legs are then not there.
     pub fed: Option<Plane<V>>,
 }
 
 /// A leg with current, `u = rail · U_dc + offset − resistance · i`; of one without, zeros.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Leg<V> {
     /// 1 at the positive rail, 0 at the negative.
     pub rail: V,
@@ -55,8 +55,8 @@ pub struct Leg<V> {
     pub direction: V,
 }
 
-/// What the legs are at one time.
-#[derive(Clone, Copy, Debug)]
+/// The legs at one time.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Conducting<V: Wide> {
     /// Leg by leg.
     pub leg: [Leg<V>; 3],
@@ -71,7 +71,7 @@ pub struct Conducting<V: Wide> {
 }
 
 /// Legs and winding resistance as a winding without neutral sees them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Terminals<T> {
     /// Voltage per volt of the link.
     pub rail: Plane<T>,
@@ -104,21 +104,8 @@ impl<V: Lane> Range<V> {
 impl<V: Wide> Legs<V> {
     /// All blocked and off, of rotors at zero; whether their terminals have a capacitance.
     pub fn idle(capacitive: bool) -> Self {
-        let zero = V::of(0.0);
-        let mut legs = Self {
-            axes: [Plane::new(zero, zero); 3],
-            switch: [zero; 2],
-            diode: [zero; 2],
-            reverse: [zero; 2],
-            mosfets: 0,
-            beyond: zero,
-            elastance: capacitive.then_some(zero),
-            ringing: zero,
-            gates: [LegGates::new(); 3],
-            out: [0; 3],
-            into: [0; 3],
-            fed: None,
-        };
+        let elastance = capacitive.then_some(V::of(0.0));
+        let mut legs = Self { elastance, gates: [LegGates::new(); 3], ..Self::default() };
         for lane in 0..V::LANES {
             legs.put_axes(lane, Heading::ZERO);
         }
@@ -128,9 +115,7 @@ impl<V: Wide> Legs<V> {
     /// The run's plane of a lane has this heading in the stator's.
     pub fn put_axes(&mut self, lane: usize, start: Heading) {
         for (to, axis) in self.axes.iter_mut().zip(AXES) {
-            let axis = Plane::from_stator(axis, start);
-            to.x.put(lane, axis.x);
-            to.y.put(lane, axis.y);
+            to.put(lane, Plane::from_stator(axis, start));
         }
     }
 
@@ -138,12 +123,14 @@ impl<V: Wide> Legs<V> {
     pub fn put_bridge(&mut self, lane: usize, bridge: &Bridge) {
         let Devices { kind, switch_drop, switch_resistance, diode_drop, diode_resistance } = bridge.devices;
         let reverse = bridge.devices.reverse();
-        self.switch[0].put(lane, switch_drop);
-        self.switch[1].put(lane, switch_resistance);
-        self.diode[0].put(lane, diode_drop);
-        self.diode[1].put(lane, diode_resistance);
-        self.reverse[0].put(lane, reverse[0]);
-        self.reverse[1].put(lane, reverse[1]);
+        for (to, of) in [
+            (&mut self.switch, [switch_drop, switch_resistance]),
+            (&mut self.diode, [diode_drop, diode_resistance]),
+            (&mut self.reverse, reverse),
+        ] {
+            to[0].put(lane, of[0]);
+            to[1].put(lane, of[1]);
+        }
         self.mosfets = self.mosfets & !(1 << lane) | u32::from(kind == DeviceKind::Mosfet) << lane;
         self.beyond.put(lane, if bridge.open_leg == OpenLeg::Open { f64::INFINITY } else { diode_drop });
         if let Some(elastance) = &mut self.elastance {
@@ -184,7 +171,7 @@ impl<V: Wide> Legs<V> {
         }
     }
 
-    /// What conducts in a lane at a time in ns.
+    /// Conduction modes of a lane at a time in ns.
     pub fn modes(&self, lane: usize, time: f64) -> Modes {
         let kind = if self.has_mosfets(lane) { DeviceKind::Mosfet } else { DeviceKind::Igbt };
         std::array::from_fn(|k| match self.direction(lane, k) {
@@ -236,31 +223,14 @@ impl<V: Wide> Legs<V> {
         [V::Mask::of_bits(self.out[k]), V::Mask::of_bits(self.into[k])]
     }
 
-    /// What the legs are at times in ns, with windings of such a resistance in Ω.
+    /// The legs at times in ns, with windings of such a resistance in Ω.
     #[inline(always)]
     pub fn at<const RARE: bool>(&self, time: V, winding: V) -> Conducting<V> {
         let capacitive = self.elastance_if::<RARE>().is_some();
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let legs = [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
         let [(a, flows_a, on_a), (b, flows_b, on_b), (c, flows_c, on_c)] = legs;
-        if let Some(voltage) = self.fed {
-            let all = V::Mask::of_bits(u32::MAX);
-            let terminals = Terminals {
-                rail: Plane::new(zero, zero),
-                offset: voltage,
-                resistance: Symmetric::new(winding, zero, winding),
-                blocked: Plane::new(zero, zero),
-                none_blocked: one,
-            };
-            let idle = V::Mask::of_bits(0);
-            return Conducting { leg: [a, b, c], flows: [all; 3], idle, on: [on_a, on_b, on_c], terminals };
-        }
-        let flows = [flows_a, flows_b, flows_c];
-        let mut idle = !(flows[0] | flows[1] | flows[2]);
-        if capacitive {
-            idle = V::Mask::of_bits(0);
-        }
-        let none = Plane::new(zero, zero);
+        let none = Plane::default();
         let mut terminals = Terminals {
             rail: none,
             offset: none,
@@ -268,6 +238,16 @@ impl<V: Wide> Legs<V> {
             blocked: none,
             none_blocked: one,
         };
+        if let Some(voltage) = self.fed {
+            let (all, idle) = (V::Mask::of_bits(u32::MAX), V::Mask::of_bits(0));
+            terminals.offset = voltage;
+            return Conducting { leg: [a, b, c], flows: [all; 3], idle, on: [on_a, on_b, on_c], terminals };
+        }
+        let flows = [flows_a, flows_b, flows_c];
+        let mut idle = !(flows[0] | flows[1] | flows[2]);
+        if capacitive {
+            idle = V::Mask::of_bits(0);
+        }
         for (k, (leg, flows, _)) in legs.iter().enumerate() {
             let (axis, all) = (self.axes[k], &mut terminals);
             all.rail = all.rail + axis * (leg.rail * (2.0 / 3.0));

@@ -16,7 +16,7 @@ pub struct Links<V: Wide> {
     pub storage: Option<Storages<V>>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Ripples<V: Wide> {
     /// In V.
     amplitude: V,
@@ -28,7 +28,7 @@ struct Ripples<V: Wide> {
     per_square: V,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Sags<V: Wide> {
     /// Half the depth in V.
     half: V,
@@ -39,7 +39,7 @@ struct Sags<V: Wide> {
 }
 
 /// Capacitors behind source resistances.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Storages<V: Wide> {
     /// 1/(R C) in 1/s.
     pub rate: V,
@@ -50,17 +50,11 @@ pub struct Storages<V: Wide> {
 impl<V: Wide> Links<V> {
     /// For links of the same kind as this one, which stands in all lanes.
     pub fn like(link: &DcLink) -> Self {
-        let zero = V::of(0.0);
         let mut links = Self {
-            voltage: zero,
-            ripple: (link.ripple != 0.0).then_some(Ripples {
-                amplitude: zero,
-                frequency: zero,
-                phase: zero,
-                per_square: zero,
-            }),
-            sag: link.sag.map(|_| Sags { half: zero, start: zero, rate: zero }),
-            storage: link.storage.map(|_| Storages { rate: zero, elastance: zero }),
+            voltage: V::of(0.0),
+            ripple: (link.ripple != 0.0).then(Ripples::default),
+            sag: link.sag.map(|_| Sags::default()),
+            storage: link.storage.map(|_| Storages::default()),
         };
         for lane in 0..V::LANES {
             links.put(lane, link);
@@ -119,7 +113,7 @@ impl<V: Wide> Links<V> {
     }
 
     /// The source's voltage integrated over a step of `h` seconds, in V·s, from what it is at both ends. Exact for a
-    /// ripple; of a sag what two values and two slopes tell.
+    /// ripple; of a sag the cubic through two values and two slopes.
     #[inline(always)]
     pub fn area(&self, h: V, begin: Source<V>, end: Source<V>) -> V {
         match (&self.ripple, &self.sag) {

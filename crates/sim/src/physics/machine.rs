@@ -7,8 +7,8 @@
 //!   C dU/dt = (E − U)/R_s − i_dc
 //!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
 //!   C dv_k/dt = −i_k         the potential of a terminal in whose leg no device conducts
-//!   dπ/dt = n (n · dψ/dt)    what is pinned in a sliding cell of the stator's iron; see `effect/play.rs`
 //! ```
+//! A branch beside the core has laws of its own (`effect.rs`).
 
 use standstill_interface::Dq;
 use standstill_inverter::Inverter;
@@ -19,7 +19,7 @@ use super::legs::{Conducting, Legs};
 use super::links::Links;
 use super::plane::Plane;
 use super::state::State;
-use crate::effect::play::{Cells, Iron};
+use crate::effect::{Branch, BranchPoint, CoreBranch, keep_symmetric};
 
 /// Machines of one kind, each with numbers of its own.
 #[derive(Clone, Debug)]
@@ -36,14 +36,14 @@ pub struct Machine<'a, V: Wide> {
     pub legs: Legs<V>,
     /// Heading of the run's plane in the stator's: where the rotors were at their start.
     pub start: Heading<V>,
-    /// What their iron remembers; none: nothing.
-    pub cells: Option<Cells<V>>,
+    /// The branch beside their cores, if they have one.
+    pub branch: Option<Branch<V>>,
     /// The rotors; none: all are locked.
     pub rotors: Option<Rotors<V>>,
 }
 
 /// Rotors that can move.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Rotors<V: Wide> {
     /// 1 while it moves, else 0.
     pub moving: V,
@@ -64,7 +64,7 @@ pub struct Rotors<V: Wide> {
 }
 
 /// A machine at one state.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Operating<T> {
     /// Current in A.
     pub current: Plane<T>,
@@ -72,7 +72,7 @@ pub struct Operating<T> {
     pub inverse_inductance: Symmetric<T>,
     /// ∂i/∂θ in A/rad at constant ψ in the run's plane.
     pub turning: Plane<T>,
-    /// What eddy currents change the current by, in A/s at constant ψ.
+    /// Slope of the current in A/s by eddy currents, at constant ψ.
     pub relaxing: Plane<T>,
     /// ∂W/∂θ as a torque's slope over the flux: ∂²W/∂θ∂ψ in A/rad, for the slope of the torque.
     pub energy_turn: Plane<T>,
@@ -91,7 +91,7 @@ pub struct Operating<T> {
 }
 
 /// How a machine changes at one state with its legs in their modes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Change<T> {
     /// dψ/dt in V.
     pub flux: Plane<T>,
@@ -113,17 +113,8 @@ impl<'a, V: Wide> Machine<'a, V> {
             links: Links::like(link),
             legs: Legs::idle(inverter.bridge.terminal_capacitance > 0.0),
             start: Heading { sin: zero, cos: one },
-            cells: motor.magnetics.cells().map(|_| Cells::idle()),
-            rotors: free.then_some(Rotors {
-                moving: zero,
-                dry_friction: zero,
-                load: zero,
-                start: zero,
-                torque_factor: zero,
-                per_inertia: zero,
-                viscous: zero,
-                cogging: [zero; 2],
-            }),
+            branch: Branch::like(motor),
+            rotors: free.then(Rotors::default),
         };
         for lane in 0..V::LANES {
             machine.put(lane, motor, link, 0.0, 0.0);
@@ -183,9 +174,9 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Currents, inductances and torque at a state, with this iron.
+    /// Currents, inductances and torque at a state, with this branch.
     #[inline(always)]
-    pub fn operating(&self, state: &State<V>, iron: Option<&Iron<V>>) -> Operating<V> {
+    pub fn operating(&self, state: &State<V>, branch: Option<&BranchPoint<V>>) -> Operating<V> {
         let zero = V::of(0.0);
         let turned = self.turned(state);
         let (flux, at) = if self.rotors.is_some() {
@@ -240,39 +231,35 @@ impl<'a, V: Wide> Machine<'a, V> {
             at_state.energy_turn = Plane::from_rotor(magnetic.current_slope, turned);
         }
         // It stands in the stator's frame: the rotor feels it only through the flux.
-        if let Some(iron) = iron {
+        if let Some(branch) = branch {
             let gamma = &mut at_state.inverse_inductance;
-            at_state.current = at_state.current + iron.current;
-            *gamma = plus(gamma, &iron.tangent);
+            at_state.current = at_state.current + branch.current;
+            *gamma = plus(gamma, &branch.stiffness);
         }
         at_state
     }
 
-    /// [`Self::cells`] in code for iron that may have hysteresis; none in code for machines without.
+    /// [`Self::branch`] in code for machines that may have one; none in code for machines without.
     #[inline(always)]
-    pub fn cells_if<const RARE: bool>(&self) -> Option<&Cells<V>> {
-        if RARE { self.cells.as_ref() } else { None }
+    pub fn branch_if<const RARE: bool>(&self) -> Option<&Branch<V>> {
+        if RARE { self.branch.as_ref() } else { None }
     }
 
-    /// Finds the modes in which cells of some machines begin a step.
+    /// Finds the modes in which the branch of some machines begins a step.
     #[inline(always)]
-    pub fn find_cells(&mut self, of: V::Mask, legs: &Conducting<V>, at: &mut Operating<V>, state: &State<V>) {
-        let Some(mut cells) = self.cells.take() else { return };
+    pub fn find_modes(&mut self, of: V::Mask, legs: &Conducting<V>, at: &mut Operating<V>, state: &State<V>) {
+        let Some(mut branch) = self.branch.take() else { return };
         let mut there = *at;
-        let bare = minus(&at.inverse_inductance, &cells.tangent());
-        cells.find_modes(of, state.flux, |tangent| {
-            there.inverse_inductance = plus(&bare, &tangent);
+        let bare = minus(&at.inverse_inductance, &branch.stiffness());
+        branch.find_modes(of, state.flux, |stiffness| {
+            there.inverse_inductance = plus(&bare, &stiffness);
             self.change::<true>(legs, &there, state).flux
         });
-        let gamma = plus(&bare, &cells.tangent());
-        let to = &mut at.inverse_inductance;
-        to.xx = V::choose(of, gamma.xx, to.xx);
-        to.xy = V::choose(of, gamma.xy, to.xy);
-        to.yy = V::choose(of, gamma.yy, to.yy);
-        self.cells = Some(cells);
+        keep_symmetric(of, plus(&bare, &branch.stiffness()), &mut at.inverse_inductance);
+        self.branch = Some(branch);
     }
 
-    /// What changes the currents in A/s at constant flux.
+    /// Slope of the currents in A/s at constant flux.
     #[inline(always)]
     pub fn drift(&self, at: &Operating<V>, speed: V) -> Plane<V> {
         if self.rotors.is_some() { at.turning * speed + at.relaxing } else { at.relaxing }
@@ -320,7 +307,12 @@ impl<'a, V: Wide> Machine<'a, V> {
     /// Whether anything follows the flux that steps of terminals that ring do not solve with them.
     #[inline(always)]
     pub fn lags(&self) -> bool {
-        self.circuits.eddies().is_some() || self.cells.is_some()
+        self.circuits.eddies().is_some() || self.branch.is_some()
+    }
+
+    /// Whether any part of a step is there that only code for rare kinds of machines has.
+    pub fn is_rare(&self) -> bool {
+        self.legs.elastance.is_some() || self.branch.is_some()
     }
 
     /// Whether anything but a voltage can change the currents.
@@ -365,21 +357,21 @@ impl<V: Wide> Rotors<V> {
         (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// How fast the torque changes in N·m/s. The stator's iron has no part in it.
+    /// How fast the torque changes in N·m/s. The branch has no part in it.
     #[inline(always)]
     pub fn torque_rise(
         &self,
         state: &State<V>,
         at: &Operating<V>,
         change: &Change<V>,
-        iron: Option<&Iron<V>>,
+        branch: Option<&BranchPoint<V>>,
     ) -> V {
         let speed = state.speed;
         let in_rotor = change.flux - state.flux.quarter_turn() * speed;
         let (mut current, mut rise) = (at.current, change.current);
-        if let Some(iron) = iron {
-            current = current - iron.current;
-            rise = rise - change.flux.through(iron.tangent);
+        if let Some(branch) = branch {
+            current = current - branch.current;
+            rise = rise - change.flux.through(branch.stiffness);
         }
         (change.flux.cross(current) + state.flux.cross(rise)
             - at.energy_turn.dot(in_rotor)

@@ -3,17 +3,25 @@
 use std::ops::{Add, Mul, Sub};
 
 use standstill_interface::{AlphaBeta, Arithmetic, Dq};
-use standstill_numeric::{Heading, Lane, Symmetric};
+use standstill_numeric::{Heading, Lane, Symmetric, Wide};
 
 /// A vector in the plane of a run: the stator's plane, turned once and for all by the angle at which the rotor starts. While
 /// the rotor has not moved, its first axis is d and its second q, so a locked rotor costs no rotation; the legs' axes are
 /// constants of the run.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane<T = f64> {
     /// Along the d-axis of the rotor at its start.
     pub x: T,
     /// A quarter turn ahead.
     pub y: T,
+}
+
+// Not derived, for what is derived is no part of code for wide registers.
+impl<T: Default> Default for Plane<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { x: T::default(), y: T::default() }
+    }
 }
 
 impl<T: Arithmetic> Plane<T> {
@@ -71,6 +79,19 @@ impl<T: Arithmetic> Plane<T> {
     pub fn from_stator(v: AlphaBeta<T>, start: Heading<T>) -> Self {
         let Dq { d, q } = v.park_by(start.sin, start.cos);
         Self::new(d, q)
+    }
+}
+
+impl<V: Wide> Plane<V> {
+    /// The vector in a lane.
+    pub fn get(&self, lane: usize) -> Plane {
+        Plane::new(self.x.get(lane), self.y.get(lane))
+    }
+
+    /// Puts a vector into a lane.
+    pub fn put(&mut self, lane: usize, of: Plane) {
+        self.x.put(lane, of.x);
+        self.y.put(lane, of.y);
     }
 }
 

@@ -1,11 +1,11 @@
-//! What changes smoothly between two instants.
+//! The state: numbers that change smoothly between two instants.
 
 use standstill_interface::Dq;
 
 use super::plane::Plane;
 
 /// The state of a run, of one machine or of several side by side.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct State<T = f64> {
     /// Flux linkage ψ of the winding in Wb, in the run's plane.
     pub flux: Plane<T>,

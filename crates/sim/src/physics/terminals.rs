@@ -8,7 +8,7 @@ use standstill_numeric::{Symmetric, Wide};
 use super::legs::{Conducting, Legs};
 use super::plane::Plane;
 
-/// What resistances of the three legs in Ω, or elastances of their terminals in 1/F, are to the winding: `Σ ⅔ w a ⊗ a` over their
+/// The winding's matrix of three legs' resistances in Ω, or of their terminals' elastances in 1/F: `Σ ⅔ w a ⊗ a` over their
 /// axes a, on top of what is there `beside` them.
 #[inline(always)]
 pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V>) -> Symmetric<V> {
@@ -50,7 +50,7 @@ impl<V: Wide> Legs<V> {
         of_legs(&self.axes, &each, none)
     }
 
-    /// What a charge in A·s, in the run's plane, does to the potentials of legs in which no device conducts, in V; of the others
+    /// Changes in V that a charge in A·s, in the run's plane, makes to potentials of legs in which no device conducts; of the others
     /// nothing.
     #[inline(always)]
     pub fn charged(&self, legs: &Conducting<V>, charge: Plane<V>) -> [V; 3] {

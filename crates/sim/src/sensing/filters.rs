@@ -3,10 +3,10 @@
 use standstill_numeric::{PER_FACTORIAL, Wide, eight, four};
 
 use crate::effect::terminals::ringing::Oscillation;
-use crate::effect::terminals::swing::{Cubic, decayed, scaled, sum};
+use crate::effect::terminals::swing::{Powers, decayed, scaled, sum};
 
 /// First-order low-pass filters of the three phases.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Filters<V> {
     /// 1 over their time constants in 1/s.
     rate: [V; 3],
@@ -14,15 +14,10 @@ pub struct Filters<V> {
     pub output: [V; 3],
 }
 
-/// What oscillates in the phases' currents over a step: two oscillations, and how much of each a phase has.
+/// Oscillations of the phases' currents over a step: two, and the share of each that a phase has.
 pub type Rings<'o, V> = (&'o [Oscillation<V>; 2], &'o [[V; 3]; 2]);
 
 impl<V: Wide> Filters<V> {
-    /// At rest.
-    pub fn none() -> Self {
-        Self { rate: [V::of(0.0); 3], output: [V::of(0.0); 3] }
-    }
-
     /// Puts filters with these corner frequencies in Hz into a lane, at rest.
     pub fn put(&mut self, lane: usize, bandwidth: [f64; 3]) {
         for k in 0..3 {
@@ -33,7 +28,7 @@ impl<V: Wide> Filters<V> {
 
     /// Advances those that are `taken` over `h` seconds of such inputs in A: cubics over a step, and what oscillates beside them.
     #[inline(always)]
-    pub fn advance(&mut self, taken: V::Mask, h: V, input: &[Cubic<V>; 3], rings: Option<Rings<'_, V>>) {
+    pub fn advance(&mut self, taken: V::Mask, h: V, input: &[Powers<V>; 3], rings: Option<Rings<'_, V>>) {
         for k in 0..3 {
             let rings = some!(rings, (of, shares) => (of, pair!(m => shares[m][k])));
             let output = after(self.output[k], h * self.rate[k], &input[k], rings);
@@ -50,7 +45,7 @@ impl<V: Wide> Filters<V> {
         first: usize,
         share: V,
         h: f64,
-        input: &[Cubic<V>; 3],
+        input: &[Powers<V>; 3],
         rings: Option<Rings<'_, V>>,
     ) -> V {
         // Lanes beyond the last phase have the first one's numbers.
@@ -78,10 +73,10 @@ impl<V: Wide> Filters<V> {
     }
 }
 
-/// What becomes of an output in a step `a` time constants long: exactly, up to rounding, for a cubic, and for what oscillates beside
+/// A filter's output after a step `a` time constants long: exactly, up to rounding, for a cubic, and for what oscillates beside
 /// it, each with its share, to which a filter answers by `a/(a + σ) z (e^(σ s) − e^(−a s))`.
 #[inline(always)]
-fn after<V: Wide>(output: V, a: V, input: &Cubic<V>, rings: Option<(&[Oscillation<V>; 2], [V; 2])>) -> V {
+fn after<V: Wide>(output: V, a: V, input: &Powers<V>, rings: Option<(&[Oscillation<V>; 2], [V; 2])>) -> V {
     let (decay, means) = means(a);
     let mut output = output * decay + a * sum(input, &means);
     if let Some((all, shares)) = rings {
@@ -119,7 +114,7 @@ fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     (V::choose(far, decay_beyond, decay), all)
 }
 
-/// The same of short steps: φ₄ from its series, the others from it.
+/// [`means`] of short steps: φ₄ from its series, the others from it.
 #[inline(always)]
 fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);
@@ -134,7 +129,7 @@ fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     (one - a * first, [first, second, third * 2.0, last * 6.0])
 }
 
-/// The same of long ones, from the first one on.
+/// [`means`] of long steps, from the first one on.
 #[inline(always)]
 fn beyond<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);

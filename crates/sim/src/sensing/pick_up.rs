@@ -1,4 +1,4 @@
-//! What switching edges induce in the wires between current sensors and converter.
+//! Pick-up: voltages that switching edges induce in the wires between current sensors and converter.
 
 #[cfg(test)]
 mod tests;
@@ -8,10 +8,10 @@ use std::f64::consts::TAU;
 use standstill_numeric::{Lane, Mask, Wide, sin_cos};
 
 use crate::effect::terminals::ringing::Oscillation;
-use crate::effect::terminals::swing::{Cubic, decayed, scaled};
+use crate::effect::terminals::swing::{Powers, decayed, scaled};
 use crate::physics::legs::Conducting;
 
-/// What an edge of a leg's potential from one rail to the other adds to all current readings, t seconds later:
+/// Pick-up of an edge of a leg's potential from one rail to the other in all current readings, t seconds later:
 /// `± amplitude · e^(−t/decay) · cos(2π frequency t)`, positive for an edge upwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PickUp {
@@ -24,7 +24,7 @@ pub struct PickUp {
 }
 
 /// The pick-up of all edges so far, of machines side by side. As all of them ring at one frequency, their sum is one complex number.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct PickedUp<V> {
     /// In A.
     amplitude: V,
@@ -41,12 +41,6 @@ pub struct PickedUp<V> {
 const NOTHING: f64 = 1e-30;
 
 impl<V: Wide> PickedUp<V> {
-    /// Nothing.
-    pub fn none() -> Self {
-        let zero = V::of(0.0);
-        Self { amplitude: zero, decay: zero, turn: zero, levels: [zero; 3], phasor: [zero; 2] }
-    }
-
     /// Puts what rings so into a lane, at rest.
     pub fn put(&mut self, lane: usize, of: PickUp) {
         self.amplitude.put(lane, of.amplitude);
@@ -56,12 +50,12 @@ impl<V: Wide> PickedUp<V> {
         self.phasor.iter_mut().for_each(|part| part.put(lane, 0.0));
     }
 
-    /// What it adds in a lane, in A.
+    /// Its current in a lane, in A.
     pub fn at(&self, lane: usize) -> f64 {
         self.phasor[0].get(lane)
     }
 
-    /// What it adds in a lane, in A, after shares of a step of `h` seconds in which potentials move so; over the shares the step's
+    /// Its current in a lane, in A, after shares of a step of `h` seconds in which potentials move so; over the shares the step's
     /// oscillations are those.
     #[inline(always)]
     pub fn within(
@@ -135,7 +129,7 @@ impl<V: Wide> PickedUp<V> {
 #[derive(Clone, Copy, Debug)]
 pub struct Moves<V> {
     /// The cubic.
-    pub cubic: Cubic<V>,
+    pub cubic: Powers<V>,
     /// Of the oscillations.
     pub shares: [V; 2],
 }

@@ -16,14 +16,14 @@ pub struct Sampler<'t> {
     jitter: Draws<'t>,
 }
 
-/// What is physically there at the instant of a sample.
+/// Physical values at the instant of a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant {
     /// Currents in A through the sensors, behind their filters if they have any.
     pub current: [f64; 3],
     /// DC link in V, likewise.
     pub dc_link: f64,
-    /// What each leg was told just before the trigger's nominal time.
+    /// The request to each leg just before the trigger's nominal time.
     pub requested: [Gate; 3],
 }
 

@@ -1,12 +1,12 @@
-//! What the sensors of machines side by side make of a step: filters and pick-up follow it from its beginning to its end.
+//! Sensors of machines side by side over a step: filters and pick-up follow it from its beginning to its end.
 
-use standstill_numeric::{Compute, Mask, Wide};
+use standstill_numeric::{Compute, Wide};
 
 use super::filters::Filters;
 use super::pick_up::{Moves, PickedUp};
 use super::{Arrangement, SensorSettings, Sensors};
 use crate::effect::terminals::ringing::Oscillation;
-use crate::effect::terminals::swing::{Cubic, cubic};
+use crate::effect::terminals::swing::{Powers, cubic};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
@@ -17,15 +17,15 @@ use crate::step::two_derivative::{Here, Tried};
 pub struct Sensed<V: Wide> {
     /// Their filters.
     pub filters: Option<Filters<V>>,
-    /// What edges have added.
+    /// Their pick-up.
     pub picked_up: Option<PickedUp<V>>,
     /// Whether they see the currents of lower devices alone.
     shunts: bool,
     passed: Passed<V>,
 }
 
-/// What they ask of a step.
-#[derive(Clone, Debug)]
+/// The numbers of a step that sensors need.
+#[derive(Clone, Debug, Default)]
 struct Passed<V: Wide> {
     taken: V::Mask,
     /// When it began, in ns.
@@ -41,12 +41,12 @@ struct Passed<V: Wide> {
     /// The sensors at its beginning, and what their filters are given in it.
     filters: Option<Filters<V>>,
     picked_up: Option<PickedUp<V>>,
-    input: [Cubic<V>; 3],
+    input: [Powers<V>; 3],
     shares: [[V; 3]; 2],
     moves: Option<Moves<V>>,
 }
 
-/// What oscillates in the currents over a step.
+/// Oscillations of the currents over a step.
 #[derive(Clone, Copy, Debug)]
 struct Oscillating<V> {
     of: [Oscillation<V>; 2],
@@ -57,29 +57,14 @@ struct Oscillating<V> {
 }
 
 impl<V: Wide> Sensed<V> {
-    /// Of sensors of this kind; none where no sensor remembers anything. `legs`: any.
-    pub fn like(settings: &SensorSettings, legs: Conducting<V>) -> Option<Self> {
-        let (zero, none) = (V::of(0.0), Plane::new(V::of(0.0), V::of(0.0)));
-        let passed = Passed {
-            taken: V::Mask::of_bits(0),
-            time: zero,
-            h: zero,
-            legs,
-            current: [none; 2],
-            rise: [none; 2],
-            ringing: None,
-            filters: None,
-            picked_up: None,
-            input: [[zero; 4]; 3],
-            shares: [[zero; 3]; 2],
-            moves: None,
-        };
+    /// Of sensors of this kind; none where no sensor remembers anything.
+    pub fn like(settings: &SensorSettings) -> Option<Self> {
         let there = settings.bandwidth.is_some() || settings.pick_up.is_some();
         there.then(|| Self {
-            filters: settings.bandwidth.map(|_| Filters::none()),
-            picked_up: settings.pick_up.map(|_| PickedUp::none()),
+            filters: settings.bandwidth.map(|_| Filters::default()),
+            picked_up: settings.pick_up.map(|_| PickedUp::default()),
             shunts: settings.arrangement == Arrangement::LowSideShunts,
-            passed,
+            passed: Passed::default(),
         })
     }
 
@@ -101,7 +86,7 @@ impl<V: Wide> Sensed<V> {
         }
     }
 
-    /// What they show in a lane in A, where these are the currents in A.
+    /// Their outputs in a lane in A, at these currents in A.
     pub fn at(&self, lane: usize, current: [f64; 3]) -> [f64; 3] {
         let mut shown = current;
         if let Some(filters) = &self.filters {
@@ -111,7 +96,7 @@ impl<V: Wide> Sensed<V> {
         shown.map(|shown| shown + added)
     }
 
-    /// What the phases of a lane showed in A behind their filters, each at a time in ns within the step that was followed last.
+    /// Outputs of a lane's phases in A behind their filters, each at a time in ns within the step that was followed last.
     pub fn within(&self, lane: usize, times: [f64; 3]) -> [f64; 3] {
         V::compute(Within(&self.passed, lane, times))
     }
@@ -163,7 +148,7 @@ impl<V: Wide> Sensed<V> {
     }
 }
 
-/// What the phases of a lane showed, each at its time.
+/// Outputs of a lane's phases, each at its time.
 struct Within<'s, V: Wide>(&'s Passed<V>, usize, [f64; 3]);
 
 impl<V: Wide> Compute for Within<'_, V> {

@@ -2,44 +2,36 @@
 
 use standstill_numeric::Wide;
 
-use super::two_derivative::{Here, Tried};
-use crate::effect::play::Cells;
+use super::two_derivative::Here;
 use crate::effect::winding::flux_within;
-use crate::effect::{Effect, Looked, Span, terminals};
-use crate::physics::machine::Machine;
+use crate::effect::{CoreBranch, Effect, Looked, Span, terminals};
 
-impl<V: Wide> Tried<V> {
-    /// The machines at a share of the step that began at `begin` with these play cells, as exactly as at its end: the flux from the
-    /// voltage and the integral of the currents' cubic, the currents from the core there.
+impl<V: Wide> Span<'_, '_, V> {
+    /// The machines there, as exactly as at the end of the step: the flux from the voltage and the integral of the currents' cubic, the
+    /// currents from the core.
     #[inline(always)]
-    pub fn within(
-        &self,
-        machine: &Machine<V>,
-        begin: &Here<V>,
-        cells: Option<&Cells<V>>,
-        share: V,
-    ) -> Here<V> {
-        let span = Span { machine, from: begin, step: self, share };
-        let time = begin.time + (self.end.time - begin.time) * share;
-        let mut there = Here { time, ..*begin };
-        machine.rotors.as_ref().within(&span, &mut there);
-        machine.links.within(&span, &mut there);
-        let area = machine.links.area_within(&span, &there);
-        there.state.flux = flux_within(&span, area);
-        if let Some(floating) = &self.floating {
-            terminals::within(&span, &floating.ringing, area, &mut there);
+    pub fn there(&self) -> Here<V> {
+        let Span { machine, branch, from, step, share } = *self;
+        let time = from.time + (step.end.time - from.time) * share;
+        let mut there = Here { time, ..*from };
+        machine.rotors.as_ref().within(self, &mut there);
+        machine.links.within(self, &mut there);
+        let area = machine.links.area_within(self, &there);
+        there.state.flux = flux_within(self, area);
+        if let Some(floating) = &step.floating {
+            terminals::within(self, &floating.ringing, area, &mut there);
         }
-        machine.circuits.eddies().within(&span, &mut there);
-        let along = self.change[0].flux * (self.h * share);
-        let iron = some!(cells, cells => cells.iron(&cells.away_at(there.state.flux, Some(along))));
-        there.at = machine.operating(&there.state, iron.as_ref());
-        let looked = Looked::at(&there, iron, &self.legs);
-        looked.settle(&self.legs, &mut there);
+        machine.circuits.eddies().within(self, &mut there);
+        let along = step.change[0].flux * (step.h * share);
+        let point = some!(branch, branch => branch.at(there.state.flux, Some(along)));
+        there.at = machine.operating(&there.state, point.as_ref());
+        let looked = Looked::at(&there, point, &step.legs);
+        looked.settle(&step.legs, &mut there);
         if let Some(rotors) = &machine.rotors {
             rotors.follow(&looked, [looked.flux, looked.current], &mut there);
         }
-        if self.floating.is_some() {
-            terminals::clamp(machine, &self.legs, &mut there);
+        if step.floating.is_some() {
+            terminals::clamp(machine, &step.legs, &mut there);
         }
         there
     }

@@ -9,6 +9,17 @@ use standstill_numeric::Lane;
 /// Derivatives that a step needs: six within it and the one at its end.
 pub const STAGES: usize = 7;
 
+/// Share of the step at which each derivative is taken, and the weights of those before it.
+const STAGE: [(f64, [f64; STAGES - 1]); STAGES] = [
+    (0.0, [0.0; 6]),
+    (0.2, [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    (0.3, [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0]),
+    (0.8, [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0]),
+    (8.0 / 9.0, [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0]),
+    (1.0, [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0]),
+    (1.0, [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0]),
+];
+
 /// One step from `start` over `h`, not yet accepted; of one machine or of several side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct Attempt<const N: usize, T = f64> {
@@ -35,48 +46,26 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
     pub fn take(mut self, mut derivative: impl FnMut(T, &[T; N]) -> [T; N], t: T) -> Self {
         // One call of the right-hand side, so that it can be part of the loop.
         for stage in 0..STAGES {
-            let (share, y) = self.wants(stage);
+            let (share, weights) = STAGE[stage];
+            let y = if stage == 0 { self.start } else { self.after(&weights) };
             self.slopes[stage] = derivative(t + self.h * share, &y);
             self.end = y;
         }
         self
     }
 
-    /// The state whose derivative the step needs next, and its share of the step; it has those of all stages before.
+    /// The state after the step with these weights of its slopes.
     #[inline(always)]
-    fn wants(&self, stage: usize) -> (f64, [T; N]) {
-        let [k1, k2, k3, k4, k5, k6, _] = &self.slopes;
-        let (share, way): (f64, [T; N]) = match stage {
-            0 => return (0.0, self.start),
-            1 => (0.2, from_fn(|n| k1[n] * (1.0 / 5.0))),
-            2 => (0.3, from_fn(|n| k1[n] * (3.0 / 40.0) + k2[n] * (9.0 / 40.0))),
-            3 => (0.8, from_fn(|n| k1[n] * (44.0 / 45.0) - k2[n] * (56.0 / 15.0) + k3[n] * (32.0 / 9.0))),
-            4 => (
-                8.0 / 9.0,
-                from_fn(|n| {
-                    k1[n] * (19372.0 / 6561.0) - k2[n] * (25360.0 / 2187.0) + k3[n] * (64448.0 / 6561.0)
-                        - k4[n] * (212.0 / 729.0)
-                }),
-            ),
-            5 => (
-                1.0,
-                from_fn(|n| {
-                    k1[n] * (9017.0 / 3168.0) - k2[n] * (355.0 / 33.0)
-                        + k3[n] * (46732.0 / 5247.0)
-                        + k4[n] * (49.0 / 176.0)
-                        - k5[n] * (5103.0 / 18656.0)
-                }),
-            ),
-            _ => (
-                1.0,
-                from_fn(|n| {
-                    k1[n] * (35.0 / 384.0) + k3[n] * (500.0 / 1113.0) + k4[n] * (125.0 / 192.0)
-                        - k5[n] * (2187.0 / 6784.0)
-                        + k6[n] * (11.0 / 84.0)
-                }),
-            ),
-        };
-        (share, from_fn(|n| self.start[n] + self.h * way[n]))
+    fn after(&self, weights: &[f64; STAGES - 1]) -> [T; N] {
+        from_fn(|n| {
+            let mut way = self.slopes[0][n] * weights[0];
+            for (slope, weight) in self.slopes.iter().zip(weights).skip(1) {
+                if *weight != 0.0 {
+                    way = way + slope[n] * *weight;
+                }
+            }
+            self.start[n] + self.h * way
+        })
     }
 
     /// The largest component of the error estimate, each relative to its tolerance: at most 1 to be accepted. Not a

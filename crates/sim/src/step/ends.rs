@@ -1,15 +1,15 @@
-//! What ends within a step: margins that fall below zero at its end or between its ends.
+//! Ends of modes within a step: margins that fall below zero at its end or between its ends.
 
 use standstill_numeric::Wide;
 
 use super::hermite::Cubic;
 use super::two_derivative::{Here, Tried};
+use crate::effect::CoreBranch;
 use crate::effect::link::LinkStep;
 use crate::effect::terminals::floating::Floating;
 use crate::guard::{Bounds, PerGuard};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
-use crate::physics::plane::Plane;
 
 /// So many times the slack of a blocked leg's potential, which is two billionths of the link's voltage, it may be beyond its
 /// bound where the leg is then taken to conduct: what the leg conducts late grows with the square.
@@ -17,22 +17,22 @@ pub const POTENTIAL_DEEP: f64 = 2e3;
 
 impl<V: Wide> Tried<V> {
     /// No step: room for those to come. Trying one here would compile the whole of it once more.
-    pub fn none(here: &Here<V>, legs: Conducting<V>) -> Self {
+    pub fn none(here: &Here<V>) -> Self {
         let zero = V::of(0.0);
-        let plane = Plane::new(zero, zero);
         Self {
             h: zero,
-            legs,
+            legs: Conducting::default(),
             end: *here,
-            change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
-            link: LinkStep::none(),
+            change: [Change::default(); 2],
+            link: LinkStep::default(),
             rotor: None,
             floating: None,
-            moved: None,
+            branch: None,
             phases: [[zero; 3]; 2],
             margins: [PerGuard::all(zero); 2],
             phase_rise: [[zero; 3]; 2],
             torque: [zero; 2],
+            motion: Cubic::default(),
             error: zero,
             blocked_at_begin: zero,
             least_margin: zero,
@@ -67,7 +67,8 @@ impl<V: Wide> Tried<V> {
             least = least.least(self.dips(bounds));
         }
         if machine.rotors.is_some() {
-            let motion = self.margins[1].motion.least(self.torque_margin(machine, bounds).dip());
+            self.motion = self.torque_margin(machine, bounds);
+            let motion = self.margins[1].motion.least(self.motion.dip());
             least = least.least(motion + bounds.slack.motion);
             least = least.least(self.margins[1].stop + bounds.slack.stop);
         }
@@ -79,8 +80,8 @@ impl<V: Wide> Tried<V> {
                 least = least.least(self.margins[1].kink[axis] + bounds.slack.kink[axis]);
             }
         }
-        if RARE && let (Some(cells), Some(moved)) = (&machine.cells, &self.moved) {
-            let [within, at_end] = cells.room(moved);
+        if let (Some(branch), Some(step)) = (machine.branch_if::<RARE>(), &self.branch) {
+            let [within, at_end] = branch.room(step);
             least = least.least(within);
             at_mode_end = at_mode_end.least(at_end);
         }
@@ -110,7 +111,7 @@ impl<V: Wide> Tried<V> {
         least
     }
 
-    /// The same with terminals that ring: of conducting legs the least current, of others the least distance to a bound, where
+    /// The least of the legs' margins with terminals that ring: of conducting legs the least current, of others the least distance to a bound, where
     /// they may reach it.
     #[inline(always)]
     fn dips_or_swings(&self, floating: &Floating<V>, bounds: &Bounds<V>) -> V {
@@ -127,6 +128,13 @@ impl<V: Wide> Tried<V> {
         least
     }
 
+    /// The largest angle in rad by which terminals of a lane ring in the step.
+    pub fn turned(&self, lane: usize) -> f64 {
+        let squares = self.floating.as_ref().map(|floating| floating.ringing.turned);
+        let squares = squares.map_or([0.0; 2], |squares| squares.map(|square| square.get(lane)));
+        squares[0].max(squares[1]).sqrt()
+    }
+
     /// The current of a leg over the step in the direction of its mode.
     #[inline(always)]
     pub fn leg_current(&self, leg: usize) -> Cubic<V> {
@@ -139,7 +147,7 @@ impl<V: Wide> Tried<V> {
 
     /// The margin of the rotor's motion over the step, as far as it follows from the torque.
     #[inline(always)]
-    pub fn torque_margin(&self, machine: &Machine<V>, bounds: &Bounds<V>) -> Cubic<V> {
+    fn torque_margin(&self, machine: &Machine<V>, bounds: &Bounds<V>) -> Cubic<V> {
         let [_, by_speed, by_torque, by_size] = bounds.motion;
         let value = [self.margins[0].motion, self.margins[1].motion];
         // The magnitude's slope has the sign of the torque beside the load, where that is larger.

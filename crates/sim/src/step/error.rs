@@ -14,11 +14,11 @@ use crate::physics::machine::Change;
 use crate::physics::plane::Plane;
 
 /// How exact a step must be, machine by machine.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Accuracy<V: Wide> {
     /// 1 over the largest error of a step in Wb.
     pub per_flux: V,
-    /// The same for the angle in rad.
+    /// 1 over the largest error of the angle in rad.
     pub per_angle: V,
     /// 1 over a flux in Wb by which saturation changes much.
     pub per_flux_scale: V,
@@ -29,7 +29,7 @@ pub struct Accuracy<V: Wide> {
 }
 
 impl<V: Wide> Accuracy<V> {
-    /// The same for a step until a time in ns: currents between its ends matter where the next sample, at `sample`, shows them.
+    /// The accuracy of a step until a time in ns: currents between its ends matter where the next sample, at `sample`, shows them.
     #[inline(always)]
     pub fn of_step(&self, until: V, sample: V) -> Self {
         let shown = (until + self.remembered).above(sample);
@@ -40,17 +40,17 @@ impl<V: Wide> Accuracy<V> {
 /// So many time constants a sample shows what a filter was given: e^−4 of it, 2 %, is left.
 pub const REMEMBERED: f64 = 4.0;
 
-/// What the quadrature of the drop misses, per ohm and ampere of the fourth-order term below. For a current that decays with
+/// Error of the drop's quadrature, per ohm and ampere of the fourth-order term below. For a current that decays with
 /// x = h/τ that term is x⁴/18 and the rule misses x⁴/720, a fortieth of it. Eight times that, for currents that are no single
 /// exponential; the sum of two resistances doubles it once more.
 const QUADRATURE: f64 = 0.2;
 
-/// The same of what drives terminals that ring, per weber. Of a force e^(−x s) a cubic misses x⁴/24 s²(1 − s)² within a step, which
+/// Error of the force on terminals that ring, per weber. Of a force e^(−x s) a cubic misses x⁴/24 s²(1 − s)² within a step, which
 /// moves the flux by x⁴/720 at most, a fortieth of the fourth-order term, and by less where the swing turns meanwhile. A swing keeps
 /// what it is off by: 80 steps in a row may be off alike before it is off by the tolerance, where nothing damps it.
 const RINGING: f64 = 2.0;
 
-/// What a linear step from where the core was evaluated misses, as a factor of the square of the flux over the flux by which
+/// Error of a linear step from where the core was evaluated, as a factor of the square of the flux over the flux by which
 /// saturation changes much: half of the curvature, which is up to eight times 1 over that flux in a core with cusps.
 const CURVATURE: f64 = 4.0;
 
@@ -58,7 +58,7 @@ const CURVATURE: f64 = 4.0;
 /// twentieth, and twice that.
 const FILTERED: f64 = 0.1;
 
-/// What the rule for the flux that lags behind misses of e^−x is x⁵/720. If what it follows changes itself, as e^(−k x s), it is
+/// Error of the rule for the flux that lags behind: of e^−x it is x⁵/720. If the flux that it follows changes itself, as e^(−k x s), it is
 /// some (k + 1/2)⁵ times that, at k = 2 a hundred times in units of the flux, which is never far more than it lags: 72 times, and an
 /// error below the estimate for all k up to 2.
 const RELAXING: f64 = 0.1;

@@ -1,6 +1,6 @@
 //! The cubic with given values and slopes at both ends of a step.
 
-use standstill_numeric::Lane;
+use standstill_numeric::{Lane, Wide};
 
 /// Values at the beginning and at the end, and slopes there times the step's length.
 #[derive(Clone, Copy, Debug)]
@@ -11,38 +11,48 @@ pub struct Cubic<T> {
     pub slope: [T; 2],
 }
 
+impl<T: Lane> Default for Cubic<T> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { value: [T::of(0.0); 2], slope: [T::of(0.0); 2] }
+    }
+}
+
+impl<V: Wide> Cubic<V> {
+    /// The cubic of a lane.
+    pub fn get(&self, lane: usize) -> Cubic<f64> {
+        let one = |pair: &[V; 2]| pair.each_ref().map(|number| number.get(lane));
+        Cubic { value: one(&self.value), slope: one(&self.slope) }
+    }
+}
+
 impl<T: Lane> Cubic<T> {
+    /// Its coefficients, the constant first: a, s, 3 (b − a) − 2 s − e, s + e − 2 (b − a) for values a and b and slopes s and e.
+    #[inline(always)]
+    pub fn powers(&self) -> [T; 4] {
+        let ([a, b], [s, e]) = (self.value, self.slope);
+        let rise = b - a;
+        [a, s, rise * 3.0 - s - s - e, s + e - rise - rise]
+    }
+
     /// Its value at a share of the step.
     #[inline(always)]
     pub fn at(&self, x: T) -> T {
-        let [a, b] = self.value;
-        let [s, e] = self.slope;
-        // a + x (s + x (c + x d)) with c = 3 (b − a) − 2 s − e, d = s + e − 2 (b − a).
-        let rise = b - a;
-        let c = rise * 3.0 - s - s - e;
-        let d = s + e - rise - rise;
+        let [a, s, c, d] = self.powers();
         a + x * (s + x * (c + x * d))
     }
 
     /// Its slope per step at a share of the step.
     #[inline(always)]
     pub fn rise(&self, x: T) -> T {
-        let [a, b] = self.value;
-        let [s, e] = self.slope;
-        let rise = b - a;
-        let c = rise * 3.0 - s - s - e;
-        let d = s + e - rise - rise;
+        let [_, s, c, d] = self.powers();
         s + x * (c + c + x * (d * 3.0))
     }
 
     /// Its integral from the beginning to a share of the step, per step.
     #[inline(always)]
     pub fn area(&self, x: T) -> T {
-        let [a, b] = self.value;
-        let [s, e] = self.slope;
-        let rise = b - a;
-        let c = rise * 3.0 - s - s - e;
-        let d = s + e - rise - rise;
+        let [a, s, c, d] = self.powers();
         x * (a + x * (s * 0.5 + x * (c * (1.0 / 3.0) + x * (d * 0.25))))
     }
 
@@ -61,10 +71,7 @@ impl Cubic<f64> {
     /// The share of the step at which it falls to `level`, between two shares: above it at the first and below it at the
     /// second. To rounding of the share: by Newton's rule, by bisection where that leaves the bracket.
     pub fn falls_to(&self, level: f64, from: f64, to: f64) -> f64 {
-        let [a, b] = self.value;
-        let [s, e] = self.slope;
-        let rise = b - a;
-        let (c, d) = (rise * 3.0 - s - s - e, s + e - rise - rise);
+        let [a, s, c, d] = self.powers();
         let a = a - level;
         let (mut low, mut high) = (from, to);
         let begin = a + from * (s + from * (c + from * d));

@@ -1,18 +1,15 @@
 //! Another way to take the same step: the method of Dormand and Prince over the same equations, one machine at a time.
 //!
-//! It shares neither the quadrature nor the prediction nor the error estimate of the engine's own step, so it can tell
+//! It shares neither the quadrature nor the prediction nor the error estimate of the engine's own step, so it can judge
 //! whether that step is right. It evaluates the core seven times a step.
 
 use standstill_interface::Dq;
 use standstill_numeric::Wide;
-use standstill_plant::MOST_CELLS;
 
 use super::error::Accuracy;
 use super::two_derivative::{Here, Parts, Tried};
-use crate::effect::play::Elastic;
-use crate::effect::rotor::RotorStep;
 use crate::effect::terminals::{TerminalStep, clamp};
-use crate::effect::{Begin, Effect, Looked};
+use crate::effect::{Begin, BranchState, CoreBranch, Effect, End, Looked, each_effect};
 use crate::guard::Bounds;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;
@@ -20,17 +17,22 @@ use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::dormand_prince::Attempt;
 
-/// Numbers of a state.
-const NUMBERS: usize = 16;
+/// Numbers of a state, without its branch and with it.
+const OWN: usize = 10;
+const NUMBERS: usize = OWN + size_of::<BranchState<f64>>() / size_of::<f64>();
 
 /// A speed in rad/s, and a link voltage in V, that are off by this many times the tolerance of the angle or the flux matter as
 /// much within a tenth of a millisecond.
 const PER_SECOND: f64 = 1e4;
 
-fn numbers<V: Wide>(state: &State<V>, pinned: &Elastic<V>) -> [V; NUMBERS] {
+fn numbers<V: Wide>(state: &State<V>, pinned: &BranchState<V>) -> [V; NUMBERS] {
     let State { flux, turned, speed, link, lagging, potential: [a, b, c] } = *state;
-    let [p, q, r] = pinned;
-    [flux.x, flux.y, turned, speed, link, lagging.d, lagging.q, a, b, c, p.x, p.y, q.x, q.y, r.x, r.y]
+    let own = [flux.x, flux.y, turned, speed, link, lagging.d, lagging.q, a, b, c];
+    std::array::from_fn(|n| match n.checked_sub(OWN) {
+        None => own[n],
+        Some(n) if n % 2 == 0 => pinned[n / 2].x,
+        Some(n) => pinned[n / 2].y,
+    })
 }
 
 impl<V: Wide> Tried<V> {
@@ -44,53 +46,42 @@ impl<V: Wide> Tried<V> {
         accuracy: &Accuracy<V>,
     ) -> Self {
         let h = (until - here.time) * 1e-9;
-        let begin = here.time * 1e-9;
-        let mut pinned = [Plane::new(V::of(0.0), V::of(0.0)); MOST_CELLS];
-        if let Some(cells) = &machine.cells {
-            pinned = cells.away_at(here.state.flux, None).map(|away| here.state.flux - away);
+        let branch = machine.branch.as_ref();
+        let mut pinned = BranchState::default();
+        if let Some(branch) = branch {
+            pinned = branch.at(here.state.flux, None).elastic.map(|elastic| here.state.flux - elastic);
         }
         let attempt = Attempt::new(numbers(&here.state, &pinned), h).take(
             |time, y| {
                 let (slope, pinned) = slope(machine, legs, time, &state_of(machine, time, y), &pinned_of(y));
                 numbers(&slope, &pinned)
             },
-            begin,
+            here.time * 1e-9,
         );
         let state = state_of(machine, until * 1e-9, &attempt.end);
-        let elastic = pinned_of(&attempt.end).map(|pinned| state.flux - pinned);
-        let iron = machine.cells.as_ref().map(|cells| cells.iron(&elastic));
-        let at = machine.operating(&state, iron.as_ref());
-        let mut end = Here { time: until, state, at, source: machine.links.source(until * 1e-9) };
-        let looked = Looked::at(&end, iron, legs);
-        looked.settle(legs, &mut end);
+        let point = branch.map(|branch| branch.pinned_at(state.flux, &pinned_of(&attempt.end)));
+        let at = machine.operating(&state, point.as_ref());
+        let mut there = Here { time: until, state, at, source: machine.links.source(until * 1e-9) };
+        let looked = Looked::at(&there, point, legs);
+        looked.settle(legs, &mut there);
         let change = [
             machine.change::<true>(legs, &here.at, &here.state),
-            machine.change::<true>(legs, &end.at, &end.state),
+            machine.change::<true>(legs, &there.at, &there.state),
         ];
-        let mut rotor = None;
         if let Some(rotors) = &machine.rotors {
-            rotors.follow(&looked, [looked.flux, looked.current], &mut end);
-            let first = machine.cells.as_ref().map(|cells| cells.iron_here(here.state.flux));
-            rotor = Some(RotorStep::between(
-                [here, &end].map(|here| rotors.acceleration(here.at.torque, here.state.speed)),
-                [
-                    rotors.torque_rise(&here.state, &here.at, &change[0], first.as_ref()),
-                    rotors.torque_rise(&end.state, &end.at, &change[1], iron.as_ref()),
-                ],
-            ));
+            rotors.follow(&looked, [looked.flux, looked.current], &mut there);
         }
+        let begin = Begin { h, machine, branch, legs, here, change: &change[0] };
+        let end = End { begin: &begin, looked: &looked, change: &change[1] };
+        let rotor = machine.rotors.as_ref().between(&end, &there);
         if machine.legs.elastance.is_some() {
-            clamp(machine, legs, &mut end);
+            clamp(machine, legs, &mut there);
         }
-        let link = machine.links.between(h, legs, [here, &end]);
-        let cells = machine.cells.as_ref();
-        let from = Begin { h, machine, cells, legs, here, change: &change[0] };
-        let terminals = TerminalStep::of(&from, &link);
-        let ringing = terminals.map(|terminals| terminals.between(&from, &change[1], &link, &end).ringing);
-        let elastic = iron.map(|iron| (elastic, iron.tangent));
-        let parts = Parts { change, link, rotor, ringing, elastic };
+        let link = machine.links.between(&end, &there);
+        let ringing = TerminalStep::of(&begin, &link).map(|terminals| terminals.between(&end, &link, &there));
+        let branch = branch.between(&end, &there);
         let error = attempt.error(&tolerances(accuracy));
-        Self::between::<true>(machine, bounds, legs, here, end, h, parts, error)
+        Self::between::<true>(&end, bounds, there, Parts { link, rotor, ringing, branch }, error)
     }
 }
 
@@ -98,7 +89,8 @@ impl<V: Wide> Tried<V> {
 fn tolerances<V: Wide>(accuracy: &Accuracy<V>) -> [f64; NUMBERS] {
     let (flux, angle) = (1.0 / accuracy.per_flux.get(0), 1.0 / accuracy.per_angle.get(0));
     let (speed, volt) = (angle * PER_SECOND, flux * PER_SECOND);
-    [flux, flux, angle, speed, volt, flux, flux, volt, volt, volt, flux, flux, flux, flux, flux, flux]
+    let own = [flux, flux, angle, speed, volt, flux, flux, volt, volt, volt];
+    std::array::from_fn(|n| own.get(n).copied().unwrap_or(flux))
 }
 
 /// The state that the numbers are at a time in s. Without a capacitor the link follows its source.
@@ -111,37 +103,26 @@ fn state_of<V: Wide>(machine: &Machine<V>, time: V, y: &[V; NUMBERS]) -> State<V
     State { flux: Plane::new(x, y), turned, speed, link, lagging, potential: [a, b, c] }
 }
 
-/// What is pinned of the iron's fluxes, in Wb.
-fn pinned_of<V: Wide>(y: &[V; NUMBERS]) -> Elastic<V> {
-    [0, 1, 2].map(|k: usize| Plane::new(y[10 + 2 * k], y[11 + 2 * k]))
+/// The fluxes in Wb that are pinned in the branch.
+fn pinned_of<V: Wide>(y: &[V; NUMBERS]) -> BranchState<V> {
+    std::array::from_fn(|k| Plane::new(y[OWN + 2 * k], y[OWN + 1 + 2 * k]))
 }
 
-/// How a state, and what is pinned of the iron's fluxes, change at a time in s.
+/// How a state, and the fluxes that are pinned in the branch, change at a time in s.
 fn slope<V: Wide>(
     machine: &Machine<V>,
     legs: &Conducting<V>,
     time: V,
     state: &State<V>,
-    pinned: &Elastic<V>,
-) -> (State<V>, Elastic<V>) {
-    let zero = V::of(0.0);
-    let away = pinned.map(|pinned| state.flux - pinned);
-    let iron = machine.cells.as_ref().map(|cells| cells.iron(&away));
-    let at = machine.operating(state, iron.as_ref());
+    pinned: &BranchState<V>,
+) -> (State<V>, BranchState<V>) {
+    let point = machine.branch.as_ref().map(|branch| branch.pinned_at(state.flux, pinned));
+    let at = machine.operating(state, point.as_ref());
     let here = Here { time, state: *state, at, source: machine.links.source(time) };
-    let rise = machine.change::<true>(legs, &at, state).flux;
-    let mut slope = State {
-        flux: rise,
-        turned: zero,
-        speed: zero,
-        link: zero,
-        lagging: Dq::new(zero, zero),
-        potential: machine.legs.charged(legs, at.current),
-    };
-    machine.rotors.as_ref().slope(legs, &here, &mut slope);
-    machine.links.slope(legs, &here, &mut slope);
-    machine.circuits.eddies().slope(legs, &here, &mut slope);
-    let none = [Plane::new(zero, zero); MOST_CELLS];
-    let moves = machine.cells.as_ref().map_or(none, |cells| cells.pinned_rise(&away, rise));
+    let flux = machine.change::<true>(legs, &at, state).flux;
+    let mut slope = State { flux, ..State::default() };
+    each_effect!(machine, machine.branch.as_ref(), effect => effect.slope(legs, &here, &mut slope));
+    let moves = machine.branch.as_ref().zip(point.as_ref());
+    let moves = moves.map_or_else(BranchState::default, |(branch, point)| branch.pinned_rise(point, flux));
     (slope, moves)
 }

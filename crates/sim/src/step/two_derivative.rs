@@ -9,21 +9,21 @@
 //! The error is estimated from what the currents' values and slopes at both ends say of their third derivative.
 
 use standstill_inverter::Source;
-use standstill_numeric::{Symmetric, Wide};
+use standstill_numeric::Wide;
 
 use crate::effect::link::LinkStep;
-use crate::effect::play::{Elastic, Moved};
 use crate::effect::rotor::RotorStep;
 use crate::effect::terminals::floating::Floating;
 use crate::effect::terminals::ringing::Ringing;
 use crate::effect::terminals::{TerminalStep, clamp};
 use crate::effect::winding::WindingStep;
-use crate::effect::{Begin, Effect, Looked};
+use crate::effect::{Begin, BranchStep, CoreBranch, Effect, End, Looked};
 use crate::guard::{Bounds, Margins};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine, Operating};
 use crate::physics::state::State;
 use crate::step::error::Accuracy;
+use crate::step::hermite::Cubic;
 
 /// Machines at a time: their states and what follows from them.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ pub struct Here<V: Wide> {
     pub time: V,
     /// The states.
     pub state: State<V>,
-    /// What follows.
+    /// The operating point that follows.
     pub at: Operating<V>,
     /// The DC sources.
     pub source: Source<V>,
@@ -43,7 +43,7 @@ pub struct Here<V: Wide> {
 pub struct Tried<V: Wide> {
     /// Its length in s.
     pub h: V,
-    /// What the legs are meanwhile.
+    /// The legs meanwhile.
     pub legs: Conducting<V>,
     /// Where it ends.
     pub end: Here<V>,
@@ -55,8 +55,8 @@ pub struct Tried<V: Wide> {
     pub rotor: Option<RotorStep<V>>,
     /// The terminals, where they have a capacitance.
     pub floating: Option<Floating<V>>,
-    /// The cells of the iron, where it remembers.
-    pub moved: Option<Moved<V>>,
+    /// The branch beside the core, where there is one.
+    pub branch: Option<BranchStep<V>>,
     /// Currents of the phases, or of the devices that feed them, in A at both ends.
     pub phases: [[V; 3]; 2],
     /// Margins at both ends.
@@ -65,6 +65,8 @@ pub struct Tried<V: Wide> {
     pub phase_rise: [[V; 3]; 2],
     /// The torque in N·m at both ends.
     pub torque: [V; 2],
+    /// The margin of the rotor's motion over it, as far as that follows from the torque.
+    pub motion: Cubic<V>,
     /// Its error relative to the tolerance: at most 1 to be accepted; not a number if anything is none.
     pub error: V,
     /// The least margin of blocked legs at its beginning, with their slack: negative where one was out of its bounds before.
@@ -78,17 +80,14 @@ pub struct Tried<V: Wide> {
 /// Effects over a step, as both ways to take one leave them.
 #[derive(Clone, Copy)]
 pub(super) struct Parts<V: Wide> {
-    /// Slopes of flux and current at both ends.
-    pub change: [Change<V>; 2],
     pub link: LinkStep<V>,
     pub rotor: Option<RotorStep<V>>,
     pub ringing: Option<Ringing<V>>,
-    /// Elastic fluxes of the play cells in Wb at the end, and their stiffness in 1/H in Γ there.
-    pub elastic: Option<(Elastic<V>, Symmetric<V>)>,
+    pub branch: Option<BranchStep<V>>,
 }
 
 impl<V: Wide> Tried<V> {
-    /// Tries a step to times in ns; `RARE`: whether terminals may have a capacitance, or the iron hysteresis.
+    /// Tries a step to times in ns; `RARE`: whether terminals may have a capacitance, or the core a branch.
     #[inline(always)]
     pub fn new<const RARE: bool>(
         machine: &Machine<V>,
@@ -100,8 +99,8 @@ impl<V: Wide> Tried<V> {
     ) -> Self {
         let h = (until - here.time) * 1e-9;
         let first = machine.change::<RARE>(legs, &here.at, &here.state);
-        let cells = machine.cells_if::<RARE>();
-        let begin = Begin { h, machine, cells, legs, here, change: &first };
+        let branch = machine.branch_if::<RARE>();
+        let begin = Begin { h, machine, branch, legs, here, change: &first };
         let (rotors, links, eddies) = (machine.rotors.as_ref(), &machine.links, machine.circuits.eddies());
         let mut there = Here { time: until, ..*here };
 
@@ -117,11 +116,12 @@ impl<V: Wide> Tried<V> {
             terminals.predict(&begin, &mut there);
         }
         let mut eddy = eddies.predict(&begin, &mut there);
+        let mut branched = branch.predict(&begin, &mut there);
 
         // Evaluate the core.
-        let iron = some!(cells, cells => cells.ahead(&begin, &there));
-        there.at = machine.operating(&there.state, iron.as_ref());
-        let looked = Looked::at(&there, iron, legs);
+        let point = some!(branch, branch => branch.at(there.state.flux, Some(first.flux * h)));
+        there.at = machine.operating(&there.state, point.as_ref());
+        let looked = Looked::at(&there, point, legs);
         looked.settle(legs, &mut there);
         winding.predicted = [there.state.flux, there.at.current];
         if let Some(rotors) = rotors {
@@ -130,60 +130,53 @@ impl<V: Wide> Tried<V> {
         let last = machine.change::<RARE>(legs, &there.at, &there.state);
 
         // Correct.
-        links.correct(&begin, &looked, &last, &mut there, &mut link);
-        rotors.correct(&begin, &looked, &last, &mut there, &mut rotor);
-        let mut missing = winding.missing(&begin, &looked, &last, &there, &link);
+        let end = End { begin: &begin, looked: &looked, change: &last };
+        links.correct(&end, &mut there, &mut link);
+        rotors.correct(&end, &mut there, &mut rotor);
+        let mut missing = winding.missing(&end, &there, &link);
         let mut resistance = legs.terminals.resistance;
         if RARE && let Some(terminals) = &mut terminals {
-            (missing, resistance) =
-                terminals.correct(&begin, &looked, &last, &link, winding.predicted[0], &mut there);
+            (missing, resistance) = terminals.correct(&end, &link, winding.predicted[0], &mut there);
         }
-        WindingStep::correct(&begin, &looked, missing, resistance, &mut there);
-        eddies.correct(&begin, &looked, &last, &mut there, &mut eddy);
+        WindingStep::correct(&end, missing, resistance, &mut there);
+        eddies.correct(&end, &mut there, &mut eddy);
         looked.settle(legs, &mut there);
         if let (Some(rotors), Some(rotor)) = (rotors, &mut rotor) {
-            rotors.finish(&begin, &looked, winding.predicted, &mut there, rotor);
+            rotors.finish(&end, winding.predicted, &mut there, rotor);
         }
         if RARE && terminals.is_some() {
             clamp(machine, legs, &mut there);
         }
-        let elastic =
-            some!(cells.zip(iron), (cells, iron) => cells.correct(&begin, &looked, &iron, &mut there));
+        branch.correct(&end, &mut there, &mut branched);
 
         // Estimate the error: the current at the end is that of where the core was evaluated, and a linear step from there.
         let off = there.state.flux - looked.flux;
-        let mut error = WindingStep::error(&begin, &last, &there, off, accuracy);
+        let mut error = WindingStep::error(&end, &there, off, accuracy);
         if RARE && let Some(terminals) = &terminals {
             error = terminals.error(off, accuracy);
         }
         error = error
             + rotors.error(&rotor, accuracy)
             + eddies.error(&eddy, accuracy)
-            + links.error(&link, accuracy);
-        if let Some(cells) = cells {
-            error = error + cells.share_of_error(&begin, &last, off, &there, accuracy);
-        }
+            + links.error(&link, accuracy)
+            + branch.error(&branched, accuracy);
         let ringing = some!(terminals, terminals => terminals.ringing);
-        let parts = Parts { change: [first, last], link, rotor, ringing, elastic };
-        Self::between::<RARE>(machine, bounds, legs, here, there, h, parts, error)
+        Self::between::<RARE>(&end, bounds, there, Parts { link, rotor, ringing, branch: branched }, error)
     }
 
-    /// The step of `h` seconds from one place to another, with what ends within it.
+    /// The whole step up to its end, with the modes that end within it.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "two kinds of steps end here, with all that they found")]
     pub(super) fn between<const RARE: bool>(
-        machine: &Machine<V>,
+        of: &End<'_, '_, V>,
         bounds: &Bounds<V>,
-        legs: &Conducting<V>,
-        here: &Here<V>,
         end: Here<V>,
-        h: V,
         parts: Parts<V>,
         mut error: V,
     ) -> Self {
         let zero = V::of(0.0);
-        let Parts { change: [change, end_change], link, rotor, ringing, elastic } = parts;
-        let changes = [&change, &end_change];
+        let Begin { h, machine, legs, here, change, .. } = *of.begin;
+        let Parts { link, rotor, ringing, branch } = parts;
+        let changes = [change, of.change];
         let mut phases = [machine.legs.phases(here.at.current), machine.legs.phases(end.at.current)];
         if let Some(elastance) = machine.legs.elastance_if::<RARE>() {
             // A device carries what its terminal takes to follow the link, too.
@@ -200,29 +193,24 @@ impl<V: Wide> Tried<V> {
             error = error.greatest(places.too_long(machine.lags()));
             floating = Some(places);
         }
-        let rises = [change.flux * h, end_change.flux * h];
-        let (cells, way) = (machine.cells_if::<RARE>(), end.state.flux - here.state.flux);
-        let moved = some!(cells.zip(elastic), (cells, elastic) => cells.moved(elastic, way, rises));
         let margins = [
-            bounds.margins::<RARE>(machine, legs, &here.state, &here.at, &change, &phases[0]),
-            bounds.margins::<RARE>(machine, legs, &end.state, &end.at, &end_change, &phases[1]),
+            bounds.margins::<RARE>(machine, legs, here, change, &phases[0]),
+            bounds.margins::<RARE>(machine, legs, &end, of.change, &phases[1]),
         ];
         let mut tried = Self {
             h,
             legs: *legs,
             phases,
             margins,
-            phase_rise: [
-                machine.legs.phases(change.current * h),
-                machine.legs.phases(end_change.current * h),
-            ],
+            phase_rise: [machine.legs.phases(change.current * h), machine.legs.phases(of.change.current * h)],
             torque: [here.at.torque, end.at.torque],
+            motion: Cubic::default(),
             end,
-            change: [change, end_change],
+            change: [*change, *of.change],
             link,
             rotor,
             floating,
-            moved,
+            branch,
             error,
             blocked_at_begin: zero,
             least_margin: zero,

@@ -35,7 +35,7 @@ impl<'t> Draws<'t> {
         Self { seeded: Seeded::new(source, purpose), strip, next: 0 }
     }
 
-    /// The same, with its first words as the seed gives them.
+    /// Draws whose first words are given, as the seed gives them.
     #[inline(always)]
     pub(super) fn beginning_with(mut self, words: &[u64]) -> Self {
         self.seeded.take(words, 0);
@@ -123,7 +123,7 @@ impl<'t> Draws<'t> {
     }
 }
 
-/// What the seed gives for each number.
+/// Draws by their numbers, from the seed.
 #[derive(Clone, Debug)]
 struct Seeded {
     source: Source,

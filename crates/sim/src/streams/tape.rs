@@ -27,7 +27,7 @@ impl Clone for Tape {
 /// The draws of one purpose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Strip {
-    /// What they are for.
+    /// Purpose of the draws.
     pub purpose: Purpose,
     /// Their name, where a purpose has several.
     pub name: String,
@@ -81,7 +81,7 @@ impl Tape {
         &mut self.strip_named(purpose, name).normals
     }
 
-    /// The same with how many of them were read.
+    /// The draws of one purpose and name, with how many of them were read.
     pub fn strip_named(&mut self, purpose: Purpose, name: &str) -> &mut Strip {
         let number = self.strip(purpose, name);
         &mut self.strips.get_mut()[number]
@@ -92,7 +92,7 @@ impl Tape {
         self.strips.get_mut()
     }
 
-    /// Forgets what has been read, so that the next trial's reading can be told.
+    /// Sets the counts of draws that were read to zero, before the next trial.
     pub fn rewind(&mut self) {
         for strip in self.strips.get_mut() {
             strip.read = 0;

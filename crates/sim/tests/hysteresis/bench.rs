@@ -4,9 +4,7 @@ use super::script::*;
 use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Core, Hysteresis, Linear, MagneticCircuit, Motor, Winding, built_in};
-use standstill_sim::{
-    Case, Ended, Ledger, NoProbe, RotorState, Run, SensorSettings, Sensors, Streams, Tolerance, run,
-};
+use standstill_sim::{Case, Ended, Ledger, NoProbe, Run, run};
 
 use Leg::{Duty, High, Low, Off};
 
@@ -33,18 +31,7 @@ pub fn inverter(devices: Devices, open_leg: OpenLeg) -> Inverter {
 }
 
 pub fn case(motor: &Motor, inverter: Inverter) -> Case<'_> {
-    Case {
-        motor,
-        inverter,
-        sensors: Sensors::nominal(SensorSettings::IDEAL),
-        start_angle: 0.35,
-        rotor: RotorState::Locked,
-        memory: None,
-        load_torque: 0.0,
-        streams: Streams::new(1, 0),
-        tolerance: Tolerance { flux: 1e-9 },
-        time_limit: Case::TIME_LIMIT,
-    }
+    Case { start_angle: 0.35, ..Case::new(motor, inverter) }
 }
 
 /// A linear motor without saliency, of 10 mH and next to no resistance.

@@ -5,8 +5,7 @@ use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg, Storage};
 use standstill_plant::{Core, EddyBranch, Linear, MagneticCircuit, Motor, Winding, built_in};
 use standstill_sim::{
-    Case, Ended, NoProbe, RotorState, Run, RunError, SensorSettings, Sensors, Streams, Tolerance, Trace,
-    referee, run,
+    Case, Ended, NoProbe, RotorState, Run, RunError, SensorSettings, Sensors, Tolerance, Trace, referee, run,
 };
 
 mod late;
@@ -59,18 +58,8 @@ const MOSFETS: Devices = Devices {
 
 fn case(motor: &Motor, inverter: Inverter) -> Case<'_> {
     let flux = 1e-7 * motor.winding.mean_inductance * motor.rated_current;
-    Case {
-        motor,
-        inverter,
-        sensors: Sensors::nominal(SensorSettings::IDEAL),
-        start_angle: 0.35,
-        rotor: RotorState::Locked,
-        memory: None,
-        load_torque: 0.0,
-        streams: Streams::new(1, 0),
-        tolerance: Tolerance { flux: flux.min(1e-9) },
-        time_limit: Case::TIME_LIMIT,
-    }
+    let tolerance = Tolerance { flux: flux.min(1e-9) };
+    Case { start_angle: 0.35, tolerance, ..Case::new(motor, inverter) }
 }
 
 fn play(case: &Case, commands: &[Command<f64>]) -> (Run<f64>, Vec<Reading<f64>>) {

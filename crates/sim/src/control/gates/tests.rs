@@ -38,7 +38,7 @@ fn analytic_pwm_is_centred() {
         (176_000, Gate::Low),
     ];
     assert_eq!(requests(&command, 0), rises_and_falls);
-    let (mut lines, mut gates) = (Lines::new([GateTiming::default(); 3]), Legs::<f64>::idle(false));
+    let (mut lines, mut gates) = (GateSequencer::new([GateTiming::default(); 3]), Legs::<f64>::idle(false));
     lines.begin(&mut gates, 0, &command, Nanos(1000), CARRIER);
     for (at, expected) in [
         (1000, Gate::Off),
@@ -48,13 +48,13 @@ fn analytic_pwm_is_centred() {
         (76_001, Gate::Low),
         (201_000, Gate::Low),
     ] {
-        assert_eq!(lines.told(Nanos(at))[0], expected, "{at}");
+        assert_eq!(lines.requested(Nanos(at))[0], expected, "{at}");
     }
     assert_eq!(requests(&command, 1), [(1000, Gate::Low)]);
     assert_eq!(requests(&command, 2), [(1000, Gate::High)]);
 }
 
-/// A gate driver as hardware has it: told one request after the other at its time, it switches off and, after the dead time,
+/// A gate driver as hardware has it: given one request after the other at its time, it switches off and, after the dead time,
 /// on.
 #[derive(Default)]
 struct Driver {
@@ -166,7 +166,7 @@ impl Dice {
     }
 }
 
-/// Against what visits every request at its time: the same gates at all times, whatever was told when.
+/// Against what visits every request at its time: the same gates at all times, whatever was requested when.
 #[test]
 fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
     let mut dice = Dice(1);
@@ -178,7 +178,7 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
             turn_on_delay: Nanos(dice.below(400)),
             dead_time: Nanos(dead),
         });
-        let (mut lines, mut legs) = (Lines::new(timings), Legs::<f64>::idle(false));
+        let (mut lines, mut legs) = (GateSequencer::new(timings), Legs::<f64>::idle(false));
         let mut drivers = timings.map(|timing| Driver { timing, ..Driver::default() });
         let mut requested = [Gate::Off; 3];
         let mut now = Nanos(dice.below(1000));
@@ -191,7 +191,7 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
                 continue;
             }
             lines.begin(&mut legs, 0, &command, start, CARRIER);
-            assert_eq!(lines.told(start), requested, "case {case}");
+            assert_eq!(lines.requested(start), requested, "case {case}");
             known = std::array::from_fn(|leg| {
                 legs.gates[leg].next_edge(start.0 as f64, false, false, false).min(known[leg])
             });

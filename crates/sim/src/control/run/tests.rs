@@ -2,29 +2,19 @@ use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter};
 use standstill_plant::built_in;
 
 use super::*;
-use crate::{RotorState, SensorSettings, Sensors, Streams, Tolerance};
+use crate::SensorSettings;
 
 /// Modes that end a thousand times without time passing chatter; spread over a wait they may end as often as they like.
 #[test]
 fn regress_events_are_counted_where_no_time_passes() {
     let motor = built_in("paper-5k5").expect("built in");
-    let case = Case {
-        motor: &motor,
-        inverter: Inverter {
-            bridge: Bridge::default(),
-            gates: [GateTiming::default(); 3],
-            link: DcLink::stiff(550.0),
-            carrier_period: Nanos::from_micros(100),
-        },
-        sensors: Sensors::nominal(SensorSettings::IDEAL),
-        start_angle: 0.35,
-        rotor: RotorState::Locked,
-        memory: None,
-        load_torque: 0.0,
-        streams: Streams::new(1, 0),
-        tolerance: Tolerance { flux: 1e-9 },
-        time_limit: Case::TIME_LIMIT,
+    let inverter = Inverter {
+        bridge: Bridge::default(),
+        gates: [GateTiming::default(); 3],
+        link: DcLink::stiff(550.0),
+        carrier_period: Nanos::from_micros(100),
     };
+    let case = Case { start_angle: 0.35, ..Case::new(&motor, inverter) };
     // Until what is counted is said to chatter, with so much time in ns between two events.
     let until_chatter = |apart: f64| {
         let mut bank: Bank<'_, f64> =

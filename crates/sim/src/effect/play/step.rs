@@ -1,50 +1,195 @@
-//! Play cells within a step.
+//! Play cells as an effect: a branch beside the core.
 
-use standstill_numeric::{Symmetric, Wide};
+use standstill_interface::Dq;
+use standstill_numeric::{Heading, Symmetric, Wide};
+use standstill_plant::{MOST_CELLS, Motor, NoConvergence};
 
-use super::{Cells, Elastic, Iron};
-use crate::effect::{Begin, Looked};
-use crate::physics::machine::Change;
+use super::{Cells, DEEP, Moved, ROUNDS, direction};
+use crate::case::{Case, RunError};
+use crate::effect::{
+    Begin, BranchPoint, BranchState, CoreBranch, Effect, End, Moment, Span, keep_plane, keep_symmetric,
+};
+use crate::guard::Guard;
+use crate::lanes::mode_ends::First;
+use crate::ledger::Ledger;
 use crate::physics::plane::Plane;
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::Here;
 
-impl<V: Wide> Cells<V> {
-    /// Current and stiffness where a step predicts its end.
+impl<V: Wide> Effect<V> for Cells<V> {
+    type Step = Moved<V>;
+
     #[inline(always)]
-    pub fn ahead(&self, begin: &Begin<'_, '_, V>, there: &Here<V>) -> Iron<V> {
-        self.iron(&self.away_at(there.state.flux, Some(begin.change.flux * begin.h)))
+    fn predict(&self, _: &Begin<'_, '_, V>, _: &mut Here<V>) -> Moved<V> {
+        self.blank()
     }
 
-    /// Corrects the current, which the cells' tangent carried on from where the core was evaluated: a sliding cell turns all along the
-    /// way. The elastic fluxes in Wb at the end, and the stiffness in 1/H that is part of Γ there.
+    /// Corrects the current, which the cells' stiffness carried on from where the core was evaluated: a sliding cell turns all along the
+    /// way.
     #[inline(always)]
-    pub fn correct(
-        &self,
-        begin: &Begin<'_, '_, V>,
-        looked: &Looked<V>,
-        iron: &Iron<V>,
-        there: &mut Here<V>,
-    ) -> (Elastic<V>, Symmetric<V>) {
+    fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, moved: &mut Moved<V>) {
+        let (begin, looked) = (end.begin, end.looked);
+        let Some(point) = &looked.branch else { return };
         let (along, flux) = (begin.change.flux * begin.h, there.state.flux);
-        let by_tangent = iron.current + (flux - looked.flux).through(iron.tangent);
-        let turned = self.iron(&self.away_at(flux, Some(along))).current - by_tangent;
+        let by_stiffness = point.current_after(flux - looked.flux);
+        let turned = self.at(flux, Some(along)).current - by_stiffness;
         there.at.current = there.at.current + turned;
         looked.settle(begin.legs, there);
-        (self.away_at(there.state.flux, Some(along)), iron.tangent)
+        let elastic = self.away_at(there.state.flux, Some(along));
+        *moved = self.moved_by(end, point, there, elastic);
     }
 
-    /// Their share of the step's error, relative to the tolerance; the core was evaluated `off` in Wb from the end.
     #[inline(always)]
-    pub fn share_of_error(
+    fn error(&self, moved: &Moved<V>, accuracy: &Accuracy<V>) -> V {
+        moved.off * accuracy.per_flux
+    }
+
+    fn between(&self, end: &End<'_, '_, V>, there: &Here<V>) -> Moved<V> {
+        let Some(point) = &end.looked.branch else { return self.blank() };
+        self.moved_by(end, point, there, point.elastic)
+    }
+
+    fn energy(&self, moment: &Moment<'_, '_, V>, stored: &mut Ledger) {
+        stored.field_change += 1.5 * self.energy(moment.lane, moment.here.state.flux);
+    }
+
+    fn power(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, powers: &mut Ledger) {
+        let [x, y] = span.flux().map(|cubic| cubic.rise(span.share) / span.step.h);
+        let along = span.step.change[0].flux * span.step.h * span.share;
+        let elastic = self.away_at(moment.here.state.flux, Some(along));
+        powers.hysteresis_loss += 1.5 * self.loss(moment.lane, &elastic, Plane::new(x, y));
+    }
+}
+
+impl<V: Wide> CoreBranch<V> for Cells<V> {
+    fn like(motor: &Motor) -> Option<Self> {
+        motor.magnetics.cells().map(|_| Self::idle())
+    }
+
+    fn start(&mut self, lane: usize, case: &Case<'_>, flux: &mut Dq<f64>) -> Result<bool, RunError> {
+        let magnetics = &case.motor.magnetics;
+        let Some((hysteresis, cells)) = magnetics.hysteresis().zip(magnetics.cells()) else {
+            return Ok(false);
+        };
+        let last = case.memory.map(|last| Heading::of(last - case.start_angle));
+        let mut found = Ok(last.is_some());
+        if let Some(last) = last {
+            // No current flows: the core's is against the one that its iron is left with.
+            let left = Dq::new(last.cos, last.sin) * -hysteresis.coercive_current;
+            match magnetics.flux_at(left, Heading::of(case.start_angle)) {
+                Ok(at) => *flux = at,
+                Err(error) => found = Err(without_a_state(&error)),
+            }
+        }
+        let inductance = magnetics.inductance();
+        let most = inductance.xx + inductance.yy - inductance.smaller_eigenvalue();
+        let last = last.map(|last| Plane::new(last.cos, last.sin));
+        self.put(lane, cells, Plane::new(flux.d, flux.q), most, case.tolerance.flux, last);
+        found
+    }
+
+    /// A cell at its reach slides if the flux takes it further.
+    #[inline(always)]
+    fn find_modes(&mut self, of: V::Mask, flux: Plane<V>, mut rise: impl FnMut(Symmetric<V>) -> Plane<V>) {
+        let zero = V::of(0.0);
+        let away = self.away_at(flux, None);
+        let mut slides = self.slides;
+        for _ in 0..ROUNDS {
+            let rise = rise(self.tangent_of(&away, &slides));
+            for k in 0..MOST_CELLS {
+                let beyond = away[k].dot(away[k]).above(self.reach[k] * self.reach[k]);
+                slides[k] = (self.slides[k] | beyond) & away[k].dot(rise).above(zero);
+            }
+        }
+        self.set_stiffness(of, self.tangent_of(&away, &slides));
+        for k in 0..MOST_CELLS {
+            self.slides[k] = (slides[k] & of) | (self.slides[k] & !of);
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchPoint<V> {
+        self.point(self.away_at(flux, along))
+    }
+
+    #[inline(always)]
+    fn stiffness(&self) -> Symmetric<V> {
+        self.tangent
+    }
+
+    #[inline(always)]
+    fn set_stiffness(&mut self, of: V::Mask, stiffness: Symmetric<V>) {
+        keep_symmetric(of, stiffness, &mut self.tangent);
+    }
+
+    #[inline(always)]
+    fn take(&mut self, of: V::Mask, flux: Plane<V>, moved: &Moved<V>) {
+        keep_plane(of, flux, &mut self.from);
+        for k in 0..MOST_CELLS {
+            keep_plane(of, moved.away[k], &mut self.away[k]);
+            self.slides[k] = (moved.slides[k] & of) | (self.slides[k] & !of);
+        }
+        self.set_stiffness(of, moved.tangent);
+    }
+
+    #[inline(always)]
+    fn room(&self, moved: &Moved<V>) -> [V; 2] {
+        let least = moved.margin[0].least(moved.margin[1]).least(moved.margin[2]);
+        [least + self.slack, least + self.slack * DEEP]
+    }
+
+    fn ends(&self, moved: &Moved<V>, lane: usize, first: &mut First) {
+        for k in (0..MOST_CELLS).filter(|k| moved.margin[*k].get(lane) < -self.slack.get(lane)) {
+            first.ends(Guard::Branch, moved.cubic[k].get(lane), moved.slack[k].get(lane));
+        }
+    }
+
+    fn pinned_at(&self, flux: Plane<V>, pinned: &BranchState<V>) -> BranchPoint<V> {
+        self.point(pinned.map(|pinned| flux - pinned))
+    }
+
+    fn pinned_rise(&self, at: &BranchPoint<V>, rise: Plane<V>) -> BranchState<V> {
+        std::array::from_fn(|k| {
+            let n = direction(&at.elastic[k]);
+            Plane::choose(self.slides[k], n * n.dot(rise), Plane::default())
+        })
+    }
+}
+
+impl<V: Wide> Cells<V> {
+    /// Cells after a step to where so much is elastic, in Wb.
+    #[inline(always)]
+    fn moved_by(
         &self,
-        begin: &Begin<'_, '_, V>,
-        change: &Change<V>,
-        off: Plane<V>,
+        end: &End<'_, '_, V>,
+        point: &BranchPoint<V>,
         there: &Here<V>,
-        accuracy: &Accuracy<V>,
-    ) -> V {
-        let rise = [begin.change.flux * begin.h, change.flux * begin.h];
-        self.error(there.state.flux - begin.here.state.flux, rise, off) * accuracy.per_flux
+        elastic: BranchState<V>,
+    ) -> Moved<V> {
+        let (begin, flux) = (end.begin, there.state.flux);
+        let rise = [begin.change.flux * begin.h, end.change.flux * begin.h];
+        let (change, off) = (flux - begin.here.state.flux, flux - end.looked.flux);
+        self.moved((elastic, point.stiffness), change, rise, off)
+    }
+
+    /// Their energy over 3/2, in J.
+    pub(super) fn energy(&self, lane: usize, flux: Plane<V>) -> f64 {
+        let elastic = self.away_at(flux, None);
+        let energy = |k: usize| (self.stiffness[k] * elastic[k].dot(elastic[k])).get(lane) / 2.0;
+        (0..MOST_CELLS).map(energy).sum()
+    }
+
+    /// Their heat over 3/2, in W, where so much is elastic in Wb and the flux rises so in V.
+    pub(super) fn loss(&self, lane: usize, elastic: &BranchState<V>, rise: Plane<V>) -> f64 {
+        let lost = |k: usize| V::only(self.slides[k], self.stiffness[k] * elastic[k].dot(rise)).get(lane);
+        (0..MOST_CELLS).map(lost).sum()
+    }
+}
+
+/// Why a machine cannot begin with the current that its iron is left with.
+fn without_a_state(error: &NoConvergence) -> RunError {
+    match error.beyond {
+        Some(_) => RunError::left_map([error.current.d, error.current.q]),
+        None => RunError::NotFinite,
     }
 }

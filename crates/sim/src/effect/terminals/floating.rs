@@ -1,6 +1,6 @@
 //! Terminals within a step that was tried: whether what rings in it may end a mode.
 
-use standstill_numeric::{Mask, Wide};
+use standstill_numeric::{Lane, Mask, Wide};
 
 use super::ringing::Ringing;
 use crate::physics::legs::Conducting;
@@ -30,7 +30,7 @@ pub struct Floating<V: Wide> {
 /// θ⁴/384: 1e-3 of a swing at 0.77 rad.
 pub const SEEN: f64 = 0.6;
 
-/// The same where eddy currents lag behind what rings: up to there the cubic of the flux is as exact as all else.
+/// [`SEEN`] where eddy currents lag behind terminals that ring: up to there the cubic of the flux is as exact as all else.
 pub const LAGGED: f64 = 0.09;
 
 impl<V: Wide> Floating<V> {
@@ -89,18 +89,32 @@ impl<V: Wide> Floating<V> {
     /// How far a terminal's potential is from its lower and its upper bound in V over the step.
     #[inline(always)]
     pub fn sides(&self, k: usize) -> [Cubic<V>; 2] {
-        let [begin, end] = [self.range[0][k], self.range[1][k]];
-        let signs = [1.0, -1.0];
-        pair!(of => {
-            let bounds = [begin[of], end[of]];
-            // Bounds move with the link, in a step about evenly.
-            let moved = bounds[1] - bounds[0];
-            Cubic {
-                value: pair!(e => (self.potential[e][k] - bounds[e]) * signs[of]),
-                slope: pair!(e => (self.rise[e][k] - moved) * signs[of]),
-            }
-        })
+        let of =
+            pair!(e => [self.potential[e][k], self.rise[e][k], self.range[e][k][0], self.range[e][k][1]]);
+        sides(&of)
     }
+
+    /// [`Self::sides`] of one lane.
+    pub fn sides_of(&self, k: usize, lane: usize) -> [Cubic<f64>; 2] {
+        sides(&[0, 1].map(|e: usize| {
+            let [low, high] = &self.range[e][k];
+            [&self.potential[e][k], &self.rise[e][k], low, high].map(|number| number.get(lane))
+        }))
+    }
+}
+
+/// How far a potential is from its bounds over a step: at both ends potential, rise, lower and upper bound.
+#[inline(always)]
+fn sides<T: Lane>([begin, end]: &[[T; 4]; 2]) -> [Cubic<T>; 2] {
+    let signs = [1.0, -1.0];
+    pair!(of => {
+        // Bounds move with the link, in a step about evenly.
+        let moved = end[2 + of] - begin[2 + of];
+        Cubic {
+            value: [(begin[0] - begin[2 + of]) * signs[of], (end[0] - end[2 + of]) * signs[of]],
+            slope: [(begin[1] - moved) * signs[of], (end[1] - moved) * signs[of]],
+        }
+    })
 }
 
 /// How fast potentials rise, in V a step.

@@ -18,7 +18,7 @@ use standstill_numeric::{Symmetric, Wide, sin_cos};
 
 use super::modes::Modes;
 use super::stumpff::stumpff;
-use super::swing::{Cubic, Far, Near, about, decayed, over, scaled};
+use super::swing::{Far, Near, Powers, about, decayed, over, scaled};
 use crate::physics::legs::Terminals;
 use crate::physics::machine::{Change, Operating};
 use crate::physics::plane::Plane;
@@ -39,9 +39,9 @@ pub const ALIKE: f64 = 80.0;
 /// steps decay with it.
 const DAMPED: f64 = 5.0;
 
-/// What cannot be told of a cubic: as of the currents of any other step (`error.rs`).
+/// The fourth-order term that a cubic lacks: as of the currents of any other step (`error.rs`).
 #[inline(always)]
-fn untold<V: Wide>(of: &Cubic<V>) -> V {
+fn fourth_order<V: Wide>(of: &Powers<V>) -> V {
     let (second, third) = ((of[2] + of[3]).abs(), of[3].abs());
     third * third / (second + third + 1e-30)
 }
@@ -94,9 +94,9 @@ pub struct Ringing<V> {
     /// η per step at its beginning.
     velocity: [V; 2],
     /// Force per step, without what damps.
-    force: [Cubic<V>; 2],
+    force: [Powers<V>; 2],
     /// J.
-    remainder: [Cubic<V>; 2],
+    remainder: [Powers<V>; 2],
     /// δ times the step's length.
     damping: [V; 2],
     /// Of the first mode's mean current, what drops in the second one's; where that does not ring.
@@ -131,7 +131,7 @@ impl<V: Wide> Ringing<V> {
     #[inline(always)]
     fn new<const CUBIC: bool>(modes: Modes<V>, h: V, w: Plane<V>, ends: [&End<V>; 2]) -> Self {
         let zero = V::of(0.0);
-        let none: Cubic<V> = [zero; 4];
+        let none: Powers<V> = [zero; 4];
         let mut step = Self {
             modes,
             turned: [zero; 2],
@@ -189,7 +189,7 @@ impl<V: Wide> Ringing<V> {
         self.turned_by(V::of(1.0), &self.turn)
     }
 
-    /// The same after a share of the step.
+    /// Flux and mean current after a share of the step.
     #[inline(always)]
     pub fn after(&self, share: V) -> [Plane<V>; 2] {
         self.turned_by(share, &pair!(m => self.turn_after(m, share)))
@@ -240,7 +240,7 @@ impl<V: Wide> Ringing<V> {
         left
     }
 
-    /// What of the modes' currents oscillates within the step.
+    /// The oscillating parts of the modes' currents within the step.
     #[inline(always)]
     pub fn oscillations(&self) -> [Oscillation<V>; 2] {
         let [first, mut second] = pair!(m => self.oscillation(m));
@@ -257,7 +257,7 @@ impl<V: Wide> Ringing<V> {
         [first, second]
     }
 
-    /// What of a mode oscillates: what I is without the polynomial about which it swings. Nothing where it turns so little that cubics
+    /// The oscillating part of a mode: I without the polynomial about which it swings. Nothing where it turns so little that cubics
     /// follow it.
     #[inline(always)]
     fn oscillation(&self, m: usize) -> Oscillation<V> {
@@ -275,18 +275,18 @@ impl<V: Wide> Ringing<V> {
         Oscillation { phasor, turns: [zero - damping, angle], over: [decay * cos, decay * (sin * angle)] }
     }
 
-    /// What the currents may be off between the ends as far as their remainders are no cubics, as the flux in Wb that belongs to it.
+    /// Error of the currents between the ends as far as their remainders are no cubics, as the flux in Wb that belongs to it.
     #[inline(always)]
     pub fn error_between(&self) -> V {
         let mut all = V::of(0.0);
         for m in 0..2_usize {
             let size = self.modes.back[m].x.abs() + self.modes.back[m].y.abs();
-            all = all + size * untold(&self.remainder[m]);
+            all = all + size * fourth_order(&self.remainder[m]);
         }
         all
     }
 
-    /// What a step may be off in Wb as far as force and remainder are no cubics: as a share of what [`ALIKE`] steps in a row may
+    /// Error of a step in Wb as far as force and remainder are no cubics: as a share of what [`ALIKE`] steps in a row may
     /// be off alike.
     #[inline(always)]
     pub fn error(&self) -> V {
@@ -297,7 +297,7 @@ impl<V: Wide> Ringing<V> {
             let angle = turned.sqrt();
             // What pulls in time with a swing adds up until the damping holds it.
             let of_remainder = turned / (angle + angle * self.damping[m] + 1.0);
-            let both = untold(&self.force[m]) + of_remainder * untold(&self.remainder[m]);
+            let both = fourth_order(&self.force[m]) + of_remainder * fourth_order(&self.remainder[m]);
             // So many steps in a row add up before the damping has taken what the first was off by, as shares of what it may be off.
             let alike = ((self.damping[m] + 1.0) / (self.damping[m] * DAMPED)).least(V::of(ALIKE));
             all = all + size * both * alike * (1.0 / ALIKE);

@@ -6,44 +6,45 @@
 
 use standstill_numeric::{Lane, PER_FACTORIAL, Wide, eight, four};
 
-/// A cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
-pub type Cubic<V> = [V; 4];
+use crate::step::hermite;
+
+/// The powers of a cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
+pub type Powers<V> = [V; 4];
 
 /// From values and slopes per step at both ends.
 #[inline(always)]
-pub fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Cubic<V> {
-    let rise = value[1] - value[0];
-    [value[0], slope[0], rise * 3.0 - slope[0] - slope[0] - slope[1], slope[0] + slope[1] - rise - rise]
+pub fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Powers<V> {
+    hermite::Cubic { value, slope }.powers()
 }
 
 /// The cubic, or the straight line as which it begins.
 #[inline(always)]
-pub fn over<V: Wide, const CUBIC: bool>(value: [V; 2], slope: [V; 2]) -> Cubic<V> {
+pub fn over<V: Wide, const CUBIC: bool>(value: [V; 2], slope: [V; 2]) -> Powers<V> {
     if CUBIC { cubic(value, slope) } else { [value[0], slope[0], V::of(0.0), V::of(0.0)] }
 }
 
 /// The cubic over a share of the step, as a multiple of `first`.
 #[inline(always)]
-pub fn scaled<V: Wide>(of: &Cubic<V>, share: V, first: V) -> Cubic<V> {
+pub fn scaled<V: Wide>(of: &Powers<V>, share: V, first: V) -> Powers<V> {
     let [a, b, c, d] = *of;
     let (two, three) = (share * share, share * share * share);
     [a * first, b * share * first, c * two * first, d * three * first]
 }
 
 #[inline(always)]
-pub fn sum<V: Wide>(of: &Cubic<V>, with: &[V; 4]) -> V {
+pub fn sum<V: Wide>(of: &Powers<V>, with: &[V; 4]) -> V {
     of[0] * with[0] + of[1] * with[1] + of[2] * with[2] + of[3] * with[3]
 }
 
 #[inline(always)]
-pub fn at_end<V: Wide>(of: &Cubic<V>) -> V {
+pub fn at_end<V: Wide>(of: &Powers<V>) -> V {
     of[0] + of[1] + of[2] + of[3]
 }
 
 /// The polynomial about which I swings: of `I″ + 2 y I′ + θ² I = f′ + J″ + 2 y J′`, whose right side is a parabola for cubics f and
 /// J, the solution that is one, too.
 #[inline(always)]
-pub fn about<V: Lane>(turned: V, damping: V, f: &Cubic<V>, j: &Cubic<V>) -> [V; 3] {
+pub fn about<V: Lane>(turned: V, damping: V, f: &Powers<V>, j: &Powers<V>) -> [V; 3] {
     let twice = damping + damping;
     let pull = [
         f[1] + j[2] * 2.0 + twice * j[1],
@@ -69,7 +70,7 @@ impl<V: Wide> Near<V> {
     /// ξ at its end and the mean of I, with η at its beginning; where it is damped what `e^(y s)` makes of force and remainder is taken
     /// for cubics.
     #[inline(always)]
-    pub fn after(&self, velocity: V, f: &Cubic<V>, j: &Cubic<V>, damped: V::Mask) -> [V; 2] {
+    pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>, damped: V::Mask) -> [V; 2] {
         let (turned, y) = (self.turned, self.damping);
         let [_, c1, c2, c3, c4, c5] = self.stumpff;
         // ∫ cos and ∫ sin of the rest of the step over the powers of time.
@@ -95,7 +96,7 @@ impl<V: Wide> Near<V> {
 
 /// The cubic that is e^(y s) times another at both ends, as steep as it is there; itself where nothing damps.
 #[inline(always)]
-fn grown<V: Wide>(of: &Cubic<V>, y: V, decay: V, damped: V::Mask) -> Cubic<V> {
+fn grown<V: Wide>(of: &Powers<V>, y: V, decay: V, damped: V::Mask) -> Powers<V> {
     let [a, b, c, d] = *of;
     let grow = V::of(1.0) / decay;
     let end = at_end(of);
@@ -122,7 +123,7 @@ pub struct Far<V> {
 impl<V: Wide> Far<V> {
     /// ξ at its end and the mean of I, with η at its beginning: a parabola, and what swings about it and decays.
     #[inline(always)]
-    pub fn after(&self, velocity: V, f: &Cubic<V>, j: &Cubic<V>) -> [V; 2] {
+    pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>) -> [V; 2] {
         let (turned, damping, decay) = (self.turned, self.damping, self.decay);
         let [zeroth, first, second] = about(turned, damping, f, j);
         let away = j[0] - zeroth;

@@ -3,8 +3,9 @@
 use standstill_numeric::{Compute, Mask, Wide};
 
 use super::{Bank, Served};
-use crate::effect::{Effect, keep, keep_dq, keep_plane};
+use crate::effect::{CoreBranch, Effect, each_effect, keep, keep_dq};
 use crate::guard::Guard;
+use crate::lanes::lanes_of;
 use crate::physics::gates::NEVER;
 use crate::physics::machine::Machine;
 use crate::step::two_derivative::{Here, Tried};
@@ -16,7 +17,7 @@ const MOST_REFUSED: f64 = 200.0;
 const HALF: f64 = 0.5;
 /// See [`HALF`].
 const LONGER_AT_MOST: f64 = 4.0;
-/// The same where terminals ring: what is missed depends on where in its period a swing is, and is small by accident twice in each.
+/// [`LONGER_AT_MOST`] where terminals ring: the error depends on where in its period a swing is, and is small by accident twice in each.
 const LONGER_WHERE_IT_RINGS: f64 = 1.5;
 /// A step that is tried again is at most this share of the one before, 0.7 being what a fourth power makes of four times the
 /// tolerance, and at least a tenth of it: the error's order is not reached where the error is large.
@@ -31,24 +32,22 @@ impl<V: Wide> Bank<'_, V> {
     /// Steps that would pass where a terminal is expected to reach its bound end there.
     #[inline(always)]
     fn end_as_expected(&mut self, live: V::Mask, free_end: V) {
-        let cut = V::Mask::of_bits(self.to_mode_end);
-        let expecting = live & !cut & !self.expected.above(free_end);
-        self.mode_end = V::choose(expecting, self.expected, self.mode_end);
+        let plan = &mut self.schedule;
+        let cut = V::Mask::of_bits(plan.to_mode_end);
+        let expecting = live & !cut & !plan.expected.above(free_end);
+        plan.mode_end = V::choose(expecting, plan.expected, plan.mode_end);
         // Once: if it is not to be, steps find their ends themselves.
-        self.expected = V::choose(expecting, V::of(NEVER), self.expected);
-        let mut left = expecting.bits();
-        self.to_mode_end |= left;
-        self.nearest &= !left;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize;
-            left &= left - 1;
-            self.ending_mode[lane] = Some(Guard::Leg(self.carried[lane]));
+        plan.expected = V::choose(expecting, V::of(NEVER), plan.expected);
+        plan.to_mode_end |= expecting.bits();
+        plan.nearest &= !expecting.bits();
+        for lane in lanes_of(expecting.bits()) {
+            plan.ending_mode[lane] = Some(Guard::Leg(plan.carried[lane]));
         }
     }
 }
 
-/// A step of each machine. What rings with terminals and what the iron remembers take more room than all else of a step: `RARE`
-/// is false where no machine has either, and the step then does without.
+/// A step of each machine. Terminals that ring and a branch beside the core take more room than all else of a step: `RARE` is false
+/// where no machine has either, and the step then does without.
 pub(super) struct StepOf<'b, 'a, V: Wide, const RARE: bool>(pub(super) &'b mut Bank<'a, V>);
 
 impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
@@ -58,23 +57,24 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
     fn compute(self) {
         let bank = self.0;
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        let live = V::Mask::of_bits(bank.live);
+        let live = V::Mask::of_bits(bank.schedule.live);
         let legs = bank.machine.legs.at::<RARE>(bank.here.time, bank.machine.resistance);
-        if bank.machine.cells_if::<RARE>().is_some() {
-            bank.machine.find_cells(live, &legs, &mut bank.here.at, &bank.here.state);
+        let capacitive = bank.machine.legs.elastance_if::<RARE>().is_some();
+        if RARE {
+            bank.machine.find_modes(live, &legs, &mut bank.here.at, &bank.here.state);
         }
         let edge = bank.machine.legs.next_edge(bank.here.time);
-        let stop = bank.stop.least(edge);
-        let free_end = stop.least(bank.here.time + bank.hint.least(bank.longest));
-        if RARE && bank.machine.legs.elastance.is_some() {
+        let stop = bank.schedule.stop.least(edge);
+        let free_end = stop.least(bank.here.time + bank.control.next.least(bank.control.longest));
+        if capacitive {
             bank.end_as_expected(live, free_end);
         }
-        let to_mode_end = V::Mask::of_bits(bank.to_mode_end);
-        let here = &bank.here;
+        let (here, plan, control) = (&bank.here, &mut bank.schedule, &mut bank.control);
+        let to_mode_end = V::Mask::of_bits(plan.to_mode_end);
         let until =
-            V::choose(live, V::choose(to_mode_end, bank.mode_end, free_end), here.time).greatest(here.time);
-        let accuracy = bank.accuracy.of_step(until, bank.sample);
-        let tried = if RARE && V::ALONE && bank.refereed {
+            V::choose(live, V::choose(to_mode_end, plan.mode_end, free_end), here.time).greatest(here.time);
+        let accuracy = control.accuracy.of_step(until, plan.sample);
+        let tried = if RARE && V::ALONE && control.refereed {
             Tried::refereed(&bank.machine, &bank.bounds, &legs, here, until, &accuracy)
         } else {
             Tried::new::<RARE>(&bank.machine, &bank.bounds, &legs, here, until, &accuracy)
@@ -84,14 +84,14 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         let out_of_bounds = live & zero.above(tried.blocked_at_begin);
         let may = live & exact & !out_of_bounds;
         let ends = (zero.above(tried.least_margin) & !to_mode_end)
-            | (zero.above(tried.least_at_mode_end) & V::Mask::of_bits(bank.to_mode_end & !bank.nearest));
+            | (zero.above(tried.least_at_mode_end) & V::Mask::of_bits(plan.to_mode_end & !plan.nearest));
         let crossed = may & ends;
         let accepted = may & !crossed;
         // A cut that is not exact is none: shorter steps find their own.
-        bank.to_mode_end &= !(live & !exact & !out_of_bounds).bits();
+        plan.to_mode_end &= !(live & !exact & !out_of_bounds).bits();
         let length = until - here.time;
-        bank.refused = V::only(live & !accepted & !out_of_bounds, bank.refused + 1.0);
-        let hopeless = bank.refused.above(V::of(MOST_REFUSED));
+        control.refused = V::only(live & !accepted & !out_of_bounds, control.refused + 1.0);
+        let hopeless = control.refused.above(V::of(MOST_REFUSED));
         let broken = live & ((V::of(SHORTEST).above(length) & !exact & !out_of_bounds) | hopeless);
 
         // The next step's length: the error falls with the fourth power or more. Not-a-number asks for a shorter one.
@@ -110,33 +110,34 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         }
         let next = length * factor;
         // A step that ended at an instant says little about the next one's length.
-        let longer = V::choose(bank.hint.above(length), next.greatest(bank.hint), next);
-        let hint = V::choose(exact, longer, next.least(length * SHORTER_AT_LEAST));
-        bank.hint = V::choose(live & !out_of_bounds, hint, bank.hint);
+        let longer = V::choose(control.next.above(length), next.greatest(control.next), next);
+        let next = V::choose(exact, longer, next.least(length * SHORTER_AT_LEAST));
+        control.next = V::choose(live & !out_of_bounds, next, control.next);
 
         // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.
         let mut at_edge = legs.idle & !edge.above(until);
-        if RARE && bank.machine.legs.elastance.is_some() {
+        if capacitive {
             // The charge of a terminal decides what an edge does.
             at_edge = !edge.above(until);
         }
-        let arrived = accepted & (to_mode_end | !bank.stop.above(until) | at_edge);
+        let arrived = accepted & (to_mode_end | !plan.stop.above(until) | at_edge);
         let [a, b, c] = bank.machine.legs.carried_out(until);
         let mut carried_out = [accepted & a, accepted & b, accepted & c];
         // Who looks at a step from within wants its gates as they were.
-        if !bank.follow && V::any(carried_out[0] | carried_out[1] | carried_out[2]) {
+        if !control.follow && V::any(carried_out[0] | carried_out[1] | carried_out[2]) {
             carried_out = bank.machine.legs.follow_on(carried_out);
         }
         let carried_out = [carried_out[0].bits(), carried_out[1].bits(), carried_out[2].bits()];
-        bank.steps = bank.steps + V::only(accepted, one);
-        bank.evaluations = bank.evaluations + V::only(live, one);
+        let outcome = &mut bank.outcome;
+        outcome.steps = outcome.steps + V::only(accepted, one);
+        outcome.evaluations = outcome.evaluations + V::only(live, one);
         let [a, b, c] = tried.phases[1];
-        bank.peak = bank.peak.greatest(V::only(accepted, a.abs().greatest(b.abs()).greatest(c.abs())));
+        outcome.peak = outcome.peak.greatest(V::only(accepted, a.abs().greatest(b.abs()).greatest(c.abs())));
         if bank.machine.rotors.is_some() {
-            bank.moved = bank.moved.greatest(V::only(accepted, tried.end.state.turned.abs()));
+            outcome.moved = outcome.moved.greatest(V::only(accepted, tried.end.state.turned.abs()));
         }
         let crossed = crossed.bits();
-        bank.served = Served {
+        outcome.served = Served {
             accepted: accepted.bits(),
             arrived: arrived.bits(),
             out_of_bounds: out_of_bounds.bits(),
@@ -148,16 +149,16 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         if let Some(sensed) = &mut bank.sensed {
             sensed.keep::<RARE>(accepted, &bank.here, &tried, &bank.machine);
         }
-        if bank.follow {
-            bank.begin = bank.here;
-            bank.begin_cells.clone_from(&bank.machine.cells);
-            bank.tried = tried;
+        if control.follow {
+            outcome.begin = bank.here;
+            outcome.begin_branch.clone_from(&bank.machine.branch);
+            outcome.tried = tried;
         } else if crossed != 0 {
             bank.keep_for_ends::<RARE>(&tried);
         }
         take(&bank.machine, bank.bounds.sides.is_some(), &mut bank.here, &tried.end, accepted);
-        if RARE && let (Some(cells), Some(moved)) = (&mut bank.machine.cells, &tried.moved) {
-            cells.take(accepted, tried.end.state.flux, moved);
+        if RARE && let (Some(branch), Some(step)) = (&mut bank.machine.branch, &tried.branch) {
+            branch.take(accepted, tried.end.state.flux, step);
         }
     }
 }
@@ -173,20 +174,7 @@ pub(super) fn take<V: Wide>(
     accepted: V::Mask,
 ) {
     keep(accepted, end.time, &mut here.time);
-    keep_plane(accepted, end.state.flux, &mut here.state.flux);
-    machine.links.keep(accepted, end, here);
-    let (to, from) = (&mut here.at.inverse_inductance, &end.at.inverse_inductance);
-    keep(accepted, from.xx, &mut to.xx);
-    keep(accepted, from.xy, &mut to.xy);
-    keep(accepted, from.yy, &mut to.yy);
-    keep_plane(accepted, end.at.current, &mut here.at.current);
-    machine.rotors.as_ref().keep(accepted, end, here);
-    machine.circuits.eddies().keep(accepted, end, here);
-    if machine.legs.elastance.is_some() {
-        for (to, from) in here.state.potential.iter_mut().zip(end.state.potential) {
-            keep(accepted, from, to);
-        }
-    }
+    each_effect!(machine, machine.branch.as_ref(), effect => effect.keep(accepted, end, here));
     if kinks {
         keep_dq(accepted, end.at.core_flux, &mut here.at.core_flux);
     }

@@ -1,3 +1,4 @@
+use crate::physics::plane::Plane;
 use standstill_interface::Nanos;
 use standstill_inverter::{Bridge, Conduction, DcLink, Gate, GateTiming, Inverter};
 use standstill_plant::{Core, Hysteresis, Linear, MagneticCircuit, Motor, Winding, built_in};
@@ -34,11 +35,25 @@ fn law_a_step_that_may_ring_is_the_other_where_nothing_rings() {
             let both = [
                 {
                     let legs = bank.machine.legs.at::<true>(0.0, motor.resistance);
-                    Tried::new::<true>(&bank.machine, &bank.bounds, &legs, &bank.here, 9e4, &bank.accuracy)
+                    Tried::new::<true>(
+                        &bank.machine,
+                        &bank.bounds,
+                        &legs,
+                        &bank.here,
+                        9e4,
+                        &bank.control.accuracy,
+                    )
                 },
                 {
                     let legs = bank.machine.legs.at::<false>(0.0, motor.resistance);
-                    Tried::new::<false>(&bank.machine, &bank.bounds, &legs, &bank.here, 9e4, &bank.accuracy)
+                    Tried::new::<false>(
+                        &bank.machine,
+                        &bank.bounds,
+                        &legs,
+                        &bank.here,
+                        9e4,
+                        &bank.control.accuracy,
+                    )
                 },
             ]
             .map(|tried| format!("{tried:?}"));
@@ -76,7 +91,7 @@ fn regress_cells_leave_nothing_in_the_inductance() {
     bank.machine.legs.put(0, [UpperSwitch, LowerSwitch, LowerSwitch]);
     let cells = motor.magnetics.cells().expect("cells");
     // Magnetised across the voltage, so that what slides turns.
-    let memory = bank.machine.cells.as_mut().expect("it remembers");
+    let memory = bank.machine.branch.as_mut().expect("it remembers");
     memory.put(0, cells, Plane::new(0.5, 0.0), 10e-3, 1e-7, Some(Plane::new(0.43, 0.9)));
     bank.here.state.flux = Plane::new(0.5, 0.0);
     bank.here.state.link = 550.0;
@@ -84,13 +99,14 @@ fn regress_cells_leave_nothing_in_the_inductance() {
     let (mut tangents, mut worst) = (Vec::new(), 0.0_f64);
     for step in 1..=40 {
         let legs = bank.machine.legs.at::<true>(bank.here.time, motor.resistance);
-        bank.machine.find_cells(true, &legs, &mut bank.here.at, &bank.here.state);
+        bank.machine.find_modes(true, &legs, &mut bank.here.at, &bank.here.state);
         let until = f64::from(step) * 2e3;
-        let tried = Tried::new::<true>(&bank.machine, &bank.bounds, &legs, &bank.here, until, &bank.accuracy);
+        let tried =
+            Tried::new::<true>(&bank.machine, &bank.bounds, &legs, &bank.here, until, &bank.control.accuracy);
         take(&bank.machine, false, &mut bank.here, &tried.end, true);
-        let memory = bank.machine.cells.as_mut().expect("it remembers");
-        memory.take(true, tried.end.state.flux, &tried.moved.expect("cells"));
-        let (all, cells) = (bank.here.at.inverse_inductance, memory.tangent());
+        let memory = bank.machine.branch.as_mut().expect("it remembers");
+        memory.take(true, tried.end.state.flux, &tried.branch.expect("cells"));
+        let (all, cells) = (bank.here.at.inverse_inductance, memory.stiffness());
         for (all, core) in [(all.xx - cells.xx, 100.0), (all.xy - cells.xy, 0.0), (all.yy - cells.yy, 100.0)]
         {
             worst = worst.max((all - core).abs());
@@ -125,14 +141,15 @@ fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
         bank.machine.legs.put(0, [UpperSwitch, LowerSwitch, LowerSwitch]);
         bank.here.state.flux = flux;
         bank.here.state.link = 550.0;
-        (bank.live, bank.stop, bank.hint, bank.longest) = (1, 1e3, 1e3, 1e3);
+        (bank.schedule.live, bank.schedule.stop) = (1, 1e3);
+        (bank.control.next, bank.control.longest) = (1e3, 1e3);
         bank.look(0);
         let mut steps = 0;
-        while bank.served.broken == 0 && bank.here.time < 1e3 && steps < 1000 {
+        while bank.outcome.served.broken == 0 && bank.here.time < 1e3 && steps < 1000 {
             bank.step();
             steps += 1;
         }
-        (bank.served.broken, bank.why_broken(0))
+        (bank.outcome.served.broken, bank.why_broken(0))
     };
     // A flux below the magnet's: a current of some amperes out of a winding that its switch feeds.
     let backwards = begun(Plane::new(0.40, 0.0));

@@ -14,7 +14,7 @@ struct Course {
 
 impl Course {
     fn new() -> Self {
-        let mut picked_up = PickedUp::none();
+        let mut picked_up = PickedUp::default();
         picked_up.put(0, OF);
         Self { picked_up, time: 0.0 }
     }

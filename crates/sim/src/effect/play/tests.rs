@@ -3,6 +3,7 @@
 use standstill_plant::{Cell, MOST_CELLS};
 
 use super::Cells;
+use crate::effect::CoreBranch;
 use crate::physics::plane::Plane;
 
 /// A memory of one cell that reaches 1 mWb and is 10 1/H stiff, at a flux.
@@ -25,12 +26,12 @@ fn go(memory: &mut Cells<f64>, from: Plane, to: Plane, slopes: [Plane; 2]) -> (f
         let flux = from + begin * share + bend * (share * share);
         let away = memory.away_at(flux, Some(begin * share));
         let rise = begin + bend * (2.0 * share);
-        sums.0 += weight * memory.iron(&away).current.dot(rise);
+        sums.0 += weight * memory.point(away).current.dot(rise);
         sums.1 += weight * memory.loss(0, &away, rise);
     }
     let away = memory.away_at(to, Some(begin));
-    let moved = memory.moved((away, memory.iron(&away).tangent), way, [begin, end]);
-    assert!(memory.error(way, slopes, Plane::new(0.0, 0.0)) >= 0.0);
+    let moved = memory.moved((away, memory.point(away).stiffness), way, [begin, end], Plane::default());
+    assert!(moved.off >= 0.0);
     memory.take(true, to, &moved);
     sums
 }

@@ -1,0 +1,215 @@
+//! Arguments of effects: places in a step, one machine at one time, and copies of some lanes.
+
+use standstill_interface::Dq;
+use standstill_numeric::{Symmetric, Wide};
+
+use super::{Branch, BranchPoint, Effect, each_effect};
+use crate::case::Case;
+use crate::ledger::Ledger;
+use crate::physics::legs::Conducting;
+use crate::physics::machine::{Change, Machine};
+use crate::physics::motion::Motion;
+use crate::physics::plane::Plane;
+use crate::step::hermite::Cubic;
+use crate::step::two_derivative::{Here, Tried};
+
+/// The beginning of a step.
+#[derive(Clone, Copy)]
+pub struct Begin<'s, 'a, V: Wide> {
+    /// Length of the step in s.
+    pub h: V,
+    /// The machines.
+    pub machine: &'s Machine<'a, V>,
+    /// Their branch, in code for machines with one.
+    pub branch: Option<&'s Branch<V>>,
+    /// The legs during the step.
+    pub legs: &'s Conducting<V>,
+    /// State and operating point.
+    pub here: &'s Here<V>,
+    /// Slopes of flux and current.
+    pub change: &'s Change<V>,
+}
+
+/// The end of a step, once the core was evaluated there.
+#[derive(Clone, Copy)]
+pub struct End<'s, 'a, V: Wide> {
+    /// The beginning of the step.
+    pub begin: &'s Begin<'s, 'a, V>,
+    /// The place at which the core was evaluated.
+    pub looked: &'s Looked<V>,
+    /// Slopes of flux and current there.
+    pub change: &'s Change<V>,
+}
+
+/// The place at which the core was evaluated, with the linear response there.
+#[derive(Clone, Copy)]
+pub struct Looked<V: Wide> {
+    /// The flux in Wb.
+    pub flux: Plane<V>,
+    /// The current in A.
+    pub current: Plane<V>,
+    /// The branch.
+    pub branch: Option<BranchPoint<V>>,
+    /// Γ in 1/H.
+    pub gamma: Symmetric<V>,
+    /// Change of the current by an impulse at the blocked leg's terminal.
+    across: Plane<V>,
+    /// 1 over the change of the leg's own current by that impulse.
+    per_impulse: V,
+    /// Whether any machine idles.
+    pub any_idle: bool,
+}
+
+impl<V: Wide> Looked<V> {
+    /// The place at which the core was just evaluated, with this branch.
+    #[inline(always)]
+    pub fn at(there: &Here<V>, branch: Option<BranchPoint<V>>, legs: &Conducting<V>) -> Self {
+        let (terminals, gamma) = (&legs.terminals, there.at.inverse_inductance);
+        let across = terminals.blocked.through(gamma);
+        let per_impulse = V::of(1.0) / (across.dot(terminals.blocked) + terminals.none_blocked);
+        let any_idle = V::any(legs.idle);
+        Self {
+            flux: there.state.flux,
+            current: there.at.current,
+            branch,
+            gamma,
+            across,
+            per_impulse,
+            any_idle,
+        }
+    }
+
+    /// Takes blocked legs' currents to zero, as an impulse at their terminals would.
+    #[inline(always)]
+    pub fn settle(&self, legs: &Conducting<V>, there: &mut Here<V>) {
+        let (blocked, at) = (legs.terminals.blocked, &mut there.at);
+        let share = blocked.dot(at.current) * self.per_impulse;
+        let (mut impulse, mut change) = (blocked * share, self.across * share);
+        if self.any_idle {
+            let all = at.current.through(at.inverse_inductance.inverse());
+            impulse = Plane::choose(legs.idle, all, impulse);
+            change = Plane::choose(legs.idle, at.current, change);
+        }
+        there.state.flux = there.state.flux - impulse;
+        at.current = at.current - change;
+    }
+
+    /// A flux in Wb without the impulse at a blocked leg's terminal.
+    #[inline(always)]
+    pub fn held(&self, legs: &Conducting<V>, flux: Plane<V>) -> Plane<V> {
+        flux - legs.terminals.blocked * (self.across.dot(flux) * self.per_impulse)
+    }
+
+    /// Flux in Wb and current in A that make the torque: the branch has no part in it.
+    #[inline(always)]
+    pub fn core(&self, flux: Plane<V>, current: Plane<V>) -> [Plane<V>; 2] {
+        match &self.branch {
+            Some(branch) => [flux, current - branch.current - (flux - self.flux).through(branch.stiffness)],
+            None => [flux, current],
+        }
+    }
+}
+
+/// A place within a step that was tried.
+#[derive(Clone, Copy)]
+pub struct Span<'s, 'a, V: Wide> {
+    /// The machines.
+    pub machine: &'s Machine<'a, V>,
+    /// Their branch as it was where the step begins.
+    pub branch: Option<&'s Branch<V>>,
+    /// Where the step begins.
+    pub from: &'s Here<V>,
+    /// The step.
+    pub step: &'s Tried<V>,
+    /// Share of the step that has passed.
+    pub share: V,
+}
+
+impl<V: Wide> Span<'_, '_, V> {
+    /// The cubic over the step with these values at both ends and these slopes, per second.
+    #[inline(always)]
+    pub fn cubic(&self, value: [V; 2], rise: [V; 2]) -> Cubic<V> {
+        Cubic { value, slope: [rise[0] * self.step.h, rise[1] * self.step.h] }
+    }
+
+    /// The cubics of the flux's components, in Wb.
+    #[inline(always)]
+    pub fn flux(&self) -> [Cubic<V>; 2] {
+        let [from, to] = [self.from.state.flux, self.step.end.state.flux];
+        let [first, last] = [self.step.change[0].flux, self.step.change[1].flux];
+        [self.cubic([from.x, to.x], [first.x, last.x]), self.cubic([from.y, to.y], [first.y, last.y])]
+    }
+}
+
+/// One machine at one time, for its accounts.
+#[derive(Clone, Copy)]
+pub struct Moment<'s, 'a, V: Wide> {
+    /// Its case.
+    pub case: &'s Case<'a>,
+    /// The motion of its rotor.
+    pub motion: Motion,
+    /// The machines side by side, and its place among them.
+    pub machine: &'s Machine<'a, V>,
+    /// See `machine`.
+    pub lane: usize,
+    /// State and operating point.
+    pub here: &'s Here<V>,
+}
+
+impl<V: Wide> Moment<'_, '_, V> {
+    /// Its number of several.
+    pub fn one(&self, pack: &V) -> f64 {
+        pack.get(self.lane)
+    }
+
+    /// Its current in A.
+    pub fn current(&self) -> Plane {
+        self.here.at.current.get(self.lane)
+    }
+
+    /// Its phase currents in A.
+    pub fn phases(&self) -> [f64; 3] {
+        self.machine.legs.phases(self.here.at.current).map(|current| self.one(&current))
+    }
+
+    /// Energies in J that its effects store, as changes from nothing.
+    pub fn energies(&self) -> Ledger {
+        let mut stored = Ledger::default();
+        each_effect!(self.machine, self.machine.branch.as_ref(), effect => effect.energy(self, &mut stored));
+        stored
+    }
+
+    /// Powers in W of its effects in each account, at a place within the step just accepted.
+    pub fn powers(&self, span: &Span<'_, '_, V>) -> Ledger {
+        let mut powers = Ledger::default();
+        each_effect!(self.machine, span.branch, effect => effect.power(self, span, &mut powers));
+        powers
+    }
+}
+
+/// Copies numbers of some machines.
+#[inline(always)]
+pub fn keep<V: Wide>(of: V::Mask, from: V, to: &mut V) {
+    *to = V::choose(of, from, *to);
+}
+
+/// Copies vectors of some machines.
+#[inline(always)]
+pub fn keep_plane<V: Wide>(of: V::Mask, from: Plane<V>, to: &mut Plane<V>) {
+    *to = Plane::choose(of, from, *to);
+}
+
+/// Copies matrices of some machines.
+#[inline(always)]
+pub fn keep_symmetric<V: Wide>(of: V::Mask, from: Symmetric<V>, to: &mut Symmetric<V>) {
+    keep(of, from.xx, &mut to.xx);
+    keep(of, from.xy, &mut to.xy);
+    keep(of, from.yy, &mut to.yy);
+}
+
+/// Copies vectors in the rotor's plane of some machines.
+#[inline(always)]
+pub fn keep_dq<V: Wide>(of: V::Mask, from: Dq<V>, to: &mut Dq<V>) {
+    keep(of, from.d, &mut to.d);
+    keep(of, from.q, &mut to.q);
+}
