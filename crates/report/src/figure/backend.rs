@@ -1,4 +1,4 @@
-//! What plotters draws on: coordinates in sixteenths of a logical pixel, so that strokes are smooth, and letters of the bundled
+//! The backend of plotters: coordinates in sixteenths of a logical pixel, so that strokes are smooth, and letters of the bundled
 //! font, whatever font a style names.
 
 use super::colour::Colour;

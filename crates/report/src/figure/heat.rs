@@ -57,7 +57,7 @@ impl Bar {
 
     /// Draws it beside a panel, in the room to the right of `left`.
     pub fn draw(self, figure: &Sheet, left: f64, panel: Rect) -> Drawn {
-        /// Steps that no eye tells apart.
+        /// Steps too fine to be seen.
         const STEPS: u32 = 128;
         let room = (px(self.width() - GAP), px(panel.height()));
         let sheet = figure.clone().shrink((px(left + GAP), px(panel.top)), room);
@@ -79,7 +79,7 @@ impl Bar {
     }
 }
 
-/// What cells without a value mean, if a layer has such cells.
+/// The legend of cells without a value, if a layer has such cells.
 pub(super) fn blanks(layer: &Layer) -> Option<&str> {
     let Layer::Heat { x_edges, y_edges, values, blank, .. } = layer else { return None };
     let cells = x_edges.len().saturating_sub(1) * y_edges.len().saturating_sub(1);

@@ -22,7 +22,7 @@ pub(super) const BAND_OPACITY: f64 = 0.25;
 /// An element at a place in data or backend coordinates.
 pub(super) type Element<C> = DynElement<'static, Backend, C>;
 
-/// What can be seen of lines and areas. plotters would draw what is outside along the frame.
+/// The axes' ranges, to which lines and areas are clipped: plotters would draw the rest along the frame.
 struct View {
     x: Scale,
     y: Scale,

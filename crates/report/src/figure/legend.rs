@@ -31,7 +31,7 @@ pub(crate) enum Key {
     Fill(usize),
 }
 
-/// What a label means: the looks of all layers that have it, each once.
+/// A label and the looks of all layers that have it, each once.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Entry {
     pub label: String,

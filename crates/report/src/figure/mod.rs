@@ -77,7 +77,7 @@ pub struct Figure {
 /// One pair of axes and what is drawn in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// What sets it apart from the other panels, above its legend. May be empty.
+    /// Its title, above its legend; one of several panels needs one. May be empty.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
@@ -184,7 +184,7 @@ pub enum Layer {
         /// of the data without a range), its ticks and whether it is logarithmic. Values beyond the ends have their
         /// colours, on a logarithmic scale also zero and what is below.
         colour: Axis,
-        /// What a cell without a value means.
+        /// Legend entry of cells without a value.
         blank: String,
         /// The values as they are written into the cells and read out, in as many digits as each supports; none: in no cell. They
         /// are written for at most 100 cells, if all have the room.
@@ -208,7 +208,7 @@ pub enum Layer {
     Lanes {
         /// The strips, top to bottom.
         lanes: Vec<Lane>,
-        /// The names of the states; they fill the legend. Up to six are told apart by fill and hatching.
+        /// The names of the states; they fill the legend. Up to six differ in fill and hatching.
         categories: Vec<String>,
     },
 }

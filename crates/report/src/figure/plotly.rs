@@ -31,7 +31,7 @@ const CLOSE: f64 = 20.0;
 const APART: f64 = 62.0;
 /// Over so many whole numbers automatic marks are whole too.
 const FEW: f64 = 10.0;
-/// What a panel's own title takes of the distance to the panel above.
+/// Height of a panel's own title, out of the distance to the panel above.
 const TITLED: f64 = 14.0;
 /// A title that the page sets above the chart.
 const TITLES: f64 = 40.0;
@@ -51,7 +51,7 @@ pub(crate) struct Chart {
 pub(crate) struct Legend {
     /// Index of the panel.
     pub panel: usize,
-    /// What the panel shows.
+    /// Title of the panel, or the name of its vertical quantity.
     pub title: String,
     pub entries: Vec<Entry>,
 }
@@ -241,7 +241,7 @@ fn mark(steps: &mut Map<String, Value>, logs: &mut Vec<String>, name: &str, axis
     }
 }
 
-/// What all charts have in common.
+/// The part of the layout that all charts have in common.
 fn common(height: f64, unified: bool) -> Map<String, Value> {
     let value = json!({
         "height": height,

@@ -101,7 +101,7 @@ pub(super) const MARKER_RADIUS: f64 = 3.4;
 pub(super) const RING_RADIUS: f64 = 4.6;
 pub(super) const RULE_DASHES: &[f64] = &[4.0, 3.0];
 
-/// What a category of a lane is filled with, on light and on dark ground.
+/// The fill of a category of a lane, on light and on dark ground.
 pub(super) struct Fill {
     pub ground: Colour,
     /// In which direction the lines of its hatching go: down to the right (1), up (−1), or there are none (0).
@@ -131,8 +131,8 @@ const FILL: [Fill; FILLS] = [
     filled(rgb(0x30, 0x30, 0x30), 0.0, WHITE, (rgb(0xC9, 0xCE, 0xD3), WHITE)),
 ];
 
-/// Pairs of a full colour and its hatched tint, then blank and dark: lightness tells them apart in grey, and
-/// the direction of the hatching tells the two tints apart.
+/// Pairs of a full colour and its hatched tint, then blank and dark: they differ in lightness, for print in
+/// grey, and the two tints in the direction of their hatching.
 pub(super) fn fill(category: usize) -> &'static Fill {
     &FILL[category % FILLS]
 }

@@ -55,7 +55,7 @@ pub fn error_over_angle(title: &str, subtitle: Option<String>, cloud: &ErrorClou
     caption.figure(remark.as_slice(), 480, vec![panel])
 }
 
-/// What is typical of each angle, from 0 to 360°, with the same at both ends.
+/// Quantiles of the error at each angle, from 0 to 360°, equal at both ends.
 struct Typical {
     label: String,
     curve: Vec<(f64, f64)>,

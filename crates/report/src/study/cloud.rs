@@ -49,7 +49,7 @@ impl<T: Copy> Thinned<T> {
         self.seen += 1;
     }
 
-    /// What is kept, in the order of the stream.
+    /// The values kept, in the order of the stream.
     pub fn kept(&self) -> &[T] {
         &self.kept
     }

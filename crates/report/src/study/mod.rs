@@ -45,7 +45,7 @@ pub enum Coordinate {
     Name(String),
 }
 
-/// What a sweep varies.
+/// An axis of a sweep: its key, words and unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyAxis {
     /// Key in the scenario, such as `sensors.noise`; names of files are made of it.
@@ -99,11 +99,11 @@ pub enum Design {
 /// A run or a sweep.
 #[derive(Clone, Debug)]
 pub struct Study {
-    /// What was studied, for the titles. May be empty.
+    /// Subject of the study, for the titles. May be empty.
     pub title: String,
     /// The conditions, for the subtitles.
     pub subtitle: Option<String>,
-    /// What was varied.
+    /// The keys varied.
     pub axes: Vec<StudyAxis>,
     /// Results at the points, in any order.
     pub points: Vec<StudyPoint>,
@@ -113,21 +113,21 @@ pub struct Study {
     pub cloud: Option<ErrorCloud>,
     /// Index of the best point: figures over some axes show the others as they are there. Without, the first.
     pub best: Option<usize>,
-    /// Whether poles are judged: where the motor's data do not tell them, a start with an axis is as it should be, and points have
+    /// Whether poles are judged: where the motor's data leave them open, a start with an axis is as it should be, and points have
     /// neither wrong nor undetermined poles.
     pub poles_are_judged: bool,
     /// The exact interval of a probability from a count in a total.
     pub binomial: fn(u64, u64) -> Estimate,
 }
 
-/// What is written over a figure: the title, and the conditions.
+/// The texts over a figure: the title, and the conditions.
 struct Caption {
     title: String,
     subtitle: Option<String>,
 }
 
 impl Caption {
-    /// What is shown, and of which study if that has a title.
+    /// The title: the quantity shown, and the study if that has a title.
     fn of(what: &str, study: &str, subtitle: Option<String>) -> Self {
         let title = if study.is_empty() { what.to_owned() } else { format!("{what}: {study}") };
         Self { title, subtitle }
@@ -202,7 +202,7 @@ impl Study {
         if self.poles_are_judged { &odds::KINDS } else { &odds::KINDS[2..] }
     }
 
-    /// What legends say of points that fail.
+    /// Legend entry of points that fail.
     fn no_answer(&self) -> &'static str {
         if self.poles_are_judged {
             "more than 1 % without a right answer"

@@ -63,7 +63,7 @@ pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
     caption.figure(&remarks, height, panels)
 }
 
-/// What is said where no start at any point went wrong, and so nothing is drawn of that.
+/// The remark on a kind of failure that no start at any point had, and of which nothing is drawn.
 pub(super) fn unseen(study: &Study) -> Option<String> {
     let mut kinds = study.kinds().iter();
     let nothing = kinds.all(|(_, count)| study.points.iter().all(|point| count(point) == 0));
@@ -120,7 +120,7 @@ pub(super) fn never<'a>(all: impl Iterator<Item = &'a StudyPoint>) -> String {
     }
 }
 
-/// What is said of a kind that was not seen, where it has no panel: how likely it can be at most at the point with the fewest trials.
+/// The remark on a kind of failure that was not seen and has no panel: how likely it can be at most at the point with the fewest trials.
 fn none<'a>(study: &Study, points: impl Iterator<Item = &'a StudyPoint>) -> String {
     let fewest = points.map(|point| point.trials).filter(|trials| *trials > 0).min();
     fewest.map_or_else(

@@ -34,7 +34,7 @@ impl Series {
         let gap = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
         let fits =
             |order: &usize| points.len() >= PER_COEFFICIENT * (2 * order + 1) && gap <= 180.0 / *order as f64;
-        // Angles that repeat may not tell the highest orders apart.
+        // Angles that repeat may leave the highest orders open.
         (1..=HIGHEST).rev().filter(fits).find_map(|order| Self::without_outliers(order, points))
     }
 

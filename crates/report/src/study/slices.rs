@@ -5,7 +5,7 @@ use super::place::text;
 use super::{Coordinate, Study, StudyPoint};
 use crate::figure::Style;
 
-/// Most curves that one panel can tell apart.
+/// The largest number of curves in one panel.
 pub(super) const MOST_CURVES: usize = 6;
 /// Most panels that stand under each other for the values of one axis.
 const MOST_PARTS: usize = 4;
@@ -24,7 +24,7 @@ pub(super) struct Series {
     pub shift: f64,
 }
 
-/// What one panel shows.
+/// The points that one panel shows.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     /// Empty for the only one.
@@ -40,7 +40,7 @@ pub(super) struct Slices {
 }
 
 /// How the axes other than those `over` which a figure goes are shown: the first has a curve for each value, `curves` permitting,
-/// the next a panel for each, and all others stand as at the study's best point. Of more values than can be told apart some are
+/// the next a panel for each, and all others stand as at the study's best point. Of more values than a panel can show some are
 /// shown, the first and the last among them; of names all.
 pub(super) fn slices(study: &Study, over: &[usize], curves: bool) -> Slices {
     let mut others: Vec<usize> = study.varied().into_iter().filter(|axis| !over.contains(axis)).collect();
@@ -143,7 +143,7 @@ pub(super) fn with<'a>(study: &'a Study, wanted: &Values) -> impl Iterator<Item 
     study.points.iter().filter(matches)
 }
 
-/// What each curve has at each value of an axis; nothing where no such point was run.
+/// The point of each curve at each value of an axis; none where no such point was run.
 pub(super) fn along<'a>(
     study: &'a Study,
     axis: usize,

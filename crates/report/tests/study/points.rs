@@ -5,7 +5,7 @@ use standstill_report::study::{Coordinate, Study, figures};
 
 use super::{grid, interval, number, point, study};
 
-/// What a figure's marks and cells say: panel, title, legend, x, value.
+/// A figure's marks and cells: panel, title, legend, x, value.
 fn marks(figure: &Figure) -> Vec<(usize, String, String, f64, f64)> {
     let mut all = Vec::new();
     for (index, panel) in figure.panels.iter().enumerate() {
@@ -83,7 +83,7 @@ fn law_what_a_figure_cannot_show_stands_as_at_the_best_point_or_in_steps_and_it_
     assert!(over.subtitle.as_deref().is_some_and(|said| said.starts_with("d = 7, as at the best point")));
     assert!(marks(over).iter().all(|mark| mark.4 == 8.0), "of d = 7 alone");
     assert_eq!((over.panels.len(), marks(over).len()), (3, 9 * 2 * 3));
-    // Of two axes, one curve for each value as far as six can be told apart.
+    // Of two axes, one curve for each value up to six.
     let few =
         study.points.iter().filter(|p| p.coordinates[1] == number(0.0) && p.coordinates[2] == number(0.0));
     let few = Study { points: few.cloned().collect(), best: None, ..study.clone() };

@@ -24,7 +24,7 @@ struct Cells {
     edges: Vec<f64>,
     /// For each pair of edges the index in the layer; none where an edge between them is no number.
     index: Vec<Option<usize>>,
-    /// What is read out for each pair.
+    /// Text read out for each pair.
     texts: Vec<String>,
 }
 
@@ -37,7 +37,7 @@ impl Cells {
     }
 }
 
-/// What stands between each pair of edges: a name, a centre, or else both edges.
+/// The text for each pair of edges: a name, a centre, or else both edges.
 fn texts(edges: &[f64], axis: &Axis) -> Vec<String> {
     let middle = |pair: &[f64]| 0.5 * (pair[0] + pair[1]);
     if matches!(axis.ticks, Ticks::Named(_)) {

@@ -109,7 +109,7 @@ impl Place<'_> {
         }
     }
 
-    /// What is written for each x on an axis of names: the nearest of them.
+    /// The text of each x on an axis of names: the nearest of them.
     fn names(&self, xs: impl Iterator<Item = f64>) -> Value {
         if !matches!(self.panel.x.ticks, Ticks::Named(_)) {
             return Value::Null;
@@ -117,7 +117,7 @@ impl Place<'_> {
         xs.map(|x| nearest(&self.panel.x, x)).collect()
     }
 
-    /// What has a place on both axes; the others become gaps.
+    /// The points that have a place on both axes; the others become gaps.
     fn placed(&self, points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
         let on = |axis: &Axis, value: f64| if axis.scale.has(value) { value } else { f64::NAN };
         points.map(|(x, y)| (on(&self.panel.x, x), on(&self.panel.y, y))).collect()

@@ -7,7 +7,7 @@ fn heat(x_edges: Vec<f64>, y_edges: Vec<f64>, values: Vec<f64>, colour: Axis) ->
     Layer::Heat { x_edges, y_edges, values, colour, blank: "not run".to_owned(), texts: Vec::new() }
 }
 
-/// What a panel with logarithmic axes becomes.
+/// The layout of a panel with logarithmic axes.
 fn decades(layers: Vec<Layer>) -> (Vec<Value>, Value) {
     let empty = Panel::new(
         Axis::new("noise i_n (A)").log10().range(0.01, 10.0),

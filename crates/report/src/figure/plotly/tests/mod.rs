@@ -129,10 +129,10 @@ fn law_lanes_are_bars_and_tell_their_state() {
     assert_eq!((&bars[0]["base"], &bars[0]["x"]), (&json!([0, 3]), &json!([1, 1])));
     assert_eq!((&bars[0]["y"], &bars[2]["y"]), (&json!([1.5, 1.5]), &json!([0.5])));
     assert_eq!(bars[1]["marker"]["pattern"]["shape"], "/");
-    let told: Vec<_> = chart.data.iter().filter(|trace| trace["type"] == "scatter").collect();
-    assert_eq!(told[0]["x"], json!([0, 1, 2.5, 3, 4]));
-    assert_eq!(told[0]["y"], json!([1.5, 1.5, null, 1.5, null]));
-    assert_eq!(told[0]["text"], json!(["on", "off", "", "on", ""]));
+    let hover: Vec<_> = chart.data.iter().filter(|trace| trace["type"] == "scatter").collect();
+    assert_eq!(hover[0]["x"], json!([0, 1, 2.5, 3, 4]));
+    assert_eq!(hover[0]["y"], json!([1.5, 1.5, null, 1.5, null]));
+    assert_eq!(hover[0]["text"], json!(["on", "off", "", "on", ""]));
     assert_eq!(value["layout"]["yaxis"]["tickvals"], json!([1.5, 0.5]));
     assert_eq!(value["layout"]["yaxis"]["ticktext"], json!(["leg a", "leg b"]));
     assert_eq!(value["layout"]["yaxis"]["range"], json!([0, 2]));
@@ -166,7 +166,7 @@ fn law_panels_share_equal_axes_and_do_not_overlap() {
         assert!(domain[1] <= top && domain[0] >= 0.0 && domain[0] < domain[1], "{name}: {domain:?}");
         top = domain[0];
     }
-    // Each panel is switched by itself, and named so that it is told from the others.
+    // Each panel is switched by itself, and has a name of its own.
     assert_ne!(chart.data[0]["legendgroup"], chart.data[1]["legendgroup"]);
     assert_eq!(chart.legend[2].title, "current i_a over angle");
 }
