@@ -10,7 +10,7 @@ use super::terminal::{colours, paint, paragraph, width, wrapped};
 /// Prose is not broken into narrower columns than this.
 const NARROWEST: usize = 24;
 
-/// Lines of several rows are told apart by one space on either side of a cell.
+/// One space stands on either side of a cell.
 const AROUND: usize = 2;
 
 /// Columns that are shown, by their places, with the widths of their cells.
