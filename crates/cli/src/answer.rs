@@ -197,6 +197,9 @@ fn blocks(text: &mut String, all: &[Block]) {
                 gap(text);
                 if !table.caption.is_empty() {
                     *text += &paragraph("", &table.caption);
+                }
+                // A list of names and values stands right below its caption.
+                if !table.caption.is_empty() && table.has_titles() {
                     text.push('\n');
                 }
                 *text += &table.text();

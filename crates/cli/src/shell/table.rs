@@ -170,7 +170,7 @@ impl Layouter {
         let titles: Vec<Vec<String>> =
             layout.iter().map(|(place, width)| broken(&self.0.columns[*place].title(), *width)).collect();
         // A list of names and values has no titles.
-        if self.0.columns.iter().any(|column| !column.name.is_empty()) {
+        if self.0.has_titles() {
             self.lines(&mut text, layout, &titles, |_, line| line);
             let whole: usize = layout.iter().map(|(_, width)| width + AROUND).sum();
             let _ = writeln!(text, "{}", "─".repeat(whole));
