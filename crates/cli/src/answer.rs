@@ -12,7 +12,7 @@ use standstill_report::page::{Block, Chart, Page, Section, Tone};
 pub use self::records::{Record, Records};
 use crate::error::Error;
 use crate::shell::Report;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::output::{Output, file_list};
 use crate::shell::setup::Setup;
 use crate::shell::table::Print as _;
@@ -47,8 +47,8 @@ pub struct Made<'a> {
     pub facts: Vec<(String, String)>,
     /// The commands that make it again.
     pub command: String,
-    /// What the note beside the files says, where their JSON does not say it itself.
-    pub asked: Option<Asked>,
+    /// The question for the note beside the files, where their JSON does not have it.
+    pub asked: Option<NotedQuestion>,
 }
 
 impl Answer {
@@ -197,6 +197,9 @@ fn blocks(text: &mut String, all: &[Block]) {
                 gap(text);
                 if !table.caption.is_empty() {
                     *text += &paragraph("", &table.caption);
+                }
+                // A list of names and values stands right below its caption.
+                if !table.caption.is_empty() && table.has_titles() {
                     text.push('\n');
                 }
                 *text += &table.text();

@@ -31,7 +31,7 @@ pub use slurm::Slurm;
 pub use values::Force;
 use values::{MOST_ROWS, OUT, amperes, choice, degrees, milliseconds, tolerance, trial, whole};
 
-/// What decides whether a run goes on and a library fits, besides the version.
+/// The version with the numbers that decide whether a run goes on and a library fits.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
     let version = env!("CARGO_PKG_VERSION");
     format!("{version} (numerics {NUMERICS}, ABI of detectors {ABI})")
@@ -156,7 +156,7 @@ pub struct Trace {
     /// Electrical rotor angle at the start, in degrees [key: rotor.angle; default: as the trial draws it]
     #[arg(long, value_name = "DEG", value_parser = degrees, allow_hyphen_values = true)]
     pub angle: Option<f64>,
-    /// A method, told of the motor's poles what its magnetics say [key: detector.method; without a scenario: the paper's]
+    /// A method, with the signature of the poles by the motor's magnetics [key: detector.method; without a scenario: the paper's]
     #[arg(long, value_name = "NAME", value_parser = choice::<MethodName>(), conflicts_with = "decay")]
     pub method: Option<MethodName>,
     #[command(flatten)]

@@ -30,7 +30,7 @@ pub fn trial_columns() -> impl Iterator<Item = Column> {
     TRIAL.into_iter().map(|(name, kind)| Column::new(name, kind))
 }
 
-/// What a trial has in its columns.
+/// The values of a trial in its columns.
 pub fn trial_values(row: &Row) -> [Value<'_>; TRIAL.len()] {
     let number = |value: Option<f64>| value.map_or(Value::Empty, Value::Number);
     [
@@ -84,7 +84,7 @@ impl AxisColumn {
         }
     }
 
-    /// The same in JSON.
+    /// A point's value in JSON.
     pub fn json(&self, value: &toml::Value) -> serde_json::Value {
         match self.value(value) {
             Value::Number(number) => number.into(),

@@ -74,7 +74,7 @@ const fn decay(method: MethodName) -> Option<Decay> {
     }
 }
 
-/// What was simulated, for the JSON files.
+/// The simulated motor and conditions, for the JSON files.
 fn setup_json(file: &ScenarioFile, motor: &Motor) -> serde_json::Value {
     let motor_file = match &file.motor {
         MotorSpec::Named(name) => Some(name).filter(|name| **name != motor.name),

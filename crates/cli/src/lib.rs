@@ -78,7 +78,7 @@ impl Host {
     /// in which it would say what is wrong.
     ///
     /// # Errors
-    /// What `standstill` says behind its name.
+    /// The message that `standstill` prints behind its name.
     pub fn command(self: &Arc<Self>, words: impl IntoIterator<Item = OsString>) -> Result<Report, String> {
         self.run(|| arguments(std::iter::once("standstill".into()).chain(words)).and_then(command))
             .map_err(|error| command_line::one_line(&error.to_string()))

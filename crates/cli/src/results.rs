@@ -15,7 +15,7 @@ use standstill_quantity::Quantity;
 use standstill_scenario::StopTable;
 use standstill_table::Format;
 
-pub use self::folder::{Run, rows, say_extension};
+pub use self::folder::{FinishedRun, rows, say_extension};
 pub use self::stale::mark;
 pub use self::tables::Tables;
 use crate::arguments::Results as Options;
@@ -31,7 +31,7 @@ pub const STATISTICS: &str = "run.statistics";
 /// Content of `summary.json`.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct SummaryFile {
-    /// What was run.
+    /// The run.
     pub run: Identity,
     /// All trials; none of a run with axes, whose points were chosen: what they say together depends on the choice.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -39,7 +39,7 @@ pub struct SummaryFile {
     /// Each point of the axes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointSummary>,
-    /// What the tables beside it are; none of a run by a version that did not say it.
+    /// Digests of the tables beside it; none of a run by a version without them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tables: Option<Tables>,
 }
@@ -54,7 +54,7 @@ pub struct PointSummary {
 }
 
 impl SummaryFile {
-    /// That of a folder of results.
+    /// The summary in a folder of results.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(SUMMARY);
         let text = read_text(&path).map_err(|error| Error::Read(path.clone(), error))?;
@@ -100,7 +100,7 @@ impl SummaryFile {
 }
 
 impl SummaryFile {
-    /// What there is to say of a rule that was to end points early, where the trials ran out before it was met.
+    /// The sentence on a rule that was to end points early, where the trials ran out before it was met.
     pub fn unreached(&self) -> Option<String> {
         let StopTable { rms, wrong_poles } = self.run.stop_at;
         let half = |e: &Estimate| (e.high - e.low) / 2.0;
@@ -126,7 +126,7 @@ impl SummaryFile {
 /// in it.
 ///
 /// # Errors
-/// What is in the way.
+/// The file in the way.
 pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<(), Error> {
     let path = options.out.join(SUMMARY);
     if options.force || !files_wanted() || !path.exists() {

@@ -136,7 +136,7 @@ fn says_something(document: &Document, path: &Path) {
     }
 }
 
-/// The same without a word, and whether it is a motor: a built-in one, or a data sheet, which has a name or a nameplate as
+/// A scenario, without a word on standard error, and whether it is a motor: a built-in one, or a data sheet, which has a name or a nameplate as
 /// no scenario has.
 pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     let of_motor = |name: &str| {
@@ -161,7 +161,7 @@ pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     Ok((document, false))
 }
 
-/// What a path is that is neither scenario nor motor, and which command takes it.
+/// The kind of a file that is neither scenario nor motor, and the command that takes it.
 fn named_otherwise(path: &Path) -> Option<String> {
     if path.join("summary.json").exists() {
         return Some(format!("the folder of a run; `standstill report {}` shows it", path.display()));

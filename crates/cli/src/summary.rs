@@ -56,7 +56,7 @@ pub fn good(s: &Summary, open: bool) -> f64 {
     if open { s.axes as f64 / s.trials as f64 } else { right(s) }
 }
 
-/// The same in per cent, with its interval.
+/// The share of starts that are as they should be in per cent, with its interval.
 pub fn good_interval(s: &Summary, open: bool) -> String {
     let count = if open { s.axes } else { s.found.saturating_sub(s.wrong_poles) };
     let known = binomial_interval(count, s.trials);

@@ -102,7 +102,7 @@ pub struct Sweep {
     pub axes: Axes,
 }
 
-/// What the commands that answer one question of a scenario have in common.
+/// Options of the commands that answer one question of a scenario.
 #[derive(Debug, Args)]
 pub struct Question {
     /// Scenario file (.toml) without axes; `standstill init` writes one

@@ -43,7 +43,7 @@ pub struct Fmu {
     pub binary: Option<PathBuf>,
 }
 
-/// What an FMU is of.
+/// The contents of an FMU.
 #[cfg(feature = "program")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum FmuPart {

@@ -1,4 +1,4 @@
-//! What a command is told of its scenario: a file, keys, and options that are shorthands for keys.
+//! Options that make a command's scenario: a file, keys, and shorthands for keys.
 
 use std::path::PathBuf;
 
@@ -29,7 +29,7 @@ pub struct Keys {
     pub detector: Option<PathBuf>,
 }
 
-/// What motor and drive are like: shorthands for keys.
+/// Motor and drive: shorthands for keys.
 #[derive(Debug, Args)]
 pub struct Setup {
     /// A built-in motor's name, or a data sheet's path (.toml) [key: motor; without a scenario: paper-5k5]

@@ -55,7 +55,7 @@ fn slurm_time(text: &str) -> Result<String, String> {
     Err("not a time as Slurm takes it: minutes, minutes:seconds, hours:minutes:seconds, days-hours, days-hours:minutes or days-hours:minutes:seconds".to_owned())
 }
 
-/// What stands in a line of directives: a word.
+/// A word in a line of directives.
 fn directive(text: &str) -> Result<String, String> {
     let fits = |c: char| c.is_ascii_alphanumeric() || "-_.:,".contains(c);
     match text {

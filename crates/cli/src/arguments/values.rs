@@ -33,7 +33,7 @@ pub fn degrees(text: &str) -> Result<f64, String> {
 /// Most trials whose rows are kept, or that are held in memory.
 pub const MOST_ROWS: u64 = 100_000_000;
 
-/// A whole number in a range; its largest value is told where it is not that of all numbers.
+/// A whole number in a range; the message has the largest value where it is not that of all numbers.
 pub fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
     range: RangeInclusive<u64>,
 ) -> impl TypedValueParser<Value = T> {

@@ -150,7 +150,7 @@ fn notes(budget: &Budget) -> Vec<String> {
     notes
 }
 
-/// What the columns and rows are, a paragraph each.
+/// The meaning of columns and rows, a paragraph each.
 fn legend(budget: &Budget) -> Vec<String> {
     let mut legend = [
         "share: of the mean square, by the source itself; total: with all in which it has a part.",

@@ -60,7 +60,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         }
     })?;
     spinner.finish_and_clear();
-    let asked = words::Asked {
+    let asked = words::Checked {
         motor: &motor,
         named: &options.motor,
         errors: file.errors.0,
@@ -118,7 +118,7 @@ fn demanded(options: &Check) -> String {
         + &current
 }
 
-/// What is said of progress: a line that stays, and what is being done.
+/// Progress in words: a line that stays, and the step at hand.
 fn heard(progress: Progress<'_>) -> (Option<String>, Option<String>) {
     match progress {
         Progress::Method(method) => (None, Some(method.name().to_owned())),

@@ -20,7 +20,7 @@ use crate::doubts;
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
 use crate::shell::progress;
@@ -29,7 +29,7 @@ use crate::summary::{good_heading, good_interval, right};
 /// Angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding twice.
 const ANGLES: usize = 16;
 
-/// The same where a detection is long and the limit costs as many seconds as the trials.
+/// Angles where a detection is long and the limit costs as many seconds as the trials.
 const FEW_ANGLES: usize = 8;
 
 /// Whether the motor's data do not tell its poles.
@@ -204,7 +204,7 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
             .map(|cell| (&cell.method, cell.rotor, cell.errors, cell.trials, &cell.scenario))
             .collect();
         let said = format!("{}, seed {seed}", motor.name);
-        Asked::new("compare", said, &(options.no_limit, each), options.force.force)
+        NotedQuestion::new("compare", said, &(options.no_limit, each), options.force.force)
     };
     let asked = (!options.json).then(asked);
     if let Some(asked) = &asked {

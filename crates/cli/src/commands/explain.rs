@@ -19,9 +19,9 @@ use crate::answer::{Answer, Made, Record};
 use crate::arguments::Explain as Options;
 use crate::error::Error;
 use crate::figures;
-use crate::results::{Run, say_extension};
+use crate::results::{FinishedRun, say_extension};
 use crate::shell::Report;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::{quoted, typed};
 use crate::shell::interrupt::INTERRUPTED;
 use crate::shell::output::Output;
@@ -40,7 +40,7 @@ struct Repeated {
 }
 
 pub fn run(options: &Options) -> Result<Report, Error> {
-    let run = Run::open(&options.folder)?;
+    let run = FinishedRun::open(&options.folder)?;
     say_extension(&options.folder);
     let plan = plan(&run, options)?;
     let Choice { chosen, lost, name } = choose::choose(&run, options)?;
@@ -49,7 +49,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let folder = options.out.clone().or_else(own);
     let trials: Vec<String> = chosen.iter().map(|chosen| chosen.trial.to_string()).collect();
     let said = format!("{} {}", if trials.len() == 1 { "trial" } else { "trials" }, trials.join(", "));
-    let asked = Asked::new("explain", said, &(&run.summary.run, &chosen), options.force.force);
+    let asked = NotedQuestion::new("explain", said, &(&run.summary.run, &chosen), options.force.force);
     if let Some(folder) = &folder {
         drop(Output::answering(asked.clone(), folder, &["explain.csv", "explain.json", "explain.html"])?);
     }
@@ -62,7 +62,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     for chosen in chosen {
         watched.bar.set_message(format!("trial {}", chosen.trial));
         match tell(&plan, chosen, &watched) {
-            Ok(told) => all.push(told),
+            Ok(one) => all.push(one),
             Err(Halt::Stopped) => {
                 let text = "Interrupted; no files were written.\n".to_owned();
                 return Ok(Report { text, code: INTERRUPTED });
@@ -82,7 +82,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 }
 
 /// The plan of the run, if its trials can be had again: the same program and the same files.
-fn plan(run: &Run, options: &Options) -> Result<Plan, Error> {
+fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
     let recorded = &run.summary.run;
     let plan = Plan::new(Document::parse(&place, &recorded.scenario)?)?;
@@ -151,7 +151,7 @@ fn ended(record: &Trial) -> serde_json::Value {
     })
 }
 
-fn json_of(told: &Repeated) -> serde_json::Value {
+fn json_of(one: &Repeated) -> serde_json::Value {
     let cause = |cause: &Cause| {
         let part = cause.part_deg;
         json!({
@@ -166,21 +166,21 @@ fn json_of(told: &Repeated) -> serde_json::Value {
         })
     };
     json!({
-        "point": told.chosen.point,
-        "trial": told.chosen.trial,
-        "start_angle_deg": told.explained.record.start_angle_deg(),
-        "ended": ended(&told.explained.record),
-        "specimen": super::trace::specimen::json(&told.single.case(), &told.single.drawn),
-        "rounding_deg": told.explained.rounding_deg,
-        "causes": told.explained.causes.iter().map(cause).collect::<Vec<_>>(),
-        "without_all": ended(&told.explained.without_all),
+        "point": one.chosen.point,
+        "trial": one.chosen.trial,
+        "start_angle_deg": one.explained.record.start_angle_deg(),
+        "ended": ended(&one.explained.record),
+        "specimen": super::trace::specimen::json(&one.single.case(), &one.single.drawn),
+        "rounding_deg": one.explained.rounding_deg,
+        "causes": one.explained.causes.iter().map(cause).collect::<Vec<_>>(),
+        "without_all": ended(&one.explained.without_all),
     })
 }
 
-/// That the order of trials without an axis is that of their numbers.
-fn without_axis(lost: u64, told: usize) -> Option<String> {
+/// The sentence on trials without an axis: their order is that of their numbers.
+fn without_axis(lost: u64, listed: usize) -> Option<String> {
     (lost > 0).then(|| {
-        let first = if lost > told as u64 {
+        let first = if lost > listed as u64 {
             ", and come first, by their numbers: others follow with --worst K, or --trial N"
         } else {
             ""
@@ -189,7 +189,7 @@ fn without_axis(lost: u64, told: usize) -> Option<String> {
     })
 }
 
-fn answer(run: &Run, plan: &Plan, all: &[Repeated], lost: u64) -> Answer {
+fn answer(run: &FinishedRun, plan: &Plan, all: &[Repeated], lost: u64) -> Answer {
     let mut sections: Vec<Section> = Vec::new();
     for one in all {
         let mut blocks = words::blocks(plan, one);

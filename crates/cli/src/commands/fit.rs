@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::figures;
 use crate::scenario::{self, Shorthands};
 use crate::shell::Report;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt;
 use crate::shell::output::Output;
 use crate::shell::output::file_list;
@@ -125,8 +125,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let start = start(options, &records)?;
     let traces: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
     let said = traces.join(", ");
-    let asked =
-        Asked::new("fit", said, &(&records, &start, &options.motor, &options.set), options.force.force);
+    let asked = NotedQuestion::new(
+        "fit",
+        said,
+        &(&records, &start, &options.motor, &options.set),
+        options.force.force,
+    );
     let mut output = Output::answering(asked, &options.out, &FILES)?;
     let spinner = progress::spinner("fitting");
     let fitted = fit(&records, &start, &|| {
@@ -239,10 +243,10 @@ fn text_of(fit: &Fit, records: &[Record]) -> String {
     );
     let rows = fit.parameters.iter().map(|estimate| {
         let [value, interval] = cells(estimate);
-        let told = if estimate.identified { "measured" } else { "not measured: fixed" };
+        let measured = if estimate.identified { "measured" } else { "not measured: fixed" };
         let at = estimate.at.filter(|_| estimate.identified);
         let at = at.map(|at| format!(" at {} A", standstill_quantity::number(2, at))).unwrap_or_default();
-        vec![estimate.name.clone() + &at, value, interval, told.to_owned()]
+        vec![estimate.name.clone() + &at, value, interval, measured.to_owned()]
     });
     let columns = [
         Column::word("parameter"),
@@ -263,7 +267,7 @@ fn ampere(value: f64) -> String {
     format!("{:.3} {}", scale.number(value), scale.unit)
 }
 
-/// What the numbers mean, and what they do not.
+/// The meaning of the numbers.
 fn sentences(fit: &Fit) -> Vec<String> {
     let mut said = vec![format!(
         "Residual {} rms, noise and converter {}.",

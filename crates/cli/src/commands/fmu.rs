@@ -92,7 +92,7 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     Ok(Report { text, code: 0 })
 }
 
-/// What the command line sets and the FMU would not have: a scenario file says more than a motor alone needs, but who types a key means
+/// Keys that the command line sets and the FMU would not have: a scenario file says more than a motor alone needs, but who types a key means
 /// something by it.
 fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(), Error> {
     let Some(key) = given.iter().find(|key| !part.has_use_for(key)) else { return Ok(()) };

@@ -15,14 +15,14 @@ use crate::arguments::Magnetics;
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt;
 use crate::shell::output::Output;
 
 /// Points from no current to the largest.
 const STEPS: u16 = 10;
 
-/// What is surveyed: a motor, or a map without one.
+/// The subject of a survey: a motor, or a map without one.
 struct Subject {
     name: String,
     magnetics: MagneticCircuit,
@@ -141,7 +141,7 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     if options.json {
         return Ok(Report { text: format!("{:#}\n", json::of(&subject, &survey)), code: 0 });
     }
-    let asked = Asked::new("magnetics", subject.name.clone(), &survey, options.force.force);
+    let asked = NotedQuestion::new("magnetics", subject.name.clone(), &survey, options.force.force);
     let mut output = Output::answering(asked, &options.out, &["magnetics.svg", "magnetics.png"])?;
     let figure = figures::magnetics(&survey, &subject.name);
     output.file("magnetics.svg", figure.svg()?.as_bytes())?;

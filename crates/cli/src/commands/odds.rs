@@ -64,7 +64,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(trials.scenario(), answer)
 }
 
-/// What is known while runs go on.
+/// The knowledge while runs go on.
 #[derive(Default)]
 struct SoFar {
     /// How the runs that are done ended, and their probabilities.
@@ -115,7 +115,7 @@ impl Watch for Listening<'_> {
     }
 }
 
-/// What runs and levels say so far: the event's probability once a run reached it; before that it is rarer than the levels, as far as
+/// The probability so far: the event's once a run reached it; before that it is rarer than the levels, as far as
 /// these lead to it.
 fn known(so_far: &SoFar) -> Option<String> {
     let reached = so_far.runs.iter().filter(|(end, _)| *end == End::Reached);

@@ -1,4 +1,4 @@
-//! What the commands have in common that answer one question of a scenario: `odds`, `budget`, `require`, `tune`.
+//! A question of a scenario, from its plan to its files: `odds`, `budget`, `require`, `tune`.
 
 mod ends;
 mod identity;
@@ -214,7 +214,7 @@ pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String 
     )
 }
 
-/// What must be said of poles that the motor's data do not tell.
+/// The note on poles that the motor's data leave open.
 fn pole_note(scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
     scenario.motor.pole_knowledge().note().filter(|_| scenario.motor.has_magnet())
 }

@@ -10,14 +10,14 @@ use std::path::Path;
 use standstill_report::figure::Figure;
 use standstill_report::study::figures;
 
-use crate::results::Run;
+use crate::results::FinishedRun;
 use crate::results::say_extension;
 
 use crate::answer::Made;
 use crate::arguments::Report;
 use crate::error::Error;
 use crate::shell::Report as Said;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt;
 
 pub fn run(options: &Report) -> Result<Said, Error> {
@@ -28,7 +28,7 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     if let Some(second) = &options.second {
         return two::run(options, second, out, asked);
     }
-    let run = Run::open(&options.folder)?;
+    let run = FinishedRun::open(&options.folder)?;
     say_extension(&options.folder);
     let figures = if out.is_some() { drawn(&run)? } else { Vec::new() };
     let names: Vec<String> = figures.iter().map(|(name, ..)| format!("{name}.")).collect();
@@ -40,9 +40,9 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     Ok(said)
 }
 
-/// What these files answer: of which folders they are. What stands in these may have become more since, or another run: then it is for
+/// The question of these files: the folders of the runs. Their runs may be longer by now, or other ones: then it is for
 /// `report` to make the page anew.
-fn asked(options: &Report, out: &Path) -> Asked {
+fn asked(options: &Report, out: &Path) -> NotedQuestion {
     let real = |folder: &Path| folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let first = real(&options.folder);
     // Beside its own run a page stays that run's, wherever both are moved to.
@@ -53,17 +53,17 @@ fn asked(options: &Report, out: &Path) -> Asked {
         None => ("report", first),
         Some(second) => ("report A B", format!("{first} and {}", real(second).display())),
     };
-    Asked::place(command, said, options.force.force)
+    NotedQuestion::place(command, said, options.force.force)
 }
 
 /// The page of a finished run, with nothing written and no file read that is not below `fence`.
 pub fn html(folder: &Path, fence: &Path) -> Result<String, Error> {
-    let run = Run { fence: Some(fence.to_owned()), ..Run::open(folder)? };
+    let run = FinishedRun { fence: Some(fence.to_owned()), ..FinishedRun::open(folder)? };
     page::answer(&run, Vec::new()).page(drawn(&run)?, &page::made(&run)).html().map_err(Error::Page)
 }
 
 /// The figures with their captions.
-fn drawn(run: &Run) -> Result<Vec<(String, Figure, String)>, Error> {
+fn drawn(run: &FinishedRun) -> Result<Vec<(String, Figure, String)>, Error> {
     let study = study::study(run, run.cloud()?);
     let captioned = |(name, figure): (String, Figure)| {
         let caption = page::caption(&name, &figure);

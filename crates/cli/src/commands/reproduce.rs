@@ -24,7 +24,7 @@ use crate::figures;
 use crate::log::Logged;
 use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::Report;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
 use crate::shell::output::file_list;
@@ -51,7 +51,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let study = Study::new(&document)?;
     let Study { file, scenario, .. } = &study;
     let said = format!("{}, seed {}, {} trials", study.setting, scenario.seed, file.trials);
-    let asked = Asked::new("reproduce", said, &(file.limit, scenario), options.force.force);
+    let asked = NotedQuestion::new("reproduce", said, &(file.limit, scenario), options.force.force);
     let stop = interrupt::flag();
     let mut output = Output::answering(asked, &options.out, &FILES)?;
     let mut text = study.heading();
@@ -123,11 +123,11 @@ fn write(output: &mut Output, name: &str, content: std::io::Result<Vec<u8>>) -> 
     output.file(name, &content)
 }
 
-/// What is reproduced: the paper's method under the conditions of a scenario.
+/// The reproduced study: the paper's method under the conditions of a scenario.
 struct Study {
     file: ScenarioFile,
     scenario: Scenario<Method<f64>>,
-    /// What was simulated, in words.
+    /// Motor and conditions in words.
     setting: String,
 }
 

@@ -33,8 +33,8 @@ const POINTS: usize = 17;
 const TRIALS: u64 = 1000;
 const MOST: u64 = 300_000;
 
-/// What is asked.
-struct Question<'a> {
+/// The search for an edge, with all values that were judged.
+struct EdgeSearch<'a> {
     bench: Bench<'a>,
     limits: Limits,
     search: Search,
@@ -45,7 +45,7 @@ struct Question<'a> {
     refused: Refused,
 }
 
-impl Question<'_> {
+impl EdgeSearch<'_> {
     /// The edge over the last key, with these values of the keys before it.
     fn find(&mut self, before: &[f64]) -> Result<Found, Halt<FileError>> {
         let Self { bench, search, asked, taken, judged, rows, refused, .. } = self;
@@ -79,7 +79,7 @@ impl Question<'_> {
     }
 }
 
-impl Question<'_> {
+impl EdgeSearch<'_> {
     /// All trials, those of looks that others superseded among them.
     fn trials(&self) -> u64 {
         self.judged.iter().map(|judged| judged.trials).sum()
@@ -127,7 +127,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     ];
     let asked = question::Asked::new(question, "require", &plan, named, 0)?;
     let limits = options.limit.clone();
-    let mut found = Question {
+    let mut found = EdgeSearch {
         bench,
         limits,
         search,
@@ -172,7 +172,7 @@ const fn side(side: Side) -> &'static str {
     }
 }
 
-/// What binds beyond an edge, in words that stand in the JSON.
+/// The limits that bind beyond an edge, in words that stand in the JSON.
 fn bound(limits: &Limits, bound: &Bound) -> Vec<String> {
     match bound {
         Bound::Limits(numbers) => {
@@ -197,9 +197,9 @@ fn edge_json(limits: &Limits, judged: &[Judged], edge: &Edge) -> serde_json::Val
     })
 }
 
-/// What is answered by a stretch: JSON, headline, details and whether it is sure.
+/// The answer of a stretch: JSON, headline, details and whether it is sure.
 fn stretched(
-    asked: &Question<'_>,
+    asked: &EdgeSearch<'_>,
     found: &Stretch,
     json: &mut serde_json::Value,
 ) -> (String, Vec<String>, Tone) {
@@ -223,7 +223,7 @@ fn stretched(
     (headline, details, if sure { Tone::Neutral } else { Tone::Warning })
 }
 
-fn answer(setting: String, asked: &Question<'_>, found: &Found) -> Answer {
+fn answer(setting: String, asked: &EdgeSearch<'_>, found: &Found) -> Answer {
     let key = &asked.bench.keys[0].0;
     let (from, to) = asked.search.range;
     let looked = format!("from {} to {}", shown(key, from), shown(key, to));

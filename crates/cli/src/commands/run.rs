@@ -65,7 +65,7 @@ pub fn document(
     Ok(document)
 }
 
-/// The same of a run's options.
+/// The document of a run's options.
 fn document_of(options: &Run) -> Result<Document, Error> {
     document(&options.scenario, &options.keys, &options.amount)
 }
@@ -133,7 +133,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
         }
         Ok(None) => Ok(interrupted(&options.results, &path)),
         Err(error) => {
-            // The error itself is told by the caller, in a line.
+            // The caller prints the error itself, in a line.
             tell(&format!(
                 "what was done is kept in {}; once the cause is gone, --resume goes on",
                 path.display()
@@ -221,7 +221,7 @@ fn advance(
     Ok(done?)
 }
 
-/// What holds so far: of a run the rms error, in the digits that it has yet. Points were chosen; what they say together depends on
+/// The progress so far: of a run the rms error, in the digits that it has yet. Points were chosen; their error together depends on
 /// the choice.
 fn so_far(points: usize, point: usize, rows: &[Row], statistics: &mut Statistics) -> String {
     if points > 1 {
@@ -233,7 +233,7 @@ fn so_far(points: usize, point: usize, rows: &[Row], statistics: &mut Statistics
     format!("rms {}°", statistics.rms().alone())
 }
 
-/// What there is to say if the files in this folder are already those of the run.
+/// The report if the files in this folder are already those of the run.
 fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error> {
     let names = results::names(options);
     let options = &options.results;

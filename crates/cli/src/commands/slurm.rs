@@ -34,7 +34,7 @@ fn path(path: &Path) -> String {
     quoted(&path.to_string_lossy())
 }
 
-/// What a task runs, but for its shard.
+/// The command line of a task, but for its shard.
 fn command(options: &Slurm) -> String {
     let sweep =
         !options.axes.vary.is_empty() || options.axes.design.is_some() || options.axes.points.is_some();

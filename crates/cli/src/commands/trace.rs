@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::figures;
 use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::Report;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::output::Output;
 use crate::shell::{host, interrupt};
 
@@ -83,7 +83,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         let said = format!("{}, {}", setting(plan.file(), scenario), trial_of(options));
         // The same trial in another format, or with its numerical error, is no other one.
         let of = (&identity, options.point, options.trial);
-        Asked::new("trace", said, &of, options.force.force)
+        NotedQuestion::new("trace", said, &of, options.force.force)
     };
     let output = if in_memory { None } else { Some(Output::answering(asked(), &options.out, &names)?) };
 
@@ -171,7 +171,7 @@ fn metadata(identity: &Identity, point: usize, trial: u64) -> Vec<(String, Strin
     identity.of.metadata().into_iter().chain(place).collect()
 }
 
-/// What the figure shows.
+/// The figure's title.
 fn title(file: &ScenarioFile, record: &Record, options: &Options) -> String {
     let angle = match file.rotor.angle {
         Some(angle) => angle.value().to_string(),

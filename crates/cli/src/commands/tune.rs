@@ -20,7 +20,7 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::progress::Watched;
 
-/// What an engineer sets of the drive; all else of it is what its parts are.
+/// Keys of the drive that an engineer sets; all others are properties of its parts.
 const DRIVE: [&str; 5] =
     ["inverter.carrier", "inverter.dc_link", "inverter.dead_time", "sensors.bandwidth", "sensors.range"];
 

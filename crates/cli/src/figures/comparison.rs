@@ -9,14 +9,14 @@ use crate::shell::values::range;
 use crate::summary::{FAILING, GOOD, good};
 
 /// Conditions in the order in which they share the room of a method, from top to bottom.
-struct Row {
+struct Place {
     /// Of the method, counted from the bottom, and of the condition within it.
     y: f64,
     label: String,
     style: Style,
 }
 
-/// The same conditions of all methods: markers, and lines from rms to 95th percentile with a gap after each.
+/// One set of conditions of all methods: markers, and lines from rms to 95th percentile with a gap after each.
 struct Series {
     label: String,
     style: Style,
@@ -128,7 +128,7 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
         let place = conditions.iter().position(|known| *known == label).unwrap_or(0);
         let within = (place as f64 + 0.5) / conditions.len() as f64 - 0.5;
         let y = (methods.len() - 1 - method) as f64 - 0.7 * within;
-        Row { y, label, style: STYLES[place % STYLES.len()] }
+        Place { y, label, style: STYLES[place % STYLES.len()] }
     };
     // The error is that of starts with an axis alone: a method that answers few of them would look good.
     let named = |name: &str| {
@@ -148,7 +148,7 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
     let mut limits = Vec::new();
     let mut series: Vec<Series> = Vec::new();
     for entry in entries {
-        let Row { y, label, style } = row(entry);
+        let Place { y, label, style } = row(entry);
         let [rms, p95] = [entry.summary.rms_deg.value, entry.summary.p95_deg.value].map(log);
         let known = series.iter().position(|known| known.label == label).unwrap_or_else(|| {
             series.push(Series { label, style, points: Vec::new(), failing: Vec::new(), ways: Vec::new() });

@@ -25,7 +25,7 @@ struct Pulse {
     phases: BTreeSet<usize>,
 }
 
-/// What the detector found, as an angle in rad that has as many whole turns as the rotor's.
+/// The angle in rad that the detector found, with as many whole turns as the rotor's.
 fn near(estimate: f64, angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     estimate + turn * ((angle - estimate) / turn).round()
@@ -54,7 +54,7 @@ fn pulses(trace: &Trace) -> Vec<Pulse> {
 }
 
 impl Window<'_> {
-    /// What the drive read in it: when, and each phase.
+    /// The drive's samples in it: time, and current of each phase.
     fn samples(&self) -> Vec<(f64, [f64; 3])> {
         let within = |(time, event): &(f64, Event)| match event {
             Event::Sample(current, _) if (self.from..=self.to).contains(time) => {
@@ -65,7 +65,7 @@ impl Window<'_> {
         self.trace.events.iter().filter_map(within).collect()
     }
 
-    /// The same as marks, phase by phase.
+    /// A panel with the samples as marks, phase by phase.
     fn with_samples(&self, mut panel: Panel) -> Panel {
         let samples = self.samples();
         if samples.len() > MOST_SAMPLES {

@@ -1,4 +1,4 @@
-//! What a part must do.
+//! Requirements of a part.
 
 use standstill_analysis::bracket::{Edge, Found, Side};
 use standstill_analysis::limit::Limits;
@@ -58,7 +58,7 @@ fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
     (low / 1.5, high * 1.5)
 }
 
-/// What the measures are at each value, beside their limits.
+/// The measures at each value, beside their limits.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
     let judged = latest(judged);
     let edges = match found {

@@ -1,4 +1,4 @@
-//! What one measure costs in another.
+//! One measure over another.
 
 use standstill_analysis::limit::Measure;
 use standstill_analysis::tune::{Judged, Question, Tuned, View};
@@ -53,9 +53,9 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     });
     let subtitle = std::iter::once(subtitle).chain(missing).collect::<Vec<_>>().join("; ");
     // What the answer is about: start, best and what may be chosen between them. What was looked at beside them may be far off.
-    let told = || front.iter().copied().chain(start).chain(best);
-    let xs = ends(told().map(|p| p.0).collect());
-    let ys = ends(told().flat_map(|p| [p.1, p.2, p.3]).collect());
+    let answered = || front.iter().copied().chain(start).chain(best);
+    let xs = ends(answered().map(|p| p.0).collect());
+    let ys = ends(answered().flat_map(|p| [p.1, p.2, p.3]).collect());
     let drawn = |k: usize| {
         let of = |(_, (x, y)): &(bool, (f64, f64))| if k == 0 { *x } else { *y };
         ends(

@@ -14,8 +14,8 @@ use crate::shell::command_line::quoted;
 use crate::shell::progress;
 use crate::shell::terminal::tell;
 
-/// What a run's folder holds.
-pub struct Run {
+/// A finished run in its folder.
+pub struct FinishedRun {
     pub folder: PathBuf,
     pub trials: PathBuf,
     pub summary: SummaryFile,
@@ -24,7 +24,7 @@ pub struct Run {
     pub fence: Option<PathBuf>,
 }
 
-/// What is there instead of trials that can be read, and the way out.
+/// The error of a folder without trials that can be read, with the way out.
 fn no_trials(folder: &Path, needed: &[&str]) -> Error {
     let other = [Format::Npz, Format::Mat].map(trials_name);
     let found = if let Some(other) = other.into_iter().find(|name| folder.join(name).exists()) {
@@ -140,7 +140,7 @@ fn done(journal: &Path) -> Option<(Identity, String)> {
     Some((rows.identity().clone(), done))
 }
 
-impl Run {
+impl FinishedRun {
     /// Opens a finished run's folder.
     pub fn open(folder: &Path) -> Result<Self, Error> {
         unfinished(folder)?;
@@ -154,7 +154,7 @@ impl Run {
         Ok(Self { folder: folder.to_owned(), trials, summary, file, fence: None })
     }
 
-    /// What is wrong with a table of trials that is not this run's.
+    /// The error of a table of trials that is not this run's.
     pub fn foreign(&self, found: String) -> Error {
         Error::Results {
             path: self.trials.clone(),

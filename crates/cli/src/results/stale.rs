@@ -31,7 +31,7 @@ fn pages(folder: &Path) -> Vec<(String, &'static str, String)> {
 /// Where a page's note stands: before all else that is read.
 const BEFORE: &str = "<header class=\"top\">";
 
-/// What a page says of itself once the run beside it has been replaced by another, or extended.
+/// The note on a page beside whose run another one, or a longer one, stands now.
 fn note(command: &str) -> String {
     format!(
         "<p class=\"verdict bad\" role=\"alert\"><strong>This page is older than the data beside it: these have been extended, or are of \

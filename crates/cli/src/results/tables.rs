@@ -1,4 +1,4 @@
-//! What the tables of a finished run were when they were written.
+//! Digests of the tables of a finished run, as they were written.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,7 +28,7 @@ impl Tables {
         names.into_iter().map(digest).collect::<Result<_, _>>().map(Self)
     }
 
-    /// Refuses a table that is not as it was written. Of a run by a version without digests (`None`) that cannot be told, which is
+    /// Refuses a table that is not as it was written. Of a run by a version without digests (`None`) nobody knows, which is
     /// said.
     ///
     /// # Errors

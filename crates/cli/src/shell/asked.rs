@@ -1,4 +1,4 @@
-//! What the results in a folder answer: those of another question are replaced only where that is asked for.
+//! The question that results in a folder answer: those of another one are replaced only where that is asked for.
 //!
 //! Runs and the answers of `odds`, `budget`, `require` and `tune` say in their JSON of what they are. The files of the other
 //! commands are tables and figures that have no place for it: a note beside them does.
@@ -17,40 +17,40 @@ use crate::error::Error;
 /// The note's file, hidden from lists of results.
 pub const NOTE: &str = ".standstill-asked.json";
 
-/// What a command was asked.
+/// The question of a command.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub struct NotedQuestion {
     command: &'static str,
-    question: Question,
+    question: Note,
     force: bool,
 }
 
 /// As it is kept: in words, and as a digest of all that the results depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Question {
+struct Note {
     said: String,
     digest: String,
     /// The files that answer it, and what each was when it was written: another command may have replaced one since.
     files: BTreeMap<String, String>,
 }
 
-impl Asked {
-    /// What a command makes `of` these values, in words for people; `force` replaces the results of another question.
+impl NotedQuestion {
+    /// The question of a command on `of`, in words for people; `force` replaces the results of another question.
     pub fn new(command: &'static str, said: String, of: &dyn Debug, force: bool) -> Self {
         let all = format!("{} {NUMERICS} {said} {of:?}", env!("CARGO_PKG_VERSION"));
-        Self { command, question: Question { said, digest: digest(&all), files: BTreeMap::new() }, force }
+        Self { command, question: Note { said, digest: digest(&all), files: BTreeMap::new() }, force }
     }
 
-    /// What a command says of something that may change: the same question, whatever has become of it.
+    /// The question of a command about a place: it stays the same whatever has become of the place.
     pub fn place(command: &'static str, said: String, force: bool) -> Self {
-        let question = Question { digest: digest(&said), said, files: BTreeMap::new() };
+        let question = Note { digest: digest(&said), said, files: BTreeMap::new() };
         Self { command, question, force }
     }
 
     /// Refuses to replace files of these names in a folder unless they are of this very question, or that is asked for.
     ///
     /// # Errors
-    /// What is in the way.
+    /// The file in the way.
     pub fn guard(&self, folder: &Path, names: &[&str]) -> Result<(), Error> {
         let there: Vec<&str> = names.iter().copied().filter(|name| folder.join(name).is_file()).collect();
         let Some(mut first) = there.first().copied().filter(|_| !self.force) else { return Ok(()) };
@@ -86,18 +86,18 @@ impl Asked {
     }
 }
 
-/// What a file is: its size and its checksum.
+/// Size and checksum of a file.
 fn content(path: &Path) -> Option<String> {
     Some(Digest::of_file(path).ok()?.to_string())
 }
 
-/// What a folder's note says of each command; nothing where there is none.
-fn kept(folder: &Path) -> BTreeMap<String, Question> {
+/// The questions in a folder's note by command; none without a note.
+fn kept(folder: &Path) -> BTreeMap<String, Note> {
     let text = read_text(&folder.join(NOTE)).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
 }
 
-/// What tells a text from others, as files are told from others.
+/// Size and checksum of a text.
 pub fn digest(text: &str) -> String {
     Digest::of(text.as_bytes()).to_string()
 }
@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn law_results_are_replaced_by_the_same_question_or_with_leave() {
         let folder = tempfile::tempdir().expect("a folder");
-        let asked = |command, of: f64, force| Asked::new(command, format!("motor {of}"), &of, force);
+        let asked = |command, of: f64, force| NotedQuestion::new(command, format!("motor {of}"), &of, force);
         let first = asked("compare", 1.0, false);
         // Nothing there, or nothing of these names.
         assert!(first.guard(folder.path(), &["a.csv"]).is_ok());
@@ -143,7 +143,7 @@ mod tests {
             said.contains("a.csv: found the results of another run") && said.contains("--force"),
             "{said}"
         );
-        let note = |asked: &Asked, names: &[&str]| {
+        let note = |asked: &NotedQuestion, names: &[&str]| {
             let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
             let note = asked.note(folder.path(), &names, |name| folder.path().join(name));
             std::fs::write(folder.path().join(NOTE), note).expect("written");

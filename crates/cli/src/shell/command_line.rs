@@ -26,7 +26,7 @@ pub fn typed() -> String {
     typed_of(None)
 }
 
-/// The same with `scenario.toml` in place of the scenario's file.
+/// This process's command line with `scenario.toml` in place of the scenario's file.
 pub fn typed_of(scenario: Option<&Path>) -> String {
     if super::host::current().is_some() {
         return String::new();

@@ -14,7 +14,7 @@ use standstill_report::figure::Figure;
 use tempfile::TempDir;
 
 use crate::error::Error;
-use crate::shell::asked::{Asked, NOTE};
+use crate::shell::asked::{NOTE, NotedQuestion};
 
 /// Hidden folders for files in the making begin with this, then the number of their process.
 const PREFIX: &str = ".standstill-";
@@ -22,7 +22,7 @@ const PREFIX: &str = ".standstill-";
 /// How many times an interrupt tries to remove a folder that is being filled.
 const AGAIN: u32 = 100;
 
-/// What an interrupt that cannot wait has to remove.
+/// Folders that an interrupt removes.
 static UNFINISHED: Mutex<Option<Unfinished>> = Mutex::new(None);
 
 /// Folders that exist only because of a run that is not finished.
@@ -66,13 +66,13 @@ pub struct Output {
     staging: Option<TempDir>,
     unfinished: Unfinished,
     names: Vec<String>,
-    asked: Option<Asked>,
+    asked: Option<NotedQuestion>,
 }
 
 impl Output {
-    /// The same for what a command was asked, beside whose files a note says so: files of another question stay unless it may
+    /// Like [`Output::create`], with a note of the question beside the files: those of another question stay unless it may
     /// replace them.
-    pub fn answering(asked: Asked, target: &Path, names: &[&str]) -> Result<Self, Error> {
+    pub fn answering(asked: NotedQuestion, target: &Path, names: &[&str]) -> Result<Self, Error> {
         asked.guard(target, names)?;
         let mut output = Self::create(target, names)?;
         output.asked = Some(asked);
@@ -191,7 +191,7 @@ impl Drop for Output {
     }
 }
 
-/// What was written.
+/// The list of written files.
 pub fn file_list(folder: &Path, files: &[String]) -> String {
     let mut text = format!("Files in {}:\n", folder.display());
     for name in files {

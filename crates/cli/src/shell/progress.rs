@@ -84,7 +84,7 @@ fn line(bar: &ProgressBar, what: &str) -> String {
 pub struct Watched {
     pub bar: ProgressBar,
     stop: Arc<AtomicBool>,
-    /// What is kept of a question, should it be interrupted.
+    /// The notes of a question, should it be interrupted.
     notes: Option<Mutex<Notes>>,
 }
 

@@ -1,4 +1,4 @@
-//! What was simulated: motor, drive and sensors with the values that the scenario makes of them.
+//! The simulated setup: motor, drive and sensors with the values that the scenario makes of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -8,12 +8,12 @@ use standstill_quantity::{listed, number};
 use standstill_report::page::{Block, Column, Section, Table};
 use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, Values, keys};
 
-/// What was run, in a line. What is an axis is not repeated.
+/// Motor, method and conditions of a scenario in a line, without the keys of its axes.
 pub fn setting(file: &ScenarioFile) -> String {
     conditions(file, |key| file.axes.contains_key(key))
 }
 
-/// The same without the keys that are varied.
+/// Motor, method and conditions of a scenario in a line, without the keys that are varied.
 pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> String {
     let fixed = |key: &str, text: String| (!is_varied(key)).then_some(text);
     let parts = [
@@ -37,7 +37,7 @@ pub struct Setup<'a> {
     pub fence: Option<&'a Path>,
     /// Keys that have several values.
     pub varied: Vec<String>,
-    /// The same scenario with other values of these, where they are not its axes.
+    /// Texts of the scenario with other values of the varied keys, where these are not its axes.
     pub others: Vec<&'a str>,
 }
 

@@ -10,7 +10,7 @@ use super::terminal::{colours, paint, paragraph, width, wrapped};
 /// Prose is not broken into narrower columns than this.
 const NARROWEST: usize = 24;
 
-/// Lines of several rows are told apart by one space on either side of a cell.
+/// One space stands on either side of a cell.
 const AROUND: usize = 2;
 
 /// Columns that are shown, by their places, with the widths of their cells.
@@ -170,7 +170,7 @@ impl Layouter {
         let titles: Vec<Vec<String>> =
             layout.iter().map(|(place, width)| broken(&self.0.columns[*place].title(), *width)).collect();
         // A list of names and values has no titles.
-        if self.0.columns.iter().any(|column| !column.name.is_empty()) {
+        if self.0.has_titles() {
             self.lines(&mut text, layout, &titles, |_, line| line);
             let whole: usize = layout.iter().map(|(_, width)| width + AROUND).sum();
             let _ = writeln!(text, "{}", "─".repeat(whole));

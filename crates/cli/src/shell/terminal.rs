@@ -45,7 +45,7 @@ pub fn painted(tone: Tone, word: &str) -> String {
     paint(tone, word, colours())
 }
 
-/// The same where it is known whether there are colours.
+/// A word of this tone, with or without colours.
 pub fn paint(tone: Tone, word: &str, colours: bool) -> String {
     let style = Style::new().force_styling(colours);
     match tone {
@@ -126,7 +126,7 @@ pub fn for_reading(text: String) -> String {
     }
 }
 
-/// The same of what goes to standard error: as wide as the terminal that shows it; in a pipe one line, whatever `COLUMNS` is.
+/// Text for standard error: as wide as the terminal that shows it; in a pipe one line, whatever `COLUMNS` is.
 pub fn for_reading_of_errors(text: String) -> String {
     match Term::stderr().size_checked() {
         Some((_, columns)) if Term::stderr().is_term() => folded(&text, usize::from(columns).max(20)),

@@ -105,7 +105,7 @@ pub fn probability(value: f64) -> String {
     probability_to(value, i32::MIN)
 }
 
-/// The same without the digits below this power of ten.
+/// A probability without the digits below this power of ten.
 fn probability_to(value: f64, last: i32) -> String {
     let digits =
         |most: i32, first: i32| usize::try_from(first.saturating_sub(last).clamp(0, most)).unwrap_or(0);

@@ -38,7 +38,7 @@ pub struct Page {
 pub struct Section {
     /// Heading.
     pub title: String,
-    /// What the section consists of, in its order.
+    /// The pieces of the section, in their order.
     pub blocks: Vec<Block>,
     /// Whether only pages have it: terminals leave it out.
     pub aside: bool,
@@ -62,7 +62,7 @@ impl Section {
 pub enum Block {
     /// An answer in one line and what it rests on.
     Verdict {
-        /// What kind of answer it is.
+        /// The kind of the answer.
         tone: Tone,
         /// The answer.
         headline: String,
@@ -75,7 +75,7 @@ pub enum Block {
     List(Vec<String>),
     /// Text in a fixed pitch, with a button that copies it.
     Code {
-        /// What it is, such as the name of the file.
+        /// A name, such as that of the file.
         caption: String,
         /// As it is.
         text: String,
@@ -111,9 +111,9 @@ pub struct Chart {
     /// Names the chart in links and the files of pictures saved from it: letters, digits, `-` and `_`, unique in
     /// its page and none of the page's own (`content`, `theme`, `palette`, `section-1` and so on).
     pub id: String,
-    /// What is shown. Its title and subtitle become texts of the page.
+    /// The figure. Its title and subtitle become texts of the page.
     pub figure: Figure,
-    /// What there is to see, under the chart. May be empty.
+    /// The sentence under the chart. May be empty.
     pub caption: String,
 }
 

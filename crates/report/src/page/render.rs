@@ -242,7 +242,7 @@ fn chart(chart: &Chart) -> Result<Markup, PageError> {
     })
 }
 
-/// What scripts show in place of the drawing.
+/// The interactive chart in place of the drawing.
 fn live(figure: &Figure, legends: &[Legend], summary: &str) -> Markup {
     let (_, data) = plotly::chart(figure);
     html! {
@@ -254,7 +254,7 @@ fn live(figure: &Figure, legends: &[Legend], summary: &str) -> Markup {
     }
 }
 
-/// What a chart is, for those who do not see it.
+/// The chart in words, for those who do not see it.
 fn summary(figure: &Figure, legend: &[Legend]) -> String {
     let mut text =
         if figure.title.is_empty() { "Chart".to_owned() } else { format!("Chart: {}", figure.title) };

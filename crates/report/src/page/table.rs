@@ -101,6 +101,11 @@ impl Table {
         Self { columns: columns.into_iter().collect(), ..Self::default() }
     }
 
+    /// Whether its columns have titles; a list of names and values has none.
+    pub fn has_titles(&self) -> bool {
+        self.columns.iter().any(|column| !column.name.is_empty())
+    }
+
     /// With a caption.
     #[must_use]
     pub fn captioned(self, caption: impl Into<String>) -> Self {

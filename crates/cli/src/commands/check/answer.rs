@@ -1,4 +1,4 @@
-//! What `check` answers to programs, and which command goes on.
+//! The answer of `check` for programs, and the command that goes on.
 
 use std::fmt::Write as _;
 
@@ -6,11 +6,11 @@ use serde_json::{Map, Value, json};
 use standstill_analysis::{Candidate, Condition, Demand, Setting, Suited};
 
 use super::file::Written;
-use super::words::{Asked, settings};
+use super::words::{Checked, settings};
 use crate::shell::command_line::quoted;
 
 /// Lines that say how to go on.
-pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
+pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
     let found = asked.found;
     let mut lines = Vec::new();
     if found.suited() == Suited::No {
@@ -57,12 +57,12 @@ pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
 }
 
 /// The question once more.
-fn again(asked: &Asked<'_>) -> String {
+fn again(asked: &Checked<'_>) -> String {
     format!("  standstill check {}{}{}", quoted(asked.named), set(&asked.keys), asked.options)
 }
 
 /// The run of the recommended settings without a file.
-fn in_a_line(asked: &Asked<'_>) -> String {
+fn in_a_line(asked: &Checked<'_>) -> String {
     let mut all = asked.keys.clone();
     if !all.iter().any(|(key, _)| key == "rotor.state") {
         all.push(("rotor.state".to_owned(), "free".to_owned()));
@@ -98,7 +98,7 @@ fn object(setting: &Setting) -> Value {
 }
 
 /// All of it.
-pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Value {
+pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> Value {
     let found = asked.found;
     let has_poles = found.has_magnet && !found.pole_is_open();
     let margins = |candidate: &Candidate| {

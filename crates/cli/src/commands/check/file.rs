@@ -17,7 +17,7 @@ const COLUMNS: usize = 98;
 /// How the line of its comment begins that says where it is from.
 const WRITTEN: &str = "Written by `standstill check";
 
-/// What became of it.
+/// The outcome of writing it.
 pub enum Written {
     /// It is there.
     Done(PathBuf),

@@ -1,4 +1,4 @@
-//! What `check` says.
+//! The answer of `check` for people.
 
 use std::fmt::Write as _;
 
@@ -10,8 +10,8 @@ use standstill_plant::{DataSheet, Entry, Motor, PoleKnowledge, Source};
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::ErrorSet;
 
-/// What was asked, and what was found.
-pub struct Asked<'a> {
+/// The question with its answer.
+pub struct Checked<'a> {
     pub motor: &'a Motor,
     /// As whoever asks named it.
     pub named: &'a str,
@@ -25,7 +25,7 @@ pub struct Asked<'a> {
     pub options: String,
 }
 
-impl Asked<'_> {
+impl Checked<'_> {
     /// The verdict's tone and word.
     pub fn word(&self) -> (Tone, &'static str) {
         match self.found.suited() {
@@ -74,7 +74,7 @@ fn percent(share: f64) -> String {
 }
 
 /// All of it, with the lines that say how to go on.
-pub fn blocks(asked: &Asked<'_>, next: &[String]) -> Vec<Block> {
+pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     let found = asked.found;
     let reasons = asked.reasons().into_iter().chain(assumptions(asked.sheet)).collect();
     let table = Table::new(columns()).judged(found.candidates.iter().map(cells));
@@ -202,7 +202,7 @@ fn keys(setting: &Setting) -> String {
     keys.join(", ")
 }
 
-/// What a table says of a method.
+/// The verdict on a method in a table.
 pub fn verdict(candidate: &Candidate) -> String {
     let keys = keys(&candidate.setting);
     let at = if keys.is_empty() { String::new() } else { format!("{keys}: ") };
@@ -227,8 +227,8 @@ const fn short(demand: Demand) -> &'static str {
     }
 }
 
-/// What must hold beside the sheet, what a single number assumes, and how to measure it.
-fn condition(asked: &Asked<'_>) -> Option<String> {
+/// The condition beside the sheet, the assumption of a single number, and the way to measure it.
+fn condition(asked: &Checked<'_>) -> Option<String> {
     let Some(Condition::Saturation { least, most, minus_d }) = &asked.found.condition else { return None };
     Some(format!(
         "Saturation is not given. The bench finds the least that suffices: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. The settings below hold at this value and at {}, where the same pulses draw the most current. Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor.md, ten minutes), then `saturation = \"… %\"` in [nameplate].",
@@ -238,7 +238,7 @@ fn condition(asked: &Asked<'_>) -> Option<String> {
     ))
 }
 
-/// What the verdict rests on and nobody has measured: numbers that the sheet leaves out, and those that it calls assumed. A built-in
+/// Assumptions of the verdict: numbers that the sheet leaves out, and those that it calls assumed. A built-in
 /// motor's are listed by `standstill motors`.
 fn assumptions(sheet: &DataSheet) -> Vec<String> {
     let list = |head: &str, entries: &[Entry]| {
@@ -307,7 +307,7 @@ fn cells(candidate: &Candidate) -> (Tone, Vec<String>) {
     (tone, cells)
 }
 
-/// What is said of motors without a saliency.
+/// The sentences on motors without a saliency.
 const SAME: &str = " L_d and L_q are the same: there is no axis to find. Many sheets print one inductance: measure both, at two terminals while the shaft is turned by hand.";
 
 fn saliency(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> String {

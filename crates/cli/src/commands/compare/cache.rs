@@ -40,7 +40,7 @@ fn folder() -> Option<PathBuf> {
     Some(base.join("standstill").join("limits"))
 }
 
-/// What a limit depends on.
+/// The scenario, program and angles that a limit depends on.
 fn identity(scenario: &Scenario<Method<f64>>, angles: usize) -> Option<String> {
     let program = fs::metadata(std::env::current_exe().ok()?).ok()?;
     let built = program.modified().ok()?.duration_since(UNIX_EPOCH).ok()?.as_nanos();

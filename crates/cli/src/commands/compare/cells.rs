@@ -1,4 +1,4 @@
-//! What `compare` runs: one scenario, with each method under each set of conditions.
+//! The cells of `compare`: one scenario, with each method under each set of conditions.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::arguments::Compare;
 use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
 
-/// What is compared, in the order of the table.
+/// A row of the table before it is run.
 pub struct Cell {
     /// The method's name, or the library's.
     pub method: String,
@@ -64,20 +64,20 @@ impl Comparison {
         let file = document.load_single()?;
         let mut comparison = Self { motor: document.motor()?, seed: file.seed, document, cells: Vec::new() };
         // A scenario's conditions are those of all methods. Which method it is about by itself does not matter.
-        let told = |key: &str| comparison.document.get(key).is_some();
+        let is_set = |key: &str| comparison.document.get(key).is_some();
         let rotors = match &options.rotor[..] {
-            [] if told("rotor.state") => vec![file.rotor.state()],
+            [] if is_set("rotor.state") => vec![file.rotor.state()],
             [] => vec![Rotor::Locked, Rotor::Free],
             given => each_once(given),
         };
         let errors = match &options.errors[..] {
-            [] if told("errors") => vec![file.errors.0],
+            [] if is_set("errors") => vec![file.errors.0],
             [] => vec![ErrorSet::Default, ErrorSet::Harsh],
             given => each_once(given),
         };
         let one = comparison.document.origin("detector.method").map(|_| vec![file.detector.method()]);
         let asked = if options.method.is_empty() { one } else { Some(each_once(&options.method)) };
-        let trials = told("trials").then_some(file.trials);
+        let trials = is_set("trials").then_some(file.trials);
         // A library beside all methods, or beside those that are asked for.
         let library = comparison.document.get("detector.library").is_some();
         let own_name = file.detector.name().to_owned();
@@ -126,7 +126,7 @@ impl Comparison {
         }
         let conditions = [("--rotor", "rotor.state", rotor.name()), ("--errors", "errors", errors.name())];
         for (option, key, name) in method.into_iter().chain(conditions) {
-            // What the scenario says itself is told of it.
+            // A key that the scenario itself has keeps its origin.
             if document.get(key).and_then(Value::as_str) != Some(name) {
                 document.set_value(key, name.into(), Origin::Option(option))?;
             }

@@ -2,7 +2,7 @@
 
 use crate::arguments::Explain as Options;
 use crate::error::Error;
-use crate::results::Run;
+use crate::results::FinishedRun;
 
 /// Wrong poles that are explained where nobody says how many.
 const WRONG_POLES: usize = 10;
@@ -28,7 +28,7 @@ pub struct Choice {
 }
 
 /// The trials that are asked for: one by its number, those with the largest errors, or the wrong poles.
-pub fn choose(run: &Run, options: &Options) -> Result<Choice, Error> {
+pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     let identity = &run.summary.run;
     let points = usize::try_from(identity.points).unwrap_or(usize::MAX);
     if options.point.is_some_and(|point| point >= points) {

@@ -17,10 +17,10 @@ use crate::summary::{decimals_of, fixed};
 /// Errors that terminals list, those with the largest effect first.
 const LISTED: usize = 12;
 
-/// What deviations are of draws that are not normal.
+/// The meaning of deviations of draws that are not normal.
 const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
 
-/// What parts are where a converter rounds.
+/// The meaning of parts where a converter rounds.
 const ROUNDED: &str = " its part: mean and 95 % interval over 16 places of the converter's codes; within rounding: zero lies in that interval, and what the trial does then is the converter's.";
 
 /// An error's part with half its interval, as far as there is one, in no more digits than two of that.
@@ -49,7 +49,7 @@ fn ended(record: &Record) -> String {
     }
 }
 
-/// What the readings said of both poles.
+/// The evidence of the readings for both poles.
 fn evidence(record: &Record) -> Option<String> {
     let Ended::Outcome(outcome) = record.run.ended else { return None };
     let findings = outcome.findings();

@@ -1,4 +1,4 @@
-//! What a fit says of currents that were not reached and of slow probes, and what to do next.
+//! Sentences of a fit on currents that were not reached and on slow probes, and the next steps.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -42,7 +42,7 @@ pub(super) fn saturation(fit: &Fit) -> Option<String> {
     Some(text)
 }
 
-/// That the probes are slow.
+/// The sentence on slow probes.
 pub(super) fn probe(fit: &Fit) -> Option<String> {
     let lag = fit.parameters.iter().find(|estimate| estimate.name == "probe_lag")?.value;
     Some(format!(
@@ -63,7 +63,7 @@ fn pulse(fit: &Fit, axis: usize, Pulse { legs, duration, current }: Pulse) -> St
     )
 }
 
-/// What to do next: the last lines.
+/// The next steps: the last lines.
 pub(super) fn steps(fit: &Fit, options: &Options) -> String {
     let traces: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
     let mut again = format!("standstill fit {}", traces.join(" "));

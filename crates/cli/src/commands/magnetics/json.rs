@@ -1,4 +1,4 @@
-//! What is known of a core, for programs.
+//! A survey of a core, for programs.
 
 use serde_json::json;
 use standstill_plant::{FluxMap, MapReport, Survey};

@@ -1,4 +1,4 @@
-//! What is known of a core, for people.
+//! A survey of a core, for people.
 
 use std::fmt::Write as _;
 
@@ -39,7 +39,7 @@ fn motor_text(subject: &Subject, survey: &Survey) -> String {
     text
 }
 
-/// What the core's table does not have: harmonics, eddy currents, hysteresis.
+/// Effects beside the core's table: harmonics, eddy currents, hysteresis.
 fn beside_the_core(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     let harmonics = subject.magnetics.harmonics();
@@ -152,7 +152,7 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
     text
 }
 
-/// What a polarity test sees, in so many decimals of currents and inductances.
+/// The inductances of a polarity test, in so many decimals of currents and inductances.
 fn polarity(survey: &Survey, current: usize, inductance: usize) -> String {
     let rows = survey.polarity.iter().map(|p| {
         vec![
@@ -166,7 +166,7 @@ fn polarity(survey: &Survey, current: usize, inductance: usize) -> String {
     Table::new(titles.map(Column::number)).rows(rows).text()
 }
 
-/// What each kind of core says of the side that the file does not have.
+/// The side that the file does not have, by each kind of core.
 fn continued_text(map: &FluxMap, continued: &Continuation, reach: f64) -> String {
     let [low, high] = continued.measured.map(short);
     let mut text =

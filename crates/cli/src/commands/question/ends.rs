@@ -15,7 +15,7 @@ pub struct Key<'a> {
     pub option: String,
     pub name: &'a str,
     pub whole: bool,
-    /// What the option needs, with an example.
+    /// The form that the option needs, with an example.
     pub needed: &'static str,
 }
 

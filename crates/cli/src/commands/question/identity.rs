@@ -1,4 +1,4 @@
-//! What makes two questions the same, as their answers keep it.
+//! The identity of a question, as its answer keeps it.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use standstill_scenario::Plan;
 
 use crate::error::Error;
 
-/// What a question is of, and what it asks.
+/// The scenario of a question, and its options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// The scenario, its seed, the program.
@@ -23,7 +23,7 @@ pub struct Identity {
 pub const KEY: &str = "question";
 
 impl Identity {
-    /// That of a scenario and these options.
+    /// The identity of a question on a scenario with these options.
     pub fn new<const N: usize>(plan: &Plan, options: [(&str, Option<String>); N]) -> Result<Self, Error> {
         let of = Sweep { plan, shard: Shard::WHOLE, threads: None }.identity()?;
         let set = options.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?)));
@@ -48,7 +48,7 @@ impl Identity {
     /// answer is the same.
     ///
     /// # Errors
-    /// What is in the way.
+    /// The file in the way.
     pub fn guard(&self, path: &Path) -> Result<(), Error> {
         #[derive(Deserialize)]
         struct Answered {

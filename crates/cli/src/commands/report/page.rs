@@ -8,13 +8,13 @@ use standstill_report::page::Section;
 
 use super::verdict::verdict;
 use crate::answer::{self, Answer, Made};
-use crate::results::{Run, SummaryFile};
+use crate::results::{FinishedRun, SummaryFile};
 use crate::shell::command_line::quoted;
 use crate::shell::setup::{Setup, setting};
 use crate::summary;
 
 /// The answer of a run with these figures. Terminals have the verdict alone: `run` printed the results.
-pub fn answer(run: &Run, figures: Vec<(String, Figure, String)>) -> Answer {
+pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answer {
     let (tone, headline, details) = verdict(&run.summary);
     let json = json!({ "headline": headline, "details": details, "run": run.summary.run });
     let verdict = Section::new("Verdict", [answer::verdict(tone, headline, details)]);
@@ -32,7 +32,7 @@ pub fn answer(run: &Run, figures: Vec<(String, Figure, String)>) -> Answer {
 }
 
 /// The origin of a run.
-pub fn made(run: &Run) -> Made<'_> {
+pub fn made(run: &FinishedRun) -> Made<'_> {
     let identity = &run.summary.run;
     let setup = Setup {
         place: Path::new("scenario"),
@@ -87,7 +87,7 @@ pub fn caption(name: &str, figure: &Figure) -> String {
 }
 
 /// The commands that make the run and this page.
-fn commands(run: &Run) -> String {
+fn commands(run: &FinishedRun) -> String {
     let trials = run.trials.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let format = if trials.ends_with("parquet") { " --format parquet" } else { "" };
     let out = quoted(&run.folder.display().to_string());

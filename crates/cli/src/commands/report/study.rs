@@ -4,8 +4,8 @@ use standstill_campaign::{Summary, binomial_interval};
 use standstill_report::study::{Coordinate, Design, ErrorCloud, Study, StudyAxis, StudyPoint};
 use standstill_scenario::{AxisSpec, DesignKind};
 
+use crate::results::FinishedRun;
 use crate::results::PointSummary;
-use crate::results::Run;
 use crate::shell::setup::setting;
 use crate::shell::values::Shown;
 use crate::summary::rank;
@@ -13,7 +13,7 @@ use crate::summary::rank;
 /// A positive axis that spans more than this is read on a logarithmic scale.
 const LONG: f64 = 30.0;
 
-pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
+pub fn study(run: &FinishedRun, cloud: ErrorCloud) -> Study {
     let points = &run.summary.points;
     let open = run.summary.run.pole_is_open;
     let shown = Shown::of(points);

@@ -26,9 +26,9 @@ use self::trials::{Trial, of_run, summary};
 use crate::answer::{Answer, Made, Records, verdict};
 use crate::arguments::Report;
 use crate::error::Error;
-use crate::results::{PointSummary, Run};
+use crate::results::{FinishedRun, PointSummary};
 use crate::shell::Report as Said;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::output::Output;
 use crate::shell::setup::setting;
 use crate::shell::values::{Shown, describe};
@@ -37,7 +37,7 @@ const CASES: [&str; 3] = ["wrong poles", "undetermined", "failed"];
 
 /// Both runs.
 struct Two<'a> {
-    runs: [&'a Run; 2],
+    runs: [&'a FinishedRun; 2],
     points: Vec<Common>,
     /// Why their trials cannot be compared one by one, if they cannot.
     unpaired: Option<String>,
@@ -61,10 +61,10 @@ pub fn run(
     options: &Report,
     second: &Path,
     out: Option<PathBuf>,
-    asked: Option<Asked>,
+    asked: Option<NotedQuestion>,
 ) -> Result<Said, Error> {
     let folders = [options.folder.as_path(), second];
-    let runs = [Run::open(folders[0])?, Run::open(folders[1])?];
+    let runs = [FinishedRun::open(folders[0])?, FinishedRun::open(folders[1])?];
     if let (Some(out), Some(asked)) = (&out, &asked) {
         drop(Output::answering(asked.clone(), out, &["comparison.csv", "comparison.html"])?);
     }
@@ -73,7 +73,7 @@ pub fn run(
 }
 
 /// The points that both runs have, by their places; of runs without axes the one there is. None: they have none in common.
-fn common([a, b]: [&Run; 2]) -> Option<Vec<[usize; 2]>> {
+fn common([a, b]: [&FinishedRun; 2]) -> Option<Vec<[usize; 2]>> {
     let [a, b] = [a, b].map(|run| &run.summary.points);
     if a.is_empty() && b.is_empty() {
         return Some(vec![[0, 0]]);
@@ -85,7 +85,7 @@ fn common([a, b]: [&Run; 2]) -> Option<Vec<[usize; 2]>> {
 }
 
 impl<'a> Two<'a> {
-    fn of(runs: [&'a Run; 2]) -> Result<Self, Error> {
+    fn of(runs: [&'a FinishedRun; 2]) -> Result<Self, Error> {
         let Some(places) = common(runs) else {
             return Err(Error::Results {
                 path: runs[1].folder.clone(),
@@ -170,7 +170,7 @@ impl<'a> Two<'a> {
         Answer { json, csv: Some(records), ..answer }
     }
 
-    /// What both were made under, and of which trials their errors are, in a line.
+    /// The conditions of both, and the trials of which their errors are, in a line.
     fn conditions(&self) -> String {
         let [a, b] = self.runs.map(|run| setting(&run.file));
         let made = if a == b { a } else { format!("A: {a}; B: {b}") };
@@ -189,12 +189,12 @@ impl<'a> Two<'a> {
     }
 
     /// The trials that both have of each point, if they can be compared one by one.
-    fn pairs(runs: [&Run; 2], points: &[Common]) -> Result<Vec<Vec<(Trial, Trial)>>, String> {
+    fn pairs(runs: [&FinishedRun; 2], points: &[Common]) -> Result<Vec<Vec<(Trial, Trial)>>, String> {
         let [a, b] = runs.map(|run| &run.summary.run);
         if a.seed != b.seed {
             return Err(format!("their seeds are {} and {}", a.seed, b.seed));
         }
-        let read = |run: &Run| of_run(run).map_err(|error| error.to_string());
+        let read = |run: &FinishedRun| of_run(run).map_err(|error| error.to_string());
         let [a, b] = [read(runs[0])?, read(runs[1])?];
         let at = |of: &[Vec<Trial>], place: usize| of.get(place).cloned().unwrap_or_default();
         let pairs: Vec<Vec<(Trial, Trial)>> = points
@@ -212,7 +212,7 @@ impl<'a> Two<'a> {
         self.points.iter().flat_map(Common::rows).collect()
     }
 
-    /// What else there is to say.
+    /// Pairing, trials and programs of both.
     fn notes(&self) -> Vec<String> {
         let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
         let mut notes = vec![match &self.unpaired {

@@ -1,4 +1,4 @@
-//! What a run says in a line, and what that rests on.
+//! The verdict on a run in a line, and its grounds.
 
 use standstill_campaign::Summary;
 use standstill_quantity::at_most;
@@ -13,7 +13,7 @@ use crate::summary::{FAILING, GOOD, good, rank, share_of};
 /// More starts than this without an answer are worth a warning.
 const OFTEN: f64 = 0.01;
 
-/// What a share is at most.
+/// The upper end of a share.
 fn percent(limit: f64) -> String {
     format!("{} %", at_most(limit))
 }
@@ -88,7 +88,7 @@ impl Poles {
         good(s, self == Self::Open)
     }
 
-    /// What these starts did.
+    /// These starts in words.
     const fn did(self) -> &'static str {
         if matches!(self, Self::Open) { "with an axis" } else { "answered rightly" }
     }
@@ -99,7 +99,7 @@ impl Poles {
     }
 }
 
-/// What is demanded of a start, each with whether it is met and the numbers that say so.
+/// The demands on a start, each with whether it is met and the numbers that say so.
 fn demands(s: &Summary, judged: Poles) -> Vec<(bool, String)> {
     let allowed = |share: f64| format!("{} % allowed", 100.0 * share);
     let mut all = Vec::new();
@@ -241,7 +241,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         details.push("Too few starts to rule out wrong poles in one of a hundred at each point".to_owned());
     }
     let shown = Shown::of(points);
-    let told = |point: &PointSummary| {
+    let of_point = |point: &PointSummary| {
         let s = &point.summary;
         let rms = match s.axes {
             0 => "no start found an axis".to_owned(),
@@ -260,8 +260,8 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         } else {
             "Best point"
         };
-        details.push(format!("{name}: {}", told(best)));
-        details.push(format!("Worst point: {}", told(worst)));
+        details.push(format!("{name}: {}", of_point(best)));
+        details.push(format!("Worst point: {}", of_point(worst)));
     }
     let most = points.iter().max_by(|a, b| without(&a.summary).total_cmp(&without(&b.summary)));
     if let Some(point) = most.filter(|point| without(&point.summary) > 0.0) {

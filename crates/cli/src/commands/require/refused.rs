@@ -62,7 +62,7 @@ impl Refused {
     }
 }
 
-/// What is wrong, without the place, which is this command's.
+/// The message, without the place, which is this command's.
 fn reason(error: &FileError) -> String {
     match error {
         FileError::Key { message, .. } => message.clone(),

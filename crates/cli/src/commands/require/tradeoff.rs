@@ -7,7 +7,7 @@ use standstill_analysis::require::Point;
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::Plan;
 
-use super::Question;
+use super::EdgeSearch;
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Require as Options;
 use crate::commands::question::setting;
@@ -23,7 +23,7 @@ const WIDTH: f64 = 0.1;
 pub fn run(
     options: &Options,
     plan: &Plan,
-    asked: &mut Question<'_>,
+    asked: &mut EdgeSearch<'_>,
     range: (f64, f64),
 ) -> Result<Report, Error> {
     asked.search.width = WIDTH;
@@ -57,7 +57,7 @@ fn record(point: &Point) -> Record {
         .with("answer", point.answer)
 }
 
-fn answer(options: &Options, setting: String, asked: &Question<'_>, points: &[Point]) -> Answer {
+fn answer(options: &Options, setting: String, asked: &EdgeSearch<'_>, points: &[Point]) -> Answer {
     let [first, second] = [0, 1].map(|key| asked.bench.keys[key].0.as_str());
     let limits = asked.limits.to_string();
     let cells = |point: &Point| {

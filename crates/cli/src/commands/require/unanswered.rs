@@ -1,4 +1,4 @@
-//! What starts without an answer have to do with a limit on the root mean square, in which each counts as 90°.
+//! The part of starts without an answer in a limit on the root mean square, in which each counts as 90°.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use crate::shell::values::percent;
 use crate::shell::values::probability;
 use standstill_analysis::require::Judged;
 
-/// That they decide a limit: at the edge most of the mean square, or of its interval's upper end, is theirs.
+/// Starts without an answer that decide a limit: at the edge most of the mean square, or of its interval's upper end, is theirs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unanswered {
     /// The limit itself, or only how well it is known.
@@ -77,7 +77,7 @@ impl fmt::Display for Unanswered {
     }
 }
 
-/// That no number of trials that was taken can show that the limits hold.
+/// The sentence on trials that are too few to show that the limits hold, whatever they are.
 pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     let needed = limits.least_trials();
     (needed > edge.trials).then(|| {
@@ -89,7 +89,7 @@ pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     })
 }
 
-/// That the interval is wider than asked for, and what would help.
+/// The sentence on an interval that is wider than asked for, with the trials that would help.
 pub fn wide(width: f64, needed: Option<u64>) -> String {
     let wide = format!("the interval is wider than {} of the value", percent(width));
     match needed {
@@ -124,7 +124,7 @@ mod tests {
             measures: vec![Estimate { value: 1.0, low: 0.99, high: 1.52_f64.sqrt() }],
             without_answer: Some(Estimate { value: 0.0, low: 0.0, high: 6.15e-5 }),
         }];
-        let told = |narrow: bool| {
+        let decided = |narrow: bool| {
             let edge = Edge {
                 side: Side::Largest,
                 value: 0.014,
@@ -134,11 +134,11 @@ mod tests {
                 needed: None,
                 bound: Bound::Limits(vec![0]),
             };
-            Unanswered::of(&limits, &judged, &edge).map(|told| told.to_string())
+            Unanswered::of(&limits, &judged, &edge).map(|found| found.to_string())
         };
-        let text = told(false).expect("told");
+        let text = decided(false).expect("a sentence");
         assert!(text.contains("decide this interval: none of 60000 starts lacked one"), "{text}");
-        assert_eq!(told(true), None);
+        assert_eq!(decided(true), None);
     }
 
     #[test]
@@ -146,9 +146,9 @@ mod tests {
         let share = |value, high| Estimate { value, low: 0.0, high };
         let rms = |value, high| Estimate { value, low: 0.0, high };
         let said = |rms, share| Unanswered::in_measure(&rms, &share, 20_000).map(|found| found.to_string());
-        let text = said(rms(0.95, 1.3), share(1e-4, 2e-4)).expect("told");
+        let text = said(rms(0.95, 1.3), share(1e-4, 2e-4)).expect("a sentence");
         assert!(text.ends_with("decide this limit: 0.01 % of them make 0.9000° of rms alone"), "{text}");
-        let text = said(rms(0.15, 1.23), share(0.0, 1.84e-4)).expect("told");
+        let text = said(rms(0.15, 1.23), share(0.0, 1.84e-4)).expect("a sentence");
         assert!(text.contains("decide this interval: none of 20000") && text.contains("0.0184 %"), "{text}");
         assert_eq!(said(rms(5.0, 5.2), share(0.0, 1.84e-4)), None);
     }

@@ -1,10 +1,10 @@
-//! What is said of edges.
+//! Edges in words.
 
 use standstill_analysis::bracket::{Bound, Edge, Search, Side, Stretch};
 use standstill_analysis::limit::Limits;
 
 use super::unanswered::{self, Unanswered};
-use super::{Question, bound, side};
+use super::{EdgeSearch, bound, side};
 use crate::shell::values::shown;
 use crate::shell::values::shown_interval;
 
@@ -18,8 +18,8 @@ pub fn sentence(key: &str, whole: bool, limits: &Limits, edges: &[Edge]) -> Stri
     }
 }
 
-/// What else there is to say.
-pub fn details(asked: &Question<'_>, found: &Stretch) -> Vec<String> {
+/// Trials, binding limits, and doubts of the edges.
+pub fn details(asked: &EdgeSearch<'_>, found: &Stretch) -> Vec<String> {
     let (key, limits) = (&asked.bench.keys[0].0, &asked.limits);
     let mut counts: Vec<String> = found.edges.iter().map(|edge| edge.trials.to_string()).collect();
     counts.dedup();
@@ -27,8 +27,8 @@ pub fn details(asked: &Question<'_>, found: &Stretch) -> Vec<String> {
     let mut notes =
         vec![format!("[95 % interval], {counts} trials at the last values, the same random numbers at each")];
     let several = limits.0.len() > 1;
-    let told = found.edges.iter().filter(|edge| several || !matches!(edge.bound, Bound::Limits(_)));
-    notes.extend(told.map(|edge| binding(limits, edge)));
+    let bound = found.edges.iter().filter(|edge| several || !matches!(edge.bound, Bound::Limits(_)));
+    notes.extend(bound.map(|edge| binding(limits, edge)));
     if !found.is_one() {
         let stretch = |(from, to): &(f64, f64)| format!("{} to {}", shown(key, *from), shown(key, *to));
         let all: Vec<String> = found.all.iter().map(stretch).collect();
@@ -53,8 +53,8 @@ pub fn details(asked: &Question<'_>, found: &Stretch) -> Vec<String> {
     notes
 }
 
-/// What there is to say of an edge alone.
-fn about(asked: &Question<'_>, edge: &Edge) -> Vec<String> {
+/// The sentences on one edge.
+fn about(asked: &EdgeSearch<'_>, edge: &Edge) -> Vec<String> {
     let (key, limits, search) = (&asked.bench.keys[0].0, &asked.limits, &asked.search);
     let too_few = unanswered::too_few(limits, edge);
     let open = if too_few.is_none() { open(key, search, edge) } else { None };
@@ -70,7 +70,7 @@ const fn end_of(side: Side) -> &'static str {
     }
 }
 
-/// What does not hold beyond an edge.
+/// The limits that do not hold beyond an edge.
 fn binding(limits: &Limits, edge: &Edge) -> String {
     let beyond = match edge.side {
         Side::Largest => "above",

@@ -22,7 +22,7 @@ use crate::shell::progress;
 /// Trials that are begun at a time, for each thread.
 const BLOCK: u64 = 16;
 
-/// What carries out a trial: it gets the scenario, with what the trial draws, and the trial's number.
+/// A function that carries out a trial: it gets the scenario, with the trial's draws, and the trial's number.
 pub type Trial<'a, E> = &'a (dyn Fn(&Scenario<Method<f64>>, u64) -> Result<Hosted, E> + Sync);
 
 /// A trial that a host carried out.
@@ -30,7 +30,7 @@ pub type Trial<'a, E> = &'a (dyn Fn(&Scenario<Method<f64>>, u64) -> Result<Hoste
 pub struct Hosted {
     /// As files of trials have it.
     pub row: Row,
-    /// What its detector told of the pole.
+    /// The evidence for the pole.
     pub evidence: Option<PoleEvidence<f64>>,
 }
 
@@ -59,7 +59,7 @@ impl Host {
     /// and nothing but a host runs that record. The summary in JSON; the rows are in [`Host::tables`].
     ///
     /// # Errors
-    /// What is wrong with the scenario, one that is the record of another class, and the error of the first trial that has one.
+    /// A mistake in the scenario, a record of another class, and the error of the first trial that has one.
     pub fn trials<E: Send>(
         self: &Arc<Self>,
         words: impl IntoIterator<Item = OsString>,
@@ -97,7 +97,7 @@ impl Host {
         let bar = progress::bar(identity.rows());
         let stop = self.flag();
         for point in 0..plan.points().len() {
-            let told = plan.scenario(point).map_err(Error::from)?;
+            let scenario = plan.scenario(point).map_err(Error::from)?;
             let one = |number: u64| {
                 if stop.load(Ordering::Relaxed) {
                     return Err(Stopped::Asked);
@@ -107,7 +107,7 @@ impl Host {
                 if plan.has_tolerances() {
                     run(&plan.single(point, number).map_err(Error::from)?.scenario)
                 } else {
-                    run(&told)
+                    run(&scenario)
                 }
             };
             let mut done = 0;

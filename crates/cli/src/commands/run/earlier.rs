@@ -1,4 +1,4 @@
-//! What is there of a run with fewer trials, which `--resume` goes on from: its files, its journals, or its statistics.
+//! A run with fewer trials, from which `--resume` goes on: its files, its journals, or its statistics.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -20,7 +20,7 @@ use crate::shell::terminal::tell;
 const WAITING: usize = 64;
 const BLOCK: usize = 256;
 
-/// What earlier runs left in a folder.
+/// Rows and statistics of earlier runs in a folder.
 #[derive(Default)]
 pub struct Found {
     /// Rows.
@@ -36,7 +36,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// What the folder has of this run with fewer trials. A journal that is in the way is put aside.
+    /// The rows and statistics of this run with fewer trials in a folder. A journal that is in the way is put aside.
     pub fn of(folder: &Path, identity: &Identity) -> Result<Self, Error> {
         let mut found = Self::default();
         let journal = folder.join(identity.shard.file_name());
@@ -121,7 +121,7 @@ impl Found {
         Ok(())
     }
 
-    /// What became of the run that was there, once its files are in place.
+    /// The sentence on the run that was there, once its files are in place.
     pub fn said(&self, folder: &Path) -> String {
         let now = SummaryFile::read(folder).ok().map(|summary| summary.trials());
         match (self.finished, now) {

@@ -24,13 +24,13 @@ use standstill_scenario::{Document, FileError, Lost, Plan, Record, Remote};
 use crate::error::Error;
 use crate::shell::{Report, host};
 
-/// What stands before a line of a worker's own, among what its library prints.
+/// The mark before a line of a worker's own, among those that its library prints.
 const MARK: &str = "\u{1}standstill ";
 
 /// Processes that run trials.
 #[derive(Debug)]
 pub struct Workers {
-    /// What each reads first: the scenario's file, and its text with all that was changed of it.
+    /// The first line that each reads: the scenario's file, and its text with all changes.
     scenario: String,
     /// Digests of all files that the run reads, by their paths: a worker that reads others has another run.
     files: BTreeMap<String, String>,
@@ -113,7 +113,7 @@ impl Workers {
     }
 }
 
-/// What a worker says of the library at a path.
+/// A worker's answer on the library at a path.
 fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     let failed = |found: String| LoadError::new(found, "one that can be loaded".to_owned());
     let request = json!({ "inspect": path, "limit": limit.as_secs_f64() });
@@ -152,7 +152,7 @@ fn level(of: &Value) -> Option<Level> {
     }
 }
 
-/// What a worker says of a library that it has loaded.
+/// A worker's answer on a library that it has loaded.
 fn described(path: &str) -> String {
     let path = PathBuf::from(path);
     let read = read_at_most(&path, MOST_BYTES).map_err(|error| {
@@ -176,7 +176,7 @@ fn described(path: &str) -> String {
     }
 }
 
-/// What an answer of a worker is about.
+/// The subject of a worker's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Answer {
     /// It has its scenario, and a detector could be made.

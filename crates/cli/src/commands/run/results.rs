@@ -195,7 +195,7 @@ impl Results {
         Ok(Self { summary, json, files })
     }
 
-    /// What there is to say.
+    /// The text, or the JSON.
     pub fn report(self, options: &Options) -> Report {
         let Self { summary: file, json, files } = self;
         let code = u8::from(file.errors() > 0);

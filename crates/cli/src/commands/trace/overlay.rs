@@ -13,7 +13,7 @@ use crate::commands::question::Identity;
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
-use crate::shell::asked::Asked;
+use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::typed_of;
 use crate::shell::output::Output;
 use crate::shell::output::file_list;
@@ -84,7 +84,7 @@ fn list(text: &str) -> Option<Vec<String>> {
     Some(members.filter(|member| !member.is_empty()).collect())
 }
 
-/// What cannot be shown side by side is refused.
+/// Refuses settings that cannot be shown side by side.
 fn check(options: &Options, settings: &[Setting]) -> Result<(), Error> {
     if settings.len() > MOST {
         return Err(Error::Arguments(format!(
@@ -132,7 +132,8 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     let names = ["result.json", "overlay.svg", "overlay.png", "overlay.html"];
     let spoken = spoken.unwrap_or_default();
     let said = format!("{spoken}, {} with several values of {}", trial_of(options), keys.join(" and "));
-    let asked = Asked::new("trace", said, &(identities, options.point, options.trial), options.force.force);
+    let asked =
+        NotedQuestion::new("trace", said, &(identities, options.point, options.trial), options.force.force);
     let mut output = Output::answering(asked, &options.out, &names)?;
     let (mut traces, mut rows, mut results) = (Vec::new(), Vec::new(), Vec::new());
     let mut code = 0;

@@ -28,7 +28,7 @@ pub fn point_json(plan: &Plan, point: usize) -> Value {
     json!({ "number": point, "values": values })
 }
 
-/// What was drawn, in SI; angles in degrees.
+/// The values that were drawn, in SI; angles in degrees.
 pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
     let Case { inverter, sensors, .. } = case;
     let tolerances: Map<String, Value> =
@@ -52,7 +52,7 @@ pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
     })
 }
 
-/// The same in words.
+/// The values that were drawn, in words.
 pub fn text(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> String {
     let lines = specimen(case, drawn);
     let width = lines.iter().map(|(name, _)| name.len()).max().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What is said of settings.
+//! Settings in words.
 
 use standstill_analysis::limit::{Limit, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
@@ -65,7 +65,7 @@ pub fn toml(asked: &Asked<'_>, judged: &Judged) -> String {
     asked.ranges.iter().zip(&judged.values).map(line).collect()
 }
 
-/// What was found, in a line.
+/// The answer in a line.
 pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     let minimise = asked.goal.minimise;
     let [start, best] =
@@ -106,7 +106,7 @@ pub fn limits(asked: &Asked<'_>) -> String {
     asked.goal.limits.0.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// What it rests on.
+/// The grounds of the answer.
 pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     let minimise = asked.goal.minimise;
     let apart = tuned.differences.get(minimise);
@@ -148,8 +148,8 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     if limited || minimise == Measure::Rms {
         let of_best = &tuned.best.measured;
         let share = of_best.get(Measure::Undetermined);
-        let told = Unanswered::in_measure(&of_best.get(Measure::Rms), &share, asked.effort.last);
-        details.extend(told.map(|told| format!("rms: {told}")));
+        let unanswered = Unanswered::in_measure(&of_best.get(Measure::Rms), &share, asked.effort.last);
+        details.extend(unanswered.map(|text| format!("rms: {text}")));
     }
     details.push(format!(
         "{} settings looked at, from {} places; {} trials each at first, {} near the end",
@@ -161,7 +161,7 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     details
 }
 
-/// What the last settings are.
+/// The name of the last settings.
 pub fn last(tuned: &Tuned) -> &'static str {
     if tuned.is_found() { "best" } else { "nearest" }
 }
@@ -225,7 +225,7 @@ mod tests {
         let exactly = |value: f64| Estimate { value, low: value, high: value };
         let judged =
             |rms: f64| Judged { values: Vec::new(), measured: Measured(vec![(Measure::Rms, exactly(rms))]) };
-        let told = |more: f64| {
+        let verdict_of = |more: f64| {
             let differences = vec![(Measure::Rms, exactly(-0.1)), (Measure::Undetermined, exactly(more))];
             let tuned = Tuned {
                 start: judged(0.8),
@@ -237,9 +237,9 @@ mod tests {
             };
             headline(&asked, &tuned)
         };
-        let (tone, text) = told(3.69 / 20_000.0);
+        let (tone, text) = verdict_of(3.69 / 20_000.0);
         assert!(tone == Tone::Warning && text.contains("not surely better"), "{text}");
-        let (tone, text) = told(0.0);
+        let (tone, text) = verdict_of(0.0);
         assert!(tone == Tone::Good && !text.contains("surely"), "{text}");
     }
 }

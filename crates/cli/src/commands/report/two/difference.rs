@@ -12,7 +12,7 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// What B has more than A: pairs in which both or none had it say nothing.
+    /// The rate of B less that of A: pairs in which both or none had it say nothing.
     pub fn difference(self) -> Estimate {
         paired_difference([self.only_a, self.only_b], self.pairs)
     }

@@ -11,7 +11,7 @@ use crate::shell::values::range;
 use crate::summary::{GOOD, right};
 
 impl Common {
-    /// What B has more than A, of what decides which does better; `rows` are its measures.
+    /// The differences, B less A, that decide which does better; `rows` are its measures.
     fn apart(&self, rows: &[Compared]) -> Apart {
         let of_starts = |case: fn(&Trial) -> bool, count: fn(&Summary) -> u64| {
             let Some(pairs) = self.pairs.as_ref().filter(|pairs| !pairs.is_empty()) else {
@@ -33,7 +33,7 @@ impl Common {
     }
 }
 
-/// What is different, in a line; first how many starts were answered rightly, where that is not nearly all.
+/// The difference in a line; first how many starts were answered rightly, where that is not nearly all.
 pub fn headline(rows: &[Compared], points: &[Common]) -> (Tone, String) {
     let apart = difference(rows, points);
     let shares = |run: usize| {

@@ -18,7 +18,7 @@ pub struct Compared {
     pub measure: &'static str,
     /// Of A and of B.
     pub of: [Estimate; 2],
-    /// What B has more than A.
+    /// B less A.
     pub apart: Estimate,
     /// Trials compared one by one; none where the runs have their own random numbers.
     pub pairs: Option<u64>,
@@ -162,8 +162,8 @@ mod tests {
                 summaries: [a, b],
                 pairs: None,
             };
-            let (_, told) = headline(&[row], &[point]);
-            assert!(told.contains(said), "{said}: {told}");
+            let (_, headline_text) = headline(&[row], &[point]);
+            assert!(headline_text.contains(said), "{said}: {headline_text}");
         }
     }
 }

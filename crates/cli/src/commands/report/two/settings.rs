@@ -1,14 +1,14 @@
-//! What differs between two runs' scenarios.
+//! The differences of two runs' scenarios.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use toml::Value as Toml;
 
-use crate::results::Run;
+use crate::results::FinishedRun;
 use crate::shell::values::shown as shown_value;
 
 /// Keys of the scenarios whose values differ: key, A, B.
-pub fn settings(runs: [&Run; 2]) -> Vec<[String; 3]> {
+pub fn settings(runs: [&FinishedRun; 2]) -> Vec<[String; 3]> {
     let [a, b] = runs.map(|run| {
         let table: toml::Table = toml::from_str(&run.summary.run.scenario).unwrap_or_default();
         let mut keys = BTreeMap::new();

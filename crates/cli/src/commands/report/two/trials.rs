@@ -4,7 +4,7 @@ use standstill_campaign::{Statistics, Summary};
 use standstill_scenario::Verdict;
 
 use crate::error::Error;
-use crate::results::Run;
+use crate::results::FinishedRun;
 
 /// A trial as far as it is compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub fn summary<'a>(trials: impl Iterator<Item = &'a Trial>, limit_deg: f64) -> S
 }
 
 /// All trials of a run, point by point.
-pub fn of_run(run: &Run) -> Result<Vec<Vec<Trial>>, Error> {
+pub fn of_run(run: &FinishedRun) -> Result<Vec<Vec<Trial>>, Error> {
     let mut points: Vec<Vec<Trial>> = Vec::new();
     run.trials(|point, row| {
         points.resize(points.len().max(point + 1), Vec::new());
