@@ -16,7 +16,6 @@ use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, R
 use crate::keys::{self, Key, Keyed, Lines, Value};
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
-use crate::parts::modulation::ModulationSettings;
 use crate::parts::polarity::PolaritySettings;
 use crate::settings::{Decay, Settings, SettingsError};
 pub use alignment::{Alignment, AlignmentSettings};
@@ -213,16 +212,6 @@ impl<T: Real> Method<T> {
             Self::HfiRotating(settings) => Some(&mut settings.0.polarity),
             Self::HfiPulsating(settings) => Some(&mut settings.0.polarity),
             Self::DcAlignment(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_) | Self::Foreign(_) => None,
-        }
-    }
-
-    /// The PWM of an injection or an alignment.
-    pub fn modulation_mut(&mut self) -> Option<&mut ModulationSettings<T>> {
-        match self {
-            Self::HfiRotating(settings) => Some(&mut settings.0.modulation),
-            Self::HfiPulsating(settings) => Some(&mut settings.0.modulation),
-            Self::DcAlignment(settings) => Some(&mut settings.modulation),
-            _ => None,
         }
     }
 

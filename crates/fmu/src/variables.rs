@@ -201,57 +201,43 @@ pub(crate) fn variables(
     all
 }
 
+/// A variable of each phase, whose letter takes the place of `{}`.
+fn phases(name: &str, about: &str, kind: Kind, role: impl Fn(usize) -> Role) -> [Variable; 3] {
+    [0, 1, 2].map(|k| {
+        let phase = PHASES[k].to_string();
+        Variable::new(&format!("{name}_{phase}"), &about.replace("{}", &phase), kind, role(k))
+    })
+}
+
 fn drive_inputs() -> Vec<Variable> {
-    let mut all = Vec::new();
-    for (k, phase) in PHASES.iter().enumerate() {
-        let about =
-            format!("Leg {phase} in the next step: 0 both switches off, 1 lower on, 2 upper on, 3 duty");
-        let mode = Variable::new(&format!("mode_{phase}"), &about, Kind::Integer, Role::Mode(k));
-        all.push(mode.start(0.0).limits([0.0, 3.0], "0, 1, 2 or 3"));
-    }
-    for (k, phase) in PHASES.iter().enumerate() {
-        let about = format!(
-            "Share of the next step for which the upper switch of leg {phase} is on, if its mode is 3"
-        );
-        let duty = Variable::new(&format!("duty_{phase}"), &about, Kind::Real, Role::Duty(k));
-        all.push(duty.unit("").start(0.0).limits([0.0, 1.0], SHARE));
-    }
-    all
+    let about = "Leg {} in the next step: 0 both switches off, 1 lower on, 2 upper on, 3 duty";
+    let modes = phases("mode", about, Kind::Integer, Role::Mode);
+    let about = "Share of the next step for which the upper switch of leg {} is on, if its mode is 3";
+    let duties = phases("duty", about, Kind::Real, Role::Duty);
+    let modes = modes.map(|mode| mode.start(0.0).limits([0.0, 3.0], "0, 1, 2 or 3"));
+    let duties = duties.map(|duty| duty.start(0.0).limits([0.0, 1.0], SHARE));
+    modes.into_iter().chain(duties).collect()
 }
 
 fn motor_inputs() -> Vec<Variable> {
-    let voltage = |(k, phase): (usize, &char)| {
-        let about = format!(
-            "Potential of terminal {phase} over the next step; what the three have in common does not matter"
-        );
-        let voltage = Variable::new(&format!("u_{phase}"), &about, Kind::Real, Role::Voltage(k));
-        voltage.unit("V").start(0.0)
-    };
-    PHASES.iter().enumerate().map(voltage).collect()
+    let about = "Potential of terminal {} over the next step; what the three have in common does not matter";
+    let voltages = phases("u", about, Kind::Real, Role::Voltage);
+    voltages.map(|voltage| voltage.unit("V").start(0.0)).into()
 }
 
 fn sampled() -> Vec<Variable> {
-    let mut all = Vec::new();
     let output = |name: &str, about: &str, kind, of| Variable::new(name, about, kind, Role::Sampled(of));
-    for (k, phase) in PHASES.iter().enumerate() {
-        let about =
-            format!("Current of phase {phase} into the motor, as the drive's sensors and converters see it");
-        all.push(output(&format!("sampled.i_{phase}"), &about, Kind::Real, Sampled::Current(k)).unit("A"));
-    }
+    let about = "Current of phase {} into the motor, as the drive's sensors and converters see it";
+    let currents = phases("sampled.i", about, Kind::Real, |k| Role::Sampled(Sampled::Current(k)));
+    let mut all: Vec<Variable> = currents.map(|current| current.unit("A")).into();
     let about = "Voltage of the DC link, as the drive sees it";
     all.push(output("sampled.u_dc", about, Kind::Real, Sampled::Link).unit("V"));
-    for (k, phase) in PHASES.iter().enumerate() {
-        let about = format!("Code of the converter of phase {phase}; 0 where there is none");
-        all.push(output(&format!("count.i_{phase}"), &about, Kind::Integer, Sampled::Count(k)));
-    }
+    let about = "Code of the converter of phase {}; 0 where there is none";
+    all.extend(phases("count.i", about, Kind::Integer, |k| Role::Sampled(Sampled::Count(k))));
     let about = "Code of the converter of the DC link; 0 where there is none";
     all.push(output("count.u_dc", about, Kind::Integer, Sampled::LinkCount));
-    for (k, phase) in PHASES.iter().enumerate() {
-        let about = format!(
-            "Current of phase {phase}: 0 measured, 1 derived from the others, 2 at the end of its converter's range, 3 not seen"
-        );
-        all.push(output(&format!("sensed.i_{phase}"), &about, Kind::Integer, Sampled::Sensed(k)));
-    }
+    let about = "Current of phase {}: 0 measured, 1 derived from the others, 2 at the end of its converter's range, 3 not seen";
+    all.extend(phases("sensed.i", about, Kind::Integer, |k| Role::Sampled(Sampled::Sensed(k))));
     let about = "Whether the converter of the DC link is at an end of its range";
     all.push(output("clipped.u_dc", about, Kind::Boolean, Sampled::LinkClipped));
     all
@@ -263,16 +249,14 @@ fn truth(part: Part) -> Vec<Variable> {
     let output = |name: &str, about: &str, of, unit: &str| {
         Variable::new(&format!("{prefix}{name}"), about, Kind::Real, Role::True(of)).unit(unit)
     };
-    let mut all = Vec::new();
-    for (k, phase) in PHASES.iter().enumerate() {
-        let about = format!("Current of phase {phase} into the motor");
-        all.push(output(&format!("i_{phase}"), &about, Truth::Current(k), "A"));
-    }
+    let each = |name: &str, about: &str, unit: &'static str, of: fn(usize) -> Truth| {
+        let all = phases(&format!("{prefix}{name}"), about, Kind::Real, |k| Role::True(of(k)));
+        all.map(|variable| variable.unit(unit))
+    };
+    let mut all: Vec<Variable> = each("i", "Current of phase {} into the motor", "A", Truth::Current).into();
     if part == Part::Drive {
-        for (k, phase) in PHASES.iter().enumerate() {
-            let about = format!("Potential of terminal {phase} against the negative rail");
-            all.push(output(&format!("u_{phase}"), &about, Truth::Potential(k), "V"));
-        }
+        let about = "Potential of terminal {} against the negative rail";
+        all.extend(each("u", about, "V", Truth::Potential));
         all.push(output("u_dc", "Voltage of the DC link", Truth::Link, "V"));
     }
     all.push(output("angle", "Electrical angle of the rotor, not wrapped", Truth::Angle, "rad"));

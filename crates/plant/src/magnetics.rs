@@ -243,6 +243,4 @@ impl Magnetics for Core {
 }
 
 #[cfg(test)]
-mod circuit_tests;
-#[cfg(test)]
 mod tests;

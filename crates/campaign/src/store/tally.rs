@@ -105,11 +105,6 @@ impl Tally {
         self
     }
 
-    /// How many trials were had from earlier runs, of the points that are still to come.
-    pub fn earlier_trials(&self) -> u64 {
-        self.earlier.values().map(Statistics::trials).sum()
-    }
-
     /// At the beginning of a point, takes what an earlier run has of it.
     fn adopt(&mut self) {
         while !self.walk.is_done()

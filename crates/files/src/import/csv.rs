@@ -241,5 +241,4 @@ pub(super) fn shortened(text: &str) -> String {
 }
 
 #[cfg(test)]
-#[path = "csv_tests.rs"]
 mod tests;

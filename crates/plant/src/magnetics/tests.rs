@@ -1,3 +1,5 @@
+mod circuit;
+
 use super::*;
 use crate::{built_in, built_in_names};
 

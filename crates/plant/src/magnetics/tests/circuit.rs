@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_numeric::Heading;
 
-use super::*;
+use super::super::*;
 use crate::{Motor, built_in, built_in_names};
 
 /// Every motor with what its circuit may have on top of the core.
