@@ -116,6 +116,18 @@ fn law_a_spike_among_many_points_is_seen() {
 }
 
 #[test]
+fn law_a_line_that_leaves_its_panel_ends_at_the_frame_and_not_along_it() {
+    let svg = figure(vec![panel().with(line(vec![(0.0, 0.0), (1.0, 10.0)]))]).svg().unwrap();
+    let of = |look: &str| -> Vec<f64> {
+        let path = svg.lines().find(|line| line.contains(look)).unwrap().split(" d=\"M").nth(1).unwrap();
+        path.trim_end_matches("\"/>").split(['L', ' ']).map(|length| length.parse().unwrap()).collect()
+    };
+    let (frame, line) = (of("stroke=\"#707070\""), of("stroke=\"#0072b2\" stroke-width=\"1.5\""));
+    assert!((line[2] - frame[0] - 0.1 * (frame[2] - frame[0])).abs() < 0.2, "{line:?} in {frame:?}");
+    assert!((line[3] - frame[1]).abs() < 0.2, "{line:?} in {frame:?}");
+}
+
+#[test]
 fn law_twenty_thousand_points_keep_the_svg_small() {
     let points = (0..20_000).map(|i| (f64::from(i) / 2e4, (f64::from(i) * 0.618).fract())).collect();
     let layer = Layer::Points { label: None, points, style: Style::Blue };
