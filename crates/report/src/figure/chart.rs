@@ -290,22 +290,34 @@ fn notes_width(panel: &Panel) -> f64 {
     labels(panel, false).map(|(_, label)| width(label, SMALL) + 6.0).fold(0.0, f64::max)
 }
 
-/// The labels of vertical rules, each over its rule: middle, line and text. One that would touch another goes a line higher.
+/// The labels of vertical rules, each over its rule: middle, line and text. Two that would touch make way to both sides if each
+/// still reaches its rule, otherwise the second goes a line higher.
 fn notes_above(panel: &Panel, x: &Scale, (left, right): (f64, f64)) -> Vec<(f64, usize, String)> {
     const GAP: f64 = 12.0;
+    let half = |text: &str| width(text, SMALL) / 2.0;
     let mut wanted: Vec<(f64, &str)> = labels(panel, true).filter(|(at, _)| x.shows(*at)).collect();
     wanted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Kept over the panel; a text wider than that starts at its left end.
+    let over = |at: f64, text| x.at(at, (left, right)).min(right + PAD - half(text)).max(left + half(text));
+    let mut notes: Vec<_> =
+        wanted.iter().map(|(at, text)| (over(*at, text), 0, (*text).to_owned())).collect();
+    for (index, pair) in wanted.windows(2).enumerate() {
+        let halves = (half(pair[0].1), half(pair[1].1));
+        let overlap = notes[index].0 + halves.0 + GAP + halves.1 - notes[index + 1].0;
+        let (before, after) = (notes[index].0 - overlap / 2.0, notes[index + 1].0 + overlap / 2.0);
+        let rules = (x.at(pair[0].0, (left, right)), x.at(pair[1].0, (left, right)));
+        let reach = rules.0 <= before + halves.0 && after - halves.1 <= rules.1;
+        if overlap > 0.0 && reach && left <= before - halves.0 && after + halves.1 <= right + PAD {
+            (notes[index].0, notes[index + 1].0) = (before, after);
+        }
+    }
     let mut rows: Vec<f64> = Vec::new();
-    let place = |(at, text): (f64, &str)| {
-        let half = width(text, SMALL) / 2.0;
-        // Kept over the panel; a text wider than that starts at its left end.
-        let middle = x.at(at, (left, right)).min(right + PAD - half).max(left + half);
-        let row = rows.iter().position(|end| *end <= middle - half).unwrap_or(rows.len());
-        rows.resize(rows.len().max(row + 1), 0.0);
-        rows[row] = middle + half + GAP;
-        (middle, row, text.to_owned())
-    };
-    wanted.into_iter().map(place).collect()
+    for (middle, row, text) in &mut notes {
+        *row = rows.iter().position(|end| *end <= *middle - half(text) + 0.1).unwrap_or(rows.len());
+        rows.resize(rows.len().max(*row + 1), 0.0);
+        rows[*row] = *middle + half(text) + GAP;
+    }
+    notes
 }
 
 /// The labels of horizontal rules and their places, each level with its rule unless the one above is in the way.
