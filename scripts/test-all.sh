@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
 # What `cargo test` leaves out because it needs more than Rust: Python, importers of FMUs, clusters (and whatever else
-# another language reads), the commands with which the pages for them begin, and the lab in a browser. Makes a virtual environment of its own, runs each part, and says what it could not find.
+# another language reads), the commands with which the pages for them begin, the lab in a browser, and tests that only widen others
+# (`#[ignore]`). Makes a virtual environment of its own, runs each part, and says what it could not find.
 #   scripts/test-all.sh            all parts
-#   scripts/test-all.sh python     one of them: c, python, fmu, cluster, lab
+#   scripts/test-all.sh python     one of them: c, python, fmu, cluster, lab, long
 #   STRICT=1 scripts/test-all.sh lab   on an idle machine: the lab's times by the clock must be those that docs/lab.md promises
 set -uo pipefail
 cd "$(dirname "$0")/.."
-parts=${*:-c python fmu cluster lab}
+parts=${*:-c python fmu cluster lab long}
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 venv=$target/venv
 left_out=()
@@ -137,6 +138,7 @@ case " $parts " in *" c "*)
 esac
 
 case " $parts " in *" lab "*) say "the lab"; lab_part ;; esac
+case " $parts " in *" long "*) say "tests that widen others"; try cargo test --workspace --lib --tests -- --ignored ;; esac
 
 say "summary"
 for part in "${left_out[@]}"; do echo "left out: $part"; done

@@ -11,8 +11,8 @@
 //! truths lie below and above theirs.
 //!
 //! ```sh
-//! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
-//! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe [12bits]
+//! cargo run --release -p standstill-analysis --features measure --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
+//! cargo run --release -p standstill-analysis --features measure --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe [12bits]
 //! ```
 
 #[allow(dead_code, reason = "the tests use the rest")]

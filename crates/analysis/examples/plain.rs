@@ -2,7 +2,7 @@
 //! noise alone, where two readings of a current decide.
 //!
 //! ```text
-//!   cargo run --release -p standstill-analysis --example plain -- 10000000 [SEED]
+//!   cargo run --release -p standstill-analysis --features measure --example plain -- 10000000 [SEED]
 //! ```
 
 use std::error::Error;

@@ -1,7 +1,7 @@
 //! How often each method names an axis where there is none: linear cores with L_B = 0 and the other data of five built-in motors.
 //!
 //! ```sh
-//! cargo run --release -p standstill-campaign --example no_saliency -- 1000
+//! cargo run --release -p standstill-campaign --features measure --example no_saliency -- 1000
 //! ```
 //!
 //! Each cell has the starts that named an axis, with default and with harsh errors, and the upper end of the exact 95 % interval of

@@ -64,8 +64,8 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");
     let questions: [(&str, &[&str]); 4] = [
-        ("odds", &["--event", "|e| > 1 deg"]),
-        ("budget", &["--pairs", "500"]),
+        ("odds", &["--event", "|e| > 1 deg", "--effort", "quick"]),
+        ("budget", &["--pairs", "300"]),
         (
             "require",
             &[
@@ -74,23 +74,14 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
                 "--limit",
                 "rms <= 1 deg",
                 "--between",
-                "5 mA:30 mA",
+                "8 mA:20 mA",
                 "--most",
                 "1000",
             ],
         ),
         (
             "tune",
-            &[
-                "--vary",
-                "detector.pulse=60us:120us",
-                "--minimise",
-                "rms",
-                "--trials",
-                "1000",
-                "--starts",
-                "1",
-            ],
+            &["--vary", "detector.pulse=60us:120us", "--minimise", "rms", "--trials", "400", "--starts", "1"],
         ),
     ];
     for (name, more) in questions {

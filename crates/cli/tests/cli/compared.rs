@@ -54,9 +54,10 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
     }
     let few = |command: &str| -> &[&str] {
         match command {
-            "budget" => &["--pairs", "200"],
-            "require" => &["--most", "1000"],
-            "tune" => &["--trials", "1000", "--starts", "1"],
+            "odds" => &["--effort", "quick"],
+            "budget" => &["--pairs", "100"],
+            "require" => &["--most", "300"],
+            "tune" => &["--trials", "200", "--starts", "1"],
             _ => &[],
         }
     };

@@ -36,13 +36,12 @@ fn regress_pipes_and_devices_in_place_of_earlier_results_are_refused() {
     let at = folder.path();
     fs::write(at.join("s.toml"), "trials = 12\n").expect("written");
     said(&["run", "s.toml", "--out", "o"], at);
-    let odds = ["odds", "s.toml", "--event", "|e| > 1 deg", "--out", "q"];
+    let odds = ["odds", "s.toml", "--event", "|e| > 1 deg", "--effort", "quick", "--out", "q"];
     said(&odds, at);
     for new in ["j", "n", "h"] {
         fs::create_dir(at.join(new)).expect("made");
     }
-    let resumed =
-        [&["run", "s.toml", "--resume", "--out"][..], &["odds", "s.toml", "--event", "|e| > 1 deg"]];
+    let resumed = [&["run", "s.toml", "--resume", "--out"][..], &odds[..6]];
     let run = |more: &[&'static str]| [resumed[0], more].concat();
     let noted = [resumed[1], &["--resume", "--out", "n"]].concat();
     let shard = ["run", "s.toml", "--shard", "1/2", "--resume", "--out", "h"];

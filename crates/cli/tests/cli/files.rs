@@ -70,8 +70,8 @@ fn regress_a_file_that_changed_or_is_gone_is_named_however_it_was_named() {
     let folder = folder();
     let at = folder.path();
     fs::create_dir(at.join("motors")).expect("made");
-    write_map(&at.join("motors/map.csv"), 4);
-    write_map(&at.join("motors/other.csv"), 4);
+    write_map(&at.join("motors/map.csv"), 6);
+    write_map(&at.join("motors/other.csv"), 6);
     write_sheet(&at.join("motors"));
     fs::copy(at.join("motors/own.toml"), at.join("motors/low.toml")).expect("copied");
     for (number, way) in WAYS.iter().enumerate() {

@@ -35,7 +35,7 @@ fn law_a_scenario_finds_a_motor_and_its_map_and_notices_when_they_change() {
     let folder = folder();
     let at = folder.path();
     fs::create_dir(at.join("motors")).expect("made");
-    write_map(&at.join("motors/map.csv"), 1);
+    write_map(&at.join("motors/map.csv"), 4);
     write_sheet(&at.join("motors"));
     let scenario = |tolerance: &str| {
         let text = format!(

@@ -90,7 +90,7 @@ fn law_tables_fit_eighty_columns_on_motors_of_any_size() {
     for (name, plate) in [&PLATES[0], &PLATES[5], &("paper", PLATES[1].1)] {
         fs::write(at.join("m.toml"), sheet(*plate)).expect("written");
         let commands: [&[&str]; 7] = [
-            &["check", "m.toml"],
+            &["check", "m.toml", "-s", "detector.method=bipolar"],
             &["magnetics", "m.toml", "--out", "m", "--force"],
             &["motors", "m.toml"],
             &[

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use super::widths::CHECK;
 use super::{folder, mistake, standstill};
 
 fn narrow(columns: usize, arguments: &[&str], folder: &Path) -> String {
@@ -92,7 +93,7 @@ fn regress_what_was_found_has_no_names_of_types() {
 fn regress_prose_is_broken_once() {
     let folder = folder();
     let compare = ["compare", "--method", "bipolar", "--trials", "5", "--no-limit", "--out", "c"];
-    for (arguments, begin) in [(&compare[..], "right: starts"), (&["check", "paper-5k5"], "Recommended:")] {
+    for (arguments, begin) in [(&compare[..], "right: starts"), (CHECK, "Recommended:")] {
         for columns in [60, 80, 100] {
             let text = narrow(columns, arguments, folder.path());
             let lines: Vec<&str> = text.lines().skip_while(|line| !line.starts_with(begin)).collect();
