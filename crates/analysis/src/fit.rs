@@ -19,6 +19,7 @@ mod covariance;
 mod error;
 mod exchanged;
 mod far_off;
+mod identifiability;
 mod parameters;
 mod pieces;
 mod plant;
@@ -32,7 +33,6 @@ mod sheet;
 mod solve;
 mod start;
 mod truncated;
-mod untold;
 mod wiring;
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -51,10 +51,10 @@ use solve::{Problem, Sum};
 pub use advice::Pulse;
 pub use error::FitError;
 pub use exchanged::{Exchanged, Mislabelled};
+pub use identifiability::{FixedBias, NonIdentifiable};
 pub use plant::Plant;
 pub use result::{Estimate, Fit, Pole, Trace};
 pub use standstill_inverter::{DeviceKind, Devices};
-pub use untold::{Lean, Weak};
 pub use wiring::Wiring;
 
 /// The start values of a fit.
@@ -159,7 +159,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     let straight = work.straight(&point)?;
     work.is_near(&straight.point, records)?;
 
-    // All that can be told, and the edges.
+    // All that can be identified, and the edges.
     let noise = straight
         .scatter
         .iter()
@@ -232,18 +232,18 @@ impl Work<'_> {
         if self.problem.sum(&bent, &self.scatter, false).is_some() { bent } else { point }
     }
 
-    /// All that can be told, with d where it is and with d where q is: the axis that saturates to one side is d. Where
-    /// nothing tells, it stays.
+    /// Solved for all identifiable parameters, with d where it is and with d where q is: the axis that saturates to one side is d. Without
+    /// evidence it stays.
     fn either_axis(&mut self, point: &Point, start: &Start) -> Result<Solved, FitError> {
-        let here = self.told(point)?;
+        let here = self.solved_for_identifiable(point)?;
         if start.motor.is_some() {
             return Ok(here);
         }
         let mut other = point.clone();
         swap_axes(&mut other);
-        match self.told(&other) {
+        match self.solved_for_identifiable(&other) {
             // Readings whose neighbours have similar residuals count as fewer readings.
-            Ok(there) if there.sum.likelihood > here.sum.likelihood + 8.0 * there.sum.inflation => Ok(there),
+            Ok(there) if there.sum.likelihood > here.sum.likelihood + 8.0 * there.sum.newey_west => Ok(there),
             Err(FitError::Stopped) => Err(FitError::Stopped),
             _ => {
                 self.problem.free.clone_from(&here.free);
@@ -252,15 +252,15 @@ impl Work<'_> {
         }
     }
 
-    /// Solved for all parameters that the readings tell; the others stay where they are.
-    fn told(&mut self, point: &Point) -> Result<Solved, FitError> {
+    /// Solved for all parameters that the readings identify; the others stay where they are.
+    fn solved_for_identifiable(&mut self, point: &Point) -> Result<Solved, FitError> {
         let all = Parameter::observable(self.problem.channels, point);
-        self.told_of(&all, point)
+        self.solved_for(&all, point)
     }
 
-    /// The same of these parameters. The better the readings are understood the more they tell: what is free is looked at
-    /// anew after each solution, and at last only ever less.
-    fn told_of(&mut self, all: &[Parameter], point: &Point) -> Result<Solved, FitError> {
+    /// Solved for those of these parameters that the readings identify. A better fit has less residual noise and identifies more, so the
+    /// free parameters are chosen anew after each solution; in the later rounds their number only falls.
+    fn solved_for(&mut self, all: &[Parameter], point: &Point) -> Result<Solved, FitError> {
         let begin = point;
         let mut point = begin.clone();
         let mut solved: Option<Solved> = None;
@@ -273,13 +273,13 @@ impl Work<'_> {
             let mut sum = self.problem.sum(&point, &self.scatter, true).ok_or(FitError::NoPlant)?;
             if round == 0 {
                 // Residuals follow each other as long as what is free is too little: a core that saturates looks like that.
-                sum.inflation = 1.0;
+                sum.newey_west = 1.0;
             }
             self.problem.free = self.identified(&sum, &point);
             if let (Some(solved), true) = (solved.take(), before.as_ref() == Some(&self.problem.free)) {
                 return Ok(solved);
             }
-            // A parameter that the readings do not tell gets back the value that the search began with.
+            // A parameter that the readings do not identify gets back the value that the search began with.
             for parameter in all.iter().filter(|p| !self.problem.free.contains(p)) {
                 let back = parameter.get(begin) - parameter.get(&point);
                 parameter.add(&mut point, back, self.problem.channels);
@@ -291,7 +291,7 @@ impl Work<'_> {
         solved.ok_or(FitError::NoPlant)
     }
 
-    /// Those of the free parameters that are told: one after the other the last is taken out whose interval is wider than
+    /// Those of the free parameters that are identified: one after the other the last is taken out whose interval is wider than
     /// what is known of it anyway.
     fn identified(&self, sum: &Sum, point: &Point) -> Vec<Parameter> {
         let free = &self.problem.free;
@@ -337,12 +337,12 @@ impl Work<'_> {
     /// How well some of the free parameters are known while others are fixed, which may be off by what is plausible.
     fn spread(&self, sum: &Sum, point: &Point, keep: &[usize], fixed: &[usize]) -> Option<Spread> {
         let places = self.places(sum, keep);
-        let covariance = covariance(&sum.information, &places, sum.inflation)?;
+        let covariance = covariance(&sum.information, &places, sum.newey_west)?;
         let n = places.len();
         // −J⁻¹ c: what the others become if a fixed one is off by one.
         let shifts = DMatrix::from_fn(n, fixed.len(), |x, f| {
             let along = |y: usize| covariance[(x, y)] * sum.information[(places[y], fixed[f])];
-            -(0..n).map(along).sum::<f64>() / sum.inflation
+            -(0..n).map(along).sum::<f64>() / sum.newey_west
         });
         let off = fixed.iter().map(|f| self.plausible(self.problem.free[*f], point)).collect();
         let interval = self.problem.pieces.iter().flat_map(|piece| &piece.edges).map(|edge| edge.deviation);

@@ -5,7 +5,7 @@
 mod scope;
 
 use scope::{Pulses, Scope, beside};
-use standstill_analysis::fit::{Devices, Fit, Start, Weak};
+use standstill_analysis::fit::{Devices, Fit, NonIdentifiable, Start};
 
 /// How many truths are inside of their intervals, of how many.
 fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
@@ -103,7 +103,7 @@ fn cross_delay_and_dead_time_are_known_as_well_as_rows_and_edges_tell() {
 /// With a switch's drop that is stated twice as high as it is the resistance comes out a third too low. Its interval contains that,
 /// and what is known of it beforehand does not shrink with what the search found.
 #[test]
-fn cross_a_resistance_that_leans_on_drops_is_told_and_contains_the_truth() {
+fn cross_a_resistance_that_depends_on_drops_is_named_and_contains_the_truth() {
     let (pulses, scope) = (scope::ngspice(), Scope::of(2.5));
     let motor = scope::like_it();
     let devices = Devices { switch_drop: 1.75, diode_drop: 1.0, ..scope::start(None, 0).devices };
@@ -114,18 +114,18 @@ fn cross_a_resistance_that_leans_on_drops_is_told_and_contains_the_truth() {
     assert!(resistance.identified && resistance.value < 0.8, "{resistance:?}");
     assert!(low < 1.0 && 1.0 < high, "{resistance:?}");
     // What the readings do not tell is as the start has it.
-    let not_told = |name: &str| {
+    let not_identified = |name: &str| {
         let fixed = fit.parameters.iter().find(|one| one.name == name).expect("named");
         assert!(!fixed.identified, "{fixed:?}");
         fixed
     };
     for (name, of_start) in [("switch_drop", 1.75), ("diode_drop", 1.0), ("saturation.q", 0.0)] {
-        assert!((not_told(name).value - of_start).abs() < 1e-9, "{:?}", not_told(name));
+        assert!((not_identified(name).value - of_start).abs() < 1e-9, "{:?}", not_identified(name));
     }
     // So is saturation that is alike to both sides of the magnet, for 2.3 A do not show what 8 A do. Falls of 6.3 % along +d and
     // −3.4 % along −d have γ = 0.0061, which alone makes 1.8 %. Neither fall along d is told, and their intervals contain the truth, a
     // core that does not saturate.
-    let along_d = ["saturation.d", "saturation.minus_d"].map(not_told);
+    let along_d = ["saturation.d", "saturation.minus_d"].map(not_identified);
     let mean = 0.5 * (along_d[0].value + along_d[1].value);
     assert!((mean - 0.018).abs() < 5e-4, "{along_d:?}");
     for [low, high] in along_d.map(|fall| fall.interval.expect("known beforehand")) {
@@ -251,9 +251,14 @@ fn law_pulses_across_one_line_say_what_they_tell() {
     assert!(!known("angle") || !known("L_q"), "{:?}", fit.parameters);
     assert!(known("offset_b"));
     // A line shows one inductance: L_q and the angle make it together.
-    let together =
-        |weak: &Weak| ["angle", "L_q"].iter().all(|name| weak.parts.iter().any(|(part, _)| part == name));
-    assert!(fit.weak.iter().any(|weak| weak.told < 0.1 && together(weak)), "{:?}", fit.weak);
+    let together = |one: &NonIdentifiable| {
+        ["angle", "L_q"].iter().all(|name| one.parts.iter().any(|(part, _)| part == name))
+    };
+    assert!(
+        fit.non_identifiable.iter().any(|one| one.information < 0.1 && together(one)),
+        "{:?}",
+        fit.non_identifiable
+    );
     assert!(fit.residual_rms < 1.3 * fit.expected_rms, "{} {}", fit.residual_rms, fit.expected_rms);
 }
 

@@ -57,7 +57,7 @@ pub struct Between {
 }
 
 /// The readings' score and information at a point: free parameters, then edges with no shift.
-struct Told {
+struct Terms {
     score: DVector<f64>,
     information: DMatrix<f64>,
     /// Of the fixed parameters (columns), each times half the width of its interval.
@@ -68,7 +68,7 @@ impl Work<'_> {
     /// The distribution at a point at which the free parameters and then others that are fixed were looked at; `off` is by how
     /// much the fixed ones may be off. None: the information is singular.
     pub(super) fn between(&self, sum: &Sum, point: &Point, free: usize, off: &[f64]) -> Option<Between> {
-        let told = self.told_between(sum, point, free, off);
+        let terms = self.terms_between(sum, point, free, off);
         let edges = &self.problem.edges;
         let interval = |k: usize| {
             let (piece, edge) = edges[k];
@@ -94,7 +94,7 @@ impl Work<'_> {
             })
             .collect();
         let cases: Option<Vec<Case>> =
-            groups.iter().map(|groups| told.case(groups, &intervals, &bound)).collect();
+            groups.iter().map(|groups| terms.case(groups, &intervals, &bound)).collect();
         let mut cases = cases?;
         let most = cases.iter().map(|case| case.evidence).fold(f64::NEG_INFINITY, f64::max);
         if !most.is_finite() {
@@ -118,7 +118,7 @@ impl Work<'_> {
         Some(Between { cases, mean })
     }
 
-    fn told_between(&self, sum: &Sum, point: &Point, free: usize, off: &[f64]) -> Told {
+    fn terms_between(&self, sum: &Sum, point: &Point, free: usize, off: &[f64]) -> Terms {
         let all = self.problem.free.len();
         let edges = self.problem.edges.len();
         let place = |k: usize| if k < free { k } else { all - free + k };
@@ -136,15 +136,15 @@ impl Work<'_> {
         }
         score += &information * shifted;
         let fixed = DMatrix::from_fn(n, off.len(), |x, f| sum.information[(place(x), free + f)] * off[f]);
-        Told {
-            score: score / sum.inflation,
-            information: information / sum.inflation,
-            fixed: fixed / sum.inflation,
+        Terms {
+            score: score / sum.newey_west,
+            information: information / sum.newey_west,
+            fixed: fixed / sum.newey_west,
         }
     }
 }
 
-impl Told {
+impl Terms {
     /// Edges of the same group lie alike. `bound`: the least change of each free parameter.
     fn case(&self, groups: &[usize], intervals: &[f64], bound: &[f64]) -> Option<Case> {
         let free = bound.len();

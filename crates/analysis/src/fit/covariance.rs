@@ -54,7 +54,7 @@ pub(super) fn scaled(information: &DMatrix<f64>, places: &[usize], scale: &[f64]
 pub(super) fn covariance(
     information: &DMatrix<f64>,
     places: &[usize],
-    inflation: f64,
+    newey_west: f64,
 ) -> Option<DMatrix<f64>> {
     let scale = scale_of(information, places);
     let n = places.len();
@@ -69,5 +69,5 @@ pub(super) fn covariance(
         return None;
     }
     let inverse = scaled.cholesky()?.inverse();
-    Some(DMatrix::from_fn(n, n, |x, y| inflation * inverse[(x, y)] / (scale[x] * scale[y])))
+    Some(DMatrix::from_fn(n, n, |x, y| newey_west * inverse[(x, y)] / (scale[x] * scale[y])))
 }

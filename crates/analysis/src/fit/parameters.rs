@@ -10,7 +10,7 @@ use super::plant::{Frame, Law, Plant};
 /// Half the width of what is known without measuring of an inductance's fall at rated current, along +d, along −d and along q.
 pub const PLAUSIBLE_FALL: f64 = 0.05;
 
-/// A parameter of plant or channels, in the order in which what cannot be told is fixed: the last one first.
+/// A parameter of plant or channels, in the order in which parameters that are not identifiable are fixed: the last one first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
     /// L_d without current, in H.

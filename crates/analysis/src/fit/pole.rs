@@ -27,7 +27,7 @@ pub(super) struct Series {
     pub(super) spread: Spread,
 }
 
-/// By how much one law must make the readings more likely than another, in ln P over the inflation, to be the one.
+/// By how much one law must make the readings more likely than another, in ln P over the Newey–West ratio, to be the one.
 const MORE_LIKELY: f64 = 8.0;
 
 /// Turns d around: the other pole.
@@ -72,8 +72,8 @@ pub(super) fn with_iron(
     let mut iron = point.clone();
     iron.plant.law = Law::Iron;
     let falls = point.plant.falls(&work.problem.frame);
-    let told = |p: Parameter| free.contains(&p);
-    let (against, across) = (told(Parameter::SaturationAgainst), told(Parameter::SaturationAcross));
+    let is_free = |p: Parameter| free.contains(&p);
+    let (against, across) = (is_free(Parameter::SaturationAgainst), is_free(Parameter::SaturationAcross));
     let Some([d, minus_d, q]) = falls else {
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     };
@@ -87,14 +87,14 @@ pub(super) fn with_iron(
     if iron.plant.core(&work.problem.frame).is_none() {
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     }
-    let bent = match work.told_of(&free, &iron) {
+    let bent = match work.solved_for(&free, &iron) {
         Ok(solved) => solved,
         Err(FitError::Stopped) => return Err(FitError::Stopped),
         Err(_) => return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
     };
-    let enough = MORE_LIKELY * sum.inflation;
+    let enough = MORE_LIKELY * sum.newey_west;
     let more = bent.sum.likelihood - sum.likelihood;
-    let is_whole = against && across && told(Parameter::SaturationAlong);
+    let is_whole = against && across && is_free(Parameter::SaturationAlong);
     if is_whole && (more < -enough || converged && !bent.converged) {
         // The series has the shape of this core, iron's law has not.
         work.scatter.clone_from(&scatter);
@@ -126,13 +126,13 @@ fn with_known_falls(
     if from.plant.core(&work.problem.frame).is_none() {
         return Ok(None);
     }
-    let here = work.told_of(&all, &from)?;
+    let here = work.solved_for(&all, &from)?;
     from.plant.angle += PI;
-    let there = work.told_of(&all, &from)?;
+    let there = work.solved_for(&all, &from)?;
     let more = (here.sum.likelihood - there.sum.likelihood).abs();
     let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
     // Readings whose neighbours have similar residuals count as fewer readings.
-    let deviations = (2.0 * more / best.sum.inflation).sqrt();
+    let deviations = (2.0 * more / best.sum.newey_west).sqrt();
     let both_ways = work.drives_both_ways(&best.point);
     let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
     Ok(Some((best, pole, Iron::OfStart)))

@@ -5,7 +5,7 @@ use super::{FitError, Solved, Work};
 /// Rows by which currents that come late may do so for reasons of the drive before a low-pass is tried.
 const LATE_ROWS: f64 = 2.0;
 
-/// By how much more likely, in ln P, the readings must be behind a low-pass than late, over the inflation.
+/// By how much more likely, in ln P, the readings must be behind a low-pass than late, over the Newey–West ratio.
 const MORE_LIKELY: f64 = 8.0;
 
 impl Work<'_> {
@@ -22,9 +22,9 @@ impl Work<'_> {
         let scatter = self.scatter.clone();
         let mut from = solved.point.clone();
         (from.lag, from.delay) = (from.delay, 0.0);
-        match self.told(&from) {
+        match self.solved_for_identifiable(&from) {
             Ok(lagging)
-                if lagging.sum.likelihood > solved.sum.likelihood + MORE_LIKELY * lagging.sum.inflation =>
+                if lagging.sum.likelihood > solved.sum.likelihood + MORE_LIKELY * lagging.sum.newey_west =>
             {
                 Ok(lagging)
             }

@@ -46,9 +46,9 @@ pub struct Scatter {
 /// A range that no reading leaves.
 pub const NO_CLIP: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// What one reading says of the current.
+/// A reading's terms of the likelihood of a current.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Told {
+pub struct Terms {
     /// ln P.
     pub likelihood: f64,
     /// ∂ln P/∂μ in 1/A.
@@ -115,14 +115,14 @@ impl Scatter {
     }
 
     /// What a reading at the end of the range says: the current is there or beyond, on the side of `sign`.
-    fn beyond(&self, off: f64, sign: f64) -> Told {
+    fn beyond(&self, off: f64, sign: f64) -> Terms {
         // From the current to the edge of the last code, in deviations.
         let z = (sign * off - 0.5 * self.step.unwrap_or(0.0)) / self.noise;
         let p = 0.5 * erfc(z * FRAC_1_SQRT_2);
         // φ/P, in the tail by its asymptote.
         let hazard = if z < 30.0 { density(z) / p } else { z + 1.0 / z };
         let likelihood = if z < 30.0 { ln(p) } else { -0.5 * z * z - ln(z * TAU.sqrt()) };
-        Told {
+        Terms {
             likelihood,
             score: sign * hazard / self.noise,
             information: (hazard * (hazard - z)).max(0.0) / (self.noise * self.noise),
@@ -130,14 +130,14 @@ impl Scatter {
     }
 
     /// What a reading r says of a current μ, both in A.
-    pub fn told(&self, reading: f64, current: f64) -> Told {
+    pub fn terms(&self, reading: f64, current: f64) -> Terms {
         let off = reading - current;
         if self.is_clipped(reading) {
             return self.beyond(off, if reading >= self.clip[1] { 1.0 } else { -1.0 });
         }
         let white = |q: f64| {
             let variance = self.noise * self.noise + q * q / 12.0;
-            Told {
+            Terms {
                 likelihood: -0.5 * (off * off / variance + ln(TAU * variance))
                     + if q > 0.0 { ln(q) } else { 0.0 },
                 score: off / variance,
@@ -161,9 +161,13 @@ impl Scatter {
             let beyond = off.abs() - q / 2.0;
             let z = beyond / self.noise;
             let likelihood = -0.5 * z * z - ln(z.max(1.0) * TAU.sqrt());
-            return Told { likelihood, score: beyond.copysign(off) / (self.noise * self.noise), information };
+            return Terms {
+                likelihood,
+                score: beyond.copysign(off) / (self.noise * self.noise),
+                information,
+            };
         }
-        Told { likelihood: ln(p), score: (density(a) - density(b)) / (self.noise * p), information }
+        Terms { likelihood: ln(p), score: (density(a) - density(b)) / (self.noise * p), information }
     }
 
     /// The same channel with the noise that makes these residuals (reading less current, in A) the most likely.
@@ -181,7 +185,7 @@ impl Scatter {
             let noise = exp(log);
             let information = vec![0.0; PLACES + 1];
             let scatter = Self { step: Some(q), noise, clip: NO_CLIP, least: self.least, information };
-            residuals.iter().map(|r| scatter.told(*r, 0.0).likelihood).sum::<f64>()
+            residuals.iter().map(|r| scatter.terms(*r, 0.0).likelihood).sum::<f64>()
         };
         let [least, little, much] = [LEAST_NOISE, LITTLE_NOISE, 2.0 * MANY_STEPS].map(|share| ln(share * q));
         let mut best = most_likely(little, much, likelihood);
@@ -277,28 +281,28 @@ mod tests {
                 let (mut total, mut mean, mut variance) = (0.0, 0.0, 0.0);
                 for code in -40..=40 {
                     let reading = f64::from(code) * q;
-                    let told = scatter.told(reading, current);
-                    let p = exp(told.likelihood);
+                    let terms = scatter.terms(reading, current);
+                    let p = exp(terms.likelihood);
                     if p < 1e-12 {
                         continue;
                     }
-                    let slope = (scatter.told(reading, current + h).likelihood
-                        - scatter.told(reading, current - h).likelihood)
+                    let slope = (scatter.terms(reading, current + h).likelihood
+                        - scatter.terms(reading, current - h).likelihood)
                         / (2.0 * h);
-                    assert!((slope - told.score).abs() < 1e-5 * (1.0 + slope.abs()), "{slope} {told:?}");
+                    assert!((slope - terms.score).abs() < 1e-5 * (1.0 + slope.abs()), "{slope} {terms:?}");
                     total += p;
-                    mean += p * told.score;
-                    variance += p * told.score * told.score;
+                    mean += p * terms.score;
+                    variance += p * terms.score * terms.score;
                 }
-                let told = scatter.told(0.0, current);
+                let terms = scatter.terms(0.0, current);
                 let white = noise >= MANY_STEPS * q;
                 assert!((total - 1.0).abs() < if white { 1e-2 } else { 1e-9 }, "{total}");
                 assert!(mean.abs() < 1e-3 / noise, "{mean}");
-                assert!((variance / told.information - 1.0).abs() < 2e-2, "{variance} {told:?}");
+                assert!((variance / terms.information - 1.0).abs() < 2e-2, "{variance} {terms:?}");
             }
         }
         // Far from any edge a code that does not change says nothing.
-        let quiet = Scatter::new(Some(1.0), 0.05).told(0.0, 0.0);
+        let quiet = Scatter::new(Some(1.0), 0.05).terms(0.0, 0.0);
         assert!(quiet.information < 1e-15 && quiet.score == 0.0, "{quiet:?}");
     }
 
@@ -306,14 +310,14 @@ mod tests {
     fn analytic_a_reading_at_the_end_of_the_range_says_only_how_far_at_least() {
         let scatter = Scatter::new(Some(0.1), 0.05).clipped([-1.0, 2.0]);
         for (reading, current) in [(2.0, 1.9), (2.0, 2.05), (2.0, 3.0), (-1.0, -0.95), (2.0, 0.2)] {
-            let at = |h: f64| scatter.told(reading, current + h);
-            let (told, h) = (at(0.0), 1e-5);
+            let at = |h: f64| scatter.terms(reading, current + h);
+            let (terms, h) = (at(0.0), 1e-5);
             let slope = (at(h).likelihood - at(-h).likelihood) / (2.0 * h);
             let bend = (at(h).score - at(-h).score) / (2.0 * h);
-            assert!((slope - told.score).abs() < 1e-4 * slope.abs() + 1e-6, "{slope} {told:?}");
-            assert!((bend + told.information).abs() < 5e-3 * bend.abs() + 1e-6, "{bend} {told:?}");
+            assert!((slope - terms.score).abs() < 1e-4 * slope.abs() + 1e-6, "{slope} {terms:?}");
+            assert!((bend + terms.information).abs() < 5e-3 * bend.abs() + 1e-6, "{bend} {terms:?}");
         }
-        assert!(scatter.told(2.0, 5.0).score < 1e-9, "further beyond is as good");
+        assert!(scatter.terms(2.0, 5.0).score < 1e-9, "further beyond is as good");
         // A triangle, cut off at 0.8 or whole.
         let triangle = |cut: f64| -> Vec<f64> {
             (0..400)

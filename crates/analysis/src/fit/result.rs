@@ -1,15 +1,15 @@
-//! What a fit ends with: estimates with intervals, what they lean on, and what could not be told.
+//! What a fit ends with: estimates with intervals, biases from fixed parameters, and what is not identifiable.
 
 use std::f64::consts::PI;
 
 use super::between_rows::Between;
+use super::identifiability::{FixedBias, NonIdentifiable, fixed_biases};
 use super::parameters::{Parameter, Point, last, letter};
 use super::plant::{Frame, Law, Plant};
 use super::pole::{Iron, with_iron};
 use super::reached::traces;
 use super::reading::Scatter;
 use super::solve::Sum;
-use super::untold::{Lean, Weak, leans};
 use super::{FitError, Solved, Spread, Start, Work};
 
 /// One parameter's estimate.
@@ -78,9 +78,9 @@ pub struct Fit {
     /// The pole.
     pub pole: Pole,
     /// What fixed parameters move.
-    pub leans: Vec<Lean>,
+    pub fixed_biases: Vec<FixedBias>,
     /// Combinations of parameters that the readings hardly determine, the least determined first.
-    pub weak: Vec<Weak>,
+    pub non_identifiable: Vec<NonIdentifiable>,
     /// Root mean square of readings less simulation, in A.
     pub residual_rms: f64,
     /// The same in A as noise and converters alone would have it.
@@ -159,8 +159,8 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     parameters.push(with_switch(&between, &free, &fixed, &spread.off, &solved.point));
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
     parameters.splice(after..after, last_gains(&between, &free, &solved.point, channels));
-    let leans = leans(&spread, &free, &fixed, &parameters);
-    let weak = work.weak(&sum, &solved.point);
+    let fixed_biases = fixed_biases(&spread, &free, &fixed, &parameters);
+    let non_identifiable = work.non_identifiable(&sum, &solved.point);
     let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
     let residuals: Vec<f64> = sum.residuals.iter().flatten().copied().collect();
     let expected =
@@ -182,11 +182,11 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         reach: work.reach,
         reached,
         pole,
-        leans,
-        weak,
+        fixed_biases,
+        non_identifiable,
         residual_rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
         expected_rms: (weighted / residuals.len() as f64).sqrt(),
-        widened: sum.inflation.sqrt(),
+        widened: sum.newey_west.sqrt(),
         converged: solved.converged,
         every: 1,
         readings: residuals.len(),
@@ -215,14 +215,14 @@ fn estimates(
 ) -> Vec<Estimate> {
     let frame = &work.problem.frame;
     let shares = reached.map(|i| i / frame.current);
-    let is_told = |fall: usize| {
+    let is_identified = |fall: usize| {
         let of_series = point.plant.law == Law::Series;
         let own = free.iter().any(|p| p.fall() == Some(fall));
-        own && shares[fall] >= NOT_DRIVEN && (!of_series || is_fall_told(fall, free))
+        own && shares[fall] >= NOT_DRIVEN && (!of_series || is_fall_identified(fall, free))
     };
-    let told: [bool; 3] = std::array::from_fn(is_told);
+    let identified: [bool; 3] = std::array::from_fn(is_identified);
     // What was not measured stays as it was stated, at the current that it was stated at.
-    let is_short = |k: usize| told[k] && shares[k] < NEARLY_REACHED;
+    let is_short = |k: usize| identified[k] && shares[k] < NEARLY_REACHED;
     let at = std::array::from_fn(|k| if is_short(k) { reached[k] } else { frame.current });
     let shown = point.plant.falls_at(frame, at);
     let mut parameters = Vec::new();
@@ -267,7 +267,7 @@ fn estimates(
             unit,
             value: value / factor,
             interval: Some(off.map(|off| (value + off) / factor)),
-            identified: parameter.fall().map_or(place.is_some(), |fall| told[fall]),
+            identified: parameter.fall().map_or(place.is_some(), |fall| identified[fall]),
             at: parameter.fall().map(|fall| at[fall]),
         });
     }
@@ -280,15 +280,15 @@ fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [b
     let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
     let gains: Vec<(usize, f64)> = free.iter().enumerate().filter_map(are_gains).collect();
     let value = 1.0 + point.gain[last(channels)];
-    // It follows from the others' only if all of them are told.
-    let told = gains.len() + 1 == channels.iter().filter(|present| **present).count();
-    let off = if told { between.interval(&gains, &[]) } else { [-0.03, 0.03] };
+    // It follows from the others' only if all of them are identified.
+    let identified = gains.len() + 1 == channels.iter().filter(|present| **present).count();
+    let off = if identified { between.interval(&gains, &[]) } else { [-0.03, 0.03] };
     let channel = Estimate {
         name: format!("gain_{}", letter(last(channels))),
         unit: "",
         value,
         interval: Some(off.map(|off| value + off)),
-        identified: told,
+        identified,
         at: None,
     };
     let common = Estimate {
@@ -328,8 +328,8 @@ fn with_switch(
     }
 }
 
-/// Whether the readings tell a fall of the series, of whose coefficients these are told: the two falls along d follow from β and γ.
-fn is_fall_told(fall: usize, free: &[Parameter]) -> bool {
+/// Whether the readings identify a fall of the series, of whose coefficients these are free: the two falls along d follow from β and γ.
+fn is_fall_identified(fall: usize, free: &[Parameter]) -> bool {
     let along_d = [Parameter::SaturationAlong, Parameter::SaturationAgainst];
     fall == 2 || along_d.iter().all(|parameter| free.contains(parameter))
 }

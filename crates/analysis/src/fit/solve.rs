@@ -1,7 +1,7 @@
 //! The most likely parameters: Fisher's scoring, damped after Levenberg and Marquardt.
 //!
 //! Each step solves `(J + λ diag J) δ = s` with the score s and the information J of all readings
-//! ([`Scatter::told`]), as Gauss and Newton's method does with residuals and their squares, to which it comes down where
+//! ([`Scatter::terms`]), as Gauss and Newton's method does with residuals and their squares, to which it comes down where
 //! the converter is fine. A library for least squares (`levenberg-marquardt` 0.15) takes residuals, of which a reading of a
 //! coarse converter has none, and brings a second version of nalgebra.
 
@@ -38,8 +38,8 @@ pub struct Sum {
     pub information: DMatrix<f64>,
     /// Readings less currents, in A, of each channel.
     pub residuals: [Vec<f64>; 3],
-    /// By how much the scores vary more than J says, because neighbours are alike; at least 1.
-    pub inflation: f64,
+    /// Newey–West ratio: the variance of the scores with their autocovariances (Bartlett weights) over J; at least 1.
+    pub newey_west: f64,
 }
 
 /// Neighbours whose likeness counts.
@@ -84,7 +84,7 @@ impl Problem {
             score: DVector::zeros(n),
             information: DMatrix::zeros(n, n),
             residuals: [const { Vec::new() }; 3],
-            inflation: 1.0,
+            newey_west: 1.0,
         };
         let (mut squares, mut alike, mut count) = (0.0, 0.0, 0.0);
         for part in parts? {
@@ -103,7 +103,7 @@ impl Problem {
                 }
             }
         }
-        sum.inflation = ((squares + alike) / f64::max(count, 1.0)).max(1.0);
+        sum.newey_west = ((squares + alike) / f64::max(count, 1.0)).max(1.0);
         for (k, (piece, edge)) in self.edges.iter().enumerate() {
             let (shift, deviation) =
                 (point.shifts[*piece][*edge], self.pieces[*piece].edges[*edge].deviation);
@@ -209,8 +209,8 @@ impl Problem {
                 let gain = 1.0 + point.gain[k];
                 let (current, slope) = (nominal[row].0[k], nominal[row].1[k]);
                 let mean = gain * current + point.offset[k];
-                let told = scatter[k].told(reading.current[k], mean);
-                part.likelihood += told.likelihood;
+                let terms = scatter[k].terms(reading.current[k], mean);
+                part.likelihood += terms.likelihood;
                 if !scatter[k].is_clipped(reading.current[k]) {
                     part.residuals[k].push(reading.current[k] - mean);
                 }
@@ -218,7 +218,7 @@ impl Problem {
                     continue;
                 }
                 part.scores[k]
-                    .push(told.score / told.information.max(1e-30).sqrt().max(1e-3 / scatter[k].noise));
+                    .push(terms.score / terms.information.max(1e-30).sqrt().max(1e-3 / scatter[k].noise));
                 along.clear();
                 along.extend(columns.iter().map(|(place, column)| (*place, gain * column[row][k])));
                 for (place, parameter) in others.iter().copied() {
@@ -232,8 +232,8 @@ impl Problem {
                     along.push((place, value));
                 }
                 for (x, a) in &along {
-                    part.score[*x] += a * told.score;
-                    let weighted = a * told.information;
+                    part.score[*x] += a * terms.score;
+                    let weighted = a * terms.information;
                     for (y, b) in &along {
                         part.information[(*x, *y)] += weighted * b;
                     }

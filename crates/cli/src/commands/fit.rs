@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_analysis::fit::record::{Record, RecordError};
-use standstill_analysis::fit::{Estimate, Fit, MISFIT, Start, Weak, fit};
+use standstill_analysis::fit::{Estimate, Fit, MISFIT, NonIdentifiable, Start, fit};
 use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_quantity::Scale;
 use standstill_scenario::Document;
@@ -29,10 +29,10 @@ use standstill_report::page::{Column, Table};
 
 const FILES: [&str; 4] = ["motor.toml", "fit.json", "fit.svg", "fit.png"];
 
-/// Of a weak direction, what the readings tell as a share of what is known beforehand, below which it is named.
-const HARDLY_TOLD: f64 = 0.1;
+/// Information of the readings about a direction over that of the prior, below which the direction is named.
+const HARDLY_IDENTIFIED: f64 = 0.1;
 
-/// Parameters whose weak directions the text names; fit.json has all.
+/// Parameters whose non-identifiable directions the text names; fit.json has all.
 const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
 
 /// Keys of a scenario that a fit begins with; it uses no others.
@@ -180,15 +180,15 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
             "identified": estimate.identified,
             "at_A": estimate.at,
         })).collect::<Vec<_>>(),
-        "weak_directions": fit.weak.iter().map(|weak| json!({
-            "told": weak.told,
-            "moves": weak.parts.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
+        "non_identifiable_directions": fit.non_identifiable.iter().map(|direction| json!({
+            "information": direction.information,
+            "moves": direction.parts.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "pole": { "identified": fit.pole.identified, "deviations": fit.pole.deviations, "both_ways": fit.pole.both_ways },
-        "leans_on": fit.leans.iter().map(|lean| json!({
-            "fixed": lean.fixed.0,
-            "off_by": lean.fixed.1,
-            "moves": lean.moves.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
+        "fixed_biases": fit.fixed_biases.iter().map(|bias| json!({
+            "fixed": bias.fixed.0,
+            "off_by": bias.fixed.1,
+            "moves": bias.moves.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "residual_rms_A": fit.residual_rms,
         "expected_rms_A": fit.expected_rms,
@@ -311,28 +311,30 @@ fn sentences(fit: &Fit) -> Vec<String> {
         let scale = Scale::suiting(estimate.map_or("", |estimate| estimate.unit), value.abs());
         format!("{:.2} {}", scale.number(value.abs()), scale.unit.replace("ohm", "Ω")).trim_end().to_owned()
     };
-    let named = |weak: &&Weak| {
-        weak.told < HARDLY_TOLD && weak.parts.len() > 1 && OF_THE_WINDING.contains(&weak.parts[0].0.as_str())
+    let named = |direction: &&NonIdentifiable| {
+        direction.information < HARDLY_IDENTIFIED
+            && direction.parts.len() > 1
+            && OF_THE_WINDING.contains(&direction.parts[0].0.as_str())
     };
-    for weak in fit.weak.iter().filter(named) {
-        let first = weak.parts[0].1;
+    for direction in fit.non_identifiable.iter().filter(named) {
+        let first = direction.parts[0].1;
         let part = |(name, by): &(String, f64)| {
             format!("{name} by {}{}", if by * first < 0.0 { "−" } else { "" }, of(name, *by))
         };
         said.push(format!(
-            "These readings hardly tell one combination of parameters: to move {} hardly changes them.",
-            weak.parts.iter().map(part).collect::<Vec<_>>().join(" together with ")
+            "The readings do not identify one direction of the parameters: a move of {} hardly changes the currents.",
+            direction.parts.iter().map(part).collect::<Vec<_>>().join(" together with ")
         ));
     }
-    for lean in &fit.leans {
+    for bias in &fit.fixed_biases {
         let mut moves = String::new();
-        for (k, (name, by)) in lean.moves.iter().enumerate() {
+        for (k, (name, by)) in bias.moves.iter().enumerate() {
             let _ = write!(moves, "{}{name} by {}", if k == 0 { "" } else { ", " }, of(name, *by));
         }
         said.push(format!(
-            "{} is not measured; a change by {} would move {moves}, which their intervals contain.",
-            lean.fixed.0,
-            of(&lean.fixed.0, lean.fixed.1)
+            "{} is fixed, not measured; if it is off by {}, it biases {moves}, which their intervals contain.",
+            bias.fixed.0,
+            of(&bias.fixed.0, bias.fixed.1)
         ));
     }
     said

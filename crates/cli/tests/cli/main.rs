@@ -45,12 +45,22 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
+/// Runs the program. What it says to people has no number of more than eight decimals, such as 66.11173649763003.
 fn standstill(arguments: &[&str], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_standstill"))
+    let output = Command::new(env!("CARGO_BIN_EXE_standstill"))
         .args(arguments)
         .current_dir(folder)
         .output()
-        .expect("the program starts")
+        .expect("the program starts");
+    let mut text = String::from_utf8_lossy(&output.stderr).into_owned();
+    if !arguments.contains(&"--json") {
+        text += &String::from_utf8_lossy(&output.stdout);
+    }
+    for decimals in text.split('.').skip(1) {
+        let count = decimals.bytes().take_while(u8::is_ascii_digit).count();
+        assert!(count <= 8, "{arguments:?}: .{}", &decimals[..count]);
+    }
+    output
 }
 
 /// Nothing on standard error but progress, which comes every ten seconds where a machine is slow.

@@ -1,4 +1,4 @@
-//! What the readings do not tell: combinations of parameters, and what estimates lean on.
+//! What the readings do not identify: directions in the space of parameters, and the bias that fixed parameters may cause.
 
 use nalgebra::DMatrix;
 
@@ -7,43 +7,42 @@ use super::result::Estimate;
 use super::solve::Sum;
 use super::{Spread, TWO_SIDED_95, Work};
 
-/// What a parameter that was fixed would move, if it is off by half the width of what is known of it.
+/// The bias of estimates that a fixed parameter causes if it is off by half the width of its prior interval.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lean {
+pub struct FixedBias {
     /// The fixed parameter, and by how much it may be off.
     pub fixed: (String, f64),
     /// Estimates that it moves by more than half of their interval's half width, and by how much.
     pub moves: Vec<(String, f64)>,
 }
 
-/// A combination of parameters of which the readings tell less than is known without measuring.
+/// A non-identifiable direction: a combination of parameters of which the readings have less information than the prior.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Weak {
-    /// The readings' information about this combination, divided by the information that is known beforehand: 0 to 1.
-    pub told: f64,
+pub struct NonIdentifiable {
+    /// The readings' information about this direction over that of the prior: 0 to 1.
+    pub information: f64,
     /// Parameters that move together, the one that moves most beside what is known of it first, and by how much, in their
     /// units, if the combination is off by what it may be off by beforehand.
     pub parts: Vec<(String, f64)>,
 }
 
 impl Work<'_> {
-    /// Combinations of all parameters that the readings tell less of than is known beforehand: eigenvectors of the
-    /// information in units of what is known, with edges anywhere they may be.
-    pub(super) fn weak(&self, sum: &Sum, point: &Point) -> Vec<Weak> {
+    /// Non-identifiable directions: eigenvectors of the information in units of the priors, with the edges marginalised.
+    pub(super) fn non_identifiable(&self, sum: &Sum, point: &Point) -> Vec<NonIdentifiable> {
         let (n, all) = (self.problem.free.len(), sum.information.nrows());
         let edges = sum.information.view((n, n), (all - n, all - n)).into_owned();
         let cross = sum.information.view((0, n), (n, all - n)).into_owned();
-        let mut told = sum.information.view((0, 0), (n, n)).into_owned();
+        let mut readings = sum.information.view((0, 0), (n, n)).into_owned();
         if let Some(factor) = edges.cholesky() {
-            told -= &cross * factor.solve(&cross.transpose());
+            readings -= &cross * factor.solve(&cross.transpose());
         }
         let known: Vec<f64> = self.problem.free.iter().map(|p| self.plausible(*p, point)).collect();
-        let unit = TWO_SIDED_95 * TWO_SIDED_95 * sum.inflation;
-        let scaled = DMatrix::from_fn(n, n, |x, y| told[(x, y)] * known[x] * known[y] / unit);
+        let unit = TWO_SIDED_95 * TWO_SIDED_95 * sum.newey_west;
+        let scaled = DMatrix::from_fn(n, n, |x, y| readings[(x, y)] * known[x] * known[y] / unit);
         let eigen = scaled.symmetric_eigen();
-        let mut weak = Vec::new();
-        for (direction, told) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
-            if *told >= 1.0 {
+        let mut found = Vec::new();
+        for (direction, information) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
+            if *information >= 1.0 {
                 continue;
             }
             let most = direction.amax();
@@ -53,21 +52,24 @@ impl Work<'_> {
                 let parameter = self.problem.free[k];
                 (parameter.name(), direction[k] * known[k] / parameter.unit().1)
             };
-            weak.push(Weak { told: told.max(0.0), parts: parts.into_iter().map(part).collect() });
+            found.push(NonIdentifiable {
+                information: information.max(0.0),
+                parts: parts.into_iter().map(part).collect(),
+            });
         }
-        weak.sort_by(|a, b| a.told.total_cmp(&b.told));
-        weak
+        found.sort_by(|a, b| a.information.total_cmp(&b.information));
+        found
     }
 }
 
-/// What the fixed parameters would move.
-pub(super) fn leans(
+/// The biases that fixed parameters may cause.
+pub(super) fn fixed_biases(
     spread: &Spread,
     free: &[Parameter],
     fixed: &[Parameter],
     parameters: &[Estimate],
-) -> Vec<Lean> {
-    let mut leans = Vec::new();
+) -> Vec<FixedBias> {
+    let mut biases = Vec::new();
     for (f, (parameter, off)) in fixed.iter().zip(&spread.off).enumerate() {
         let moves = free.iter().enumerate().filter_map(|(k, moved)| {
             let name = moved.name();
@@ -77,8 +79,8 @@ pub(super) fn leans(
         });
         let moves: Vec<(String, f64)> = moves.collect();
         if !moves.is_empty() {
-            leans.push(Lean { fixed: (parameter.name(), off / parameter.unit().1), moves });
+            biases.push(FixedBias { fixed: (parameter.name(), off / parameter.unit().1), moves });
         }
     }
-    leans
+    biases
 }
