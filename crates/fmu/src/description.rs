@@ -122,7 +122,7 @@ impl Model {
             ],
         };
         let clock = self.variables.iter().position(|variable| variable.kind == Kind::Clock);
-        let (mut variables, mut outputs, mut unknowns) = (String::new(), String::new(), String::new());
+        let (mut variables, mut outputs, mut unknowns) = (Vec::new(), Vec::new(), Vec::new());
         for (place, (reference, variable)) in (1..).zip(self.listed(version)) {
             let clocked = clock.filter(|_| !two && variable.is_clocked());
             let common = attributes(&[
@@ -141,25 +141,27 @@ impl Model {
                 _ => variable.numbers(),
             };
             let kind = variable.kind.element(version);
-            variables += &if two {
+            variables.push(if two {
                 format!("    <ScalarVariable{common}><{kind}{numbers}/></ScalarVariable>\n")
             } else {
                 format!("    <{kind}{common}{numbers}/>\n")
-            };
+            });
             if variable.is_output() {
                 // What goes in shows a step later.
-                outputs += &if two {
+                outputs.push(if two {
                     format!("      <Unknown index=\"{place}\" dependencies=\"\"/>\n")
                 } else {
                     format!("    <Output valueReference=\"{reference}\" dependencies=\"\"/>\n")
-                };
-                unknowns += &match clocked {
-                    Some(_) => String::new(),
-                    None if two => format!("      <Unknown index=\"{place}\"/>\n"),
-                    None => format!("    <InitialUnknown valueReference=\"{reference}\"/>\n"),
-                };
+                });
+                if two {
+                    unknowns.push(format!("      <Unknown index=\"{place}\"/>\n"));
+                } else if clocked.is_none() {
+                    unknowns.push(format!("    <InitialUnknown valueReference=\"{reference}\"/>\n"));
+                }
             }
         }
+        let (variables, mut outputs, mut unknowns) =
+            (variables.concat(), outputs.concat(), unknowns.concat());
         if two {
             outputs = format!("    <Outputs>\n{outputs}    </Outputs>\n");
             unknowns = format!("    <InitialUnknowns>\n{unknowns}    </InitialUnknowns>\n");

@@ -133,7 +133,7 @@ impl Bench {
     /// Requests that no page makes, and scenarios that cannot be.
     pub fn answer(&self, request: &str, text: &str) -> Result<Vec<u8>, LabError> {
         let answer = match request {
-            "start" => self.start()?,
+            "start" => self.start(),
             "setting" => values::answer(self, &body(text)?)?,
             "advice" => {
                 let adviser = self.adviser.as_ref().ok_or_else(|| LabError::of("the lab has no adviser"))?;
@@ -166,8 +166,8 @@ impl Bench {
     }
 
     /// Data that a page asks for once.
-    fn start(&self) -> Result<Value, LabError> {
-        Ok(json!({
+    fn start(&self) -> Value {
+        json!({
             "version": env!("CARGO_PKG_VERSION"),
             "motors": standstill_plant::built_in_names().collect::<Vec<_>>(),
             "controls": controls::controls(),
@@ -175,7 +175,7 @@ impl Bench {
             "scenario": self.given.file.as_ref().map(|file| file.display().to_string()),
             "folder": self.folder.as_ref().map(|folder| folder.path().display().to_string()),
             "scenarios": self.folder.as_ref().map(Folder::scenarios),
-        }))
+        })
     }
 
     /// How a command line names the scenario of a setting.

@@ -13,7 +13,7 @@ pub enum TableError {
     #[error("{0}")]
     Design(String),
     /// A row to be written does not fit the columns.
-    #[error("row {row}{}: found {found}, needed {needed}", in_column(column))]
+    #[error("row {row}{}: found {found}, needed {needed}", in_column(column.as_ref()))]
     Row {
         /// Which row, from 1.
         row: u64,
@@ -45,7 +45,7 @@ pub enum TableError {
         why: String,
     },
     /// A place in a file does not hold what it must.
-    #[error("{path}, {place}{}: found {found}, needed {needed}", in_column(column))]
+    #[error("{path}, {place}{}: found {found}, needed {needed}", in_column(column.as_ref()))]
     At {
         /// The file.
         path: PathBuf,
@@ -78,8 +78,8 @@ impl fmt::Display for Place {
     }
 }
 
-fn in_column(column: &Option<String>) -> String {
-    column.as_ref().map_or_else(String::new, |name| format!(", column {}", quoted(name)))
+fn in_column(column: Option<&String>) -> String {
+    column.map_or_else(String::new, |name| format!(", column {}", quoted(name)))
 }
 
 /// For messages: a text on one line, and no more than its beginning.

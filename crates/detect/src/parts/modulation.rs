@@ -34,6 +34,7 @@ impl<T: Real> ModulationSettings<T> {
     }
 
     /// Whether dead time or drops are compensated.
+    #[allow(clippy::unnecessary_wraps, reason = "the form of a setting that may be missing")]
     pub(crate) fn compensation(&self) -> Option<Value> {
         Some(Value::Flag(self.dead_time > Nanos::ZERO || self.drop > T::zero()))
     }

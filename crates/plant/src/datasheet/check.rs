@@ -57,7 +57,7 @@ impl DataSheet {
         if winding.d_axis_inductance().min(winding.q_axis_inductance()) < 1e-6 * resistance {
             let needed =
                 "small enough for time constants L_d/R and L_q/R of at least 1 µs, as every motor has";
-            return Err(check.value("winding.resistance", &w.resistance.value, needed));
+            return Err(check.value("winding.resistance", w.resistance.value, needed));
         }
         let rated_current = check.positive("rating.current", &self.tables.rating.current)?;
         // A map is the one that is known already; to compare it number by number would take as long as a detection.
@@ -102,7 +102,7 @@ impl DataSheet {
         let w = &self.tables.winding;
         let missing = |key| {
             let needed = "given, unless a [map] tells it";
-            move || check.value(key, &"missing", needed)
+            move || check.value(key, "missing", needed)
         };
         let mean_inductance = w.mean_inductance.as_ref().ok_or_else(missing("winding.mean_inductance"))?;
         let saliency = w.saliency.as_ref().ok_or_else(missing("winding.saliency"))?;
@@ -116,7 +116,7 @@ impl DataSheet {
         if winding.d_axis_inductance() <= 0.0 || winding.q_axis_inductance() <= 0.0 {
             return Err(check.value(
                 "winding.saliency",
-                &saliency.value,
+                saliency.value,
                 "such that L_d = 3/2 (L_A + L_B) + L_σ and L_q = 3/2 (L_A − L_B) + L_σ are positive",
             ));
         }
@@ -130,7 +130,7 @@ impl DataSheet {
             [("saturation", self.tables.saturation.is_some()), ("bridge", self.tables.bridge.is_some())]
         {
             if given {
-                return Err(check.value(key, &"given beside [map]", "left out: the map is the whole core"));
+                return Err(check.value(key, "given beside [map]", "left out: the map is the whole core"));
             }
         }
         let [[d_low, d_high], [q_low, q_high]] = map.range();
@@ -148,16 +148,16 @@ impl DataSheet {
             if !beyond && d_high.max(-d_low) >= least && q_high.min(-q_low) >= least {
                 needed += "; or beyond = \"fitted\" in [map], which continues it along d, so that its poles are assumed";
             }
-            return Err(check.value("map.file", &found, &needed));
+            return Err(check.value("map.file", found, &needed));
         }
         let (winding, magnet_flux) = Winding::of_map(&map);
         let w = &self.tables.winding;
         let stated = Winding {
-            mean_inductance: w.mean_inductance.as_ref().map_or(winding.mean_inductance, |l| l.number()),
-            saliency: w.saliency.as_ref().map_or(winding.saliency, |l| l.number()),
-            leakage: w.leakage.as_ref().map_or(0.0, |l| l.number()),
+            mean_inductance: w.mean_inductance.as_ref().map_or(winding.mean_inductance, Sourced::number),
+            saliency: w.saliency.as_ref().map_or(winding.saliency, Sourced::number),
+            leakage: w.leakage.as_ref().map_or(0.0, Sourced::number),
         };
-        let stated_flux = w.magnet_flux.as_ref().map_or(magnet_flux, |flux| flux.number());
+        let stated_flux = w.magnet_flux.as_ref().map_or(magnet_flux, Sourced::number);
         Ok((stated, stated_flux, Core::Map(map)))
     }
 
@@ -165,12 +165,12 @@ impl DataSheet {
         if let Some(nameplate) = &self.tables.nameplate {
             let needed = "one whose inductances can fall as it says";
             let core = nameplate::core(nameplate, winding, magnet_flux);
-            return core.ok_or_else(|| check.value("nameplate.saturation", &"given", needed));
+            return core.ok_or_else(|| check.value("nameplate.saturation", "given", needed));
         }
         match (&self.tables.saturation, &self.tables.bridge) {
             (None, None) => Ok(Core::Linear(Linear::from_winding(winding, magnet_flux))),
             (None, Some(_)) => {
-                Err(check.value("bridge", &"given without [saturation]", "given with it, or not at all"))
+                Err(check.value("bridge", "given without [saturation]", "given with it, or not at all"))
             }
             (Some(table), bridge) => {
                 let bridge = bridge.as_ref().map(|table| check.bridge(table)).transpose()?;
@@ -216,7 +216,7 @@ impl Check<'_> {
         needed: impl fmt::Display,
     ) -> Result<f64, MotorError> {
         let number = from.number();
-        if range.contains(&number) { Ok(number) } else { Err(self.value(key, &from.value, needed)) }
+        if range.contains(&number) { Ok(number) } else { Err(self.value(key, from.value, needed)) }
     }
 
     pub(super) fn positive<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
@@ -257,7 +257,7 @@ impl Check<'_> {
                 let found = format!("such that the {what} is {}", listed(&[stated], unit));
                 let makes = listed(&[saturated], unit);
                 let needed = format!("within 2 % of what [saturation] or [map] makes it, {makes}");
-                return Err(self.value(key, &found, &needed));
+                return Err(self.value(key, found, &needed));
             }
         }
         Ok(())
@@ -272,7 +272,7 @@ impl Check<'_> {
     ) -> Result<u8, MotorError> {
         let found = (least..=most).find(|n| f64::from(*n) == from.number());
         let needed = format_args!("a whole number from {least} to {most}");
-        found.ok_or_else(|| self.value(key, &from.value, needed))
+        found.ok_or_else(|| self.value(key, from.value, needed))
     }
 
     fn saturation(&self, table: &SaturationTable) -> Result<Algebraic, MotorError> {

@@ -31,7 +31,7 @@ impl Check<'_> {
         };
         if friction.coulomb > friction.stiction {
             let needed = format!("at most rotor.stiction, {}", r.stiction.value);
-            return Err(self.value("rotor.coulomb", &r.coulomb.value, &needed));
+            return Err(self.value("rotor.coulomb", r.coulomb.value, &needed));
         }
         let cogging = match (&r.cogging_torque, &r.cogging_periods) {
             (None, None) => None,
@@ -64,7 +64,7 @@ impl Check<'_> {
         let periods = self.whole(key, from, 1, 200)?;
         if periods % 2 == 1 {
             let needed = "even: lcm(slots, poles) over the pole pairs, as each pole pulls like its opposite";
-            return Err(self.value(key, &from.value, needed));
+            return Err(self.value(key, from.value, needed));
         }
         Ok(periods)
     }
@@ -98,7 +98,7 @@ impl Check<'_> {
                 listed(&[harmonics.largest_inductance()], "H"),
                 listed(&[0.5 * least], "H")
             );
-            return Err(self.value(key, &found, &needed));
+            return Err(self.value(key, found, &needed));
         }
         let rest = circuit.rest(Heading::ZERO).norm();
         for (key, found) in [("harmonics.flux_5", &table.flux_5), ("harmonics.flux_7", &table.flux_7)] {
@@ -107,7 +107,7 @@ impl Check<'_> {
             {
                 let needed =
                     format!("at most 0.3 of the flux without current, {}", listed(&[0.3 * rest], "Wb"));
-                return Err(self.value(key, &found.value, &needed));
+                return Err(self.value(key, found.value, &needed));
             }
         }
         Ok(harmonics)
@@ -139,7 +139,7 @@ impl Check<'_> {
                 listed(&[least], "A"),
                 listed(&[most], "A")
             );
-            return Err(self.value("hysteresis.coercive_current", &coercive.value, &needed));
+            return Err(self.value("hysteresis.coercive_current", coercive.value, &needed));
         }
         let needed = "a share of the inductance, from 0.001 to 0.5: most of it is the air gap's";
         let depth = self.within("hysteresis.depth", depth, 0.001..=0.5, needed)?;
@@ -149,9 +149,8 @@ impl Check<'_> {
         Ok(Some(Hysteresis {
             coercive_current: current,
             depth,
-            cells: number.ok_or_else(|| {
-                self.value("hysteresis.cells", &cells.value, "0 (no hysteresis), 1, 2 or 3")
-            })?,
+            cells: number
+                .ok_or_else(|| self.value("hysteresis.cells", cells.value, "0 (no hysteresis), 1, 2 or 3"))?,
         }))
     }
 

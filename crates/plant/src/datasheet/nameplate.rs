@@ -19,8 +19,8 @@ use crate::{Algebraic, Core, Falls, Linear, Magnetics, Winding};
 fn falls(shares: &SharesTable) -> Falls {
     Falls {
         d: shares.d.number(),
-        minus_d: shares.minus_d.as_ref().map(|share| share.number()),
-        q: shares.q.as_ref().map_or(0.0, |share| share.number()),
+        minus_d: shares.minus_d.as_ref().map(Sourced::number),
+        q: shares.q.as_ref().map_or(0.0, Sourced::number),
     }
 }
 
