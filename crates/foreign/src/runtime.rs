@@ -11,8 +11,8 @@ use std::ptr;
 use crate::elf::Elf;
 use crate::float::Float;
 use crate::heap::Heap;
-use crate::strings;
 use crate::random::{Random, Random48};
+use crate::strings;
 
 /// All that an image has besides its variables.
 #[derive(Debug)]
@@ -272,7 +272,8 @@ unsafe extern "C" fn dlopen(name: *const c_char, how: c_int) -> *mut c_void {
             // It may free what the image gives it.
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             if !crate::parts::is_of_program(&name)
-                && let Some(elf) = std::fs::read(&path).ok().and_then(|bytes| Elf::parse(&bytes).ok()) {
+                && let Some(elf) = std::fs::read(&path).ok().and_then(|bytes| Elf::parse(&bytes).ok())
+            {
                 crate::loading::replace((*map).0, &elf, &taking_back);
             }
             LOADED.with_borrow_mut(|all| all.push(path));

@@ -103,9 +103,7 @@ unsafe extern "C" fn getline(
 
 unsafe extern "C" fn realpath(path: *const c_char, into: *mut c_char) -> *mut c_char {
     // SAFETY: the caller's, as of `realpath`.
-    unsafe {
-        if into.is_null() { adopted(libc::realpath(path, into)) } else { libc::realpath(path, into) }
-    }
+    unsafe { if into.is_null() { adopted(libc::realpath(path, into)) } else { libc::realpath(path, into) } }
 }
 
 unsafe extern "C" fn canonicalize_file_name(path: *const c_char) -> *mut c_char {

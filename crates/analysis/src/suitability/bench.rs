@@ -126,11 +126,7 @@ impl Bench<'_> {
     }
 
     /// The scenario with settings, with the seed on which they are looked for.
-    pub fn scenario(
-        &self,
-        setting: &Setting,
-        rotor: Rotor,
-    ) -> Result<Scenario<Method<f64>>, FileError> {
+    pub fn scenario(&self, setting: &Setting, rotor: Rotor) -> Result<Scenario<Method<f64>>, FileError> {
         let mut document = self.document.clone();
         setting.set_in(&mut document)?;
         document.set("rotor.state", rotor.name(), Origin::CommandLine)?;
