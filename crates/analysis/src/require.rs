@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
-use serde::Serialize;
 use standstill_campaign::Estimate;
 use standstill_quantity::si_value;
 use standstill_scenario::{Document, FileError, Origin, Plan, Record, seed_value};
@@ -56,7 +55,7 @@ pub struct Judged {
 pub const EVERYWHERE: &str = "every value meets it";
 
 /// A point of the curve: a value of the first key, and what the second must be.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     /// The value of the first key.
     pub first: f64,

@@ -43,6 +43,8 @@ pub struct Answer {
 pub struct Made<'a> {
     /// The scenario; none where there are several.
     pub setup: Option<Setup<'a>>,
+    /// The line under the page's title, where the text begins with the verdict.
+    pub subtitle: String,
     /// Facts of its own beside those of the scenario.
     pub facts: Vec<(String, String)>,
     /// The commands that make it again.
@@ -142,7 +144,8 @@ impl Answer {
             sections.extend([setup.section(), setup.reproduce(&made.command)]);
         }
         let footer = format!("Standstill {}", env!("CARGO_PKG_VERSION"));
-        Page { title: self.title, subtitle: self.setting, sections, footer }
+        let subtitle = self.setting + &made.subtitle;
+        Page { title: self.title, subtitle, sections, footer }
     }
 }
 

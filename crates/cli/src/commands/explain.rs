@@ -77,7 +77,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let command = format!("standstill run scenario.toml --out {folder_of_run}\n{}", typed());
     let (text, files) = (&run.summary.run.scenario, &run.summary.run.files);
     let setup = Setup { place: &place, text, files, fence: None, varied, others: Vec::new() };
-    let made = Made { setup: Some(setup), facts: Vec::new(), command, asked: Some(asked) };
+    let made = Made { setup: Some(setup), command, asked: Some(asked), ..Made::default() };
     answer(&run, &plan, &all, lost).report(folder, options.json, made)
 }
 

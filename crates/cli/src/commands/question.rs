@@ -152,9 +152,8 @@ impl<'a> Asked<'a> {
                 varied: Vec::new(),
                 others: Vec::new(),
             }),
-            facts: Vec::new(),
             command: command(self.name, &self.identity.options),
-            asked: None,
+            ..Made::default()
         };
         let report = answer.report(folder(self.question, self.name), self.question.json, made)?;
         // Only now that the files are in place.

@@ -22,7 +22,7 @@ pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answ
     Answer {
         name: "report",
         title: "Initial rotor position: Monte Carlo".to_owned(),
-        setting: setting(&run.file),
+        setting: String::new(),
         sections: std::iter::once(verdict).chain(results).collect(),
         figures,
         json,
@@ -53,7 +53,8 @@ pub fn made(run: &FinishedRun) -> Made<'_> {
         ("Folder", run.folder.display().to_string()),
     ];
     let facts = axes.into_iter().flatten().chain(facts).map(|(name, value)| (name.to_owned(), value));
-    Made { setup: Some(setup), facts: facts.collect(), command: commands(run), asked: None }
+    let subtitle = setting(&run.file);
+    Made { setup: Some(setup), subtitle, facts: facts.collect(), command: commands(run), asked: None }
 }
 
 /// How many trials there are, of a sweep at each point.
