@@ -64,30 +64,38 @@ fn holds(name: &str, files: &[&str], left_out: &[&str]) {
     assert_eq!(page.lines().count(), printed.lines().count());
 }
 
-const OF_OWN_MOTORS: [&str; 4] =
-    ["traces/six_vectors.csv", "maps/both_sides.csv", "maps/one_side.csv", "maps/measured.csv"];
+/// The pages on own motors: files of `examples/` beside them, and searches for settings of motors after the first, which take 3 to 10 s each.
+const OWN_MOTORS: [(&str, &[&str], &[&str]); 3] = [
+    ("own-motor.md", &[], &[]),
+    (
+        "own-motor-map.md",
+        &["maps/both_sides.csv", "maps/one_side.csv", "maps/measured.csv"],
+        &["check motor.toml", "check half.toml -s motor.map.beyond=fitted", "check measured.toml"],
+    ),
+    ("own-motor-traces.md", &["traces/six_vectors.csv"], &["check six/motor.toml"]),
+];
 
-/// Without the searches for settings of motors after the first, which take 3 to 10 s each.
 #[test]
-fn golden_the_page_of_own_motors_says_what_the_program_says() {
-    let searches = [
-        "check motor.toml",
-        "check half.toml -s motor.map.beyond=fitted",
-        "check measured.toml",
-        "check six/motor.toml",
-    ];
-    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/own-motor.md"));
-    let page = page.expect("the page");
-    for search in searches {
-        assert!(page.contains(&format!("\n$ standstill {search}\n")), "{search}: left out, and not there");
+fn golden_the_pages_of_own_motors_say_what_the_program_says() {
+    for (name, files, searches) in OWN_MOTORS {
+        let page = format!("{}/../../docs/{name}", env!("CARGO_MANIFEST_DIR"));
+        let page = fs::read_to_string(page).expect("the page");
+        for search in searches {
+            assert!(
+                page.contains(&format!("\n$ standstill {search}\n")),
+                "{search}: left out, and not there"
+            );
+        }
+        holds(name, files, searches);
     }
-    holds("own-motor.md", &OF_OWN_MOTORS, &searches);
 }
 
 #[test]
-#[ignore = "the page's other searches, too: scripts/test-all.sh long"]
-fn golden_the_whole_page_of_own_motors_says_what_the_program_says() {
-    holds("own-motor.md", &OF_OWN_MOTORS, &[]);
+#[ignore = "the pages' other searches, too: scripts/test-all.sh long"]
+fn golden_the_whole_pages_of_own_motors_say_what_the_program_says() {
+    for (name, files, _) in OWN_MOTORS {
+        holds(name, files, &[]);
+    }
 }
 
 #[test]

@@ -231,7 +231,7 @@ const fn short(demand: Demand) -> &'static str {
 fn condition(asked: &Checked<'_>) -> Option<String> {
     let Some(Condition::Saturation { least, most, minus_d }) = &asked.found.condition else { return None };
     Some(format!(
-        "Saturation is not given. The bench finds the least that suffices: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. The settings below hold at this value and at {}, where the same pulses draw the most current. Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor.md, ten minutes), then `saturation = \"… %\"` in [nameplate].",
+        "Saturation is not given. The bench finds the least that suffices: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. The settings below hold at this value and at {}, where the same pulses draw the most current. Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor-traces.md, ten minutes), then `saturation = \"… %\"` in [nameplate].",
         percent(*least),
         -100.0 * minus_d,
         percent(*most),
