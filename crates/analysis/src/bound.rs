@@ -37,10 +37,10 @@ use thiserror::Error;
 /// The commands that count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Counted {
-    /// All that the detector gives, those of its polarity test too.
+    /// All commands of the detector, including those of its polarity test.
     #[default]
     All,
-    /// Those before the first with PWM: of a method with line pulses, the pulses without the vectors of a polarity test.
+    /// Commands before the first with PWM: of a method with line pulses, the pulses without the vectors of a polarity test.
     BeforePwm,
 }
 

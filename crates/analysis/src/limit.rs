@@ -161,7 +161,7 @@ fn share(count: usize, all: usize, trials: f64) -> Estimate {
     Estimate { value, low: found.low.min(value), high: found.high.max(value) }
 }
 
-/// A quantile of values in their order, none of which is below zero, with the interval that so many trials like these would leave.
+/// Quantile of sorted non-negative values, with the confidence interval that `trials` such trials would give. `share`: 0.95, say.
 fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
     let count = values.len() as f64;
     let [value, ..] = quantile_ranks(share, whole(count));

@@ -20,12 +20,12 @@ pub struct Trials<'a> {
     codes: Codes,
 }
 
-/// Place of the codes of all converters.
+/// Quantization of all A/D converters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Codes {
-    /// By this share of a code above where the scenario has them.
+    /// Codes are shifted up by this share of a code against the scenario's.
     Moved(f64),
-    /// Nothing is rounded: what is read is exact, up to the ends of its range.
+    /// No rounding: readings are exact up to the ends of their range.
     Exact,
 }
 

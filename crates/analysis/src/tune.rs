@@ -94,8 +94,8 @@ pub struct Question<'a> {
     pub ranges: Vec<Range>,
     /// The goal.
     pub goal: Goal,
-    /// Measures whose limit is what the start reaches: they are compared with the start trial by trial, because their
-    /// own intervals are far wider than that of the difference.
+    /// Measures limited by the value at the initial settings (`moved <= start`): compared trial by trial, as the paired
+    /// difference has a far narrower interval.
     pub relative: Vec<Measure>,
     /// The second measure of the front.
     pub against: Measure,

@@ -8,7 +8,7 @@ use standstill_scenario::{Key, Scenario, Usual, Values, keys};
 use crate::shell::host;
 use crate::shell::terminal::tell;
 
-/// Says on standard error what is doubtful about a scenario. A host has other ways to look at its scenario.
+/// Prints a warning on standard error for each implausible value of a scenario; nothing if a host program runs the command.
 pub fn warn(scenario: &Scenario<Method<f64>>) {
     if host::current().is_none() {
         for doubt in of(scenario) {

@@ -33,7 +33,7 @@ pub const STATISTICS: &str = "run.statistics";
 pub struct SummaryFile {
     /// The run.
     pub run: Identity,
-    /// All trials; none of a run with axes, whose points were chosen: what they say together depends on the choice.
+    /// Summary of all trials. None of a sweep: a mean over its points would depend on the choice of the points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub summary: Option<Summary>,
     /// Each point of the axes.

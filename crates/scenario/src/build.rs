@@ -240,7 +240,8 @@ impl SensorsTable {
     }
 }
 
-/// A converter with another range or other bits; where there is none, both are needed. Without bits it rounds nothing, and its range stays.
+/// Replaces the range or the bits of an A/D converter. Without a converter in the error set both are required. With 0 bits it clips to its range and
+/// does not quantize.
 fn converter(
     key: &str,
     adc: Option<Adc>,

@@ -241,7 +241,7 @@ impl Document {
         }
     }
 
-    /// A change of a motor that the file does not name is one of the default motor.
+    /// Sets the default motor as the base when a motor's key is changed and the file has no motor.
     fn base_of_default(&mut self) {
         if let Some(Value::Table(motor)) = self.table.get_mut("motor") {
             motor.insert("base".to_owned(), "paper-5k5".into());

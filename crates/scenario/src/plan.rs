@@ -17,7 +17,7 @@ use super::tolerances::{Drawn, Tolerance};
 use super::typed::{self, Base, Typed};
 use crate::{Remote, Scenario};
 
-/// Points of the axes, each with a scenario.
+/// A scenario file, checked: the points of its sweep and the way to make each point's scenario.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) document: Document,

@@ -25,7 +25,7 @@ enum Set {
     Number(fn(&mut Scenario<Method<f64>>, f64)),
     /// The DC link's voltage, to which the range of its sensor is in proportion.
     Link,
-    /// Of the motor, which is made anew.
+    /// A number of the motor's data sheet; the motor is made anew from it.
     Motor(motor::Set),
 }
 

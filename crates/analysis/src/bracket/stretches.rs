@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Look, Looks, Search, View};
 
-/// Halvings between two values of the scan of which each breaks other limits than the other.
+/// Largest number of bisections between two neighbouring values of a scan that break different limits.
 const HALVINGS: u32 = 8;
 
 /// Largest multiple of the scan's trials by which an evaluation decides whether two stretches are one.

@@ -57,8 +57,8 @@ pub(crate) fn lengths<'t>(tapes: impl Iterator<Item = &'t mut Tape>) -> Lengths 
 }
 
 impl Source {
-    /// Those of a scenario: what its trials draw, and what its converters round. A library is told where the codes of its
-    /// converters lie, so these stay where they are.
+    /// All error sources of a scenario: random draws and rounding of converters. Rounding is left out with a detector from a library, which gets the
+    /// place of its codes.
     pub fn all(trials: &Trials<'_>) -> Vec<Self> {
         let mut sources = Self::drawn(trials);
         let scenario = trials.scenario();

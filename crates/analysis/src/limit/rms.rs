@@ -82,12 +82,12 @@ fn least(squares: &[f64], trials: f64) -> f64 {
     0.5 * super::quantile(squares, 0.5, trials).low
 }
 
-/// Part of starts without an answer in a root mean square.
+/// Place where starts without an answer, each counted as 90°, dominate an rms error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// More than half of the mean square is theirs.
+    /// They make more than half of the mean square.
     Value,
-    /// More than half of the mean square's upper end is what may be theirs.
+    /// They may make more than half of the upper end of its interval.
     Interval,
 }
 

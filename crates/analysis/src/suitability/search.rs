@@ -35,7 +35,7 @@ const PULSE_RANGE: [f64; 2] = [1e-6, 10e-3];
 pub(super) struct Found {
     /// What was looked at, the best first.
     pub looks: Vec<Look>,
-    /// What ends the growth of its current: a demand, or none where the link drives no more.
+    /// The demand that keeps the method from using more current; none if the DC link cannot drive more or the pulse is at its longest.
     pub stop: Option<Demand>,
 }
 

@@ -32,7 +32,7 @@ impl TraceTable {
         self.columns.iter().map(|(name, parts)| Column::new(*name, kind(*parts))).collect()
     }
 
-    /// Its rows for a file of this format: as text numbers end at a picosecond, a nanoampere and a microvolt.
+    /// Writes the table's rows. In CSV times are rounded to 1 ps, currents to 1 nA and voltages to 1 µV.
     pub fn rows(&self, trace: &Trace, format: Format, to: Sink<'_>) -> Result<(), TableError> {
         let mut rounded = |row: &[Value<'_>]| {
             let mut row = row.to_vec();

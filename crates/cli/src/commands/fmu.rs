@@ -105,7 +105,7 @@ fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(),
     Err(document.refuse(key, found, &needed).into())
 }
 
-/// Another FMU may be replaced, but no data sheet, device or link.
+/// Refuses to replace anything but an FMU or a folder: no text, no device file, no symbolic link.
 fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
     let Ok(there) = std::fs::symlink_metadata(out) else { return Ok(()) };
     let mut begin = [0; 4];

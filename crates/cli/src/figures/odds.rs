@@ -5,7 +5,7 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::parts::WIDTH;
 
-/// Values below it are none, in whatever unit the order parameter is.
+/// Magnitude below which the axis takes all values for zero and has a fixed width, in the order parameter's unit.
 const LEAST: f64 = 1e-9;
 
 /// The probability that the order parameter exceeds a value, as each run came by it, and the event's with its interval. Of a likely

@@ -235,7 +235,7 @@ impl<V: Wide> Compute for LookAt<'_, '_, V> {
     }
 }
 
-/// Machines whose sensors rest for a time in s: a bit for each.
+/// Advances the sensors of the selected machines (`u32`: lane mask) by a time in s without current or switching.
 struct RestOf<'b, 'a, V: Wide>(&'b mut Bank<'a, V>, u32, f64);
 
 impl<V: Wide> Compute for RestOf<'_, '_, V> {

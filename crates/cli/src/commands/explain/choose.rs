@@ -23,7 +23,7 @@ pub struct Choice {
     pub chosen: Vec<Chosen>,
     /// Trials without an axis among those that were asked for by their errors: none is worse than another.
     pub lost: u64,
-    /// How their folder is called.
+    /// Name of the output folder of these trials.
     pub name: String,
 }
 

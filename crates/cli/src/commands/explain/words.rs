@@ -20,7 +20,7 @@ const LISTED: usize = 12;
 /// The meaning of deviations of draws that are not normal.
 const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
 
-/// The meaning of parts where a converter rounds.
+/// Footnote of the table of causes where a converter rounds.
 const ROUNDED: &str = " its part: mean and 95 % interval over 16 places of the converter's codes; within rounding: zero lies in that interval, and what the trial does then is the converter's.";
 
 /// An error's part with half its interval, as far as there is one, in no more digits than two of that.

@@ -21,13 +21,14 @@ pub struct Unanswered {
     trials: u64,
     share: f64,
     share_high: f64,
-    /// The root mean square that they make alone.
+    /// Rms error in degrees from starts without an answer alone, each counted as 90°.
     rms_deg: f64,
     rms_high_deg: f64,
 }
 
 impl Unanswered {
-    /// Of the value that was judged next to the edge, by as many trials as were taken last.
+    /// Remark for the value judged closest to the edge, among those judged with the final number of trials; none if these starts do not decide the
+    /// limit.
     pub fn of(limits: &Limits, judged: &[Judged], edge: &Edge) -> Option<Self> {
         let last = judged.iter().filter(|judged| judged.trials == edge.trials);
         let apart = |judged: &&Judged| (judged.value - edge.value).abs();

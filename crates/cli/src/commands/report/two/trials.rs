@@ -6,7 +6,7 @@ use standstill_scenario::Verdict;
 use crate::error::Error;
 use crate::results::FinishedRun;
 
-/// A trial as far as it is compared.
+/// The results of a trial that serve to compare two runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     pub start_deg: f64,
