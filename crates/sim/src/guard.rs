@@ -79,7 +79,7 @@ impl<V: Wide> Bounds<V> {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         Self {
             motion: [far, zero, zero, zero],
-            stops: [-far, far],
+            stops: [V::of(f64::NEG_INFINITY), far],
             sides: kinks.then_some([[zero, far]; 2]),
             slack: PerGuard::all(zero),
             ended: zero,

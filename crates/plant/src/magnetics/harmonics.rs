@@ -36,7 +36,7 @@ pub struct Harmonics<T = f64> {
 }
 
 /// Lower triangular 2×2 matrix.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Lower<T = f64> {
     pub(super) xx: T,
     pub(super) yx: T,
@@ -108,7 +108,7 @@ struct Coordinates<T> {
 }
 
 /// Harmonics around the operating point of a core.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Distortion<T = f64> {
     pub(super) harmonics: Harmonics<T>,
     pub(super) rest: Dq<T>,

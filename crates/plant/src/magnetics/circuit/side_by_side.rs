@@ -5,7 +5,7 @@ use standstill_numeric::{Heading, Symmetric, Wide};
 
 use super::{Core, MagneticCircuit, MagneticState};
 use crate::Linear;
-use crate::magnetics::harmonics::{Distortion, Harmonics};
+use crate::magnetics::harmonics::Distortion;
 use crate::magnetics::{Algebraic, IronBridge, Magnetics};
 
 /// The magnetic circuits of several motors of one kind: the same kind of core with the same exponents, harmonics, eddy
@@ -23,7 +23,7 @@ pub struct Circuits<V: Wide> {
 }
 
 /// Eddy branches side by side.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Eddies<V: Wide> {
     /// 1/τ in 1/s.
     pub rate: V,
@@ -98,13 +98,8 @@ impl<V: Wide> Circuits<V> {
                 ..blank
             }),
             magnet: none,
-            distortion: circuit.distortion.map(|_| {
-                let harmonics =
-                    Harmonics { inductance_4: zero(), asymmetry: zero(), flux_5: zero(), flux_7: zero() };
-                let one = V::of(1.0);
-                Distortion::new(harmonics, none, Symmetric::new(one, zero(), one))
-            }),
-            eddy: circuit.eddy.map(|_| Eddies { rate: zero(), inverse_inductance: none }),
+            distortion: circuit.distortion.map(|_| Distortion::default()),
+            eddy: circuit.eddy.map(|_| Eddies::default()),
             remember: circuit.hysteresis.is_some(),
         };
         for lane in 0..V::LANES {
