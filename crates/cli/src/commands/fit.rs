@@ -147,8 +147,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     output.file("motor.toml", sheet.as_bytes())?;
     output.file("fit.json", format!("{json:#}\n").as_bytes())?;
     let figure = figures::fit(&fitted, &names.join(", "), subtitle(&fitted));
-    output.file("fit.svg", figure.svg()?.as_bytes())?;
-    output.file("fit.png", &figure.png()?)?;
+    output.figure("fit", &figure)?;
     let files = output.finish()?;
     if options.json {
         return Ok(Report { text: format!("{json:#}\n"), code: 0 });

@@ -17,7 +17,7 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt;
-use crate::shell::output::Output;
+use crate::shell::output::{Output, file_list};
 
 /// Points from no current to the largest.
 const STEPS: u16 = 10;
@@ -144,10 +144,9 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     let asked = NotedQuestion::new("magnetics", subject.name.clone(), &survey, options.force.force);
     let mut output = Output::answering(asked, &options.out, &["magnetics.svg", "magnetics.png"])?;
     let figure = figures::magnetics(&survey, &subject.name);
-    output.file("magnetics.svg", figure.svg()?.as_bytes())?;
-    output.file("magnetics.png", &figure.png()?)?;
+    output.figure("magnetics", &figure)?;
     let files = output.finish()?;
-    let text = text::of(&subject, &survey) + &crate::shell::output::file_list(&options.out, &files);
+    let text = text::of(&subject, &survey) + &file_list(&options.out, &files);
     Ok(Report { text, code: 0 })
 }
 

@@ -21,7 +21,7 @@ use crate::figures;
 use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
-use crate::shell::output::Output;
+use crate::shell::output::{Output, file_list};
 use crate::shell::{host, interrupt};
 
 /// Time in s between two rows of `waveform.csv` at most; instants have rows of their own.
@@ -124,8 +124,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     output.file("result.json", json.as_bytes())?;
     let about = title(&file, &record, options);
     let figure = figures::detection(&trace, &about, &setting(&file, scenario), super::found(&record));
-    output.file("waveform.svg", figure.svg()?.as_bytes())?;
-    output.file("waveform.png", &figure.png()?)?;
+    output.figure("waveform", &figure)?;
     let files = output.finish()?;
     if host.is_some() {
         return Ok(Report { text: json, code });
@@ -138,7 +137,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         summary(&record, &watched),
         specimen::text(&case, &single.drawn),
         verified.map_or_else(String::new, |error| error.text()),
-        crate::shell::output::file_list(&options.out, &files)
+        file_list(&options.out, &files)
     );
     Ok(Report { text, code })
 }

@@ -46,7 +46,7 @@ fn no_trials(folder: &Path, needed: &[&str]) -> Error {
 
 /// Commands that write other results than a run's, the file that tells each, and its page.
 const OTHERS: [(&str, &str, Option<&str>); 8] = [
-    ("compare", "comparison.csv", None),
+    ("compare", "comparison.csv", Some("comparison.html")),
     ("budget", "budget.json", Some("budget.html")),
     ("odds", "odds.json", Some("odds.html")),
     ("require", "require.json", Some("require.html")),

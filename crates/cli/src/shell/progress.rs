@@ -134,18 +134,17 @@ fn locked(notes: &Mutex<Notes>) -> MutexGuard<'_, Notes> {
 
 /// A bar for this many rows that are written, at most.
 pub fn writing(rows: u64) -> ProgressBar {
-    let bar = new(rows, " rows written");
-    let style = ProgressStyle::with_template("{bar:16} {pos}/{len} rows written, {eta} left");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
+    of_rows(rows, " rows written", "{bar:16} {pos}/{len} rows written, {eta} left")
 }
 
 /// A bar for this many rows that are read.
 pub fn reading(rows: u64) -> ProgressBar {
-    let bar = new(rows, " rows read");
-    let style = ProgressStyle::with_template("{bar:16} {pos}/{len} rows read, {eta} left");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
+    of_rows(rows, " rows read", "{bar:16} {pos}/{len} rows read, {eta} left")
+}
+
+fn of_rows(rows: u64, what: &'static str, template: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    new(rows, what).with_style(style)
 }
 
 /// For work whose length nobody knows.

@@ -74,7 +74,8 @@ fn law_compare_writes_a_table_a_csv_and_a_figure() {
     for part in ["bipolar", "default", "harsh", "Cramér–Rao", "comparison.csv"] {
         assert!(text.contains(part), "{part}: {text}");
     }
-    assert_eq!(names(&folder.path().join("c")), ["comparison.csv", "comparison.png", "comparison.svg"]);
+    let files = ["csv", "html", "json", "png", "svg"].map(|kind| format!("comparison.{kind}"));
+    assert_eq!(names(&folder.path().join("c")), files);
     let csv = fs::read_to_string(folder.path().join("c/comparison.csv")).expect("written");
     assert!(
         csv.starts_with("method,rotor,errors,trials,right,rms_deg,") && csv.lines().count() == 3,
