@@ -56,8 +56,8 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
         match command {
             "odds" => &["--effort", "quick"],
             "budget" => &["--pairs", "100"],
-            "require" => &["--most", "300"],
-            "tune" => &["--trials", "200", "--starts", "1"],
+            "require" => &["--most", "1000"],
+            "tune" => &["--trials", "1000", "--starts", "1"],
             _ => &[],
         }
     };
@@ -72,7 +72,8 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
             ("undetermined <= 0.1 %", "undetermined <= 5 %"),
             ("us:400us", "us:100us"),
             ("rounds=2:8", "rounds=2:3"),
-            ("rounds=1:8", "rounds=1:2"),
+            (" --vary detector.rounds=1:8", ""),
+            (" --vary detector.rest=1.05:1.2", ""),
         ];
         let command =
             shorter.iter().fold(command.to_owned(), |text, (long, short)| text.replace(long, short));

@@ -58,27 +58,15 @@ fn succeed(arguments: &[&str], at: &Path) -> String {
 
 const ADAPTIVE: &str = "detector.method=maximum-likelihood-adaptive";
 
-fn checked(motor: &str, at: &Path) {
-    let text = succeed(&["check", motor, "-s", ADAPTIVE], at);
-    assert!(text.contains("suited to detection of the rotor position"), "{motor}: {text}");
-}
-
-/// The smallest and the largest.
+/// The smallest, a middle one and the largest are checked by one method in terminal.rs.
 #[test]
-fn law_motors_of_milliamperes_and_kiloamperes_are_checked() {
-    let folder = folder();
-    let motors = motors(folder.path());
-    for motor in ["milliamperes.toml", "megawatt.toml"] {
-        assert!(motors.iter().any(|other| other == motor));
-        checked(motor, folder.path());
-    }
-}
-
-#[test]
-#[ignore = "the same of every motor: scripts/test-all.sh long"]
+#[ignore = "every motor by the dearest method: scripts/test-all.sh long"]
 fn law_motors_of_any_size_are_checked() {
     let folder = folder();
-    motors(folder.path()).iter().for_each(|motor| checked(motor, folder.path()));
+    for motor in motors(folder.path()) {
+        let text = succeed(&["check", &motor, "-s", ADAPTIVE], folder.path());
+        assert!(text.contains("suited to detection of the rotor position"), "{motor}: {text}");
+    }
 }
 
 #[test]
