@@ -179,7 +179,7 @@ macro_rules! method_keys {
                 because "a guess is wrong in half of all starts", as "\"0.01 %\"";
             /// Current of a polarity test's vectors.
             VECTOR_CURRENT = vector_current: Ampere [f64::MIN_POSITIVE, 1e12, "more than zero"]
-                because "without current nothing saturates; the motor's rating is the limit", as "\"8 A\"";
+                because "without current nothing saturates", as "\"8 A\"";
             /// Standard deviation of the current sensors' gains that the detector assumes; 0: equal.
             GAIN_TOLERANCE = gain_tolerance: Share [0.0, 1e12, "zero or more"]
                 because "a standard deviation has no sign", as "\"0.5 %\"";
@@ -191,7 +191,7 @@ macro_rules! method_keys {
                 because "no number of pulses makes an angle exact", as "\"0.1 deg\"";
             /// Amplitude of an injected voltage.
             VOLTAGE = voltage: Volt [f64::MIN_POSITIVE, 1e12, "more than zero"]
-                because "without voltage no current answers; the DC link is the limit", as "\"30 V\"";
+                because "without voltage no current answers", as "\"30 V\"";
             /// Whether an injection compensates dead time and drops.
             COMPENSATION = compensation: Flag, as "true";
         }

@@ -163,7 +163,6 @@ fn slider(key: &Key, default: Option<&Value>, now: Option<&Value>, motor: &Motor
     let [mut low, mut high] = match (key.path, unit) {
         ("rotor.angle", _) => [0.0, 360.0],
         ("rotor.load", _) => [-2.0, 2.0],
-        _ if key.range.is_some_and(|range| range.whole) => [0.0, 16.0],
         (_, "°C") => [-40.0, 180.0],
         (_, unit) => {
             let usual = match unit {
@@ -179,8 +178,8 @@ fn slider(key: &Key, default: Option<&Value>, now: Option<&Value>, motor: &Motor
             [0.0, nice(4.0 * known.unwrap_or(usual))]
         }
     };
-    if share {
-        high = high.min(1.0);
+    if let Some(range) = key.range {
+        high = high.min(range.high);
     }
     if let Some(now) = now.and_then(number) {
         low = low.min(now);

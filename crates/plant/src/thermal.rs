@@ -38,6 +38,11 @@ pub struct Temperature {
     pub magnet: Option<f64>,
 }
 
+impl Temperature {
+    /// Least and largest temperature in °C: the coefficients hold between them.
+    pub const RANGE: [f64; 2] = [-60.0, 300.0];
+}
+
 /// A temperature that the motor does not survive.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("temperature of the {part} is {found} °C, but must {needed}")]
@@ -68,10 +73,11 @@ impl Motor {
     pub fn at_temperature(&self, at: Temperature) -> Result<Self, TemperatureError> {
         let error =
             |part, found: f64, needed: String| TemperatureError { part, found: found.to_string(), needed };
-        let range = || "be from -60 to 300 °C and leave the motor resistance and flux".to_owned();
+        let [least, most] = Temperature::RANGE;
+        let range = || format!("be from {least} to {most} °C and leave the motor resistance and flux");
         let factor = |part, temperature: f64, reference: f64, coefficient: f64| {
             let factor = 1.0 + coefficient * (temperature - reference);
-            if (-60.0..=300.0).contains(&temperature) && factor > 0.0 {
+            if (least..=most).contains(&temperature) && factor > 0.0 {
                 Ok(factor)
             } else {
                 Err(error(part, temperature, range()))

@@ -26,7 +26,7 @@ use self::entry::number;
 pub use self::entry::{Key, Usual, Values};
 pub use self::inverter::InverterTable;
 pub use self::range::Range;
-use self::range::{NOT_NEGATIVE, POSITIVE, PRECISION, SHARE, TEMPERATURE, TIME};
+use self::range::{LARGEST, NOT_NEGATIVE, POSITIVE, PRECISION, SHARE, TEMPERATURE, TIME};
 pub use self::rotor::RotorTable;
 pub use self::sensors::SensorsTable;
 use self::written::Place;
@@ -130,10 +130,21 @@ const TOP: &[Key] = &[
         <Named<ErrorSet> as Written>::values,
     ),
     Key {
-        range: Some(Range::new(1.0, 9e18, "at least 1", "statistics need a trial").whole()),
+        range: Some(Range::new(1.0, i64::MAX as f64, "at least 1", "statistics need a trial").whole()),
         ..Key::of("trials", "How many trials, or how many at each point of the axes.", || Values::Whole)
     },
-    Key::of("seed", "Seed of all random numbers.", || Values::Whole),
+    Key {
+        range: Some(
+            Range::new(
+                0.0,
+                u64::MAX as f64,
+                "a whole number from 0 to 18446744073709551615",
+                "a seed has 64 bits",
+            )
+            .whole(),
+        ),
+        ..Key::of("seed", "Seed of all random numbers.", || Values::Whole)
+    },
     Key {
         range: Some(Range::new(
             0.0,
@@ -150,7 +161,7 @@ const TOP: &[Key] = &[
 ];
 
 /// All keys but those of the motor, whose data sheet says which it has, and those that say which points and trials there are
-/// (`axes`, `design`, `tolerances`), in the order of the schema.
+/// (`axes`, `design`, `tolerances`), table by table.
 pub fn keys() -> impl Iterator<Item = &'static Key> {
     let tables =
         [StopTable::KEYS, RotorTable::KEYS, InverterTable::KEYS, SensorsTable::KEYS, DetectorTable::KEYS];

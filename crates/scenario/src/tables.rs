@@ -89,6 +89,11 @@ impl ScenarioFile {
         let wrong =
             |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
         let mut table = Self { axes: IndexMap::new(), ..self.clone() };
+        // A table of the rotor has its state, and a rotor that is held as by default needs no table.
+        table.rotor.state = Some(Named(self.rotor.state()));
+        if table.rotor == (RotorTable { state: Some(Named::default()), ..RotorTable::default() }) {
+            table.rotor = RotorTable::default();
+        }
         let other = table.detector.library.is_some() || table.detector.python.is_some();
         if !other && !self.axes.contains_key("detector.library") {
             table.detector.method = Some(Named(table.detector.method()));

@@ -197,7 +197,8 @@ fn facts(plan: &Plan, point: usize) -> Vec<(String, String)> {
     let Ok(scenario) = plan.scenario(point) else { return Vec::new() };
     let fact = |key: &Key| {
         let Values::Number { unit, share } = key.values() else { return None };
-        let value = scenario.value(key.path)?.as_float().filter(|value| *value > 0.0)?;
+        let varied = plan.file().axes.contains_key(key.path);
+        let value = scenario.value(key.path)?.as_float().filter(|value| varied || *value > 0.0)?;
         let text = if share {
             format!("{} %", number(3, 100.0 * value))
         } else {

@@ -7,7 +7,7 @@ use standstill_quantity::{Dimension, rounded};
 use standstill_sim::Purpose;
 use toml::Value;
 
-use super::range::Range;
+use super::range::{LARGEST, Range};
 use super::written::{Written, readable};
 use crate::Scenario;
 use crate::document::FileError;
@@ -121,7 +121,7 @@ impl Key {
     /// True if a trial of this scenario draws with a spread that this key sets.
     pub fn is_drawn(&self, scenario: &Scenario<Method<f64>>) -> bool {
         let zero = scenario.value(self.path).and_then(|value| value.as_float()) == Some(0.0);
-        self.draws.is_some() && (self.drawn)(scenario) && !zero
+        self.draws.is_some() && (self.applies)(scenario) && (self.drawn)(scenario) && !zero
     }
 
     /// A number of this key in the unit in which its range is written.
@@ -138,7 +138,13 @@ impl Key {
     pub(crate) fn check(&self, value: &dyn Written) -> Result<(), FileError> {
         match (&self.range, value.number()) {
             (Some(range), Some(number)) if !range.contains(number) => {
-                Err(FileError::key(self.path, &value.readable(range.needed), range.needed))
+                let beyond = number.abs() > LARGEST;
+                let needed = if beyond {
+                    format!("{}, at most {LARGEST:e}", range.needed)
+                } else {
+                    range.needed.to_owned()
+                };
+                Err(FileError::key(self.path, &value.readable(range.needed), &needed))
             }
             _ => Ok(()),
         }

@@ -84,7 +84,7 @@ table! {
         };
         /// Resistance of a MOSFET's channel, which conducts both ways while its gate is on.
         channel_resistance: Quantity<Ohm> [scenario.drive.bridge.devices.switch_resistance] {
-            range: Some(NOT_NEGATIVE),
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::LinkByDrop)),
             applies: |scenario| scenario.drive.bridge.devices.kind == DeviceKind::Mosfet,
             example: "\"5 mΩ\"",
         };

@@ -1,5 +1,7 @@
 //! The numbers that a key may have, and the ranges that several keys share.
 
+use standstill_plant::Temperature;
+
 /// The numbers that a key may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
@@ -37,11 +39,14 @@ impl Range {
     }
 }
 
+/// In SI units: no machine has a number beyond, and squares of it are finite.
+pub(super) const LARGEST: f64 = 1e12;
+
 pub(super) const NOT_NEGATIVE: Range =
-    Range::new(0.0, 1e12, "zero or more", "a magnitude or a standard deviation has no sign");
+    Range::new(0.0, LARGEST, "zero or more", "a magnitude or a standard deviation has no sign");
 pub(super) const POSITIVE: Range = Range::new(
     f64::MIN_POSITIVE,
-    1e12,
+    LARGEST,
     "more than zero",
     "a voltage or a range of zero measures and drives nothing",
 );
@@ -55,8 +60,8 @@ pub(super) const PRECISION: Range = Range::new(
     "a millionth takes 1e12 trials; an interval as wide as its value says nothing",
 );
 pub(super) const TEMPERATURE: Range = Range::new(
-    -273.15,
-    1000.0,
-    "from -273.15 °C to 1000 °C",
-    "absolute zero; magnets and insulation fail far below 1000 °C",
+    Temperature::RANGE[0],
+    Temperature::RANGE[1],
+    "from -60 °C to 300 °C",
+    "the coefficients of copper and magnets hold there; insulation and magnets fail beyond",
 );

@@ -4,7 +4,7 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Celsius, Degree, NewtonMetre};
 use standstill_sim::{Purpose, RotorState};
 
-use super::{Range, TEMPERATURE, number, table};
+use super::{LARGEST, Range, TEMPERATURE, number, table};
 use crate::named::Named;
 use crate::rotor::{Memory, Rotor};
 
@@ -29,7 +29,7 @@ table! {
         };
         /// Torque that a load exerts against forward motion, also at standstill.
         load: Quantity<NewtonMetre> [scenario.load_torque] {
-            range: Some(Range::new(-1e12, 1e12, "a torque, of either sign", "a load pulls either way")),
+            range: Some(Range::new(-LARGEST, LARGEST, "a torque, of either sign", "a load pulls either way")),
             applies: |scenario| scenario.rotor != RotorState::Locked,
             example: "\"2 N m\"",
         };

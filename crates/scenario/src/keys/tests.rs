@@ -139,6 +139,24 @@ fn law_a_number_beyond_its_range_is_refused_with_the_range() {
 }
 
 #[test]
+fn law_the_ends_of_a_range_are_allowed() {
+    for path in ["rotor.angle", "rotor.winding_temperature", "rotor.magnet_temperature"] {
+        let Range { low, high, .. } = key(path).and_then(|key| key.range).expect("a range");
+        for end in [low, high] {
+            scenario(&format!("{path} = {end}"));
+        }
+    }
+}
+
+#[test]
+fn regress_a_held_rotor_is_the_same_file_whether_it_says_so_or_not() {
+    let text = |text: &str| document(text).load().expect("valid").text().expect("TOML");
+    assert_eq!(text(""), text("rotor.state = \"locked\""));
+    assert_eq!(text("rotor.angle = 10"), text("rotor.angle = 10\nrotor.state = \"locked\""));
+    assert_ne!(text(""), text("rotor.state = \"free\""));
+}
+
+#[test]
 fn regress_values_are_found_in_the_unit_in_which_ranges_are_written() {
     for (value, said) in [("20 nF", "found 20 nF"), ("0.05 nF", "found 50 pF"), ("47 uF", "found 47 µF")] {
         let message = error(&format!("[inverter]\nterminal_capacitance = \"{value}\""));
@@ -166,6 +184,7 @@ fn law_a_new_key_is_read_checked_described_set_and_found_by_its_entry_alone() {
     assert_eq!(entry.values(), Values::Number { unit: "", share: true });
     let schema = schemars::schema_for!(Extra).to_value();
     assert_eq!(schema["properties"]["asymmetry"]["description"], entry.about);
+    assert!(entry.is_drawn(&scenario("")));
     let mut set = scenario("");
     assert_eq!((entry.get)(&set), Some(number(0.002)));
     extra.set(&mut set);
