@@ -33,7 +33,6 @@ impl Plan {
     ///
     /// # Errors
     /// A trial for which no machine or no detector can be made.
-    /// A trial for which no machine or no detector can be made.
     pub fn trials(
         &self,
         point: usize,
