@@ -12,7 +12,7 @@ use super::{Spread, TWO_SIDED_95, Work};
 pub struct FixedBias {
     /// The fixed parameter, and by how much it may be off.
     pub fixed: (String, f64),
-    /// Estimates that it moves by more than half of their interval's half width, and by how much.
+    /// Estimates that the bias moves by more than half of their interval's half width, with the amount.
     pub moves: Vec<(String, f64)>,
 }
 
@@ -21,8 +21,8 @@ pub struct FixedBias {
 pub struct NonIdentifiable {
     /// The readings' information about this direction over that of the prior: 0 to 1.
     pub information: f64,
-    /// Parameters that move together, the one that moves most beside what is known of it first, and by how much, in their
-    /// units, if the combination is off by what it may be off by beforehand.
+    /// Parameters that move together, with the amount of each in its unit if the combination deviates by its prior uncertainty;
+    /// the parameter that moves most relative to its prior comes first.
     pub parts: Vec<(String, f64)>,
 }
 
@@ -62,7 +62,7 @@ impl Work<'_> {
     }
 }
 
-/// The biases that fixed parameters may cause.
+/// Returns the biases that fixed parameters may cause.
 pub(super) fn fixed_biases(
     spread: &Spread,
     free: &[Parameter],
