@@ -36,7 +36,7 @@ pub struct Look {
     pub trials: u64,
     /// Estimate of each measure divided by its limit, with its 95 % interval. The limit is kept up to 1.
     pub shares: Vec<Estimate>,
-    /// The same ratios for the starts with an answer alone.
+    /// Each measure over the starts with an answer alone, divided by its limit.
     pub answered: Vec<f64>,
     /// Confidence interval that the worst ratio would have after each number of trials in [`forecast_trials`].
     pub forecast: Vec<[f64; 2]>,

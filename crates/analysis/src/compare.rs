@@ -76,7 +76,7 @@ impl Bound {
     /// trials, and their currents may leave the motor's flux map where those of the trials do not.
     ///
     /// # Errors
-    /// Those of [`Self::of`], except for a simulation that cannot be run.
+    /// Errors of [`Self::of`], except for a simulation that cannot be run.
     pub fn or_reason(
         scenario: &Scenario<Method<f64>>,
         angles: usize,

@@ -123,7 +123,7 @@ pub struct Tuned {
     pub best: Judged,
     /// Measures of the best settings less those of the initial ones, with paired intervals on common random numbers.
     pub differences: Measured,
-    /// Whether the best settings keep the limits.
+    /// Verdict on whether the best settings keep the limits.
     pub limits: Verdict,
     /// Settings on the Pareto front: none is better in both measures. Sorted by the second measure; empty if no settings may keep
     /// the limits.

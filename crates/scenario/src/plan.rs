@@ -61,7 +61,7 @@ impl Plan {
     /// Makes the plan of a changed document. An unchanged motor is reused, because fitting a flux map takes seconds.
     ///
     /// # Errors
-    /// Those of [`Plan::new`].
+    /// Errors of [`Plan::new`].
     pub fn changed(&self, document: Document) -> Result<Self, FileError> {
         let same = self.document.get("motor") == document.get("motor");
         Self::with_motor_of(document, same.then_some(self))
