@@ -32,7 +32,7 @@ pub struct Anatomy {
 pub struct Sector {
     /// Limits of the range of rotor angles in degrees.
     pub angles_deg: (f64, f64),
-    /// True for a positive error; none where an event has no sign.
+    /// True for a positive axis error, false for a negative one; none for events other than an axis error.
     pub positive: Option<bool>,
     /// Share of the event's probability in this sector.
     pub share: f64,

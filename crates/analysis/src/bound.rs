@@ -107,13 +107,13 @@ pub struct Bound {
 /// Error of a bound that could not be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum BoundError {
-    /// The detector's settings cannot work.
+    /// The detector cannot work with its settings.
     #[error(transparent)]
     Settings(SettingsError),
     /// The nominal plant, or a plant with a changed parameter, could not be simulated.
     #[error(transparent)]
     Run(RunError),
-    /// The operating system gave no threads.
+    /// The operating system could not start threads.
     #[error("no worker threads")]
     Threads,
 }

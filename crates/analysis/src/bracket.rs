@@ -106,7 +106,7 @@ pub struct Search {
     pub range: (f64, f64),
     /// Number of values of the scan.
     pub points: usize,
-    /// Trials at each value of the scan.
+    /// Number of trials at each value of the scan.
     pub trials: u64,
     /// Largest number of trials at one value.
     pub most: u64,

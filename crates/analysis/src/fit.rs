@@ -61,7 +61,7 @@ pub use wiring::Wiring;
 pub struct Start {
     /// A motor similar to the measured one; none: nothing is known of the motor.
     pub motor: Option<Motor>,
-    /// Switches and diodes.
+    /// Characteristics of switches and diodes.
     pub devices: Devices,
     /// Dead time in s.
     pub dead_time: f64,

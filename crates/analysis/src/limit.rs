@@ -24,7 +24,7 @@ pub enum Measure {
     P99,
     /// Probability that the error of the angle, wrong poles included, exceeds this bound in degrees.
     Beyond(f64),
-    /// Share of wrong poles.
+    /// Share of starts with a wrong pole.
     WrongPoles,
     /// Share of starts without an answer, undetermined or failed.
     Undetermined,
@@ -47,7 +47,7 @@ pub struct Limit {
     pub most: f64,
 }
 
-/// Limits that must all hold.
+/// Limits of which all must hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits(pub Vec<Limit>);
 

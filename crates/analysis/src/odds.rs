@@ -1,4 +1,4 @@
-//! The probability of an event from several independent runs of subset simulation.
+//! Computes the probability of an event from several independent runs of subset simulation.
 
 #[cfg(test)]
 mod tests;

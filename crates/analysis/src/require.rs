@@ -17,9 +17,9 @@ use crate::{Halt, Watch};
 /// A scenario in which keys are varied. All values share the random numbers of the scenario's seed.
 #[derive(Debug)]
 pub struct Bench<'a> {
-    /// The scenario.
+    /// The scenario whose keys are varied.
     pub document: &'a Document,
-    /// The limits.
+    /// Limits that the results must keep.
     pub limits: &'a Limits,
     /// Keys that are varied, and true for each key that takes whole numbers only.
     pub keys: Vec<(String, bool)>,
@@ -57,7 +57,7 @@ pub const EVERYWHERE: &str = "every value meets it";
 /// A point of the curve: a value of the first key, and the requirement on the second key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// The value of the first key.
+    /// Value of the first key, in SI.
     pub first: f64,
     /// Edge of the second key; the upper edge if there are two.
     pub second: Option<f64>,

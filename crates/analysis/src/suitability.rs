@@ -87,7 +87,7 @@ pub const CANDIDATES: [MethodName; 5] = [
 /// A method with the best settings that were found for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// The method with its keys.
+    /// The method with the keys that are set for it.
     pub setting: Setting,
     /// All settings of the method for this motor.
     pub settings: Method<f64>,
@@ -107,7 +107,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// The method.
+    /// Returns the candidate's method.
     pub const fn method(&self) -> MethodName {
         self.setting.method
     }
@@ -158,7 +158,7 @@ impl Suited {
 /// Verdict on a motor's suitability, with what explains it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suitability {
-    /// |L_B| / L_A without current, from the data sheet.
+    /// Saliency ratio |L_B| / L_A at zero current, from the data sheet.
     pub saliency_ratio: f64,
     /// The Cramér–Rao limit of the maximum-likelihood method's pulses on this drive, as rms over the angles. None if the method
     /// cannot be set up.

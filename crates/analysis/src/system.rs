@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::{Serialize, de::DeserializeOwned};
 use standstill_sim::Tape;
 
-/// A function of a vector of standard normals that grows as it is read.
+/// A function of a vector of standard normal numbers; the vector grows as the function reads it.
 ///
 /// ```
 /// use std::convert::Infallible;

@@ -1,4 +1,4 @@
-//! The trials of a scenario as a function of their draws.
+//! Trials of a scenario as functions of their draws.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 

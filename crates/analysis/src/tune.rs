@@ -88,18 +88,18 @@ impl Effort {
 /// Question to the search: the scenario, the keys with their ranges, and the goal.
 #[derive(Debug)]
 pub struct Question<'a> {
-    /// The scenario.
+    /// The scenario whose keys are tuned.
     pub document: &'a Document,
     /// Keys that are tuned, with the ranges of their values.
     pub ranges: Vec<Range>,
-    /// The goal.
+    /// Measure to be minimised, and limits to be kept.
     pub goal: Goal,
     /// Measures limited by the value at the initial settings (`moved <= start`): compared trial by trial, as the paired
     /// difference has a far narrower interval.
     pub relative: Vec<Measure>,
     /// The second measure of the Pareto front.
     pub against: Measure,
-    /// Effort of the search.
+    /// Numbers of initial settings and trials.
     pub effort: Effort,
     /// Seed of the search; the choice has the next seed, the printed figures the one after that.
     pub seed: u64,

@@ -42,7 +42,7 @@ pub struct RangeSpec {
     pub log: bool,
 }
 
-/// Type that stands for a number or a text with a unit in the JSON schema only.
+/// For the schema alone.
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 #[expect(dead_code, reason = "it describes what a TOML value may be here")]
@@ -146,7 +146,7 @@ pub struct DesignTable {
 /// One point of the sweep: the key of each axis with its value, in the order of the axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Point {
-    /// Keys and values.
+    /// Path of each axis' key, and the key's value at this point.
     pub values: Vec<(String, Value)>,
 }
 

@@ -38,7 +38,7 @@ impl fmt::Display for Origin {
     }
 }
 
-/// Requirement of a setting that the scenario's method does not have.
+/// Text of the error for a setting that the scenario's method does not have.
 const FOREIGN: &str = "a method that has such a setting";
 
 /// Error of a scenario file.

@@ -1,4 +1,4 @@
-//! The record of a trial.
+//! The record of a trial, and its figures in degrees.
 
 use serde::{Deserialize, Serialize};
 use standstill_detect::SettingsError;
@@ -10,7 +10,7 @@ use standstill_sim::{Ended, Run};
 pub struct Record {
     /// Number of the trial.
     pub trial: u64,
-    /// Outcome of the detection.
+    /// Result of the trial: the detection's outcome, angles and times.
     pub run: Run<f64>,
 }
 

@@ -40,7 +40,7 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub detector: S,
     /// A library whose detectors are run instead of the method.
     pub foreign: Option<Maker>,
-    /// Longest time in simulated time that a detection may take.
+    /// Longest simulated time that a detection may take.
     pub time_limit: Nanos,
     /// Numerical tolerance of the integrator.
     pub tolerance: Tolerance,

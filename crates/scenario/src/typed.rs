@@ -18,7 +18,7 @@ use crate::tables::ScenarioFile;
 use crate::tolerances::Drawn;
 use crate::{FileError, Scenario};
 
-/// The number that a drawn key sets.
+/// Target of a drawn key: the number that it sets.
 #[derive(Clone, Copy, Debug)]
 enum Set {
     /// A number of drive, sensors or load that sets one field of the scenario.

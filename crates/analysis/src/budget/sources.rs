@@ -19,7 +19,7 @@ pub struct Source {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Of {
-    /// Draws of a trial.
+    /// Draws of a trial: their purpose, their key and their indices.
     Draws {
         purpose: Purpose,
         /// Key of the tolerance; empty for other draws.

@@ -26,7 +26,7 @@ pub enum FitError {
         "found legs that do not raise the currents beside them: {0}; needed: in each row what the legs were asked for then"
     )]
     Legs(Exchanged),
-    /// No plant comes near the readings.
+    /// No parameters make the plant's currents come near the readings.
     #[error(
         "no motor at standstill comes near these currents; needed: legs, currents and DC link of one inverter and motor, \
          in these columns' units"

@@ -13,9 +13,9 @@ pub const PLAUSIBLE_FALL: f64 = 0.05;
 /// A parameter of plant or channels, in the order in which parameters that are not identifiable are fixed: the last one first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
-    /// L_d without current, in H.
+    /// Inductance L_d at zero current, in H.
     DAxisInductance,
-    /// L_q without current, in H.
+    /// Inductance L_q at zero current, in H.
     QAxisInductance,
     /// Rotor angle θ in rad.
     Angle,
@@ -55,7 +55,7 @@ use Parameter::{
 /// Parameters of a simulation and of its channels.
 #[derive(Clone, Debug)]
 pub struct Point {
-    /// The plant.
+    /// Parameters of the plant.
     pub plant: Plant,
     /// Delay of the channels in s.
     pub delay: f64,
@@ -72,7 +72,7 @@ pub struct Point {
 /// Initial values of the search.
 #[derive(Clone, Debug)]
 pub struct Begin {
-    /// The plant.
+    /// Parameters of the plant.
     pub plant: Plant,
     /// True if the resistance of the switches was stated.
     pub switch_is_stated: bool,

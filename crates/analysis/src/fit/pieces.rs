@@ -17,9 +17,9 @@ pub struct Edge {
 /// Rows of a record that begin at rest.
 #[derive(Clone, Debug)]
 pub struct Piece {
-    /// The rows.
+    /// Rows of the piece in order of time.
     pub rows: Vec<Row>,
-    /// Changes of the legs, the first one from rest.
+    /// Edges (changes of the legs' requests) in order of time; the first one begins at rest.
     pub edges: Vec<Edge>,
     /// Requests of the legs at the first row.
     pub first: [Request; 3],
@@ -55,12 +55,12 @@ pub fn drives(legs: [Request; 3]) -> bool {
     legs.contains(&Request::High) && legs.contains(&Request::Low)
 }
 
-/// The readings of a channel while no current flows.
+/// Statistics of a channel's readings while no current flows.
 #[derive(Clone, Copy)]
 pub struct Rest {
     /// Mean reading in A.
     pub mean: f64,
-    /// Standard deviation of one reading in A.
+    /// Standard deviation of a single reading in A.
     pub noise: f64,
     /// Largest deviation of a reading from the mean, in A.
     reach: f64,

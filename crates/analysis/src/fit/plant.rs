@@ -29,7 +29,7 @@ pub enum Law {
 /// Parameters of the plant besides its edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
-    /// R in Ω.
+    /// Phase resistance R in Ω.
     pub resistance: f64,
     /// L_d and L_q in H at zero current.
     pub inductance: [f64; 2],
@@ -39,7 +39,7 @@ pub struct Plant {
     pub law: Law,
     /// The three numbers of `law`. For iron, NaN in place of the fall along −d means that none is given.
     pub saturation: [f64; 3],
-    /// Switches and diodes.
+    /// Characteristics of switches and diodes.
     pub devices: Devices,
     /// Dead time in s.
     pub dead_time: f64,
@@ -63,7 +63,7 @@ pub struct Frame {
 /// Simulated currents of a piece as a function of time.
 #[derive(Clone, Debug, Default)]
 pub struct Waveform {
-    /// Time in s from the piece's start, and phase currents in A.
+    /// Times in s from the beginning of the piece's simulation, with the phase currents in A.
     points: Vec<(f64, [f64; 3])>,
     resolution: f64,
 }

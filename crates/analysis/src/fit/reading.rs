@@ -367,7 +367,7 @@ mod tests {
         }
     }
 
-    /// Φ⁻¹ by halving.
+    /// Returns Φ⁻¹(p) by bisection.
     fn quantile(p: f64) -> f64 {
         let (mut low, mut high) = (-8.0, 8.0);
         for _ in 0..60 {

@@ -6,7 +6,7 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
 use standstill_scenario::quoted;
 
-/// The columns of a record, in any order.
+/// Names of a record's columns, which may stand in any order.
 pub const COLUMNS: [&str; 8] = ["t_s", "i_a_A", "i_b_A", "i_c_A", "u_dc_V", "leg_a", "leg_b", "leg_c"];
 
 /// Largest number of rows of a record, and of all records together: more would take minutes and give no better result.

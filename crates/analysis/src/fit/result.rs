@@ -56,9 +56,9 @@ pub struct Trace {
 /// Result of a fit: the motor with its uncertainties.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// Estimates, in the order of [`Parameter`].
+    /// Estimates of all parameters, free and fixed ones.
     pub parameters: Vec<Estimate>,
-    /// The plant.
+    /// Parameters of the plant that was found.
     pub plant: Plant,
     /// Falls of L_d along +d and −d and of L_q at `current`; none unless the readings show saturation or it was known.
     pub falls: Option<[f64; 3]>,

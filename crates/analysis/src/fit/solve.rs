@@ -38,7 +38,7 @@ pub struct Sum {
     pub information: DMatrix<f64>,
     /// Residuals of each channel (readings less currents) in A.
     pub residuals: [Vec<f64>; 3],
-    /// Newey–West ratio: the variance of the scores with their autocovariances (Bartlett weights) over J; at least 1.
+    /// Newey–West ratio: the variance of the scores with their autocovariances (Bartlett weights), divided by J; at least 1.
     pub newey_west: f64,
 }
 
@@ -50,7 +50,7 @@ const NEIGHBOURS: usize = 40;
 /// tenths, and the remaining step with it. Fits of the saturated motor in the tests that end in this way have 0.02 to 1.01 left.
 const INTEGRATORS_ERROR: f64 = 2.0;
 
-/// Currents in A and their slopes in A/s.
+/// Phase currents in A and their slopes in A/s at one instant.
 type Sampled = ([f64; 3], [f64; 3]);
 
 /// Index of an unknown, and the derivative of each row's currents with respect to it.

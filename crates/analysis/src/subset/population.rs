@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use standstill_sim::{Purpose, Streams, Tape};
 
-/// A state of a chain.
+/// A state of a chain: the draws on its tape, and the value of the order parameter.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub value: f64,

@@ -39,7 +39,7 @@ pub struct Search<'a, E> {
 /// Parameters of a descent.
 #[derive(Clone, Copy, Debug)]
 pub struct Descent<'a> {
-    /// The goal.
+    /// Measure to be minimised, and limits to be kept.
     pub goal: &'a Goal,
     /// Number of trials per setting.
     pub trials: u64,

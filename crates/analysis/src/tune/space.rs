@@ -5,7 +5,7 @@ use standstill_numeric::{exp, ln};
 /// Range of the values of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
-    /// The key.
+    /// Path of the key.
     pub key: String,
     /// Smallest value, in SI.
     pub low: f64,

@@ -17,7 +17,7 @@ use crate::named::Named;
 #[serde(transparent)]
 pub struct Config(pub IndexMap<String, toml::Value>);
 
-/// Value of a library's setting: a text, a number, or true or false.
+/// A setting of a library: a text, a number, or true or false.
 #[derive(JsonSchema)]
 #[serde(untagged)]
 #[expect(dead_code, reason = "only its schema is used")]

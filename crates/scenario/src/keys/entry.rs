@@ -17,7 +17,7 @@ use crate::document::FileError;
 pub enum Usual {
     /// One, for a share.
     Whole,
-    /// The motor's rated current.
+    /// Rated current of the motor.
     RatedCurrent,
     /// Voltage of the DC link.
     Link,
@@ -43,7 +43,7 @@ pub enum Values {
     Choice(Vec<(&'static str, &'static str)>),
     /// True or false.
     Flag,
-    /// Whole numbers.
+    /// Integers.
     Whole,
     /// A text or a table: a file, a class, or settings of a library.
     Text,
