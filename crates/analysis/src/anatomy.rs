@@ -1,7 +1,7 @@
-//! Anatomy of an event: the draws that failing starts have in common.
+//! Anatomy of an event: the draws that the starts in which the event happened have in common.
 //!
-//! Over all angles the draws of a symmetric event average to zero: at one angle it is a gain too large that turns the axis,
-//! at another one too small. So means are of a sector of angles and a sign of the error.
+//! Over all angles the draws of a symmetric event average to zero: at one angle a gain that is too large turns the axis, at
+//! another one a gain that is too small. So means are taken per sector of angles and per sign of the error.
 
 use std::collections::BTreeMap;
 
@@ -11,50 +11,50 @@ use standstill_sim::{Purpose, Tape};
 
 use crate::{Event, Halt, Trials, Watch};
 
-/// A mean nearer to zero than this many standard deviations is left out.
+/// Smallest magnitude of a draw's mean that is listed, in standard deviations of the draw.
 const LEAST_MEAN: f64 = 0.5;
 
-/// Least number of states of a sector that is listed, and its least share.
+/// Least number of states, and least share of the event, of a sector that is listed.
 const LEAST_STATES: usize = 20;
 const LEAST_SHARE: f64 = 0.02;
 
-/// The draws that failing starts have in common.
+/// Sectors and draws of the starts in which the event happened.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anatomy {
-    /// Sectors with enough starts, the likeliest first.
+    /// Sectors with enough starts, the most probable first.
     pub sectors: Vec<Sector>,
-    /// The start of the likeliest sector that is nearest to its means; none without a sector.
+    /// The start in the most probable sector whose draws are nearest to the sector's means; none without a sector.
     pub typical: Option<Tape>,
 }
 
-/// Failing starts at a range of angles, with one sign of the error.
+/// Starts with the event in a range of rotor angles, with one sign of the error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sector {
-    /// Rotor angles in degrees.
+    /// Limits of the range of rotor angles in degrees.
     pub angles_deg: (f64, f64),
-    /// True for a positive error; none where an event has no sign.
+    /// True for a positive axis error, false for a negative one; none for events other than an axis error.
     pub positive: Option<bool>,
-    /// Its share of the event.
+    /// Share of the event's probability in this sector.
     pub share: f64,
-    /// Draws whose mean is away from zero, the furthest first.
+    /// Draws whose mean differs from zero, the largest difference first.
     pub draws: Vec<Draw>,
 }
 
-/// A draw among failing starts, in standard deviations of what it is drawn from.
+/// Statistics of a draw over the starts with the event, in standard deviations of the draw's own distribution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
-    /// Its name, such as `gain of b`.
+    /// Name of the draw, such as `gain of b`.
     pub name: String,
-    /// Its mean; zero among all starts.
+    /// Mean over the starts with the event; zero over all starts.
     pub mean: f64,
-    /// Its standard deviation; one among all starts.
+    /// Standard deviation over the starts with the event; one over all starts.
     pub deviation: f64,
 }
 
-/// Purpose, name and number of a draw.
+/// Key of a draw: its purpose, its name and its index.
 type Place = (u32, String, usize);
 
-/// Sums over draws: weights, values, squares.
+/// Sums over the starts of a sector: for each draw the sums of weights, weighted values and weighted squares.
 #[derive(Debug, Default)]
 struct Sums {
     share: f64,
@@ -63,10 +63,10 @@ struct Sums {
 }
 
 impl Anatomy {
-    /// Describes failing starts, each with its weight.
+    /// Computes the anatomy of weighted starts in which the event happened.
     ///
     /// # Errors
-    /// A value drawn that cannot be; that it was stopped.
+    /// An invalid drawn value; an interruption.
     pub fn of(
         trials: &Trials<'_>,
         event: Event,
@@ -92,7 +92,7 @@ impl Anatomy {
     }
 }
 
-/// Width of a sector in degrees.
+/// Returns the width of a sector in degrees.
 const fn width(event: Event) -> f64 {
     match event {
         Event::Error(_) => 15.0,
@@ -100,7 +100,7 @@ const fn width(event: Event) -> f64 {
     }
 }
 
-/// Sector and sign. An axis has half a turn.
+/// Returns the sector and the sign of the error of a start. The angle of an axis is taken modulo 180°.
 fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
     let (turn, positive) = match event {
         Event::Error(_) => (180.0, record.axis_error_deg().map(|error| error > 0.0)),
@@ -113,7 +113,8 @@ fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
     (sector, positive)
 }
 
-/// Draws that the anatomy is about: not the angle, which the sector has, nor phases, which are angles too.
+/// Returns true for draws that the anatomy lists: neither the rotor angle, which the sector gives, nor phases, which are angles
+/// too.
 fn is_told(purpose: Purpose) -> bool {
     !matches!(
         purpose,
@@ -156,7 +157,7 @@ impl Sums {
         draws
     }
 
-    /// The member whose draws are nearest to those means that are away from zero.
+    /// Returns the start whose draws are nearest to the means that differ from zero.
     fn typical(&self, failures: &[(f64, Tape)]) -> Option<Tape> {
         let far: BTreeMap<&Place, f64> = self
             .means()
@@ -179,7 +180,7 @@ impl Sums {
     }
 }
 
-/// Name of a draw.
+/// Returns the name of a draw.
 pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
     let phase = |number: usize| ["a", "b", "c"][number % 3];
     match purpose {

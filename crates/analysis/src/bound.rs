@@ -1,4 +1,4 @@
-//! The Cramér–Rao bound: how well any unbiased method could know the angle from the readings of an excitation.
+//! The Cramér–Rao bound: the smallest error of the angle that an unbiased method can have with the readings of an excitation.
 //!
 //! ```text
 //!   J = Σ over samples  Gᵀ C⁻¹ G,   G = ∂(i_a, i_b, i_c)/∂p,   σ_θ² = [J⁻¹]_θθ
@@ -9,10 +9,10 @@
 //! errors of a specimen as further unknowns with Gaussian priors, whose information is added to J (Van Trees, *Detection,
 //! Estimation, and Modulation Theory*, part I, 1968, section 2.4).
 //!
-//! C holds the sensors' noise σ² of each phase, the converter's q²/12, and the jitter of ±j with the current's slope s:
-//! `(σ² + q²/12) I + j²/3 s sᵀ`, for all phases are sampled at one instant. Where the slope changes its sign within the
-//! jitter, s is too small and the bound lower than it could be; it stays a bound. What the DC-link sensor adds besides its
-//! gain, and the link's ripple, are taken as known. θ is the angle at the start.
+//! C holds the noise variance σ² of each phase, the converter's quantization variance q²/12, and the sampling jitter, uniform in
+//! ±j, with the current's slope s: `(σ² + q²/12) I + j²/3 s sᵀ`, because all phases are sampled at one instant. Where the slope
+//! changes its sign within the jitter, s is too small, and so is the bound: it remains a valid lower bound. The ripple of the DC
+//! link, and all errors of the DC-link sensor except its gain, are taken as known. θ is the angle at the start.
 
 mod information;
 mod plant;
@@ -34,7 +34,7 @@ use standstill_scenario::{Scenario, Specimen};
 pub use plant::Unknown;
 use thiserror::Error;
 
-/// The commands that count.
+/// The commands of a detection that count for the bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Counted {
     /// All commands of the detector, including those of its polarity test.
@@ -44,16 +44,16 @@ pub enum Counted {
     BeforePwm,
 }
 
-/// The samples of an excitation that count.
+/// Choice of the samples that count for the bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Samples {
-    /// Those that the commands ask for.
+    /// Samples that the commands request.
     Scheme,
-    /// One at each whole multiple of this time.
+    /// Samples at all whole multiples of this interval.
     Every(Nanos),
 }
 
-/// The bounds of a scenario.
+/// Computes the Cramér–Rao bounds of a scenario.
 ///
 /// ```
 /// use standstill_analysis::Bounds;
@@ -75,50 +75,51 @@ pub struct Bounds<'a, S> {
     pub scenario: &'a Scenario<S>,
     /// Unknown parameters of the motor besides the angle.
     pub unknown: &'a [Unknown],
-    /// The commands that count.
+    /// Commands that count for the bound.
     pub counted: Counted,
-    /// From one sample to the next where all count. The memory needed is some 400 bytes a sample.
+    /// Interval between samples where a bound counts all possible samples. It needs some 400 bytes of memory per sample.
     pub interval: Nanos,
-    /// Trial whose noise the detector meets where it gives its commands; none: no noise. A method that goes on until its
-    /// readings are certain enough stops too early without, and its bound is then not that of its runs.
+    /// Number of the trial whose noise is added when the detector's commands are recorded; none: no noise. A method that
+    /// continues until its readings are certain enough stops too early without noise, and the bound would not be that of its
+    /// trials.
     pub noise: Option<u64>,
-    /// Steps of the differences, relative to the usual ones.
+    /// Factor on the default steps of the difference quotients.
     pub step: f64,
-    /// Threads; none: as many as there are cores.
+    /// Number of threads; none: as many as there are cores.
     pub threads: Option<usize>,
 }
 
-/// Lowest standard deviations of the angle, in electrical degrees. Zero for sensors without noise, converter and jitter;
-/// infinite where the readings do not tell the angle.
+/// Cramér–Rao bounds on the standard deviation of the angle, in electrical degrees. Zero for sensors without noise, quantization
+/// and jitter; infinite if the readings do not determine the angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// From the samples that the commands ask for.
+    /// Bound from the samples that the commands request.
     pub scheme_deg: f64,
-    /// From samples at every interval of the same commands.
+    /// Bound from samples at every interval during the same commands.
     pub all_deg: f64,
-    /// As `scheme_deg`, on a specimen whose gains, offsets and delays are known only as well as drive and sensors are
-    /// made. None for sensors without noise: the readings' and the priors' information have no common scale there.
+    /// Like `scheme_deg`, for a specimen whose gains, offsets and delays are known only within the tolerances of drive and
+    /// sensors. None for sensors without noise: the information of the readings and that of the priors have no common scale then.
     pub hybrid_deg: Option<f64>,
-    /// As `all_deg`, on such a specimen.
+    /// Like `all_deg`, for such a specimen.
     pub hybrid_all_deg: Option<f64>,
 }
 
-/// A bound that could not be computed.
+/// Error of a bound that could not be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum BoundError {
-    /// The detector's settings cannot work.
+    /// The detector cannot work with its settings.
     #[error(transparent)]
     Settings(SettingsError),
-    /// A plant could not be simulated.
+    /// The nominal plant, or a plant with a changed parameter, could not be simulated.
     #[error(transparent)]
     Run(RunError),
-    /// The operating system gave no threads.
+    /// The operating system could not start threads.
     #[error("no worker threads")]
     Threads,
 }
 
 impl Bound {
-    /// The root of the mean of the variances: what the rms error over these angles cannot be below. NaN of none.
+    /// Returns the root of the mean variance: a lower bound of the rms error over these angles. NaN for an empty slice.
     ///
     /// ```
     /// use standstill_analysis::Bound;
@@ -151,7 +152,7 @@ impl<S> Clone for Bounds<'_, S> {
 impl<S> Copy for Bounds<'_, S> {}
 
 impl<'a, S: Settings<f64>> Bounds<'a, S> {
-    /// With all of the motor unknown, all commands counted and a sample every 10 µs.
+    /// Sets up the bounds with all parameters of the motor unknown, all commands counted and a sample every 10 µs.
     pub fn new(scenario: &'a Scenario<S>) -> Self {
         Self {
             scenario,
@@ -164,8 +165,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }
     }
 
-    /// The bounds at an electrical angle in rad. None for a method that turns the rotor: it does not look for where the
-    /// rotor stood.
+    /// Returns the bounds at an electrical angle in rad. None for a method that turns the rotor, because such a method does not
+    /// estimate the initial angle.
     pub fn at(&self, angle: f64) -> Result<Option<Bound>, BoundError> {
         if self.scenario.detector.turns_rotor() {
             return Ok(None);
@@ -182,7 +183,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }))
     }
 
-    /// The nominal plant at this angle, with sensors that have their arrangement, filters and delay but no errors.
+    /// Returns the nominal plant at this angle, with sensors that have their arrangement, filters and delay but no errors.
     fn nominal(&self, angle: f64) -> Case<'a> {
         let Scenario { drive, sensors, tolerance, seed, .. } = self.scenario;
         let drawn = self.scenario.case_at(angle, Specimen { drive: 0, noise: 0 });
@@ -211,7 +212,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }
     }
 
-    /// The commands that the detector gives there, as far as they count.
+    /// Records the commands that the detector gives on a plant, and keeps those that count.
     fn commands(&self, case: &Case) -> Result<Vec<Command<f64>>, BoundError> {
         let mut case = case.clone();
         if self.noise.is_some() {
@@ -228,7 +229,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(commands)
     }
 
-    /// Standard deviation of the angle in rad from these samples; with the motor's unknowns, and with the specimen's.
+    /// Returns the standard deviation of the angle in rad from these samples: with the unknowns of the motor, and with those of
+    /// the specimen as well.
     fn deviations(
         &self,
         case: &Case,
@@ -281,7 +283,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok((deviation, Some(hybrid)))
     }
 
-    /// Readings and their covariance.
+    /// Returns the readings with the parameters of their noise covariance.
     fn noise_of(
         &self,
         case: &Case,
@@ -300,8 +302,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
 }
 
 impl<S: Settings<f64> + Sync> Bounds<'_, S> {
-    /// The bounds at this many angles, evenly spread from zero. The lines repeat every 60°: numbers without a factor of
-    /// six see more.
+    /// Returns the bounds at this number of angles, evenly spaced from zero. Line inductances repeat every 60°, so numbers of
+    /// angles without a factor of six cover more distinct cases.
     pub fn over(&self, angles: usize) -> Result<Option<Vec<Bound>>, BoundError> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(self.threads.unwrap_or(0))

@@ -1,4 +1,4 @@
-//! From which value on, and up to which one, something holds, from judgements that are uncertain.
+//! Finds the range of a value over which limits hold, from uncertain judgements.
 //!
 //! ```text
 //!   scan the range ─► where does it hold? ─► each end of the stretch: ─► the value; where it surely holds, and where possibly ─► interval
@@ -18,43 +18,43 @@ use standstill_campaign::Estimate;
 
 pub use edge::{Bound, Edge};
 
-/// A judgement at one value.
+/// Judgement of whether the limits hold at one value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Verdict {
-    /// True if the limits hold by the estimates themselves.
+    /// True if the limits hold by the point estimates.
     pub holds: bool,
-    /// True if they hold at the bad ends of all intervals.
+    /// True if the limits hold at the unfavourable ends of all confidence intervals.
     pub surely: bool,
-    /// True if they hold at the good ends.
+    /// True if the limits hold at the favourable ends of all confidence intervals.
     pub possibly: bool,
 }
 
-/// The result of the trials at one value.
+/// Result of the trials at one value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
-    /// The number of trials: fewer than asked for where the result was clear before.
+    /// Number of trials: fewer than requested if the result was clear earlier.
     pub trials: u64,
-    /// Each measure divided by its limit, with its 95 % interval. A limit is kept up to 1.
+    /// Estimate of each measure divided by its limit, with its 95 % interval. The limit is kept up to 1.
     pub shares: Vec<Estimate>,
-    /// Judgement of the starts with an answer alone.
+    /// Each measure over the starts with an answer alone, divided by its limit.
     pub answered: Vec<f64>,
-    /// Between which shares the worst measure would be known by [`forecast_trials`].
+    /// Confidence interval that the worst ratio would have after each number of trials in [`forecast_trials`].
     pub forecast: Vec<[f64; 2]>,
-    /// The limits surely hold, or surely do not: further trials change nothing.
+    /// True if the limits surely hold, false if they surely do not: further trials would not change that. None: not clear yet.
     pub clear: Option<bool>,
 }
 
-/// Trials of the forecasts: powers of two times this.
+/// Smallest number of trials of the forecasts; the others are this number times powers of two.
 const FORECAST_FROM: u64 = 500;
-/// Number of trials.
+/// Number of forecasts.
 const FORECASTS: u32 = 21;
 
-/// Numbers of trials for which a look tells what it would be.
+/// Iterates over the numbers of trials for which a look forecasts its confidence interval.
 pub fn forecast_trials() -> impl Iterator<Item = u64> {
     (0..FORECASTS).map(|k| FORECAST_FROM << k)
 }
 
-/// The end of an interval that counts.
+/// The end of a confidence interval by which limits are judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum View {
     Likely,
@@ -63,7 +63,7 @@ enum View {
 }
 
 impl Look {
-    /// The worst of the shares.
+    /// Returns the largest of the ratios of measure to limit.
     fn worst(&self, view: View) -> f64 {
         let of = |share: &Estimate| match view {
             View::Likely => share.value,
@@ -73,12 +73,12 @@ impl Look {
         self.shares.iter().map(of).fold(0.0, f64::max)
     }
 
-    /// True if the limits hold at one end of the intervals.
+    /// Returns true if the limits hold by this end of the intervals.
     fn holds(&self, view: View) -> bool {
         self.clear.unwrap_or_else(|| self.worst(view) <= 1.0)
     }
 
-    /// True if the value keeps the limits: likely, surely, possibly.
+    /// Returns whether the limits hold: likely, surely, possibly.
     pub fn verdict(&self) -> Verdict {
         Verdict {
             holds: self.holds(View::Likely),
@@ -87,13 +87,13 @@ impl Look {
         }
     }
 
-    /// Up to which share the worst measure would be known by so many trials.
+    /// Returns the upper end of the interval that the worst ratio would have after this number of trials.
     fn foreseen(&self, trials: u64) -> f64 {
         let number = forecast_trials().take_while(|then| *then <= trials).count().saturating_sub(1);
         self.forecast[number][1]
     }
 
-    /// The limits that it breaks, by their numbers.
+    /// Returns the indices of the limits that are broken.
     fn broken(&self) -> Vec<usize> {
         (0..self.shares.len()).filter(|k| self.shares[*k].value > 1.0).collect()
     }
@@ -102,67 +102,68 @@ impl Look {
 /// Range and precision of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// Smallest and largest value; both above zero for ratios, else the steps are differences.
+    /// Smallest and largest value. If both are above zero, steps are ratios, else differences.
     pub range: (f64, f64),
-    /// Values of the scan.
+    /// Number of values of the scan.
     pub points: usize,
-    /// Trials at each value of the scan.
+    /// Number of trials at each value of the scan.
     pub trials: u64,
-    /// Trials at a value beyond which no closer look is taken.
+    /// Largest number of trials at one value.
     pub most: u64,
-    /// Trials from which on it can be seen to hold surely.
+    /// Least number of trials with which the limits can be shown to hold surely.
     pub sure_from: u64,
-    /// Largest width of the interval, as a share of the value.
+    /// Largest accepted width of the interval, as a share of the value.
     pub width: f64,
-    /// True for whole numbers.
+    /// True if only whole numbers are allowed.
     pub whole: bool,
 }
 
-/// An end of a stretch.
+/// The end of a stretch that is an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// It holds below: the largest value counts.
+    /// The limits hold below the edge: it is the largest value.
     Largest,
-    /// It holds above: the smallest value counts.
+    /// The limits hold above the edge: it is the smallest value.
     Smallest,
 }
 
 /// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Found {
-    /// At no value that was looked at.
+    /// The limits hold at no value that was tried.
     Nowhere,
-    /// At every value that was looked at.
+    /// The limits hold at every value that was tried.
     Everywhere,
-    /// Up to an edge, from one on, or between two.
+    /// The limits hold up to an edge, from an edge on, or between two edges.
     Stretch(Stretch),
 }
 
-/// A stretch of values where it holds.
+/// A stretch of values over which the limits hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
-    /// Its ends, the smaller value first; without the one that is the range's.
+    /// Edges of the stretch, the smaller value first; an end of the stretch at the end of the range is no edge.
     pub edges: Vec<Edge>,
-    /// All stretches of the scan where it holds, from and to: more than one only where what lies between is surely not so.
+    /// First and last value of each stretch of the scan in which the limits hold: several only if the limits surely do not hold
+    /// between them.
     pub all: Vec<(f64, f64)>,
 }
 
 impl Stretch {
-    /// The end at the largest value, or else the other.
+    /// Returns the edge with the larger value.
     pub fn last(&self) -> Option<&Edge> {
         self.edges.last()
     }
 
-    /// True if the limits hold in one stretch.
+    /// Returns true if the limits hold in one stretch only.
     pub fn is_one(&self) -> bool {
         self.all.len() <= 1
     }
 }
 
-/// Looks at a value by at most so many trials; none where the value cannot be.
+/// Function that judges a value by at most the given number of trials; none if the value is invalid.
 pub type Judge<'a, E> = &'a mut dyn FnMut(f64, u64) -> Result<Option<Look>, E>;
 
-/// The looks that were taken, of each value the one with most trials.
+/// All looks so far: for each value the look with the most trials.
 struct Looks<'a, 'b, E> {
     search: &'a Search,
     judge: Judge<'b, E>,
@@ -170,7 +171,7 @@ struct Looks<'a, 'b, E> {
 }
 
 impl<E> Looks<'_, '_, E> {
-    /// With so many trials, or fewer where they make it clear.
+    /// Looks at the value at a position in the range with this number of trials, or with fewer if the result is clear.
     fn at(&mut self, place: f64, trials: u64) -> Result<Option<&Look>, E> {
         let value = self.search.at(place);
         let known = self.known.get(&value.to_bits()).is_some_and(|(_, asked, look)| {
@@ -185,7 +186,7 @@ impl<E> Looks<'_, '_, E> {
 }
 
 impl Search {
-    /// A value of the range by its place from 0 to 1.
+    /// Returns the value at a position in the range, from 0 (smallest) to 1 (largest).
     fn at(&self, place: f64) -> f64 {
         let (low, high) = self.range;
         let value = if low > 0.0 {
@@ -196,7 +197,7 @@ impl Search {
         if self.whole { value.round() } else { value }
     }
 
-    /// The places of its scan, each value once.
+    /// Returns the positions of the scan, without repeated values.
     fn places(&self) -> Vec<f64> {
         let place = |k: usize| k as f64 / (self.points - 1) as f64;
         let mut places: Vec<f64> = (0..self.points).map(place).collect();
@@ -204,15 +205,15 @@ impl Search {
         places
     }
 
-    /// The values of its scan, each once.
+    /// Returns the values of the scan, without repetition.
     pub fn values(&self) -> Vec<f64> {
         self.places().into_iter().map(|place| self.at(place)).collect()
     }
 
-    /// Looks for the edges.
+    /// Searches the range for the edges of the stretch in which the limits hold.
     ///
     /// # Errors
-    /// Those of the judge.
+    /// Errors of `judge`.
     pub fn find<E>(&self, judge: Judge<'_, E>) -> Result<Found, E> {
         let mut looks = Looks { search: self, judge, known: BTreeMap::new() };
         let mut scan: Vec<(f64, bool)> = Vec::new();

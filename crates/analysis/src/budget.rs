@@ -1,7 +1,8 @@
-//! Sources of the error: Sobol' indices of a scenario's sources of error, with the rotor's angle held common.
+//! Error budget: Sobol' indices of a scenario's sources of error, computed per rotor angle.
 //!
-//! An error of gains turns the axis one way at one angle and the other way at another: over all angles it averages to
-//! nothing, and a naive share of first order says that it does not matter. So indices are per angle, and then averaged.
+//! A gain error turns the axis one way at one angle and the other way at another: over all angles the effect averages to zero,
+//! and a first-order index over all angles would state that the gain does not matter. So indices are computed per angle, and then
+//! averaged.
 
 mod sources;
 
@@ -23,105 +24,106 @@ use crate::system::kept;
 use crate::trials::Codes;
 use crate::{Halt, Trials, Watch};
 
-/// Pairs of samples where nobody asks for another number.
+/// Default number of pairs of samples.
 pub const PAIRS: u64 = 8000;
 
-/// Least number of pairs of starts with an axis from which shares are computed.
+/// Least number of pairs in which all starts have an axis, for shares to be computed.
 const FEWEST: usize = 10;
 
-/// Parts of the picture over the angle, as many as have pairs enough: of 15°, 30° or 60°.
+/// Numbers of parts into which the turn is divided for the contributions over the angle: parts of 15°, 30° or 60°, the narrowest
+/// for which there are enough pairs.
 const PARTS: [usize; 3] = [24, 12, 6];
 
-/// Pairs that a part needs.
+/// Least number of pairs per part.
 const IN_PART: usize = 150;
 
-/// Trials of a sample that are kept at a time, should the question be interrupted.
+/// Number of trials of a sample that are stored at a time, in case the computation is interrupted.
 const AT_ONCE: usize = 2048;
 
-/// Places of the converters' codes that starts may draw.
+/// Number of different offsets, in fractions of one LSB, that starts may draw for the converters' codes.
 const PLACES: u64 = 16;
 
-/// Contribution of each source.
+/// Contribution of each source to the mean square error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Budget {
-    /// Of all starts with an axis, in degrees.
+    /// Rms error of all starts with an axis, in degrees.
     pub rms_deg: Estimate,
-    /// The sources.
+    /// Contributions of the sources.
     pub items: Vec<Item>,
-    /// The method's own.
+    /// Contribution of the method itself.
     pub method: Own,
-    /// Share of what sources make only together.
+    /// Share of the mean square that sources make only in interaction.
     pub interaction: Estimate,
-    /// Pairs of samples.
+    /// Number of pairs of samples.
     pub pairs: u64,
-    /// Of these, how many were left out because some start had no axis.
+    /// Number of pairs that were left out because a start had no axis.
     pub dropped: u64,
-    /// Trials in all.
+    /// Number of trials in all.
     pub trials: u64,
-    /// The contributions over the angle, in even ranges.
+    /// Contributions in equal ranges of the rotor angle.
     pub over_angle: Vec<Part>,
 }
 
 /// The method's own error: at each angle, the mean error over all draws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Own {
-    /// Rms in degrees of that alone.
+    /// Rms in degrees of the method's own error alone.
     pub alone_deg: Estimate,
-    /// Rms in degrees of the rest.
+    /// Rms in degrees of the error without the method's own error.
     pub without_deg: Estimate,
-    /// Its share of the mean square.
+    /// Share of the mean square error.
     pub share: Estimate,
 }
 
-/// A source.
+/// Contribution of one source of error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
-    /// The source.
+    /// The source of error.
     pub source: Source,
-    /// Rms in degrees with this source alone, all others at their means.
+    /// Rms error in degrees with this source alone, all others at their means.
     pub alone_deg: Estimate,
-    /// Rms in degrees without it.
+    /// Rms error in degrees without this source.
     pub without_deg: Estimate,
-    /// Its share of the mean square by itself.
+    /// First-order index: the source's share of the mean square by itself.
     pub share: Estimate,
-    /// Its share together with all in which it has a part.
+    /// Total index: the source's share of the mean square, all its interactions included.
     pub total: Estimate,
 }
 
-/// Contributions at a range of angles.
+/// Contributions in one range of rotor angles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// The middle of the angles, in degrees.
+    /// Middle of the range in degrees.
     pub angle_deg: f64,
-    /// Mean squares in degrees², of all errors, of the method's own, and of each source by itself.
+    /// Mean squares in degrees²: of the whole error, of the method's own error, and of each source by itself.
     pub squares: Squares,
 }
 
-/// Too few pairs have an axis in all their starts to compute shares from.
+/// Error of a budget with too few pairs in which all starts have an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooFew {
-    /// Pairs of samples.
+    /// Number of pairs of samples.
     pub pairs: u64,
-    /// Of these, how many have an axis.
+    /// Number of pairs in which all starts have an axis.
     pub whole: u64,
-    /// Least number of pairs.
+    /// Least number of such pairs.
     pub needed: u64,
 }
 
-/// Trials of a budget of so many pairs and sources.
+/// Returns the number of trials of a budget with this number of pairs and sources.
 pub const fn trials(pairs: u64, sources: usize) -> u64 {
     pairs * (2 + 3 * sources as u64)
 }
 
-/// Errors in degrees of samples in the same order; none without an axis.
+/// Errors in degrees of the starts of a sample, in order; none for a start without an axis.
 type Errors = Vec<Option<f64>>;
 
 impl Budget {
-    /// Shares the error out among the scenario's sources. Starts have angles spread evenly over the turn, unless the scenario states
-    /// one. The work ends as soon as too few pairs are left.
+    /// Divides the error among the scenario's sources. Rotor angles are spread evenly over the turn, unless the scenario sets
+    /// one. The computation ends as soon as too few pairs are left.
     ///
     /// # Errors
-    /// A value drawn that cannot be; that it was stopped.
+    /// An invalid drawn value; an interruption.
     pub fn of(
         trials: &Trials<'_>,
         sources: &[Source],
@@ -190,7 +192,7 @@ impl Budget {
     }
 }
 
-/// Mean squares in parts of the turn. Sample k of n stands at the k-th of n angles.
+/// Returns the mean squares for each part of the turn. Pair k of n has the k-th of n evenly spread angles.
 fn over_angle(tuples: &[Option<Tuple>], sources: usize) -> Vec<Part> {
     let has_enough = |parts: &usize| tuples.len() >= IN_PART * parts;
     let parts = PARTS.into_iter().find(has_enough).unwrap_or(PARTS[PARTS.len() - 1]);
@@ -217,12 +219,12 @@ fn root(square: Estimate) -> Estimate {
 struct Bench<'a> {
     trials: &'a Trials<'a>,
     watch: &'a dyn Watch,
-    /// True if starts draw the place of the converters' codes.
+    /// True if each start draws an offset of the converters' codes.
     rounds: bool,
 }
 
 impl Bench<'_> {
-    /// Errors and starts of one sample. Both samples have the same angles, and no other draws in common.
+    /// Returns errors and starts of one of the two samples. Both samples have the same angles and no other draws in common.
     fn sample(&self, pairs: u64, sample: u64) -> Result<(Errors, Vec<Start>), Halt<FileError>> {
         let seed = self.trials.scenario().seed;
         let start = |k: u64| {
@@ -238,7 +240,7 @@ impl Bench<'_> {
         self.run((0..pairs).map(start).collect())
     }
 
-    /// Errors of so many starts, a block after the other: what an interruption loses is a block.
+    /// Returns the errors of starts, computed in blocks: an interruption loses one block at most.
     fn errors(
         &self,
         key: &str,
@@ -255,7 +257,7 @@ impl Bench<'_> {
         Ok(all)
     }
 
-    /// Errors, and the starts as they are after the trials. Those with the codes at one place run side by side.
+    /// Returns the errors, and the starts with the draws that the trials read. Starts with the same code offset run side by side.
     fn run(&self, mut starts: Vec<Start>) -> Result<(Errors, Vec<Start>), Halt<FileError>> {
         let mut groups: Vec<(Codes, Vec<usize>, Vec<Tape>)> = Vec::new();
         for (k, start) in starts.iter_mut().enumerate() {

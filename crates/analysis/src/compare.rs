@@ -1,7 +1,7 @@
-//! Methods side by side: on the same motor, with the same drives, sensors and rotor angles.
+//! Compares methods on the same motor, with the same drives, sensors and rotor angles.
 //!
-//! A trial's angle, drive and sensors follow from the seed and its number alone, whatever the method is: common random
-//! numbers, so that a difference between two rows is the methods'.
+//! A trial's angle, drive and sensors depend only on the seed and the trial's number, not on the method: with these common random
+//! numbers, a difference between two rows is one between methods.
 
 use standstill_campaign::Summary;
 use standstill_detect::{Method, SettingsError};
@@ -10,10 +10,10 @@ use standstill_sim::{NoProbe, RunError, run};
 
 use crate::bound::{Bound, BoundError, Bounds, Counted};
 
-/// One method under one set of conditions.
+/// Result of one method under one set of conditions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The method's name, or the library's.
+    /// Name of the method or of the library.
     pub method: String,
     /// State of the rotor.
     pub rotor: Rotor,
@@ -23,41 +23,41 @@ pub struct Entry {
     pub summary: Summary,
     /// Mean energy in J that a detection takes from the DC link.
     pub energy_j: f64,
-    /// The Cramér–Rao limit, where there is one, as rms over the angles.
+    /// The Cramér–Rao limit as rms over the angles; none if it was not requested or does not exist.
     pub bound: Option<Bound>,
-    /// Reason why there is none, if it was asked for.
+    /// Reason why a requested limit does not exist.
     pub no_bound: Option<RunError>,
 }
 
-/// The rms error in degrees of an axis drawn at random.
+/// Rms error in degrees of an axis drawn at random.
 const RANDOM_AXIS: f64 = 51.961_524_227_066_32;
 
-/// A limit in degrees; none if it says nothing, being no number or larger than the error of a guess. It is the one of small
-/// errors, and grows without bounds where a detection gives up before its readings tell the angle.
+/// Returns a limit in degrees; none if it is no number or larger than the rms error of a random axis. The Cramér–Rao limit holds
+/// for small errors, and grows without bounds if a detection gives up before its readings determine the angle.
 pub fn informative(limit: f64) -> Option<f64> {
     (limit <= RANDOM_AXIS).then_some(limit)
 }
 
 impl Entry {
-    /// The limit that the scheme's own samples set, in degrees.
+    /// Returns the Cramér–Rao limit of the samples that the method takes, in degrees.
     pub fn limit(&self) -> Option<f64> {
         informative(self.bound?.scheme_deg)
     }
 
-    /// Limit over the measured rms error: 1 is an efficient method. None without a limit or without noise.
+    /// Returns the limit divided by the measured rms error: 1 for an efficient method. None without a limit or without noise.
     pub fn efficiency(&self) -> Option<f64> {
         let efficiency = self.limit()? / self.summary.rms_deg.value;
         (efficiency.is_finite() && efficiency > 0.0).then_some(efficiency)
     }
 }
 
-/// Trials that the mean energy is of, at most.
+/// Largest number of trials over which the mean energy is computed.
 const ENERGY_TRIALS: u64 = 8;
 
-/// Mean energy in J that a detection takes from the DC link, over the first few trials. Not a number if none ends.
+/// Returns the mean energy in J that a detection takes from the DC link, over the first few trials. NaN if no trial ends.
 ///
 /// # Errors
-/// Settings that cannot work.
+/// Settings with which the method cannot work.
 pub fn mean_energy(scenario: &Scenario<Method<f64>>, trials: u64) -> Result<f64, SettingsError> {
     let (mut sum, mut count) = (0.0, 0.0);
     for trial in 0..trials.min(ENERGY_TRIALS) {
@@ -72,11 +72,11 @@ pub fn mean_energy(scenario: &Scenario<Method<f64>>, trials: u64) -> Result<f64,
 }
 
 impl Bound {
-    /// [`Self::of`], or why there is none: the specimens of a limit are other plants than those of the trials, and
-    /// their currents may leave the motor's flux map where those of the trials do not.
+    /// Returns [`Self::of`], or the reason why there is no limit: the specimens of a limit are other plants than those of the
+    /// trials, and their currents may leave the motor's flux map where those of the trials do not.
     ///
     /// # Errors
-    /// As there, but for a run that cannot be simulated.
+    /// Errors of [`Self::of`], except for a simulation that cannot be run.
     pub fn or_reason(
         scenario: &Scenario<Method<f64>>,
         angles: usize,
@@ -89,8 +89,8 @@ impl Bound {
         }
     }
 
-    /// The Cramér–Rao limit of this excitation as rms over evenly spread angles; none if the method turns the rotor. Of a
-    /// method with line pulses these alone count: the polarity test comes when its axis is known.
+    /// Returns the Cramér–Rao limit of the method's excitation as rms over evenly spaced angles; none if the method turns the
+    /// rotor. For a method with line pulses only these count, because its polarity test comes after the axis is known.
     ///
     /// # Errors
     /// A plant that cannot be simulated.
@@ -105,8 +105,8 @@ impl Bound {
 }
 
 impl<'a> Bounds<'a, Method<f64>> {
-    /// The bounds of a method's own question: of one with line pulses these alone count, for the polarity test comes when its
-    /// axis is known.
+    /// Sets up the bounds of a scenario's method. For a method with line pulses only these count, because its polarity test comes
+    /// after the axis is known.
     pub fn of_method(scenario: &'a Scenario<Method<f64>>) -> Self {
         let counted = if scenario.detector.has_line_pulses() { Counted::BeforePwm } else { Counted::All };
         // Without noise it would stop too early.

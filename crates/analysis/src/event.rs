@@ -1,4 +1,4 @@
-//! Events of a start and their order parameters.
+//! Events that a start may end with, and the order parameter of each: the quantity that shows how near a start is to the event.
 
 use std::fmt;
 use std::ops::RangeBounds;
@@ -10,27 +10,27 @@ use standstill_quantity::{Quantity, Unit, split};
 use standstill_scenario::{Record, Verdict, nearest};
 use standstill_sim::Ended;
 
-/// An event. Angles are kept in degrees, currents in A.
+/// An event of a start. Angles are in degrees, currents in A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
-    /// The pole named is the wrong one.
+    /// The detector found the wrong pole.
     WrongPole,
-    /// The readings speak for the wrong pole, whether or not that is enough to name one.
+    /// The readings favour the wrong pole, whether or not their evidence suffices for a decision.
     WrongEvidence,
-    /// The axis is further off than this, in degrees. Starts without an axis do not count: they are `undetermined` no more
-    /// than they are this.
+    /// The axis error exceeds this bound in degrees. Starts without an axis do not count: they are neither this event nor
+    /// `undetermined`.
     Error(f64),
-    /// An axis without a pole.
+    /// The detector found an axis without a pole.
     Undetermined,
-    /// No angle: the detector gave up.
+    /// The detector gave up without an angle.
     Failed,
-    /// The rotor was further from its start than this, in electrical degrees.
+    /// The rotor moved further than this from its initial angle, in electrical degrees.
     Moved(f64),
-    /// A phase current was larger than this, in A.
+    /// A phase current exceeded this value in A.
     PeakCurrent(f64),
 }
 
-/// A text that is no event.
+/// Error of a text that names no event.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EventError {
     text: String,
@@ -39,13 +39,13 @@ pub struct EventError {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Wrong {
-    /// There is no such event.
+    /// No event has this name.
     Name,
-    /// The bound that was found, and those that are allowed.
+    /// The bound found in the text, and the bounds that are allowed.
     Bound(String, &'static str),
 }
 
-/// Events without a bound, and the quantities that may have one.
+/// Names of the events without a bound, and names of the quantities that may have a bound.
 const NAMES: [(&str, Event); 4] = [
     ("wrong-pole", Event::WrongPole),
     ("wrong-evidence", Event::WrongEvidence),
@@ -94,16 +94,16 @@ impl FromStr for Event {
     }
 }
 
-/// No movement and no current is larger.
+/// Upper limit of the bounds for movement and current: neither is ever larger.
 const MOST: f64 = 1e6;
 
-/// The allowed bounds of each quantity, for messages.
+/// Allowed bounds of each quantity, for messages.
 const ERRORS: &str =
     "an error of the axis from 0 deg to less than 90 deg, which is the largest there is, such as `3 deg`";
 const MOVEMENTS: &str = "an electrical angle from 0 deg to less than 1000000 deg, such as `1 deg`";
 const CURRENTS: &str = "a current from 0 A to less than 1000000 A, such as `8 A` or `800 mA`";
 
-/// A bound with its unit; else what was found in its place, as messages tell it.
+/// Parses a bound with its unit; the error is the text found in its place, as messages quote it.
 pub(crate) fn bound<U: Unit>(text: &str, allowed: impl RangeBounds<f64>) -> Result<f64, String> {
     let bare = split(text).1.is_empty();
     let value = text.parse::<Quantity<U>>().ok().map(Quantity::value);
@@ -128,17 +128,17 @@ impl fmt::Display for Event {
     }
 }
 
-/// Just outside of the event, and just inside.
+/// Largest value outside of the event, and smallest value inside.
 const OUTSIDE: f64 = 0.0;
 const INSIDE: f64 = f64::MIN_POSITIVE;
 
 impl Event {
-    /// True if it happened.
+    /// Returns true if the event happened.
     pub fn happened(self, record: &Record) -> bool {
         self.value(record) > 0.0
     }
 
-    /// The name of the quantity that rises as a start comes nearer to the event.
+    /// Returns the name of the order parameter, which rises as a start comes nearer to the event.
     pub const fn order_parameter(self) -> &'static str {
         match self {
             Self::WrongPole => {
@@ -155,7 +155,7 @@ impl Event {
         }
     }
 
-    /// Threshold of its order parameter.
+    /// Returns the bound that the order parameter must exceed.
     pub const fn bound(self) -> f64 {
         match self {
             Self::Error(bound) | Self::Moved(bound) | Self::PeakCurrent(bound) => bound,
@@ -163,8 +163,8 @@ impl Event {
         }
     }
 
-    /// Above zero exactly where the event happened; else the smaller, the further away it was. Minus infinity where nothing
-    /// says how far.
+    /// Returns a number that is above zero exactly if the event happened, and otherwise the smaller, the further away it was.
+    /// Minus infinity if nothing shows the distance.
     pub fn value(self, record: &Record) -> f64 {
         let Ended::Outcome(outcome) = record.run.ended else { return f64::NEG_INFINITY };
         let run = &record.run;
@@ -194,7 +194,7 @@ impl Event {
     }
 }
 
-/// A distance that agrees with what happened.
+/// Limits a distance to the side of zero on which the start is: above zero if the event happened, else zero or less.
 fn beyond(happened: bool, distance: Option<f64>) -> f64 {
     match (happened, distance) {
         (true, distance) => distance.unwrap_or(f64::INFINITY).max(INSIDE),
@@ -202,7 +202,7 @@ fn beyond(happened: bool, distance: Option<f64>) -> f64 {
     }
 }
 
-/// The evidence for the wrong pole, and what is needed.
+/// Returns the evidence for the wrong pole, and the evidence that a decision needs.
 pub(crate) fn evidence(outcome: &Outcome<f64>, north: f64) -> Option<(f64, f64)> {
     let right = outcome.evidence_for(Angle::from_radians(north))?;
     let PoleEvidence { needed, .. } = outcome.findings().pole_evidence?;

@@ -1,8 +1,8 @@
-//! Causes of a trial's end: the trial repeated with one of its errors at its mean.
+//! Explains the end of a trial: the trial is repeated with one of its errors at its mean.
 //!
-//! Whatever is changed moves all readings a little, and a converter then rounds many of them to another code: that alone turns
-//! the axis, by as much as if something had been the cause. So each trial is run with the converters' codes moved by fractions
-//! of a code. What an error does is the mean difference over these runs; what they scatter is the converter's rounding.
+//! Every change moves all readings slightly, and a converter then rounds many of them to another code: that alone turns the axis,
+//! as if the change had been a cause. So each trial is run with the converters' codes shifted by fractions of an LSB. The effect
+//! of an error is the mean difference over these runs; their scatter is the converter's rounding.
 
 use standstill_campaign::{Estimate, student};
 use standstill_numeric::{atan2, cos, sin};
@@ -13,40 +13,41 @@ use crate::budget::{Source, lengths};
 use crate::trials::Codes;
 use crate::{Halt, Trials, Watch};
 
-/// An error that a trial drew, and the trial without it.
+/// An error that the trial drew, and the result of the trial without this error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cause {
-    /// Its name, such as `gain of b`.
+    /// Name of the error, such as `gain of b`.
     pub name: String,
-    /// The key that says how much of it there is.
+    /// Key that sets the spread of the error.
     pub key: String,
-    /// The value drawn, in standard deviations of its distribution. None where the cause is many draws together, or a phase.
+    /// Value drawn, in standard deviations of its distribution. None for an error of several draws, or of a phase.
     pub drawn: Option<f64>,
     /// Record of the trial with this error at its mean and all else unchanged.
     pub without: Record,
-    /// By how much the axis error in degrees is larger than without it, rounding averaged out, with its 95 % interval; none
-    /// where a trial has no axis.
+    /// Increase of the axis error in degrees due to this error, averaged over the converter's rounding, with its 95 % interval;
+    /// none if one of the trials has no axis.
     pub part_deg: Option<Estimate>,
-    /// True if its part lies within the converter's rounding.
+    /// True if the increase may be due to the converter's rounding.
     pub within_rounding: bool,
 }
 
-/// A trial and what made it.
+/// A trial, and the errors that explain its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explained {
-    /// As it ended.
+    /// Record of the trial.
     pub record: Record,
-    /// Standard deviation in degrees of its axis error over places of the converter's codes; none without a converter.
+    /// Standard deviation in degrees of the trial's axis error over the offsets of the converter's codes; none without a
+    /// converter.
     pub rounding_deg: Option<f64>,
-    /// The errors that it drew, those first without which it would have ended most differently.
+    /// Errors that the trial drew; those with the largest effect on its end come first.
     pub causes: Vec<Cause>,
-    /// Record of the trial with all errors at their means: the method's own error at this angle.
+    /// Record of the trial with all errors at their means: it shows the method's own error at this angle.
     pub without_all: Record,
-    /// All its draws.
+    /// All draws of the trial.
     pub tape: Tape,
 }
 
-/// All sources of errors, and the single errors that are set to their means.
+/// Returns all sources of error, and the single errors that are set to their means one by one.
 fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
     let sources = Source::drawn(trials);
     let parts = sources.iter().flat_map(Source::parts).collect();
@@ -54,8 +55,8 @@ fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
 }
 
 impl Explained {
-    /// Number of trials that explain one: itself, and at each place of the codes itself, it without each of its errors and
-    /// without all of them.
+    /// Returns the number of trials that an explanation takes: the trial itself; and for each offset of the codes, the trial as
+    /// it was, without each of its errors, and without all errors.
     pub fn runs(trials: &Trials<'_>) -> u64 {
         let places = if trials.have_converters() { u64::from(PLACES) } else { 1 };
         1 + places * (parts(trials).1.len() as u64 + 2)
@@ -64,7 +65,7 @@ impl Explained {
     /// Explains the trial of this number.
     ///
     /// # Errors
-    /// A value drawn that cannot be; that it was stopped.
+    /// An invalid drawn value; an interruption.
     pub fn of(
         trials: &Trials<'_>,
         seed: u64,
@@ -100,10 +101,10 @@ impl Explained {
     }
 }
 
-/// Places of the codes that are tried, a sixteenth of a code apart.
+/// Number of offsets of the codes that are tried, a sixteenth of an LSB apart.
 const PLACES: u32 = 16;
 
-/// Records of each tape with the codes at each place but their own; none of a scenario without converters.
+/// Returns the records of each tape with the codes at each offset but zero; none for a scenario without converters.
 fn shifted(
     trials: &Trials<'_>,
     tapes: &[Tape],
@@ -121,13 +122,13 @@ fn shifted(
     Ok(all)
 }
 
-/// End of a trial: its verdict, and whether the pole was right.
+/// Returns the end of a trial: its verdict, and whether the pole was right.
 fn end(record: &Record) -> (Verdict, Option<bool>) {
     (record.verdict(), record.pole_correct())
 }
 
-/// By how much the axis error of a trial is larger than that of the same without one of its errors, and whether that may be
-/// rounding: each as it was, and with the codes elsewhere.
+/// Returns the difference between the axis errors of a trial with and without one of its errors, and true if rounding may explain
+/// it. The first pair of records has the original codes, the others have shifted codes.
 fn compared(as_it_was: [&Record; 2], shifted: [&[Record]; 2]) -> (Option<Estimate>, bool) {
     let pairs = || std::iter::once(as_it_was).chain(shifted[0].iter().zip(shifted[1]).map(|(a, b)| [a, b]));
     let count = 1 + shifted[0].len();
@@ -143,13 +144,14 @@ fn compared(as_it_was: [&Record; 2], shifted: [&[Record]; 2]) -> (Option<Estimat
     (part, within)
 }
 
-/// From one axis error to another, in (−90, 90]°.
+/// Returns the turn from one axis to another in degrees, in (−90, 90]°.
 fn turn(to: f64, from: f64) -> f64 {
     let turn = (to - from).rem_euclid(180.0);
     if turn > 90.0 { turn - 180.0 } else { turn }
 }
 
-/// The mean turn with its 95 % interval, in (−90, 90] but for the interval's ends; of a single turn, itself.
+/// Returns the mean turn in degrees, in (−90, 90]°, with its 95 % interval, whose ends may lie outside; for a single turn, the
+/// interval has no width.
 fn mean(turns: &[f64]) -> Estimate {
     let (value, deviation) = spread(turns);
     let count = turns.len() as f64;
@@ -157,8 +159,8 @@ fn mean(turns: &[f64]) -> Estimate {
     Estimate { value, low: value - half, high: value + half }
 }
 
-/// Mean and standard deviation of turns of an axis. Those just below 90° and just above −90° are neighbours, so each counts as its
-/// turn from the direction to which all together point.
+/// Returns mean and standard deviation of turns of an axis in degrees. Turns just below 90° and just above −90° are neighbours,
+/// so each turn is counted from the circular mean of all.
 fn spread(turns: &[f64]) -> (f64, f64) {
     let count = turns.len() as f64;
     let sum = |of: fn(f64) -> f64| turns.iter().map(|turn| of((2.0 * turn).to_radians())).sum::<f64>();
@@ -169,14 +171,14 @@ fn spread(turns: &[f64]) -> (f64, f64) {
     (turn(middle + mean, 0.0), (squares / (count - 1.0)).sqrt())
 }
 
-/// Standard deviation of the axis errors; none of fewer than two.
+/// Returns the standard deviation of the axis errors in degrees; none for fewer than two.
 fn scatter(records: &[Record]) -> Option<f64> {
     let errors: Vec<f64> = records.iter().filter_map(Record::axis_error_deg).collect();
     (errors.len() > 1).then(|| spread(&errors).1)
 }
 
-/// Distance between the ends of a trial with and without a cause: more than by any error if it had another end, else by the
-/// cause's part.
+/// Returns the effect of a cause on the trial's end, for sorting: if the end without the cause is another one, more than any axis
+/// error; else the difference of the axis errors in degrees.
 fn apart(record: &Record, cause: &Cause) -> f64 {
     if end(record) != end(&cause.without) {
         return 1000.0;

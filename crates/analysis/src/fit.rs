@@ -1,17 +1,16 @@
-//! From a scope trace to a motor: the parameters of the plant with which recorded pulses are the most likely.
+//! Identifies a motor from scope traces: the parameters of the plant with which recorded pulses are the most likely.
 //!
 //! ```text
 //!   records ─► pieces from rest ─► start: the best of a grid of angles ─► scoring on the simulator's own plant
 //!                                                             └─► what the readings tell, and what they do not
 //! ```
-//! The legs' requests of the records are replayed on plants with other parameters; their currents, through channels with
-//! gains, offsets and a delay, are held against the readings. The information of the readings (`fit/reading.rs`) is also that of
-//! the parameters: with the bounds of edges between two rows (`fit/between_rows.rs`) it gives the 95 % intervals, and where one is
-//! wider than what is known of a parameter without measuring, the parameter is fixed at its start value and said not to be
-//! identified.
+//! The legs' requests in the records are replayed on plants with other parameters; their currents, through channels with gains,
+//! offsets and a delay, are compared with the readings. The information of the readings (`fit/reading.rs`) is also that of the
+//! parameters: with the bounds of edges between two rows (`fit/between_rows.rs`) it gives the 95 % intervals. A parameter whose
+//! interval is wider than prior knowledge of it is fixed at its initial value and reported as not identified.
 //!
-//! Currents at standstill do not tell three things: a gain that all channels have in common, which scales R, L_d, L_q and the
-//! devices' slopes alike; the magnet's flux; and the pole, unless one takes for granted which pole saturates the iron.
+//! Currents at standstill do not determine three things: a gain that all channels have in common, which scales R, L_d, L_q and
+//! the devices' slopes equally; the magnet's flux; and the pole, unless it is assumed which pole saturates the iron.
 
 mod advice;
 mod between_rows;
@@ -57,66 +56,66 @@ pub use result::{Estimate, Fit, Pole, Trace};
 pub use standstill_inverter::{DeviceKind, Devices};
 pub use wiring::Wiring;
 
-/// The start values of a fit.
+/// Initial values of a fit.
 #[derive(Clone, Debug)]
 pub struct Start {
-    /// A motor like the one measured; none: nothing is known of it.
+    /// A motor similar to the measured one; none: nothing is known of the motor.
     pub motor: Option<Motor>,
-    /// Switches and diodes.
+    /// Characteristics of switches and diodes.
     pub devices: Devices,
-    /// In s.
+    /// Dead time in s.
     pub dead_time: f64,
-    /// Whether somebody stated the resistance of the switches; if not, it may be anything up to twice the value here.
+    /// True if the resistance of the switches was stated; otherwise it may be anything up to twice the value here.
     pub switch_is_stated: bool,
 }
 
-/// Changes of the legs whose places between rows can be estimated along.
+/// Largest number of edges (changes of the legs' requests) whose times between rows are estimated as unknowns.
 const MOST_EDGES: usize = 150;
 
-/// 97.5 % quantile of a normal.
+/// 97.5 % quantile of the standard normal distribution.
 const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 
-/// Deviations by which the iron must saturate more along +d than along −d, or the other way, to tell the poles apart: a
-/// wrong pole in a thousand.
+/// Standard deviations by which saturation along +d and along −d must differ to identify the pole: a wrong pole in a thousand.
 const POLE_DEVIATIONS: f64 = 3.3;
 
-/// Widening of the intervals from which on the simulation does not describe the readings.
+/// Newey–West widening of the intervals above which the simulation does not describe the readings.
 pub const MISFIT: f64 = 2.0;
 
-/// Rows that are used at most, or nearly: of more, each second, third and so on.
+/// Approximate largest number of rows that are used: of more rows, each second, third and so on is used.
 const MOST_USED: usize = 50_000;
 
-/// Steps of all searches of a fit, each of two simulations of all pulses for each parameter. A fit that needs more goes nowhere: legs or
-/// currents are not those of one motor at standstill. It then says that it did not end.
+/// Largest number of steps of all searches of a fit, each with two simulations of all pulses per parameter. A fit that needs more
+/// does not converge, because legs or currents are not those of one motor at standstill; the result then states that it did not
+/// converge.
 const MOST_STEPS: usize = 250;
 
-/// Times that it is looked at anew what the readings tell.
+/// Largest number of rounds in which the identifiable parameters are chosen anew.
 const MOST_ROUNDS: usize = 8;
 
-/// A fit at work.
+/// State of a fit.
 struct Work<'a> {
     problem: Problem,
     scatter: [Scatter; 3],
     begin: Begin,
-    /// Steps of the search that are left.
+    /// Number of steps of the search that are left.
     steps: usize,
     reach: f64,
     link: f64,
-    /// Called before each step; whether to stop.
+    /// Function that is called before each step; it returns true to stop the fit.
     did: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// A point with its information, and what was fixed on the way.
+/// A solution with its information, and the parameters that were fixed.
 struct Solved {
     point: Point,
     sum: Sum,
     free: Vec<Parameter>,
     scatter: [Scatter; 3],
-    /// Whether no point nearby is more likely.
+    /// True if no point nearby is more likely.
     converged: bool,
 }
 
-/// Fits a motor to records. `did` is called before each step and says whether to stop.
+/// Fits a motor to records. `did` is called before each step and returns true to stop the fit.
 pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -> Result<Fit, FitError> {
     let rows: usize = records.iter().map(|record| record.rows.len()).sum();
     if rows > record::MOST_ROWS {
@@ -194,7 +193,7 @@ impl Work<'_> {
         }
     }
 
-    /// The most likely straight core from starts all around.
+    /// Returns the most likely solution without saturation, from initial angles all around.
     fn straight(&mut self, point: &Point) -> Result<Solved, FitError> {
         let mut best: Option<Solved> = None;
         for k in 0..4 {
@@ -220,8 +219,8 @@ impl Work<'_> {
         Ok(best)
     }
 
-    /// The point with the start's saturation, as far as it is alike to both sides of the magnet: there it stays where the
-    /// readings do not tell it. Which side saturates more is for the readings to say.
+    /// Sets the saturation of the initial values, as far as it is equal on both sides of the magnet; it stays if the readings do
+    /// not determine it. The difference between both sides is left to the readings.
     fn bent_as(&self, point: Point, start: &Start) -> Point {
         let current = self.problem.frame.current;
         let falls = start.motor.as_ref().and_then(|motor| start::falls_of(motor, current));
@@ -232,8 +231,8 @@ impl Work<'_> {
         if self.problem.sum(&bent, &self.scatter, false).is_some() { bent } else { point }
     }
 
-    /// Solved for all identifiable parameters, with d where it is and with d where q is: the axis that saturates to one side is d. Without
-    /// evidence it stays.
+    /// Solves for all identifiable parameters, with the d-axis as it is and with d and q exchanged: the axis that saturates
+    /// unsymmetrically is d. Without evidence the axes stay.
     fn either_axis(&mut self, point: &Point, start: &Start) -> Result<Solved, FitError> {
         let here = self.solved_for_identifiable(point)?;
         if start.motor.is_some() {
@@ -252,14 +251,14 @@ impl Work<'_> {
         }
     }
 
-    /// Solved for all parameters that the readings identify; the others stay where they are.
+    /// Solves for all parameters that the readings identify; the others stay at their values.
     fn solved_for_identifiable(&mut self, point: &Point) -> Result<Solved, FitError> {
         let all = Parameter::observable(self.problem.channels, point);
         self.solved_for(&all, point)
     }
 
-    /// Solved for those of these parameters that the readings identify. A better fit has less residual noise and identifies more, so the
-    /// free parameters are chosen anew after each solution; in the later rounds their number only falls.
+    /// Solves for those of these parameters that the readings identify. A better fit has less residual noise and identifies more
+    /// parameters, so the free parameters are chosen anew after each solution; in later rounds their number only falls.
     fn solved_for(&mut self, all: &[Parameter], point: &Point) -> Result<Solved, FitError> {
         let begin = point;
         let mut point = begin.clone();
@@ -291,8 +290,8 @@ impl Work<'_> {
         solved.ok_or(FitError::NoPlant)
     }
 
-    /// Those of the free parameters that are identified: one after the other the last is taken out whose interval is wider than
-    /// what is known of it anyway.
+    /// Returns the free parameters that are identified. Starting from the last one, parameters whose interval is wider than prior
+    /// knowledge of them are taken out one by one.
     fn identified(&self, sum: &Sum, point: &Point) -> Vec<Parameter> {
         let free = &self.problem.free;
         let mut keep: Vec<usize> = (0..free.len()).collect();
@@ -311,7 +310,8 @@ impl Work<'_> {
         }
     }
 
-    /// If the information matrix of the free parameters is singular: the last parameter that takes part in its null direction.
+    /// Returns the last parameter that takes part in a null direction of the information matrix of the free parameters; none if
+    /// the matrix is regular.
     fn least_told(&self, sum: &Sum, keep: &[usize]) -> Option<usize> {
         let places = self.places(sum, keep);
         let scale = scale_of(&sum.information, &places);
@@ -324,17 +324,17 @@ impl Work<'_> {
         (0..keep.len()).rev().find(|k| direction[*k].abs() >= 0.3 * most)
     }
 
-    /// Places of these free parameters, and of all edges.
+    /// Returns the indices of these free parameters and of all edges among the unknowns.
     fn places(&self, sum: &Sum, keep: &[usize]) -> Vec<usize> {
         keep.iter().copied().chain(self.problem.free.len()..sum.information.nrows()).collect()
     }
 
-    /// See [`Parameter::plausible`].
+    /// Returns [`Parameter::plausible`] for this fit.
     fn plausible(&self, parameter: Parameter, point: &Point) -> f64 {
         parameter.plausible(point, &self.begin, self.reach, self.link)
     }
 
-    /// How well some of the free parameters are known while others are fixed, which may be off by what is plausible.
+    /// Returns how well some of the free parameters are known while others are fixed, which may deviate by their plausible range.
     fn spread(&self, sum: &Sum, point: &Point, keep: &[usize], fixed: &[usize]) -> Option<Spread> {
         let places = self.places(sum, keep);
         let covariance = covariance(&sum.information, &places, sum.newey_west)?;
@@ -351,7 +351,7 @@ impl Work<'_> {
     }
 }
 
-/// d where q is.
+/// Exchanges the d- and q-axes.
 fn swap_axes(point: &mut Point) {
     point.plant.inductance.swap(0, 1);
     point.plant.angle += FRAC_PI_2;

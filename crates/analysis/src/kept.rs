@@ -1,11 +1,11 @@
-//! Runs of subset simulation as they are kept of a question that may be interrupted: their tapes draw by draw.
+//! Storage of finished runs of subset simulation, draw by draw, so that an interrupted computation can be continued.
 
 use serde::{Deserialize, Serialize};
 use standstill_sim::{Purpose, Tape};
 
 use crate::subset::{End, Run};
 
-/// A run.
+/// A finished run of subset simulation in the form in which it is stored.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct KeptRun {
     end: u8,
@@ -21,14 +21,14 @@ pub(crate) struct KeptRun {
     plain_hits: u32,
 }
 
-/// A strip: purpose, name, draws, how many were read.
+/// A stored strip of a tape: purpose, name, draws, and the number of draws that were read.
 type KeptStrip = (u8, String, Vec<f64>, usize);
 
-/// Tapes: of each its number and its strips.
+/// Stored tapes: number and strips of each tape.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct KeptTapes(Vec<(u64, Vec<KeptStrip>)>);
 
-/// All purposes that a tape may have, by their place here.
+/// All purposes that a tape may have; their indices here are what is stored.
 const PURPOSES: [Purpose; 16] = [
     Purpose::Angle,
     Purpose::GateDelay,
@@ -68,7 +68,7 @@ impl KeptTapes {
         Self(tapes.iter_mut().map(tape).collect())
     }
 
-    /// The tapes, which grow by draws of this seed; none if one has a purpose that is not known.
+    /// Restores the tapes, whose further draws come from this seed; none if a stored purpose is unknown.
     pub fn tapes(self, seed: u64) -> Option<Vec<Tape>> {
         let tape = |(number, strips): (u64, Vec<KeptStrip>)| {
             let mut tape = Tape::new(seed, number);

@@ -1,4 +1,4 @@
-//! Limits on what trials show: `rms <= 1 deg, wrong_poles <= 0.1 %`.
+//! Limits on measures of trials: `rms <= 1 deg, wrong_poles <= 0.1 %`.
 
 mod read;
 pub mod rms;
@@ -12,46 +12,46 @@ use standstill_scenario::{Record, Verdict as Ending};
 pub use self::read::{LimitError, MeasureError};
 use crate::bracket::{Look, Verdict, forecast_trials};
 
-/// A limited measure. Starts without an answer, undetermined or failed, count against each: as an error of 90°, as an
-/// error beyond every bound, as a wrong pole, as a start that moved too far, took too long or drew too much.
+/// A measure that can be limited. Starts without an answer, undetermined or failed, count against every measure: as an axis error
+/// of 90° in the rms, as an error beyond every bound, as a wrong pole, and as infinite movement, duration and current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
     /// Root mean square of the axis error in degrees.
     Rms,
-    /// 95th percentile of its magnitude.
+    /// 95th percentile of the magnitude of the axis error in degrees.
     P95,
-    /// 99th percentile.
+    /// 99th percentile of the magnitude of the axis error in degrees.
     P99,
-    /// Probability that the whole error, a wrong pole included, is beyond this many degrees.
+    /// Probability that the error of the angle, wrong poles included, exceeds this bound in degrees.
     Beyond(f64),
-    /// Share of wrong poles.
+    /// Share of starts with a wrong pole.
     WrongPoles,
-    /// Share of starts without an answer.
+    /// Share of starts without an answer, undetermined or failed.
     Undetermined,
-    /// The same.
+    /// Share of starts without an answer, as [`Self::Undetermined`].
     Failed,
-    /// The 99th percentile of the movement in electrical degrees.
+    /// 99th percentile of the rotor's movement in electrical degrees.
     Moved,
-    /// Likewise, s.
+    /// 99th percentile of the duration of a detection in s.
     Duration,
-    /// Likewise, A.
+    /// 99th percentile of the peak phase current in A.
     PeakCurrent,
 }
 
-/// A measure and what it may be at most: degrees, a share, s or A.
+/// A measure and its largest allowed value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
-    /// What.
+    /// The measure.
     pub measure: Measure,
-    /// At most.
+    /// Largest allowed value, in the unit of the measure: degrees, a share, s or A.
     pub most: f64,
 }
 
-/// Limits that must all hold.
+/// Limits of which all must hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits(pub Vec<Limit>);
 
-/// Measures that have a name alone.
+/// Measures whose text is a name alone.
 const NAMES: [(&str, Measure); 9] = [
     ("rms", Measure::Rms),
     ("p95", Measure::P95),
@@ -74,7 +74,7 @@ impl fmt::Display for Measure {
 }
 
 impl Measure {
-    /// Symbol of the unit of its values; of shares none.
+    /// Returns the symbol of the measure's unit; none for shares.
     pub const fn unit(self) -> Option<&'static str> {
         match self {
             Self::Rms | Self::P95 | Self::P99 | Self::Moved => Some("deg"),
@@ -84,7 +84,7 @@ impl Measure {
         }
     }
 
-    /// Contribution of a start.
+    /// Returns the contribution of a start to the measure.
     fn of(self, record: &Record) -> f64 {
         let answered = record.verdict() == Ending::Found;
         // Without an answer infinite, whatever is measured.
@@ -102,19 +102,19 @@ impl Measure {
         }
     }
 
-    /// The estimate for a search, which compares settings on common random numbers: the interval of a root mean square
-    /// is that of the errors seen, and leaves out starts without an answer that may be and were not seen.
+    /// Returns the estimate for a search that compares settings on common random numbers. For a root mean square, its interval is
+    /// that of the observed errors only, and leaves out starts without an answer that are possible but were not observed.
     pub(crate) fn seen(self, values: Vec<f64>) -> Estimate {
         if self == Self::Rms { rms::seen(&values) } else { self.estimate(values) }
     }
 
-    /// The measure over starts with its 95 % interval.
+    /// Returns the measure over the starts with its 95 % interval.
     pub(crate) fn estimate(self, values: Vec<f64>) -> Estimate {
         let count = values.len() as f64;
         self.estimates(values, &[count])[0]
     }
 
-    /// This estimate with the intervals that so many trials like these would leave.
+    /// Returns the measure with the 95 % intervals that it would have after each of these numbers of similar trials.
     fn estimates(self, mut values: Vec<f64>, trials: &[f64]) -> Vec<Estimate> {
         let mut quantiles = |share: f64| {
             values.sort_by(f64::total_cmp);
@@ -134,7 +134,8 @@ impl Measure {
         }
     }
 
-    /// The measure over the starts that have an answer, if there are any; what counts those without is itself.
+    /// Returns the measure over the starts with an answer, if there are any; a measure that counts the others is taken over all
+    /// starts.
     fn answered(self, values: &[f64]) -> f64 {
         let answered: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         if answered.is_empty() || matches!(self, Self::Undetermined | Self::Failed) {
@@ -144,7 +145,7 @@ impl Measure {
     }
 }
 
-/// The count that is nearest to a number of trials.
+/// Rounds a number of trials to an integer.
 #[allow(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -154,14 +155,15 @@ fn whole(trials: f64) -> u64 {
     trials.round() as u64
 }
 
-/// A share of which so many of all starts had a case, with the exact interval that so many trials like these would leave.
+/// Returns the share `count / all` with the exact interval that it would have after `trials` similar trials.
 fn share(count: usize, all: usize, trials: f64) -> Estimate {
     let value = count as f64 / all as f64;
     let found = binomial_interval(whole(value * trials), whole(trials));
     Estimate { value, low: found.low.min(value), high: found.high.max(value) }
 }
 
-/// Quantile of sorted non-negative values, with the confidence interval that `trials` such trials would give. `share`: 0.95, say.
+/// Returns the quantile `share` (such as 0.95) of sorted non-negative values, with the interval that it would have after `trials`
+/// similar trials.
 fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
     let count = values.len() as f64;
     let [value, ..] = quantile_ranks(share, whole(count));
@@ -179,7 +181,8 @@ fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
 }
 
 impl Limits {
-    /// Trials that it takes at least to see that they hold: of n trials without a case, up to 3.7/n may be one.
+    /// Returns the least number of trials that can show that the limits hold: after n trials without a case, a share of up to
+    /// 3.7/n is possible.
     pub fn least_trials(&self) -> u64 {
         let share = |limit: &Limit| match limit.measure {
             Measure::Rms => rms::share_of(limit.most),
@@ -193,7 +196,8 @@ impl Limits {
     }
 }
 
-/// Limits of which some are what the settings that one starts from reach: `moved <= start, undetermined <= 0.1 %`.
+/// Limits of which some are relative: their bound is the value that the initial settings have (`moved <= start, undetermined <=
+/// 0.1 %`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject(pub Vec<(Measure, Option<f64>)>);
 
@@ -221,7 +225,7 @@ fn joined(f: &mut fmt::Formatter<'_>, limits: impl Iterator<Item = (Measure, Opt
     Ok(())
 }
 
-/// Contributions of starts to each limit.
+/// Contributions of starts to each of several limits.
 #[derive(Clone, Debug)]
 pub struct Tally {
     limits: Limits,
@@ -229,59 +233,60 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Of no start yet.
+    /// Makes a tally without starts.
     pub fn new(limits: &Limits) -> Self {
         Self { limits: limits.clone(), values: vec![Vec::new(); limits.0.len()] }
     }
 
-    /// With what starts contributed, limit by limit.
+    /// Makes a tally from contributions of starts, limit by limit.
     pub(crate) fn of(limits: &Limits, values: Vec<Vec<f64>>) -> Self {
         Self { limits: limits.clone(), values }
     }
 
-    /// A start.
+    /// Adds a start.
     pub fn add(&mut self, record: &Record) {
         for (values, limit) in self.values.iter_mut().zip(&self.limits.0) {
             values.push(limit.measure.of(record));
         }
     }
 
-    /// Estimates by the tally's own limits.
+    /// Returns the contributions, limit by limit.
     pub(crate) fn into_values(self) -> Vec<Vec<f64>> {
         self.values
     }
 
-    /// Contributions of each start to each limit, in their order.
+    /// Contributions of each start, limit by limit.
     pub fn values(&self) -> &[Vec<f64>] {
         &self.values
     }
 
-    /// The measures.
+    /// Returns the measures with their 95 % intervals, limit by limit.
     pub fn estimates(&self) -> Vec<Estimate> {
         let both = self.limits.0.iter().zip(&self.values);
         both.map(|(limit, values)| limit.measure.estimate(values.clone())).collect()
     }
 
-    /// The measures as a search sees them.
+    /// Returns the measures as a search compares them, limit by limit.
     pub(crate) fn seen(&self) -> Vec<Estimate> {
         let both = self.limits.0.iter().zip(&self.values);
         both.map(|(limit, values)| limit.measure.seen(values.clone())).collect()
     }
 
-    /// Starts.
+    /// Returns the number of starts.
     pub fn count(&self) -> u64 {
         self.values.first().map_or(0, |values| values.len() as u64)
     }
 
-    /// With further starts.
+    /// Adds the contributions of further starts, limit by limit.
     pub(crate) fn extend(&mut self, further: Vec<Vec<f64>>) {
         for (values, more) in self.values.iter_mut().zip(further) {
             values.extend(more);
         }
     }
 
-    /// Estimates of the limits' measures. They are clear where a quarter of the trials, whose intervals are twice as wide, would show
-    /// the same surely: a look that ends as soon as it is clear is then seldom wrong.
+    /// Returns the measures divided by their limits, with forecasts for more trials. The result is clear if a quarter of the
+    /// trials, whose intervals are twice as wide, would surely show the same: a look that ends as soon as it is clear is then
+    /// seldom wrong.
     pub fn look(&self) -> Look {
         let count = self.count() as f64;
         let then: Vec<f64> =
@@ -309,13 +314,13 @@ impl Tally {
         }
     }
 
-    /// The share of starts without an answer, where the root mean square is limited: they count in it as 90°.
+    /// Returns the share of starts without an answer if the root mean square is limited, in which each of them counts as 90°.
     pub fn without_answer(&self) -> Option<Estimate> {
         let number = self.limits.0.iter().position(|limit| limit.measure == Measure::Rms)?;
         Some(rms::without_answer(&self.values[number]))
     }
 
-    /// True if all limits hold.
+    /// Returns whether all limits hold: likely, surely, possibly.
     pub fn verdict(&self) -> Verdict {
         let estimates = self.estimates();
         let all = |of: fn(&Estimate) -> f64| {

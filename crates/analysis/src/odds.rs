@@ -1,4 +1,4 @@
-//! The probability of an event from several independent runs of subset simulation.
+//! Computes the probability of an event from several independent runs of subset simulation.
 
 #[cfg(test)]
 mod tests;
@@ -14,49 +14,50 @@ use crate::subset::{End, Run, Settings, run};
 use crate::system::kept;
 use crate::{Halt, System, Watch};
 
-/// Independent runs of an answer.
+/// Number of independent runs of subset simulation per answer.
 pub const RUNS: u32 = 8;
 
-/// The least share of what runs expect of themselves that their scatter is taken for. Of intervals of the scatter alone 93 to 95 of 100
-/// hold the truth, for those miss it whose runs agree by chance; with this 95 to 97 do (docs/notes/odds-coverage.txt).
+/// Least ratio of the scatter between runs to their own estimate of it, for the interval: a smaller scatter is raised to it. Of
+/// intervals from the scatter alone 93 to 95 of 100 contain the true value, because runs that agree by chance give intervals that
+/// miss it; with this factor 95 to 97 do (docs/notes/odds-coverage.txt).
 const LEAST: f64 = 0.8;
 
-/// Plain trials where no order parameter leads to the event.
+/// Number of plain trials if no order parameter leads to the event.
 pub const PLAIN: u32 = 400_000;
 
-/// Alarms that make an answer doubtful.
+/// Alarms, which make an answer doubtful.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Alarm {
-    /// The runs disagree by more than each of them should err.
+    /// The runs disagree by more than their own estimates of their errors.
     Disagree {
-        /// Coefficient of variation of the runs.
+        /// Observed coefficient of variation between the runs.
         found: f64,
-        /// Their expected scatter.
+        /// Expected coefficient of variation.
         expected: f64,
     },
-    /// Draws that nothing reads have a mean: few independent states were left.
+    /// Draws that no trial reads have a mean other than zero, here as rms: few independent states were left.
     Unread(f64),
-    /// The last level descends from so few of the first level's states in a run.
+    /// The last level of a run descends from only this number of states of the first level.
     Ancestors(u32),
-    /// So many runs of all did not reach the event.
+    /// Some runs did not reach the event.
     Missed {
-        /// How many.
+        /// Number of runs that did not reach the event.
         runs: usize,
-        /// Of so many.
+        /// Number of all runs.
         of: usize,
     },
-    /// Nothing says how far a start is from the event: what is given are the plain trials.
+    /// No order parameter shows how far a start is from the event: the answer is that of the plain trials.
     Flat,
-    /// All starts have the same distance from the event: what is given is the limit of the plain trials done until then.
+    /// All starts have the same distance from the event: the answer is the limit from the plain trials done so far.
     Constant,
-    /// No run reached the event; they gave up where levels have this probability. That is no bound: a part that all of them
-    /// miss may be likelier.
+    /// No run reached the event, and the runs gave up at levels of this probability. That is no upper bound: a part of the event
+    /// that all runs missed may be more probable.
     TooRare(f64),
-    /// So many simulations could not go on; they count as starts without the event.
+    /// This number of simulations could not continue; they count as starts without the event.
     Errors(u64),
-    /// So large a share of the faults are of kinds that no margin leads to.
+    /// This share of the faults is of kinds to which no margin leads.
     Unled(f64),
-    /// An axis error near 90° makes any pole a wrong one: so large a share of the wrong poles are of that kind.
+    /// This share of the wrong poles is due to an axis error near 90°, with which any pole is wrong.
     WrongAxes(f64),
 }
 
@@ -113,7 +114,7 @@ impl fmt::Display for Alarm {
     }
 }
 
-/// Way to the answer.
+/// Method by which the answer was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// By subset simulation.
@@ -122,37 +123,37 @@ pub enum Answer {
     Plain,
 }
 
-/// The odds of an event.
+/// Probability of an event with its 95 % interval, and its computation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Odds {
-    /// Way to them.
+    /// Method by which the probability was computed.
     pub answer: Answer,
     /// The probability with its 95 % interval.
     pub probability: Estimate,
-    /// True if the interval was widened, because an alarm rings: it is wider than one of 95 %, by how much is not known.
+    /// True if the interval was widened because of an alarm: its confidence is above 95 % by an unknown amount.
     pub widened: bool,
-    /// Trials in all.
+    /// Number of trials in all.
     pub trials: u64,
-    /// Plain trials among them: those that are counted, or the first levels of all runs.
+    /// Number of plain trials among them: those that were counted, or the first levels of all runs.
     pub plain: u64,
-    /// Levels of the run that had most.
+    /// Number of levels of the run that had most.
     pub levels: u32,
-    /// Each run; none of plain trials.
+    /// Runs of subset simulation; empty for plain trials.
     pub runs: Vec<Run>,
-    /// Alarms.
+    /// Findings that make the answer doubtful.
     pub alarms: Vec<Alarm>,
-    /// Findings like the alarms', each about so few of the event's starts that the answer holds.
+    /// Findings of the same kinds that concern so few of the event's starts that the answer holds.
     pub remarks: Vec<Alarm>,
-    /// Tapes of the event with the weight of each. The weights sum to one, unless there are none.
+    /// Tapes of starts with the event, and their weights, which sum to one unless there are no tapes.
     pub failures: Vec<(f64, Tape)>,
 }
 
 impl Odds {
-    /// By `RUNS` runs of subset simulation, or plain trials where that does not lead to the event. `done` hears of each
-    /// run that is finished.
+    /// Computes the odds by [`RUNS`] runs of subset simulation, or by plain trials if no order parameter leads to the event.
+    /// `done` gets each finished run.
     ///
     /// # Errors
-    /// Those of the system; that it was stopped.
+    /// Errors of the system; an interruption.
     pub fn of<S: System>(
         system: &S,
         settings: &Settings,
@@ -162,7 +163,7 @@ impl Odds {
         Self::of_event(system, "", settings, watch, done)
     }
 
-    /// Odds of an event; `name` distinguishes it from others whose runs the watch may keep.
+    /// Computes the odds of an event; `name` distinguishes the runs that the watch may store from those of other events.
     pub(crate) fn of_event<S: System>(
         system: &S,
         name: &str,
@@ -216,9 +217,9 @@ impl Odds {
         Ok(Self::of_runs(settings, runs))
     }
 
-    /// Estimate by all runs: the mean of their probabilities m, and as its interval m·exp(± t s/(m √R)) with the
-    /// standard deviation s of R runs and Student's t. Where runs agree more closely than `LEAST` times what they expect of
-    /// themselves, that is by chance, and s is so much.
+    /// Computes the odds from all runs: the mean m of their probabilities, with the interval m·exp(± t s/(m √R)), where s is the
+    /// standard deviation of the R runs and t the quantile of Student's distribution. If the runs agree more closely than `LEAST`
+    /// times their own estimates of their errors, that is chance, and s is raised to that value.
     pub fn of_runs(settings: &Settings, mut runs: Vec<Run>) -> Self {
         let all = runs.len();
         let probability_of = |run: &Run| if run.end == End::Reached { run.probability } else { 0.0 };
@@ -266,10 +267,10 @@ impl Odds {
         }
     }
 
-    /// Widens the interval where what was found makes it doubtful. That of runs which agree is narrow because they do; where
-    /// one may have missed a part of the event, or few independent states are left, it goes from the least run to the greatest,
-    /// each with twice its own error, and from zero where one did not reach the event. Of failures that nothing leads to only
-    /// the first levels' plain trials know how many there are.
+    /// Widens the interval if alarms make it doubtful. The interval of runs that agree is narrow; but if runs may have missed a
+    /// part of the event, or few independent states are left, the interval goes from the least run to the greatest, each with
+    /// twice its own error, and from zero if a run did not reach the event. For faults to which no margin leads, the upper end is
+    /// at least that of the first levels' plain trials.
     pub fn doubt(&mut self, settings: &Settings) {
         let parts = |alarm: &Alarm| {
             matches!(
@@ -303,7 +304,8 @@ impl Odds {
         }
     }
 
-    /// Reports a finding about this share of the event's starts: as an alarm above a tenth, as a remark above a hundredth.
+    /// Reports a finding that concerns this share of the event's starts: as an alarm above a tenth, as a remark above a
+    /// hundredth.
     pub(crate) fn tell(&mut self, share: f64, what: fn(f64) -> Alarm) {
         const TOLD: f64 = 0.01;
         const DOUBTFUL: f64 = 0.1;
@@ -315,19 +317,21 @@ impl Odds {
     }
 }
 
-/// The coefficient of variation that runs expect of themselves; zero of none.
+/// Returns the coefficient of variation that the runs expect of themselves; zero for no runs.
 fn expected(runs: &[&Run]) -> f64 {
     (runs.iter().map(|run| power(run.variation, 2)).sum::<f64>() / runs.len().max(1) as f64).sqrt()
 }
 
-/// Alarms of runs that reached a rare event.
+/// Returns the alarms of runs that reached a rare event.
 fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
-    /// Seven degrees of freedom exceed 1.5 times their expectation twice in a hundred times, were it right. Up to [`SHALLOW`] levels runs
-    /// scatter by 1.2 times it and rang in up to one of seven answers: there twice it, of which less than one in a hundred is chance
-    /// (docs/notes/odds-coverage.txt). Further down parts of an event are missed, and of these the alarm must tell.
+    /// Ratio of observed to expected scatter above which runs disagree, up to [`SHALLOW`] levels and beyond. With seven degrees
+    /// of freedom, 1.5 is exceeded by chance in two of a hundred answers. Up to [`SHALLOW`] levels, runs scatter by 1.2 times the
+    /// expectation, and 1.5 raised an alarm in up to one of seven answers: there the limit is 2, which less than one in a hundred
+    /// exceeds by chance (docs/notes/odds-coverage.txt). With more levels, runs miss parts of an event, which the alarm must
+    /// report.
     const MORE: [f64; 2] = [2.0, 1.5];
     const SHALLOW: u32 = 5;
-    /// The mean of eight independent states has a standard deviation of 0.35.
+    /// Standard deviation of the mean of eight independent states.
     const UNREAD: f64 = 0.35;
     const ANCESTORS: u32 = 5;
     let count = reached.len() as f64;
@@ -352,7 +356,7 @@ fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
     alarms
 }
 
-/// Plain trials, counted.
+/// Computes the odds by counting plain trials.
 fn plain<S: System>(
     system: &S,
     name: &str,

@@ -6,10 +6,10 @@ mod simulate;
 pub use audit::{Finding, audit};
 pub use simulate::{SimulatedRow, simulate};
 
-/// One row of Table 1 as printed: line inductances and the angle the paper computed from them.
+/// One row of Table 1 as printed: line inductances and the angle that the paper computed from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table1Row {
-    /// L_AB, L_BC, L_CA in mH.
+    /// Line inductances L_AB, L_BC, L_CA in mH.
     pub lines_mh: [f64; 3],
     /// 2θ in degrees.
     pub twice_deg: f64,
@@ -18,19 +18,19 @@ pub struct Table1Row {
 /// One row of Table 2 as printed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table2Row {
-    /// The two candidates in degrees.
+    /// The two candidates for the rotor angle in degrees.
     pub candidates_deg: [f64; 2],
-    /// i_d in A with the vector at each candidate.
+    /// Current i_d in A with the vector at each candidate.
     pub current_a: [f64; 2],
-    /// The angle declared, in degrees.
+    /// Angle that the paper declares, in degrees.
     pub identified_deg: f64,
-    /// The resolver's angle in degrees.
+    /// Angle of the resolver in degrees.
     pub measured_deg: f64,
-    /// The error as printed, in degrees.
+    /// Error as printed, in degrees.
     pub error_deg: f64,
 }
 
-/// Table 1.
+/// Table 1 of the paper.
 pub const TABLE_1: [Table1Row; 5] = [
     Table1Row { lines_mh: [33.6, 27.6, 18.8], twice_deg: 83.8 },
     Table1Row { lines_mh: [28.7, 31.3, 22.5], twice_deg: 120.4 },
@@ -39,7 +39,7 @@ pub const TABLE_1: [Table1Row; 5] = [
     Table1Row { lines_mh: [25.3, 34.0, 28.9], twice_deg: 306.4 },
 ];
 
-/// Table 2.
+/// Table 2 of the paper.
 pub const TABLE_2: [Table2Row; 5] = [
     Table2Row {
         candidates_deg: [41.9, 221.9],

@@ -1,4 +1,4 @@
-//! Requirement of a part: the largest or smallest value of a key with which limits hold.
+//! Requirement on a part of the drive: the largest or smallest value of a key with which limits hold.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -14,69 +14,69 @@ use crate::limit::{Limits, Tally};
 use crate::system::kept;
 use crate::{Halt, Watch};
 
-/// A scenario whose key is to be judged. All values have the same random numbers: those of the scenario's seed.
+/// A scenario in which keys are varied. All values share the random numbers of the scenario's seed.
 #[derive(Debug)]
 pub struct Bench<'a> {
-    /// The scenario.
+    /// The scenario whose keys are varied.
     pub document: &'a Document,
-    /// The limits.
+    /// Limits that the results must keep.
     pub limits: &'a Limits,
-    /// True for whole numbers, key by key.
+    /// Keys that are varied, and true for each key that takes whole numbers only.
     pub keys: Vec<(String, bool)>,
 }
 
-/// Estimates at a value.
+/// Result of the trials at one value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
-    /// The measures, limit by limit.
+    /// Estimates of the measures, limit by limit.
     pub measures: Vec<Estimate>,
-    /// Judgement by the limits.
+    /// The measures compared with their limits.
     pub look: Look,
-    /// The share of starts without an answer, where the root mean square is limited.
+    /// Share of starts without an answer; none unless the root mean square is limited.
     pub without_answer: Option<Estimate>,
 }
 
-/// A value that was judged, with the measure of each limit.
+/// A value that was judged, with the estimate of each limited measure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
-    /// The value, in SI.
+    /// The value in SI.
     pub value: f64,
-    /// Trials of it.
+    /// Number of trials at the value.
     pub trials: u64,
-    /// True if they were clear, so that no more trials were run.
+    /// True if the result was clear, so that no more trials were run.
     pub clear: bool,
-    /// The measures, limit by limit.
+    /// Estimates of the measures, limit by limit.
     pub measures: Vec<Estimate>,
-    /// The share of starts without an answer, where the root mean square is limited.
+    /// Share of starts without an answer; none unless the root mean square is limited.
     pub without_answer: Option<Estimate>,
 }
 
-/// The answer of a point where every value of the second key meets the limits.
+/// Answer at a point where the limits hold for all values of the second key.
 pub const EVERYWHERE: &str = "every value meets it";
 
-/// A point of the curve: a value of the first key, and what the second must be.
+/// A point of the curve: a value of the first key, and the requirement on the second key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// The value of the first key.
+    /// Value of the first key, in SI.
     pub first: f64,
-    /// The edge of the second key, and its interval; where it has two the upper one.
+    /// Edge of the second key; the upper edge if there are two.
     pub second: Option<f64>,
-    /// The lower end of its interval; none where it is open.
+    /// Lower end of the edge's interval; none if the interval is open there.
     pub low: Option<f64>,
-    /// The upper end.
+    /// Upper end of the edge's interval; none if the interval is open there.
     pub high: Option<f64>,
-    /// Its lower edge, where it has two.
+    /// Lower edge of the second key, if there are two.
     pub from: Option<f64>,
-    /// The lower end of that edge's interval.
+    /// Lower end of the lower edge's interval; none if the interval is open there.
     pub from_low: Option<f64>,
-    /// The upper end.
+    /// Upper end of the lower edge's interval; none if the interval is open there.
     pub from_high: Option<f64>,
-    /// `edge`, `between`, or why there is no edge.
+    /// `edge`, `between`, or the reason why there is no edge.
     pub answer: &'static str,
 }
 
 impl Point {
-    /// The point at a value of the first key.
+    /// Makes the point at a value of the first key from the result of the search over the second key.
     pub fn of(first: f64, found: &Found) -> Self {
         let none = |answer| Self {
             first,
@@ -106,18 +106,18 @@ impl Point {
     }
 }
 
-/// Trials that a thread runs at a time.
+/// Largest and smallest number of trials that a thread runs at a time.
 const AT_ONCE: u64 = 256;
 const LEAST_AT_ONCE: u64 = 32;
 
-/// Trials after which it is looked first whether a judgement is clear, and how many times as many are next.
+/// Number of trials after which the result is first checked for clarity, and the factor from one check to the next.
 const FIRST: u64 = 64;
 const MORE: u64 = 4;
 
-/// Numbers that are kept of looks that may be continued: a few hundred megabytes.
+/// Largest number of contributions that are stored to continue looks: a few hundred megabytes.
 const NUMBERS: u64 = 30_000_000;
 
-/// Tallies at values, which further trials continue.
+/// Tallies by the values of the keys, which further trials continue.
 #[derive(Debug, Default)]
 pub struct Taken(HashMap<Vec<u64>, Tally>);
 
@@ -140,10 +140,10 @@ impl Taken {
 }
 
 impl<'a> Bench<'a> {
-    /// Of keys whose values are numbers.
+    /// Makes a bench for keys whose values are numbers.
     ///
     /// # Errors
-    /// A key that does not exist, or has no numbers.
+    /// A key that does not exist, or whose values are not numbers.
     pub fn new(document: &'a Document, limits: &'a Limits, keys: &[String]) -> Result<Self, FileError> {
         let mut bench = Self { document, limits, keys: Vec::new() };
         for key in keys {
@@ -154,10 +154,10 @@ impl<'a> Bench<'a> {
         Ok(bench)
     }
 
-    /// The plan with these values.
+    /// Makes the plan with these values of the keys, in SI.
     ///
     /// # Errors
-    /// A value that cannot be.
+    /// An invalid value.
     pub fn plan(&self, values: &[f64]) -> Result<Plan, FileError> {
         self.plan_of(self.document.clone(), values)
     }
@@ -172,11 +172,11 @@ impl<'a> Bench<'a> {
         Ok(plan)
     }
 
-    /// Estimates with these values by so many trials, or by fewer where those are clear. The inner error is the reason why the values
-    /// cannot be.
+    /// Judges these values by this number of trials, or by fewer if the result is clear. The inner error is the reason why the
+    /// values are invalid.
     ///
     /// # Errors
-    /// A trial that cannot be run; that it was stopped.
+    /// A trial that cannot be run; an interruption.
     pub fn judge(
         &self,
         values: &[f64],
@@ -207,10 +207,10 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Contributions of the first trials of a seed with these values. None where the values are refused.
+    /// Returns the contributions of the first trials of a seed with these values. None if the values are invalid.
     ///
     /// # Errors
-    /// A trial that cannot be run; that it was stopped.
+    /// A trial that cannot be run; an interruption.
     pub fn tally(
         &self,
         values: &[f64],
@@ -224,7 +224,7 @@ impl<'a> Bench<'a> {
         Ok(Some(Tally::of(self.limits, self.part(&plan, values, seed, 0..trials, watch)?)))
     }
 
-    /// Contributions of these trials, computed or kept from before.
+    /// Returns the contributions of these trials, which are computed or were stored by an interrupted computation.
     fn part(
         &self,
         plan: &Plan,
@@ -238,7 +238,7 @@ impl<'a> Bench<'a> {
         kept(watch, &key, |_| count, || self.values(plan, trials, watch))
     }
 
-    /// Identity of a tally beside the scenario.
+    /// Returns the key under which contributions are stored, besides the scenario.
     fn key(&self, values: &[f64], seed: u64, trials: &Range<u64>) -> String {
         let settings = self.keys.iter().zip(values).map(|((key, _), value)| format!("{key}={value:?}"));
         let settings: Vec<String> = settings.collect();
@@ -246,7 +246,7 @@ impl<'a> Bench<'a> {
         format!("trials {trials:?} of seed {seed} with [{}]: {}", settings.join(", "), measures.join(", "))
     }
 
-    /// Contributions of each start to each limit.
+    /// Runs trials and returns the contribution of each start, limit by limit.
     fn values(
         &self,
         plan: &Plan,
@@ -279,7 +279,7 @@ impl<'a> Bench<'a> {
         Ok(tally.into_values())
     }
 
-    /// The value of a key in the scenario, in SI; none where it says nothing of it.
+    /// Returns the value of a key in the scenario, in SI; none if the scenario does not set the key.
     pub fn nominal(&self, number: usize) -> Option<f64> {
         let key = &self.keys[number].0;
         let value = match self.document.get(key) {
@@ -306,7 +306,7 @@ fn number(value: f64, whole: bool) -> Value {
     }
 }
 
-/// The error of a key that takes no number of those tried.
+/// Rewrites the error of a key that accepts no number.
 fn no_number(error: FileError) -> FileError {
     let FileError::Key { place, key, message } = error else { return error };
     let message = if standstill_scenario::has_numbers(&key) == Some(false) {
@@ -317,7 +317,7 @@ fn no_number(error: FileError) -> FileError {
     FileError::Key { place, key, message }
 }
 
-/// True if a key takes whole numbers alone.
+/// Returns true if a key accepts whole numbers only.
 fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
     let accepts = |value: Value| {
         let mut document = document.clone();

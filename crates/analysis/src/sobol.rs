@@ -1,7 +1,7 @@
-//! Sobol' indices of a mean square by pick-freeze.
+//! Sobol' indices of a mean square error by the pick-freeze method.
 //!
-//! Two samples A and B of the draws share what is held common (here the rotor's angle); of each source a third one, A with
-//! that source's draws from B. With the error e, and all means over the draws:
+//! Two samples A and B of the draws share the quantity that is held common (here the rotor's angle). For each source there is a
+//! third sample: A with the draws of that source from B. With the error e, and all means over the draws:
 //!
 //! ```text
 //!   mean square                     E e²                    = E (e_A² + e_B²)/2
@@ -9,20 +9,20 @@
 //!   first order of source i         E_θ[Var E(e|θ,u_i)]     = E e_B (e_ABi − e_A)      (Saltelli 2010)
 //!   total of source i               E_θ[E Var(e|θ,u_≠i)]    = E (e_A − e_ABi)²/2       (Jansen 1999)
 //! ```
-//! Saltelli et al. 2010, doi:10.1016/j.cpc.2009.09.018. What first orders and common part leave of the mean square is the
-//! sources' interaction. Intervals are those of ratios of means, linearised.
+//! Saltelli et al. 2010, doi:10.1016/j.cpc.2009.09.018. The mean square less first orders and common part is the sources'
+//! interaction. Intervals are those of ratios of means, linearised.
 
 use standstill_campaign::{Estimate, student};
 use standstill_numeric::power;
 
-/// The errors of one pair of samples.
+/// Errors of one pair of starts, and of the starts mixed from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuple {
-    /// e_A.
+    /// Error e_A of the start in sample A.
     pub a: f64,
-    /// e_B.
+    /// Error e_B of the start in sample B.
     pub b: f64,
-    /// e_ABi of each source.
+    /// Errors e_ABi of the mixed starts, one per source.
     pub mixed: Vec<f64>,
 }
 
@@ -31,13 +31,13 @@ pub struct Tuple {
 pub struct Shares {
     /// The mean square itself.
     pub mean_square: Estimate,
-    /// Part that the angle, held common, explains: the method's own error.
+    /// Share that is common to all draws at an angle: the method's own error.
     pub common: Estimate,
-    /// First order of each source.
+    /// First-order index of each source.
     pub first: Vec<Estimate>,
-    /// Total of each source.
+    /// Total index of each source.
     pub total: Vec<Estimate>,
-    /// The rest: interactions.
+    /// Share of the sources' interaction.
     pub interaction: Estimate,
 }
 
@@ -50,8 +50,8 @@ impl Tuple {
         self.a * self.b
     }
 
-    /// Where A and B change places with the source's own draws, the other half of what the sample knows is not computed;
-    /// e_A in place of a further common sample keeps the estimate's noise below that of e_B e_ABi alone.
+    /// Returns the term of a source's first-order index. The counterpart with A and B exchanged is not computed, although it
+    /// would add information; e_A in place of a further common sample keeps the estimate's noise below that of e_B e_ABi alone.
     fn first(&self, source: usize) -> f64 {
         self.b * (self.mixed[source] - self.a)
     }
@@ -67,7 +67,7 @@ impl Tuple {
 }
 
 impl Shares {
-    /// Of independent tuples, all of as many sources.
+    /// Computes the shares from independent tuples, each with `sources` mixed errors.
     pub fn of(tuples: &[Tuple], sources: usize) -> Self {
         let ratio =
             |of: &dyn Fn(&Tuple) -> f64| ratio(tuples.iter().map(|tuple| (of(tuple), tuple.square())));
@@ -81,22 +81,22 @@ impl Shares {
     }
 }
 
-/// Indices as mean squares in place of shares of one, in the square of the errors' unit. Where a part is next to nothing, its
-/// estimate may lie below zero.
+/// Indices as mean squares, in the square of the errors' unit, in place of shares of one. The estimate of a part that is nearly
+/// zero may be negative.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Squares {
-    /// Mean square of all errors.
+    /// Mean square of the whole error.
     pub all: Estimate,
-    /// Of what is held common.
+    /// Mean square of the common part.
     pub common: Estimate,
-    /// Of all that is not.
+    /// Mean square of the rest.
     pub rest: Estimate,
-    /// First order of each source.
+    /// Mean square of each source by itself (first order).
     pub first: Vec<Estimate>,
 }
 
 impl Squares {
-    /// Of independent tuples, all of as many sources.
+    /// Computes the mean squares from independent tuples, each with `sources` mixed errors.
     pub fn of(tuples: &[Tuple], sources: usize) -> Self {
         let mean = |of: &dyn Fn(&Tuple) -> f64| ratio(tuples.iter().map(|tuple| (of(tuple), 1.0)));
         Self {
@@ -108,7 +108,7 @@ impl Squares {
     }
 }
 
-/// The ratio of two means with its 95 % interval; of fewer than two pairs, not a number.
+/// Returns the ratio of two means with its 95 % interval; NaN for fewer than two pairs.
 pub fn ratio(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Estimate {
     let (mut count, mut above, mut below) = (0.0, 0.0, 0.0);
     for (x, y) in pairs.clone() {

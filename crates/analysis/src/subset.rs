@@ -5,12 +5,12 @@
 //!        P(level 1) = 0.1              P(level 2 | level 1) = 0.1                        until 400 are in it
 //! ```
 //! Au and Beck 2001 (doi:10.1016/S0266-8920(01)00019-4), with the moves of Cotter et al. 2013 (doi:10.1214/13-STS421), which
-//! keep the standard normals whatever their number. Three moves make one state: of all draws, of those of the specimen
-//! (gains, offsets, delays, the angle), and of those of each sample (noise, jitter). Steps of the specimen's draws have the
-//! proportions of these draws' spread among the seeds; how long steps are is learnt from level to level and fixed within one,
-//! so that within a level each chain has one kernel, which leaves the conditional distribution as it is.
+//! preserve the standard normal distribution in any dimension. Three moves make one state: of all draws, of those of the specimen
+//! (gains, offsets, delays, the angle), and of those of each sample (noise, jitter). Step lengths of the specimen's draws are in
+//! proportion to these draws' spread among the seeds. The step length is adapted from level to level and fixed within a level, so
+//! that each chain of a level has one transition kernel, which leaves the conditional distribution invariant.
 //!
-//! Every number has a key: run, level, chain, step. So the answer does not depend on threads.
+//! Every random number has a key: run, level, chain, step. So the answer does not depend on the number of threads.
 
 mod chains;
 mod moves;
@@ -26,10 +26,10 @@ use moves::Widths;
 pub(crate) use moves::of_samples;
 use population::{Population, State};
 
-/// Shares of the plain trials at whose ends their values are kept: what is likely is a curve too.
+/// Shares of the plain trials at which the curve has points, so that its probable part is drawn too.
 const PLAIN: [f64; 9] = [0.9, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01];
 
-/// What no trial draws, see [`Run::unread`], and how many of it a tape has.
+/// Purpose of sentinel draws, which no trial reads (see [`Run::unread`]), and their number per tape.
 const UNREAD: Purpose = Purpose::Design;
 const UNREAD_DRAWS: usize = 8;
 
@@ -47,7 +47,7 @@ choice! {
 }
 
 impl Effort {
-    /// States of a level.
+    /// Returns the number of states of a level.
     ///
     /// ```
     /// use standstill_analysis::subset::{Effort, Settings};
@@ -63,14 +63,14 @@ impl Effort {
     }
 }
 
-/// Settings of a run.
+/// Settings of a run of subset simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// States of a level.
+    /// Number of states of a level.
     pub states: u32,
-    /// One in so many of them is a seed of the next level.
+    /// Length of a chain: one state in `chain` is a seed of the next level.
     pub chain: u32,
-    /// Key of all random numbers.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Probability below which a run gives up.
     pub least: f64,
@@ -83,65 +83,66 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Seeds of a level.
+    /// Returns the number of seeds of a level.
     fn seeds(&self) -> usize {
         (self.states / self.chain) as usize
     }
 
-    /// The number of the draws of one step: whoever has run, level, chain and step has the same draws. The highest bit
-    /// keeps them apart from those of plain trials of the same seed.
+    /// Returns the index of the random stream of one step. The highest bit separates these streams from those of plain trials
+    /// with the same seed.
     fn key(run: u32, level: u32, chain: usize, step: u32) -> u64 {
         let [run, level, step] = [run, level, step].map(u64::from);
         1 << 63 | run << 56 | level << 48 | (chain as u64) << 16 | step
     }
 }
 
-/// End of a run.
+/// Reason why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// A tenth of a level's states or more is in the event.
+    /// At least a tenth of a level's states are in the event.
     Reached,
-    /// The values do not lead there: too many states share one value, as of a quantity that is clipped or coarsely
-    /// quantised, or where nothing says how far the event is.
+    /// The order parameter does not lead to the event: too many states share one value, such as that of a quantity that is
+    /// clipped or coarsely quantised, or the distance from the event is unknown.
     Flat,
-    /// The event is rarer than [`Settings::least`].
+    /// The event is less probable than [`Settings::least`].
     TooRare,
-    /// All plain trials have the same finite value, as the movement of a locked rotor: there is nothing to follow.
+    /// All plain trials have the same finite value, such as the movement of a locked rotor, so that there is no direction towards
+    /// the event.
     Constant,
 }
 
-/// Result of one run.
+/// Result of one run of subset simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run {
-    /// Its end.
+    /// Reason why the run ended.
     pub end: End,
-    /// The event's probability. Of a run that did not reach it: that of the nearest level.
+    /// Probability of the event; for a run that did not reach it, the probability of the last level.
     pub probability: f64,
-    /// Its coefficient of variation as the run itself judges it from the chains' correlations (Au and Beck, equation 28).
+    /// Coefficient of variation that the run estimates of itself from the chains' correlations (Au and Beck, equation 28).
     pub variation: f64,
-    /// Levels, the first one of plain trials included.
+    /// Number of levels, with the first one of plain trials.
     pub levels: u32,
-    /// A value and P(value or more): of the plain trials some quantiles, then where each level ends.
+    /// Points (value, P(value or more)): some quantiles of the plain trials, then the threshold of each level.
     pub curve: Vec<(f64, f64)>,
-    /// Trials.
+    /// Number of trials.
     pub trials: u64,
-    /// The share of moves that were taken, over all levels.
+    /// Share of moves that were accepted, over all levels.
     pub acceptance: f64,
-    /// States of the first level from which the last level's seeds descend.
+    /// Number of states of the first level from which the last level's seeds descend.
     pub ancestors: u32,
-    /// Means, over the last level's states in the event, of draws that nothing reads. They are zero but for chance: where
-    /// they are far from it, few independent states are left.
+    /// Means of the sentinel draws, which no trial reads, over the last level's states in the event. They are zero except for
+    /// chance: means far from zero show that few independent states are left.
     pub unread: [f64; UNREAD_DRAWS],
-    /// Of the last level's states in the event some, at most as many as a level has seeds, each with the same chance.
+    /// A random sample of the last level's states in the event, at most as many as a level has seeds.
     pub failures: Vec<Tape>,
-    /// Of the first level: states in the event.
+    /// Number of states of the first level in the event.
     pub plain_hits: u32,
 }
 
-/// One run of subset simulation of `P(value > 0)`; runs of different numbers are independent.
+/// Estimates `P(value > 0)` by one run of subset simulation; runs with different numbers are independent.
 ///
 /// # Errors
-/// Those of the system; that it was stopped.
+/// Errors of the system; an interruption.
 pub fn run<S: System>(
     system: &S,
     settings: &Settings,
@@ -212,7 +213,7 @@ pub fn run<S: System>(
     Ok(run)
 }
 
-/// The states of plain trials.
+/// Runs the plain trials of the first level.
 fn first_level<S: System>(
     system: &S,
     settings: &Settings,
@@ -245,10 +246,10 @@ fn first_level<S: System>(
     Ok(Population::gathered(settings.seeds(), parts.collect::<Result<Vec<_>, _>>()?))
 }
 
-/// Plain trials with the draws of this run's first level: how many are in the event, and some of them.
+/// Runs plain trials with the draws of a run's first level; returns the number of states in the event, and some of these states.
 ///
 /// # Errors
-/// Those of the system; that it was stopped.
+/// Errors of the system; an interruption.
 pub fn plain<S: System>(
     system: &S,
     settings: &Settings,

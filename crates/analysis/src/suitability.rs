@@ -1,4 +1,4 @@
-//! Is a motor suited to the detection of its rotor's position at standstill, and with which settings?
+//! Checks whether a motor suits the detection of its rotor position at standstill, and with which settings.
 //!
 //! ```text
 //!   each method: most current that is allowed ─► looks at pulses and rounds ─► best settings ─► 200 starts each way
@@ -6,9 +6,9 @@
 //!   suited, suited if ... ◄─ holds on fresh starts, by 95 % ◄──────────┘
 //!        not suited       ◄─ none holds: a brake, more current, a finer converter are tried
 //! ```
-//! The verdict is one of trials: a method must find the axis, must name no wrong pole and must leave a free rotor where it is, with
-//! no more current and time than allowed. What stands beside it explains it: the saliency against the sensors' noise (as the
-//! Cramér–Rao limit), the poles' difference against what the drive gets wrong.
+//! The verdict comes from trials: a method must find the axis, must find no wrong pole and must leave a free rotor where it is,
+//! with no more current and time than allowed. Two comparisons explain the verdict: the saliency against the sensors' noise (as
+//! the Cramér–Rao limit), and the difference of the poles' currents against the drive's errors.
 
 mod advice;
 mod bench;
@@ -36,7 +36,7 @@ use crate::bound::{Bound, BoundError};
 use bench::Bench;
 use thiserror::Error;
 
-/// What the start of a motor demands of a detection.
+/// Demands that the start of a motor makes on a detection.
 ///
 /// ```
 /// use standstill_analysis::Demands;
@@ -47,22 +47,22 @@ use thiserror::Error;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demands {
-    /// Error of the axis in electrical degrees that 95 of 100 detections must not exceed.
+    /// Axis error in electrical degrees that 95 of 100 detections must not exceed.
     pub error_deg: f64,
-    /// How far a free rotor may move, in electrical degrees.
+    /// Largest allowed movement of a free rotor, in electrical degrees.
     pub movement_deg: f64,
-    /// Share of detections that may end without an angle, and share that may end without a pole.
+    /// Allowed share of detections without an angle; the share without a pole has the same limit.
     pub without_angle: f64,
-    /// Share of detections that may name the wrong pole.
+    /// Allowed share of detections with a wrong pole.
     pub wrong_poles: f64,
-    /// Largest phase current in A; none: the motor's rated one.
+    /// Largest allowed phase current in A; none: the rated current.
     pub current_a: Option<f64>,
-    /// Longest time of a detection in s.
+    /// Longest allowed time of a detection in s.
     pub time_s: f64,
 }
 
 impl Default for Demands {
-    /// 5°, 1°, one in a hundred, one in ten thousand, rated current and a second.
+    /// Returns 5°, 1°, one in a hundred, one in ten thousand, rated current and 1 s.
     fn default() -> Self {
         Self {
             error_deg: 5.0,
@@ -75,7 +75,7 @@ impl Default for Demands {
     }
 }
 
-/// The methods that are tried: those that need no separate bench and finish within a fraction of a second.
+/// Methods that are tried: those that need no separate test bench and finish within a fraction of a second.
 pub const CANDIDATES: [MethodName; 5] = [
     MethodName::MaximumLikelihood,
     MethodName::MaximumLikelihoodAdaptive,
@@ -84,69 +84,68 @@ pub const CANDIDATES: [MethodName; 5] = [
     MethodName::HfiRotating,
 ];
 
-/// A method at the best settings that were found for it.
+/// A method with the best settings that were found for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// The method with its keys.
+    /// The method with the keys that are set for it.
     pub setting: Setting,
-    /// All its settings for this motor.
+    /// All settings of the method for this motor.
     pub settings: Method<f64>,
-    /// With the rotor locked; of no starts where that is not judged.
+    /// Results with the rotor locked; without starts if a locked rotor is not judged.
     pub locked: Summary,
-    /// With the rotor free, or in the one state that is judged; likewise.
+    /// Results with the rotor free, or in the only state that is judged; without starts if that state is `locked`.
     pub free: Summary,
-    /// Why it does not suit the motor; empty: it does.
+    /// Reasons why the method does not suit the motor; empty if it does.
     pub objections: Vec<String>,
-    /// By how much the demands are kept; none where it cannot be set up.
+    /// Margins by which the demands are met; none if the method cannot be set up.
     pub margins: Option<Margins>,
-    /// The demand that binds: of a method that suits the motor the one that is kept least, of another the one that keeps its settings
-    /// from being stronger. None where no demand does: the link drives no more current.
+    /// The binding demand: for a method that suits the motor, the demand with the smallest margin; for another method, the demand
+    /// that forbids stronger pulses. None if the DC-link voltage limits the current instead.
     pub binding: Option<Demand>,
-    /// Settings that were looked at.
+    /// Number of settings that were tried.
     pub looks: usize,
 }
 
 impl Candidate {
-    /// The method.
+    /// Returns the candidate's method.
     pub const fn method(&self) -> MethodName {
         self.setting.method
     }
 
-    /// How many times better than demanded, in error and in movement, whichever is less; 1 is just enough, 0 without any
-    /// angle.
+    /// Returns the smaller of the margins of error and movement: 1 is just enough, 0 means that no angle was found.
     pub fn margin(&self) -> f64 {
         self.margins.map_or(0.0, |margins| margins.spare())
     }
 }
 
-/// What is being done, and what is known by then.
+/// Progress of the search, with results so far.
 #[derive(Clone, Copy, Debug)]
 pub enum Progress<'a> {
-    /// Settings of a method are looked for.
+    /// Settings of a method are being searched.
     Method(MethodName),
-    /// What was found of it.
+    /// The search found this candidate.
     Found(&'a Candidate),
-    /// Settings are tried on fresh starts.
+    /// Settings are being tried on fresh starts.
     Confirming(&'a Setting),
-    /// Whether the motor would be suited if L_d fell by this share at rated current.
+    /// A motor is being tried whose L_d falls by this share at rated current.
     Saturation(f64),
-    /// Whether a change would help.
+    /// A change of drive or demands is being tried, described in words.
     Change(&'a str),
 }
 
-/// What the answer is.
+/// Answer to whether a motor is suited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Suited {
-    /// Suited.
+    /// The motor is suited.
     Yes,
-    /// Suited if [`Suitability::condition`] holds.
+    /// The motor is suited if [`Suitability::condition`] holds.
     If,
-    /// Not suited with any settings.
+    /// The motor is not suited with any settings.
     No,
 }
 
 impl Suited {
-    /// Its name in files.
+    /// Returns the answer's name in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Yes => "suited",
@@ -156,57 +155,58 @@ impl Suited {
     }
 }
 
-/// All that is known of a motor's suitability.
+/// Verdict on a motor's suitability, with what explains it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suitability {
-    /// |L_B| / L_A without current, from the data sheet.
+    /// Saliency ratio |L_B| / L_A at zero current, from the data sheet.
     pub saliency_ratio: f64,
-    /// The Cramér–Rao limit of the maximum-likelihood method's pulses on this drive, rms over the angles. None if they
+    /// The Cramér–Rao limit of the maximum-likelihood method's pulses on this drive, as rms over the angles. None if the method
     /// cannot be set up.
     pub limit: Option<Bound>,
-    /// Whether the motor has poles to tell apart.
+    /// True if the motor has a magnet, so that it has poles to tell apart.
     pub has_magnet: bool,
-    /// What the motor's data say of which pole draws more current. Where that is too little, see [`Suitability::condition`].
+    /// Knowledge in the motor's data about the pole that draws more current. If it is too little, see [`Suitability::condition`].
     pub pole: PoleKnowledge,
-    /// Which pole draws more current: near rated current, and in pulses of half of it.
+    /// The pole that draws more current: near rated current, and in pulses of half of the rated current.
     pub signature: [Signature; 2],
-    /// By what share, near rated current.
+    /// Relative difference of the poles' currents near rated current.
     pub polarity_difference: f64,
-    /// The same at half of it.
+    /// Relative difference of the poles' currents in pulses of half of the rated current.
     pub pulse_difference: f64,
     /// Largest phase current in A that was allowed.
     pub most_current_a: f64,
     /// The methods tried, in the order of [`CANDIDATES`].
     pub candidates: Vec<Candidate>,
-    /// Which of them is recommended, with what fresh starts showed of it.
+    /// Index of the recommended candidate, with its results on fresh starts; none if no candidate suits the motor.
     pub recommended: Option<(usize, Confirmed)>,
-    /// What must hold of the motor beside its data.
+    /// Condition on the motor, beyond its data, under which the verdict holds.
     pub condition: Option<Condition>,
-    /// What was tried where no settings suffice.
+    /// Changes that were tried because no settings suffice.
     pub advice: Vec<Advice>,
 }
 
-/// A verdict that could not be reached.
+/// Error of a suitability check that reached no verdict.
 #[derive(Debug, Error)]
 pub enum SuitabilityError {
-    /// The scenario cannot be.
+    /// The scenario is invalid.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The trials could not run.
+    /// The trials could not be run.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// The limit could not be computed.
+    /// The Cramér–Rao limit could not be computed.
     #[error(transparent)]
     Bound(#[from] BoundError),
 }
 
 impl Suitability {
-    /// Looks for settings of each candidate under the conditions of a scenario file, whatever its method and its rotor's state.
-    /// Settings of the detector that the scenario has stay as they are. A method that lacks one of them is no candidate; one
-    /// that was set beside the file is the only one, and so is a state of the rotor.
+    /// Searches settings of each candidate under the conditions of a scenario file, whatever its method and the state of its
+    /// rotor. Settings of the detector that the scenario sets stay unchanged. A method that lacks one of them is no candidate. A
+    /// method that was set by an override is the only candidate, and a state of the rotor that was set by an override is the only
+    /// one judged.
     ///
     /// # Errors
-    /// A scenario that cannot be, or that suits no candidate.
+    /// An invalid scenario, or one without a candidate.
     pub fn of(
         document: &Document,
         demands: &Demands,
@@ -233,7 +233,8 @@ impl Suitability {
         Ok(found)
     }
 
-    /// A motor whose saturation is not given, with the least that suffices beside `most`; none where `most` does not.
+    /// Checks a motor whose saturation is not given: finds the least saturation that suffices, up to `most`; none if `most` does
+    /// not suffice.
     fn with_saturation(
         document: &Document,
         demands: &Demands,
@@ -301,7 +302,7 @@ impl Suitability {
         })
     }
 
-    /// The answer.
+    /// Returns the answer.
     pub const fn suited(&self) -> Suited {
         match (&self.recommended, &self.condition) {
             (None, _) => Suited::No,
@@ -310,23 +311,23 @@ impl Suitability {
         }
     }
 
-    /// Whether there are poles to tell apart of which too little is known to judge it: the axis alone was judged.
+    /// Returns true if the motor has poles but its data are too few to judge them, so that only the axis was judged.
     pub fn pole_is_open(&self) -> bool {
         self.condition == Some(Condition::Pole)
     }
 
-    /// The method to be recommended with its settings.
+    /// Returns the recommended method with its settings.
     pub fn recommended(&self) -> Option<&Candidate> {
         self.recommended.as_ref().map(|(number, _)| &self.candidates[*number])
     }
 
-    /// What fresh starts showed of it.
+    /// Returns the results of the recommended method on fresh starts.
     pub fn confirmed(&self) -> Option<&Confirmed> {
         self.recommended.as_ref().map(|(_, confirmed)| confirmed)
     }
 
-    /// The document with what is recommended, ready to be run; none where nothing is. Where a saturation is the condition, the motor has
-    /// it.
+    /// Returns the document with the recommended settings, ready to be run; none without a recommendation. If a saturation is the
+    /// condition, the document's motor has that saturation.
     ///
     /// # Errors
     /// A key that cannot be set.
@@ -345,7 +346,7 @@ impl Suitability {
     }
 }
 
-/// The candidates of a document.
+/// Returns the candidate methods of a document.
 fn methods(
     document: &Document,
     motor: &Motor,
@@ -372,5 +373,5 @@ fn methods(
     }
 }
 
-/// Angles of the limit; as many as show a harmonic of the winding.
+/// Number of angles for the Cramér–Rao limit: enough to show a harmonic of the winding.
 const ANGLES: usize = 16;

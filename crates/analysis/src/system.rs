@@ -1,11 +1,11 @@
-//! The simulation as the algorithms need it.
+//! Interface between the simulation and the algorithms.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Serialize, de::DeserializeOwned};
 use standstill_sim::Tape;
 
-/// A function of a vector of standard normals that grows as it is read.
+/// A function of a vector of standard normal numbers; the vector grows as the function reads it.
 ///
 /// ```
 /// use std::convert::Infallible;
@@ -34,39 +34,40 @@ use standstill_sim::Tape;
 /// # Ok::<(), Infallible>(())
 /// ```
 pub trait System: Sync {
-    /// Reason why there is no value.
+    /// Reason why a value cannot be computed.
     type Error: Send;
 
-    /// The values at these tapes, in their order. The value of a tape does not depend on the others. What is above zero
-    /// is the event; what is below says how far it is from it. Minus infinity where nothing says that.
+    /// Returns the values of these tapes in their order. The value of a tape does not depend on the other tapes. A value above
+    /// zero is the event; a value below shows the distance from the event, and minus infinity means that the distance is unknown.
     ///
     /// # Errors
-    /// Draws that make nothing that can be run.
+    /// Draws of which no trial can be made.
     fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Self::Error>;
 }
 
-/// Observer of the work, which may end it.
+/// Observer of a computation, which may stop it.
 pub trait Watch: Sync {
-    /// True to stop.
+    /// Returns true to stop the computation.
     fn stopped(&self) -> bool;
 
-    /// So many further trials are done.
+    /// Reports that this number of further trials is done.
     fn did(&self, trials: u64);
 
-    /// The run at hand has come down to a level of this number, beyond which starts are with this probability.
+    /// Reports that the present run of subset simulation reached the level of this number, beyond which a start lies with this
+    /// probability.
     fn came_to(&self, _level: u32, _probability: f64) {}
 
-    /// Result that an interrupted question kept under this key.
+    /// Returns the result that an interrupted computation stored under this key.
     fn recall(&self, _key: &str) -> Option<Vec<u8>> {
         None
     }
 
-    /// Keeps a part of the answer, should the question be interrupted.
+    /// Stores a part of the result under this key, in case the computation is interrupted.
     fn keep(&self, _key: &str, _bytes: &[u8]) {}
 }
 
-/// Result kept under this key, or else computed and then kept. The key has all that the result depends on but
-/// the scenario; `trials` is what the result costs.
+/// Returns the result that is stored under this key, or computes and stores it. The key names all that the result depends on
+/// except the scenario; `trials` returns the number of trials that the result takes.
 pub(crate) fn kept<T: Serialize + DeserializeOwned, E>(
     watch: &dyn Watch,
     key: &str,
@@ -85,7 +86,7 @@ pub(crate) fn kept<T: Serialize + DeserializeOwned, E>(
     Ok(found)
 }
 
-/// Nobody looks on, but a flag may be set.
+/// Observer that reports nothing and stops the computation if the flag is set.
 impl Watch for AtomicBool {
     fn stopped(&self) -> bool {
         self.load(Ordering::Relaxed)
@@ -94,12 +95,12 @@ impl Watch for AtomicBool {
     fn did(&self, _: u64) {}
 }
 
-/// Reason why there is no result.
+/// Reason why a computation has no result.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Halt<E> {
-    /// Somebody asked to stop.
+    /// The observer stopped the computation.
     Stopped,
-    /// A trial that cannot be run.
+    /// A trial cannot be run.
     Failed(E),
 }
 

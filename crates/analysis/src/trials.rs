@@ -1,4 +1,4 @@
-//! The trials of a scenario as a function of their draws.
+//! Trials of a scenario as functions of their draws.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -11,7 +11,7 @@ use standstill_sim::{Adc, Tape};
 use crate::subset::{Run, Settings};
 use crate::{Alarm, Answer, Event, Halt, Odds, System, Watch};
 
-/// The trials of a scenario without axes, tolerances included.
+/// Trials of a scenario at one point of its plan, tolerances included.
 #[derive(Clone, Debug)]
 pub struct Trials<'a> {
     plan: &'a Plan,
@@ -23,7 +23,7 @@ pub struct Trials<'a> {
 /// Quantization of all A/D converters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Codes {
-    /// Codes are shifted up by this share of a code against the scenario's.
+    /// Codes are shifted up by this share of one LSB against the scenario's.
     Moved(f64),
     /// No rounding: readings are exact up to the ends of their range.
     Exact,
@@ -46,18 +46,18 @@ impl Codes {
 }
 
 impl<'a> Trials<'a> {
-    /// Those of a plan's first point.
+    /// Returns the trials of a plan's first point.
     ///
     /// # Errors
-    /// Values that make no scenario.
+    /// Values that make no valid scenario.
     pub fn new(plan: &'a Plan) -> Result<Self, FileError> {
         Self::at(plan, 0)
     }
 
-    /// Those of a point of a plan's axes.
+    /// Returns the trials of one point of a plan.
     ///
     /// # Errors
-    /// Values that make no scenario.
+    /// Values that make no valid scenario.
     ///
     /// # Panics
     /// If there is no such point.
@@ -65,31 +65,31 @@ impl<'a> Trials<'a> {
         Ok(Self { plan, point, scenario: plan.scenario(point)?, codes: Codes::Moved(0.0) })
     }
 
-    /// These trials with the codes of all converters elsewhere, and nothing else changed.
+    /// Returns these trials with other codes of all converters and nothing else changed.
     pub(crate) fn with_codes(&self, codes: Codes) -> Self {
         Self { codes, ..self.clone() }
     }
 
-    /// True if a converter rounds.
+    /// Returns true if a converter rounds.
     pub(crate) fn have_converters(&self) -> bool {
         let sensors = &self.scenario.sensors;
         [sensors.adc, sensors.dc_link.adc].into_iter().flatten().any(Adc::rounds)
     }
 
-    /// The scenario that they have in common.
+    /// Returns the scenario that the trials have in common.
     pub fn scenario(&self) -> &Scenario<Method<f64>> {
         &self.scenario
     }
 
-    /// The plan whose trials they are.
+    /// Returns the plan to which the trials belong.
     pub fn plan(&self) -> &Plan {
         self.plan
     }
 
-    /// The records of these tapes in their order, computed in this thread.
+    /// Returns the records of these tapes in their order, computed in this thread.
     ///
     /// # Errors
-    /// A value drawn that cannot be.
+    /// An invalid drawn value.
     pub fn records(&self, tapes: &[Tape]) -> Result<Vec<Record>, FileError> {
         let mut records: Vec<Option<Record>> = vec![None; tapes.len()];
         let set = |scenario: &mut Scenario<Method<f64>>| self.codes.set(scenario);
@@ -99,18 +99,18 @@ impl<'a> Trials<'a> {
         Ok(records.into_iter().flatten().collect())
     }
 
-    /// Records of many tapes, on all threads.
+    /// Returns the records of these tapes in their order, computed in all threads.
     ///
     /// # Errors
-    /// A value drawn that cannot be; that it was stopped.
+    /// An invalid drawn value; an interruption.
     pub fn all_records(&self, tapes: Vec<Tape>, watch: &dyn Watch) -> Result<Vec<Record>, Halt<FileError>> {
         Ok(self.all_with_tapes(tapes, watch)?.0)
     }
 
-    /// Records of many tapes, with the tapes after them: all draws that were read.
+    /// Returns the records of these tapes in their order, with the tapes after the trials, which hold all draws that were read.
     ///
     /// # Errors
-    /// A value drawn that cannot be; that it was stopped.
+    /// An invalid drawn value; an interruption.
     pub fn all_with_tapes(
         &self,
         tapes: Vec<Tape>,
@@ -136,15 +136,15 @@ impl<'a> Trials<'a> {
         Ok((records.into_iter().flatten().collect(), tapes.into_iter().flatten().collect()))
     }
 
-    /// Values of an event's order parameter.
+    /// Returns the order parameter of an event as a function of the draws.
     pub fn towards(&self, event: Event) -> Towards<'_> {
         Towards { trials: self, event, errors: AtomicU64::new(0) }
     }
 
-    /// The odds of an event. `done` hears of each run that is finished.
+    /// Computes the odds of an event. `done` gets each finished run.
     ///
     /// # Errors
-    /// A value drawn that cannot be; that it was stopped.
+    /// An invalid drawn value; an interruption.
     pub fn odds(
         &self,
         event: Event,
@@ -152,7 +152,7 @@ impl<'a> Trials<'a> {
         watch: &dyn Watch,
         done: impl FnMut(&Run),
     ) -> Result<Odds, Halt<FileError>> {
-        /// In degrees: nearer to the other axis than to its own.
+        /// Axis error in degrees above which an axis is nearer to the other axis than to its own.
         const LOST: f64 = 45.0;
         let towards = self.towards(event);
         let mut odds = Odds::of_event(&towards, &event.to_string(), settings, watch, done)?;
@@ -175,7 +175,7 @@ impl<'a> Trials<'a> {
         Ok(odds)
     }
 
-    /// The share of the event's starts that are of this kind.
+    /// Returns the share of the event's starts that are of this kind.
     fn share(
         &self,
         odds: &Odds,
@@ -189,15 +189,15 @@ impl<'a> Trials<'a> {
     }
 }
 
-/// Tapes that a thread runs at a time.
+/// Number of tapes that a thread runs at a time.
 const AT_ONCE: usize = 128;
 
-/// The distance to an event as a function of the draws.
+/// Order parameter of an event as a function of the draws.
 #[derive(Debug)]
 pub struct Towards<'a> {
     trials: &'a Trials<'a>,
     event: Event,
-    /// Simulations that could not go on.
+    /// Number of simulations that could not continue.
     errors: AtomicU64,
 }
 

@@ -1,12 +1,12 @@
-//! The best settings: a measure as small as possible while limits hold.
+//! Tunes settings: makes a measure as small as possible while limits hold.
 //!
 //! ```text
 //!   several starts ─► wide descents, few trials ─► the best three: close descents, more trials ─► the best eight
 //!                                       seed s                                                        │ seed s + 1: which
 //!   start and best, both on seed s + 2 ◄─────────────────────────────────────────────────────────────┘
 //! ```
-//! Within each stage all settings have the same random numbers. Settings that were looked for on some numbers suit these a
-//! little better than others, so the choice among the last ones, and the figures that are printed, are of numbers of their own.
+//! Within each stage all settings have the same random numbers. Settings that were searched with some random numbers suit these
+//! slightly better than others, so the choice among the last settings and the printed figures have random numbers of their own.
 
 mod compare;
 mod front;
@@ -33,7 +33,7 @@ use crate::limit::{Limit, Limits, Measure, Tally};
 use crate::require::Bench;
 use crate::{Halt, Watch};
 
-/// Measures that are listed of all settings.
+/// Measures that are reported for all settings.
 const TOLD: [Measure; 6] = [
     Measure::Rms,
     Measure::WrongPoles,
@@ -43,22 +43,22 @@ const TOLD: [Measure; 6] = [
     Measure::PeakCurrent,
 ];
 
-/// Effort of the search.
+/// Effort of the search: its numbers of initial settings and of trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
-    /// Places that the search begins from, the scenario's own settings among them.
+    /// Number of initial settings of the search, the scenario's own among them.
     pub starts: usize,
-    /// Trials at each place of the wide descents.
+    /// Number of trials per setting in the wide descents.
     pub coarse: u64,
-    /// Of the close ones.
+    /// Number of trials per setting in the close descents.
     pub fine: u64,
-    /// Of the choice among the last, and of the printed figures.
+    /// Number of trials per setting in the final choice, and for the printed figures.
     pub last: u64,
 }
 
 impl Effort {
-    /// So many trials at the last settings. A limit on a share needs so many that it can hold surely: of n trials without a
-    /// case the share is below 3.7/n.
+    /// Returns the effort with this number of trials for the final choice. A limit on a share needs enough trials to hold surely:
+    /// after n trials without a case, the share is below 3.7/n.
     pub fn new(last: u64, limits: &Limits) -> Self {
         let shares = limits.0.iter().filter(|limit| limit.measure.unit().is_none());
         let least = shares.map(|limit| limit.most).fold(1.0, f64::min);
@@ -69,105 +69,108 @@ impl Effort {
     }
 }
 
-/// Trials times a limit on a share from which on it can be seen to hold.
+/// Number of trials times a limit on a share from which on the limit can be shown to hold.
 const NEEDED: f64 = 4.5;
 
 impl Effort {
-    /// Trials of the close descents.
+    /// Returns the number of trials per setting in the close descents.
     fn fine(last: u64) -> u64 {
         // Of fewer trials, the bad end of a 99th percentile is unknown.
         (last / 8).max(600)
     }
 
-    /// The least share that they can tell to be kept.
+    /// Returns the smallest limit on a share that the close descents can show to hold.
     pub fn least_share(last: u64) -> f64 {
         NEEDED / Self::fine(last) as f64
     }
 }
 
-/// The question.
+/// Question to the search: the scenario, the keys with their ranges, and the goal.
 #[derive(Debug)]
 pub struct Question<'a> {
-    /// The scenario.
+    /// The scenario whose keys are tuned.
     pub document: &'a Document,
-    /// The keys and where to look.
+    /// Keys that are tuned, with the ranges of their values.
     pub ranges: Vec<Range>,
-    /// The goal.
+    /// Measure to be minimised, and limits to be kept.
     pub goal: Goal,
     /// Measures limited by the value at the initial settings (`moved <= start`): compared trial by trial, as the paired
     /// difference has a far narrower interval.
     pub relative: Vec<Measure>,
-    /// The second measure of the front.
+    /// The second measure of the Pareto front.
     pub against: Measure,
-    /// Effort of the search.
+    /// Numbers of initial settings and trials.
     pub effort: Effort,
-    /// Seed of the search; the two after it are of the choice and of the printed figures.
+    /// Seed of the search; the choice has the next seed, the printed figures the one after that.
     pub seed: u64,
 }
 
-/// Settings and what trials showed of them.
+/// Settings and their measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
-    /// The values of the keys.
+    /// Values of the keys.
     pub values: Vec<f64>,
-    /// Its measures.
+    /// Estimates of the measures.
     pub measured: Measured,
 }
 
-/// The answer.
+/// Answer of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuned {
-    /// The scenario's own settings; values that it says nothing of are not numbers.
+    /// The initial settings, which are the scenario's own; NaN for keys that the scenario does not set.
     pub start: Judged,
-    /// The best ones, on the same trials.
+    /// The best settings, measured on the same trials as the initial ones.
     pub best: Judged,
-    /// Difference of the best to the start, with the interval of the difference on common random numbers.
+    /// Measures of the best settings less those of the initial ones, with paired intervals on common random numbers.
     pub differences: Measured,
-    /// True if the best keep the limits.
+    /// Verdict on whether the best settings keep the limits.
     pub limits: Verdict,
-    /// Settings of which none is better in both measures, by the second one; none if none may keep the limits.
+    /// Settings on the Pareto front: none is better in both measures. Sorted by the second measure; empty if no settings may keep
+    /// the limits.
     pub front: Vec<Judged>,
-    /// All settings that were looked at.
+    /// All settings that were tried.
     pub looks: Vec<Look>,
 }
 
 impl Tuned {
-    /// True if some settings may keep the limits; else the best are only the nearest to it.
+    /// Returns true if some settings may keep the limits; if not, the best settings are those that break the limits least.
     pub fn is_found(&self) -> bool {
         self.limits.possibly
     }
 
-    /// Part of the difference of the root mean squares that was not seen, if that might turn its sign.
+    /// Returns the part of the difference of the rms errors that starts without an answer may have although none was observed, if
+    /// that part might reverse the difference.
     pub fn unseen(&self) -> Option<Unseen> {
         left_out(&self.start.measured, &self.best.measured, &self.differences)
     }
 
-    /// True if the best have a smaller measure than the start, as far as that was seen.
+    /// Returns true if the best settings have a smaller measure than the initial ones, as far as the trials show.
     pub fn seems_better(&self, goal: &Goal) -> bool {
         self.is_found() && self.differences.get(goal.minimise).high < 0.0
     }
 
-    /// True if they surely have: also with starts without an answer that were not seen, see [`Self::unseen`].
+    /// Returns true if the best settings surely have a smaller measure than the initial ones, even with unobserved starts without
+    /// an answer, see [`Self::unseen`].
     pub fn surely_better(&self, goal: &Goal) -> bool {
         self.seems_better(goal) && (goal.minimise != Measure::Rms || self.unseen().is_none())
     }
 }
 
-/// See [`Tuned::unseen`].
+/// Computes [`Tuned::unseen`].
 fn left_out(start: &Measured, best: &Measured, differences: &Measured) -> Option<Unseen> {
     unseen(&start.get(Measure::Rms), &best.get(Measure::Rms), &differences.get(Measure::Undetermined))
 }
 
-/// Settings that go from the wide to the close descents, and from these to the choice.
+/// Numbers of settings that pass from the wide to the close descents, and from these to the final choice.
 const WIDE_KEPT: usize = 3;
 const CLOSE_KEPT: usize = 8;
 
-/// Looks for each key of a wide descent, and of a close one.
+/// Numbers of evaluations per key in a wide and in a close descent.
 const OFTEN_WIDE: usize = 16;
 const OFTEN_CLOSE: usize = 10;
 
 impl Question<'_> {
-    /// All measures that are taken, as limits that nothing breaks.
+    /// Returns all measures that are taken, as limits that nothing breaks.
     pub fn taken(&self) -> Limits {
         let wanted = self.goal.limits.0.iter().map(|limit| limit.measure);
         let mut measures: Vec<Measure> = Vec::new();
@@ -183,10 +186,10 @@ impl Question<'_> {
         self.ranges.iter().map(|range| (range.key.clone(), range.whole)).collect()
     }
 
-    /// Looks for the best settings. `hear` gets the progress.
+    /// Searches the best settings. `hear` gets messages about the progress.
     ///
     /// # Errors
-    /// A trial that cannot be run; that it was stopped.
+    /// A trial that cannot be run; an interruption.
     pub fn tune(&self, watch: &dyn Watch, hear: &mut dyn FnMut(String)) -> Result<Tuned, Halt<FileError>> {
         let taken = self.taken();
         let bench = Bench { document: self.document, limits: &taken, keys: self.keys() };
@@ -249,8 +252,8 @@ impl Question<'_> {
         Ok(Tuned { start, best, differences, limits, front, looks })
     }
 
-    /// Measures as the search takes them: where a limit is what the start reaches, the limit times what the settings have
-    /// of the start's on the same trials.
+    /// Returns the measures as the search compares them. A measure whose limit is the value at the initial settings becomes that
+    /// limit times the ratio of the measures of both settings on the same trials.
     fn related(&self, mut measured: Measured, start: &Measured) -> Measured {
         for (measure, estimate) in
             measured.0.iter_mut().filter(|(measure, _)| self.relative.contains(measure))
@@ -269,13 +272,13 @@ impl Question<'_> {
         measured
     }
 
-    /// The limits that are not what the start reaches.
+    /// Returns the limits that are not relative to the initial settings.
     pub fn absolute(&self) -> Limits {
         let absolute = self.goal.limits.0.iter().filter(|limit| !self.relative.contains(&limit.measure));
         Limits(absolute.copied().collect())
     }
 
-    /// True if limits are kept; one that is the start's own value is judged by the difference to it.
+    /// Returns whether the limits are kept; a limit relative to the initial settings is judged by the paired difference.
     fn kept(&self, start: &Measured, best: &Measured, differences: &Measured) -> Verdict {
         let of_best = verdict(&self.absolute(), best);
         let no_worse = |of: fn(&Estimate) -> f64| {
@@ -289,7 +292,7 @@ impl Question<'_> {
         }
     }
 
-    /// Starting points of the search: the scenario's settings, and points of a Sobol sequence.
+    /// Returns the initial settings of the search: those of the scenario, and points of a Sobol sequence.
     fn starts(&self, nominal: &[f64]) -> Vec<Vec<f64>> {
         let own = self.ranges.iter().zip(nominal).map(|(range, value)| {
             let place = if value.is_nan() { 0.5 } else { range.place(*value) };
@@ -305,8 +308,8 @@ impl Question<'_> {
         starts
     }
 
-    /// The best of the last settings on random numbers of their own: first by a quarter of the trials, which drops those
-    /// that are clearly worse.
+    /// Chooses the best of the last settings on random numbers of their own: a quarter of the trials first drops those that are
+    /// clearly worse.
     fn choose(
         &self,
         bench: &Bench<'_>,
@@ -343,7 +346,7 @@ impl Question<'_> {
     }
 }
 
-/// Estimates of the start, each seed and number of trials once.
+/// Measures of the initial settings, computed once for each seed and number of trials.
 struct Starts<'a> {
     own: &'a Bench<'a>,
     known: RefCell<HashMap<(u64, u64), Measured>>,
@@ -361,17 +364,17 @@ impl Starts<'_> {
     }
 }
 
-/// The measures that a tally shows.
+/// Returns the measures of a tally.
 fn measured(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.estimates()).collect())
 }
 
-/// Estimates for the search.
+/// Returns the measures of a tally as the search compares them.
 fn seen(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.seen()).collect())
 }
 
-/// True if limits hold.
+/// Returns whether measures keep the limits: likely, surely, possibly.
 pub fn verdict(limits: &Limits, measured: &Measured) -> Verdict {
     let all = |of: fn(&Estimate) -> f64| {
         limits.0.iter().all(|limit| of(&measured.get(limit.measure)) <= limit.most)
@@ -379,7 +382,7 @@ pub fn verdict(limits: &Limits, measured: &Measured) -> Verdict {
     Verdict { holds: all(|e| e.value), surely: all(|e| e.high), possibly: all(|e| e.low) }
 }
 
-/// The best first.
+/// Sorts settings by their score, the best first.
 fn sort(scored: &mut [(Score, Vec<f64>)]) {
     scored.sort_by(|(a, _), (b, _)| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
 }

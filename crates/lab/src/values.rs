@@ -158,7 +158,7 @@ fn number(value: &Value) -> Option<f64> {
 
 /// From nothing to four times what it is by itself, which is where the hand looks first; any value can be typed.
 fn slider(key: &Key, default: Option<&Value>, now: Option<&Value>, motor: &Motor) -> Option<[f64; 2]> {
-    let Values::Number { unit, share } = key.values() else { return None };
+    let Values::Number { unit, .. } = key.values() else { return None };
     let known = default.and_then(number).map(f64::abs).filter(|value| *value > 0.0);
     let [mut low, mut high] = match (key.path, unit) {
         ("rotor.angle", _) => [0.0, 360.0],

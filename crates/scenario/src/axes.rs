@@ -1,4 +1,4 @@
-//! Axes: which keys are varied, and the points that this makes.
+//! Sweep axes: the keys that are varied, and the points that follow from them.
 
 use std::f64::consts::LN_10;
 
@@ -15,12 +15,12 @@ use super::document::{Document, FileError, Origin};
 use super::named::Named;
 use super::number::Number;
 
-/// Values over which one key is varied.
+/// Values that a sweep axis gives to its key.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AxisSpec {
-    /// These values, one after the other.
+    /// A list of values, taken one after the other.
     List(Vec<Value>),
-    /// From one number to another.
+    /// A range from one number to another.
     Range(RangeSpec),
 }
 
@@ -94,7 +94,8 @@ impl JsonSchema for AxisSpec {
 }
 
 impl AxisSpec {
-    /// As on a command line: `from:to:points`, with `:log` at the end, or values separated by commas.
+    /// Parses an axis as on a command line: `from:to:points`, with `:log` at the end for a geometric range, or values separated
+    /// by commas.
     pub fn parse(text: &str) -> Result<Self, String> {
         let parts: Vec<&str> = text.split(':').map(str::trim).collect();
         let value = |text: &str| {
@@ -142,17 +143,17 @@ pub struct DesignTable {
     pub points: Option<usize>,
 }
 
-/// One point of the axes: its keys with their values, in the order of the axes.
+/// One point of the sweep: the key of each axis with its value, in the order of the axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Point {
-    /// Keys and values.
+    /// Path of each axis' key, and the key's value at this point.
     pub values: Vec<(String, Value)>,
 }
 
-/// Most points of a design.
+/// Largest number of points of a design.
 const MOST_POINTS: usize = 10_000_000;
 
-/// An axis that can be walked along.
+/// A checked axis whose values can be computed.
 enum Axis<'a> {
     List(&'a [Value]),
     Range { from: Number, to: Number, points: Option<usize>, log: bool },
@@ -201,7 +202,7 @@ impl<'a> Axis<'a> {
         }
     }
 
-    /// Values of a grid.
+    /// Returns the number of values that this axis has on a grid.
     fn count(&self, key: &str) -> Result<usize, FileError> {
         match self {
             Self::List(values) => Ok(values.len()),
@@ -211,7 +212,7 @@ impl<'a> Axis<'a> {
         }
     }
 
-    /// The value with this number on a grid.
+    /// Returns the value of this index on a grid of `count` values.
     fn on_grid(&self, number: usize, count: usize) -> Value {
         match self {
             Self::List(values) => values[number].clone(),
@@ -220,7 +221,7 @@ impl<'a> Axis<'a> {
         }
     }
 
-    /// The value at a share of the axis, from 0 to 1.
+    /// Returns the value at a position along the axis, as a fraction from 0 (first value) to 1 (last value).
     fn at(&self, share: f64) -> Value {
         match self {
             Self::List(values) => {
@@ -249,7 +250,8 @@ impl<'a> Axis<'a> {
     }
 }
 
-/// Refuses a value of the command line in whose place axes of these keys put their own at every point.
+/// Refuses a value from the command line that would have no effect, because axes of these keys set their own value at every
+/// point.
 pub(super) fn check_typed<'a>(
     document: &Document,
     axes: impl Iterator<Item = &'a String>,
@@ -276,7 +278,7 @@ pub(super) fn check_typed<'a>(
     Ok(())
 }
 
-/// The points of a design; without axes a single one without values. `seed` moves what is random in it.
+/// Returns the points of a design; without axes, a single point without values. `seed` is the seed of the random designs.
 pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Result<Vec<Point>, FileError> {
     let walked: Vec<(&str, Axis<'_>)> = axes
         .iter()

@@ -1,4 +1,4 @@
-//! From the tables to a scenario.
+//! Builds the scenario, ready to run, from the tables of its file.
 
 use standstill_detect::{ForeignSettings, Method};
 use standstill_interface::{Dq, Nanos};
@@ -19,20 +19,20 @@ use crate::scenario::{nameplate, tolerance};
 use crate::{DriveSettings, Scenario};
 
 impl ScenarioFile {
-    /// The scenario. Paths in the file are from the folder of `files`.
+    /// Builds and checks the scenario. Relative paths in the file start at the folder of `files`.
     ///
     /// # Errors
-    /// A value that cannot be, with its key.
+    /// An invalid value, with its key.
     pub fn scenario(&self, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
         self.scenario_of(&self.motor(files)?, files)
     }
 
-    /// The motor.
+    /// Builds the motor from its data sheet.
     pub(super) fn motor(&self, files: &Files) -> Result<Motor, FileError> {
         self.motor.sheet(files)?.motor().map_err(|error| self.motor.wrong(error))
     }
 
-    /// The scenario, with a motor that is already there.
+    /// Builds and checks the scenario on a motor that was already built.
     pub(super) fn scenario_of(
         &self,
         motor: &Motor,
@@ -45,7 +45,7 @@ impl ScenarioFile {
         Ok(scenario)
     }
 
-    /// Temperatures of winding and magnets that the file sets.
+    /// Temperatures of winding and magnets as the file sets them.
     pub(super) fn temperature(&self) -> Temperature {
         Temperature {
             winding: self.rotor.winding_temperature.map(Quantity::value),
@@ -53,7 +53,7 @@ impl ScenarioFile {
         }
     }
 
-    /// The scenario, also where the method's settings cannot work.
+    /// Builds the scenario on a built motor without a check that the method's settings can work.
     pub(super) fn assemble(&self, motor: &Motor, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
         check("trials", &Quantity::<One>::si(self.trials as f64))?;
         self.limit.iter().try_for_each(|limit| check("limit", limit))?;
@@ -127,7 +127,8 @@ impl ScenarioFile {
         })
     }
 
-    /// The converter of a DC link of this many volts.
+    /// Returns the A/D converter of the DC-link sensor for a link of `dc_link` volts; none if the error set and the file give no
+    /// converter.
     pub(super) fn link_converter(&self, motor: &Motor, dc_link: f64) -> Result<Option<Adc>, FileError> {
         let adc = self.errors.0.sensors(motor.rated_current, dc_link).dc_link.adc;
         let range = self.sensors.dc_link_range.map(|range| [0.0, range.value()]);
@@ -135,7 +136,8 @@ impl ScenarioFile {
     }
 }
 
-/// Checks that a motor's iron can remember former operation: without current it may then be anywhere within its coercive current.
+/// Checks that a motor's iron has a hysteresis, and that its core model covers all currents up to the coercive current: after
+/// former operation the iron of a motor without current may stand for any of them.
 pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     let circuit = &motor.magnetics;
     let Some(hysteresis) = circuit.hysteresis() else {
@@ -157,11 +159,11 @@ pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Beyond this current, as a multiple of the rated one, the sensors see nothing.
+/// Largest current at which the channel's drop is checked, as a multiple of the rated current: the sensors clip there.
 const MOST_CURRENT: f64 = 2.5;
 
-/// A MOSFET's channel drops less than its body diode at all currents that matter: a diode that carries a share of the current
-/// beside the channel is not modelled.
+/// Checks that a MOSFET's channel drops less than its body diode up to [`MOST_CURRENT`]: a diode that conducts beside the channel
+/// is not modelled.
 pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(), FileError> {
     let drop = devices.switch_resistance * MOST_CURRENT * rated_current;
     if devices.kind == DeviceKind::Igbt || drop <= devices.diode_drop {
@@ -177,7 +179,7 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
 }
 
 impl InverterTable {
-    /// Rules between the keys of the inverter, and numbers that follow from several.
+    /// Checks the rules between the inverter's keys, and sets the numbers that follow from several keys.
     fn apply_rules(&self, drive: &mut DriveSettings) -> Result<(), FileError> {
         let igbt = [
             ("inverter.switch_drop", self.switch_drop.map(|value| value.to_string())),
@@ -207,7 +209,7 @@ impl InverterTable {
 }
 
 impl SensorsTable {
-    /// Rules between the keys of the sensors, and numbers that follow from several.
+    /// Checks the rules between the sensors' keys, and sets the numbers that follow from several keys.
     fn apply_rules(&self, sensors: &mut SensorSettings) -> Result<(), FileError> {
         sensors.pick_up = self.pick_up(sensors.pick_up)?;
         if let Some(error) = self.resolver_error {
@@ -240,8 +242,8 @@ impl SensorsTable {
     }
 }
 
-/// Replaces the range or the bits of an A/D converter. Without a converter in the error set both are required. With 0 bits it clips to its range and
-/// does not quantize.
+/// Replaces the range or the number of bits of an A/D converter. If the error set has no converter, both are required. A
+/// converter of 0 bits clips to its range and does not quantize.
 fn converter(
     key: &str,
     adc: Option<Adc>,

@@ -1,4 +1,4 @@
-//! A scenario as text: what stands where, what was changed, and what is wrong with it.
+//! A scenario as TOML text: the position of each key, the overrides, and the errors with their positions.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -17,13 +17,13 @@ use super::tables::ScenarioFile;
 /// Origin of a key's value that is not in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// On the command line.
+    /// Set on the command line.
     CommandLine,
-    /// By an option that is a shorthand for the key, such as `--motor`.
+    /// Set by an option that is a shorthand for the key, such as `--motor`.
     Option(&'static str),
-    /// As a point of the axes.
+    /// Set by a sweep axis at a point.
     Axis,
-    /// As a tolerance.
+    /// Drawn by a tolerance.
     Tolerance,
 }
 
@@ -38,13 +38,13 @@ impl fmt::Display for Origin {
     }
 }
 
-/// Requirement of a setting that the scenario's method does not have.
+/// Text of the error for a setting that the scenario's method does not have.
 const FOREIGN: &str = "a method that has such a setting";
 
 /// Error of a scenario file.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FileError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("cannot read {file}: {error}")]
     Read {
         /// The file.
@@ -52,49 +52,49 @@ pub enum FileError {
         /// Error of the operating system.
         error: String,
     },
-    /// Not TOML.
+    /// The file is not TOML.
     #[error("{file}: line {line}: {message}")]
     Syntax {
         /// The file.
         file: PathBuf,
-        /// The line, from 1.
+        /// Line of the file, from 1.
         line: usize,
         /// Error of the parser.
         message: String,
     },
-    /// A key, or its value.
+    /// A key is unknown, or its value is invalid.
     #[error("{place}{}`{key}`: {message}", if place.is_empty() { "" } else { ": " })]
     Key {
-        /// The file, its line from 1 or who set the key, as far as they are known.
+        /// The file with the line from 1, or the origin of the value, as far as known.
         place: String,
-        /// Its path, such as `sensors.noise`.
+        /// Path of the key, such as `sensors.noise`.
         key: String,
         /// The value found, and the values needed.
         message: String,
     },
-    /// The motor's data sheet.
+    /// The motor's data sheet is invalid.
     #[error(transparent)]
     Motor(MotorError),
 }
 
 impl FileError {
-    /// A value that cannot be.
+    /// Returns the error of a key whose value is invalid: the value found, and the values allowed.
     pub(super) fn key(key: &str, found: &str, needed: &str) -> Self {
         let message = format!("found {found}, needed {needed}");
         Self::Key { place: String::new(), key: key.to_owned(), message }
     }
 
-    /// A setting of the detector that its method does not have.
+    /// Returns the error of a setting in `[detector]` that the chosen method does not have.
     pub(super) fn foreign_setting(key: &str, method: MethodName) -> Self {
         Self::key(&format!("detector.{key}"), &format!("method \"{method}\""), FOREIGN)
     }
 
-    /// True for a setting of the detector that its method does not have.
+    /// Returns true if the error is a setting in `[detector]` that the chosen method does not have.
     pub fn is_foreign_setting(&self) -> bool {
         matches!(self, Self::Key { message, .. } if message.ends_with(FOREIGN))
     }
 
-    /// Error of serde at a path.
+    /// Converts a message of serde, for the key at `path`, to an error.
     pub(super) fn serde(path: &str, message: &str) -> Self {
         // What follows the first line says where it is, which the path knows.
         let message = message.trim().lines().next().unwrap_or_default().to_owned();
@@ -112,13 +112,13 @@ impl FileError {
         Self::Key { place: String::new(), key, message }
     }
 
-    /// A temperature that no motor has.
+    /// Converts the error of a temperature at which no motor can be.
     pub(super) fn temperature(error: &TemperatureError) -> Self {
         let message = error.to_string();
         Self::Key { place: String::new(), key: "rotor".to_owned(), message }
     }
 
-    /// A setting with which the method cannot work.
+    /// Converts the error of settings with which the method cannot work.
     pub fn settings(error: &SettingsError) -> Self {
         let SettingsError { setting, needed } = error;
         if let Some(text) = error.own_text() {
@@ -130,7 +130,7 @@ impl FileError {
     }
 }
 
-/// A scenario file with what was changed of it.
+/// A scenario file with its overrides.
 #[derive(Clone, Debug)]
 pub struct Document {
     file: PathBuf,
@@ -138,16 +138,16 @@ pub struct Document {
     pub(super) table: Table,
     pub(super) changed: Vec<(String, Origin)>,
     files: Files,
-    /// True if the program that runs the trials has the class of `detector.python`.
+    /// True if the program that runs the trials holds the class that `detector.python` names.
     pub(super) hosted: bool,
 }
 
-/// Parts that a key may have.
+/// Largest number of parts in the path of a key.
 const MOST_PARTS: usize = 16;
 
 impl Document {
-    /// The scenario of a file. The file itself is not among [`Document::files`]: what counts of it is what it says, with all
-    /// overrides.
+    /// Reads a scenario file. [`Document::files`] does not list the file itself: its content counts with all overrides, which
+    /// identify a run.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let text = Files::default().text(file);
         let text =
@@ -155,7 +155,7 @@ impl Document {
         Self::parse(file, &text)
     }
 
-    /// The scenario of a file's text; `file` is for messages, and paths in it are from its folder.
+    /// Parses a scenario from text; `file` names it in messages, and relative paths start at the folder of `file`.
     pub fn parse(file: &Path, text: &str) -> Result<Self, FileError> {
         let table = text.parse::<Table>().map_err(|error| FileError::Syntax {
             file: file.to_owned(),
@@ -173,14 +173,14 @@ impl Document {
         })
     }
 
-    /// Sets a key, such as `sensors.noise`, to a value as it would stand in the file; a text needs no quotes.
+    /// Sets a key, such as `sensors.noise`, from text as it would stand in the file; a string needs no quotes.
     pub fn set(&mut self, key: &str, value: &str, origin: Origin) -> Result<(), FileError> {
         let parsed =
             format!("value = {value}").parse::<Table>().ok().and_then(|mut table| table.remove("value"));
         self.set_value(key, parsed.unwrap_or_else(|| value.into()), origin)
     }
 
-    /// Sets a key to a value.
+    /// Sets a key to a TOML value and records the origin of the value.
     pub fn set_value(&mut self, key: &str, value: Value, origin: Origin) -> Result<(), FileError> {
         // The keys of axes and tolerances have dots in them.
         let dotted = ["axes.", "tolerances."].iter().any(|table| key.starts_with(table));
@@ -228,12 +228,12 @@ impl Document {
         Ok(())
     }
 
-    /// Puts a whole data sheet in place of the motor: the same motor, but nothing needs to be read again for it.
+    /// Replaces the motor's name or path by its whole data sheet, so that later loads read no file for the motor.
     pub(super) fn resolve_motor(&mut self, sheet: Table) {
         self.table.insert("motor".to_owned(), Value::Table(sheet));
     }
 
-    /// True if the motor has more keys than were just opened for a change.
+    /// Returns true if `[motor]` has entries besides tables that were only just opened for an override.
     fn table_has_motor(&self) -> bool {
         match self.table.get("motor") {
             Some(Value::Table(motor)) => motor.values().any(|value| !is_empty(value)),
@@ -241,14 +241,14 @@ impl Document {
         }
     }
 
-    /// Sets the default motor as the base when a motor's key is changed and the file has no motor.
+    /// Sets the default motor as the base if an override changes a key of the motor and the file names no motor.
     fn base_of_default(&mut self) {
         if let Some(Value::Table(motor)) = self.table.get_mut("motor") {
             motor.insert("base".to_owned(), "paper-5k5".into());
         }
     }
 
-    /// Makes a key an axis, in place of what the file has of it.
+    /// Makes a key a sweep axis, in place of its value in the file.
     pub fn vary(&mut self, key: &str, axis: &AxisSpec) -> Result<(), FileError> {
         let value =
             Value::try_from(axis).map_err(|error| FileError::key(key, &error.to_string(), "an axis"))?;
@@ -259,20 +259,20 @@ impl Document {
         Ok(())
     }
 
-    /// The files that it names, as far as they were read. Paths are from the folder of the scenario's own file.
+    /// Files that the scenario names, as far as they were read. Their paths are relative to the folder of the scenario file.
     pub fn files(&self) -> &Files {
         &self.files
     }
 
-    /// From now on, no further file is read.
+    /// Forbids reading further files from now on.
     pub(super) fn seal(&mut self) {
         self.files = self.files.sealed();
     }
 
-    /// From now on, further files are read from below this folder alone; without one, none are.
+    /// Allows further files only below this folder from now on; without a folder, no further file is read.
     ///
     /// # Errors
-    /// A folder that is none.
+    /// `folder` is not a folder.
     pub fn fence(&mut self, folder: Option<&Path>) -> Result<(), FileError> {
         let fenced = match folder {
             None => Ok(self.files.sealed()),
@@ -285,7 +285,7 @@ impl Document {
         Ok(())
     }
 
-    /// Takes a key out, so that it is as if it had never been set.
+    /// Removes a key, as if it had never been set.
     pub fn remove(&mut self, key: &str) {
         let mut parts: Vec<&str> = key.split('.').collect();
         let last = parts.pop().unwrap_or_default();
@@ -297,12 +297,12 @@ impl Document {
         self.changed.retain(|(changed, _)| changed != key);
     }
 
-    /// Who set a key; none if it stands in the file, or nowhere.
+    /// Returns the origin of a key's value; none if the value stands in the file or the key is not set.
     pub fn origin(&self, key: &str) -> Option<Origin> {
         self.changed.iter().rev().find(|(changed, _)| changed == key).map(|(_, origin)| *origin)
     }
 
-    /// The value of a key, as it is set.
+    /// Returns the value of a key, overrides included.
     pub fn get(&self, key: &str) -> Option<&Value> {
         let (first, rest) = match key.split_once('.') {
             Some((first, rest)) => (first, Some(rest)),
@@ -313,7 +313,7 @@ impl Document {
             .try_fold(self.table.get(first)?, |value, part| value.as_table()?.get(part))
     }
 
-    /// The typed tables.
+    /// Parses the document into typed tables.
     pub fn load(&self) -> Result<ScenarioFile, FileError> {
         let mut file: ScenarioFile = read_keyed(Value::Table(self.table.clone()))
             .map_err(|TableError { key, message }| FileError::serde(&key, &message))
@@ -322,12 +322,13 @@ impl Document {
         Ok(file)
     }
 
-    /// A key that a command cannot work with: what was found and what it needs, with where the key stands.
+    /// Returns the error of a key whose value a command cannot use, with the value found, the values allowed and the key's
+    /// position.
     pub fn refuse(&self, key: &str, found: &str, needed: &str) -> FileError {
         self.locate(FileError::key(key, found, needed))
     }
 
-    /// This error with the place of its key.
+    /// Adds the position of the key to an error.
     pub fn locate(&self, error: FileError) -> FileError {
         let FileError::Key { place, key, message } = error else { return error };
         if !place.is_empty() {

@@ -1,4 +1,4 @@
-//! The error sets: what a good drive and a poor one get wrong.
+//! The error sets: errors of drive and sensors, from ideal to harsh.
 
 use standstill_interface::{Nanos, choice};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg};
@@ -7,31 +7,32 @@ use standstill_sim::{Adc, Arrangement, PickUp, Purpose, Resolver, SensorSettings
 
 use super::terminals::damp;
 
-/// DC-link voltage in V of the paper's drive.
+/// Nominal DC-link voltage in V of the paper's drive.
 const DC_LINK: f64 = 550.0;
 
-/// DC-link voltage in V of this motor's drive; where the motor names none, the paper's.
+/// Nominal DC-link voltage in V of this motor's drive; that of the paper's drive if the data sheet has none.
 pub(crate) fn dc_link(motor: &Motor) -> f64 {
     motor.dc_link.unwrap_or(DC_LINK)
 }
 
-/// Default ringing of pick-up: time constants are 0.3 to 1 µs, frequencies 3 to 10 MHz.
+/// Default ringing that the sensors pick up from switching edges. Usual time constants are 0.3 to 1 µs, frequencies 3 to 10 MHz.
 pub(crate) const PICK_UP: PickUp = PickUp { amplitude: 0.0, decay: 0.5e-6, frequency: 5e6 };
 
-/// Of each terminal in F in the field: two switches and a metre of cable.
+/// Capacitance in F of each terminal in the field: two switches and a metre of cable.
 const TERMINAL_CAPACITANCE: f64 = 0.3e-9;
 
-/// Nominal DC link in V up to which drives have MOSFETs: the highest that is safe to touch, where 80 to 100 V devices with
-/// a few milliohms are what one buys.
+/// Highest nominal DC-link voltage in V at which drives have MOSFETs: the highest that is safe to touch, and 80 to 100 V devices
+/// with a few milliohms are usual there.
 const MOSFET_LINK: f64 = 60.0;
 
-/// Kind of the switches of this motor's drive, by its nominal DC link. A drive of 550 V that is run at 48 V keeps its IGBTs.
+/// Returns the kind of switches of this motor's drive by its nominal DC-link voltage. A 550 V drive that is run at 48 V keeps its
+/// IGBTs.
 pub(crate) fn device_kind(motor: &Motor) -> DeviceKind {
     if dc_link(motor) <= MOSFET_LINK { DeviceKind::Mosfet } else { DeviceKind::Igbt }
 }
 
-/// Devices of a real drive for this rated current in A. They are sized to it: their slopes drop as much at rated current in
-/// every drive.
+/// Returns the switches and diodes of a real drive for this rated current in A. The slopes of their characteristics are scaled to
+/// give the same drop at rated current in every drive.
 fn devices(kind: DeviceKind, rated_current: f64) -> Devices {
     let slope = 8.0 / rated_current;
     match kind {
@@ -73,23 +74,23 @@ choice! {
     }
 }
 
-/// An inverter as a type: what its specimens are drawn from.
+/// Settings of an inverter type, from which specimens are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveSettings {
-    /// Switches and diodes.
+    /// Characteristics of switches and diodes.
     pub bridge: Bridge,
-    /// Dead time.
+    /// Dead time of the gate signals.
     pub dead_time: Nanos,
-    /// Standard deviation in s of the legs' switching delays about their mean, which is three times as long.
+    /// Standard deviation in s of the legs' switching delays about their mean, which is three times this value.
     pub delay_mismatch: f64,
-    /// DC link; the phase of its ripple is drawn.
+    /// DC link; the phase of its ripple is drawn per trial.
     pub link: DcLink,
     /// Period of the PWM carrier.
     pub carrier_period: Nanos,
 }
 
 impl DriveSettings {
-    /// Draws one specimen.
+    /// Draws one specimen of the inverter.
     pub fn draw(&self, streams: Streams) -> Inverter {
         let [mut delays, mut ripple] = streams.open_together([Purpose::GateDelay, Purpose::Ripple]);
         let gates = std::array::from_fn(|_| {
@@ -102,7 +103,7 @@ impl DriveSettings {
 }
 
 impl ErrorSet {
-    /// The drive for this motor, on its nominal DC link, with such switches.
+    /// Returns the settings of the drive for this motor, at its nominal DC-link voltage, with switches of this kind.
     pub fn drive(self, motor: &Motor, kind: DeviceKind) -> DriveSettings {
         let ideal = DriveSettings {
             bridge: Bridge {
@@ -136,8 +137,8 @@ impl ErrorSet {
         }
     }
 
-    /// The sensors of a drive for motors of this rated current in A on a DC link of this many volts: 2.5 times that
-    /// current and 1.8 times that voltage are their ranges, in proportion to which they err.
+    /// Returns the settings of the sensors of a drive for this rated current in A and this DC-link voltage in V. Their ranges are
+    /// 2.5 times the current and 1.8 times the voltage, and their errors are in proportion to these.
     pub fn sensors(self, rated_current: f64, dc_link: f64) -> SensorSettings {
         let scale = rated_current / 8.0;
         let default = SensorSettings {

@@ -15,14 +15,14 @@ use super::document::FileError;
 use super::keys::{DetectorTable, check};
 use crate::DriveSettings;
 
-/// A detector of a trial: a method's, or a library's in its place.
+/// The detector of a trial: that of the scenario's method, or that of a user's library.
 #[derive(Debug)]
 // Made once for a trial of many steps.
 #[allow(clippy::large_enum_variant)]
 pub enum Made<D> {
-    /// Of the scenario's method.
+    /// Detector of the scenario's method.
     Own(D),
-    /// Of its library.
+    /// Detector of the scenario's library.
     Foreign(Foreign),
 }
 
@@ -36,7 +36,7 @@ impl<D: Detector<f64>> Detector<f64> for Made<D> {
 }
 
 impl DetectorTable {
-    /// Its library, if it has one, checked and loaded.
+    /// Loads and checks the library that `detector.library` names; none if the key is not set.
     pub(super) fn load_library(&self, files: &Files) -> Result<Option<Arc<Library>>, FileError> {
         const KEY: &str = "detector.library";
         let Some(library) = &self.library else {
@@ -63,17 +63,17 @@ impl DetectorTable {
         loaded.map(Some).map_err(|error| FileError::key(KEY, &found(&error.found), &error.needed))
     }
 
-    /// Longest time that a call of the library may take.
+    /// Returns the longest time on the wall clock that one call of the library may take.
     ///
     /// # Errors
-    /// No time that makes sense.
+    /// A time outside of the key's range.
     pub fn call_limit(&self) -> Result<Duration, FileError> {
         let Some(limit) = self.call_timeout else { return Ok(Duration::from_secs(1)) };
         check("detector.call_timeout", &limit)?;
         Ok(Duration::from_secs_f64(limit.value()))
     }
 
-    /// The library's PWM is the drive's, unless the scenario says another.
+    /// Sets the drive's PWM frequency to that of the library, unless the scenario sets another one: then there is an error.
     pub(super) fn adopt_pwm(
         library: &Library,
         drive: &mut DriveSettings,
@@ -91,7 +91,7 @@ impl DetectorTable {
         Ok(())
     }
 
-    /// The maker of its detectors.
+    /// Returns the factory that makes one detector of the library for each trial.
     pub(super) fn maker(
         &self,
         library: Arc<Library>,

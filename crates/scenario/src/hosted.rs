@@ -1,16 +1,17 @@
-//! A detector that the program has which runs the trials, such as a class of Python: the key `detector.python`.
+//! A detector inside the program that runs the trials, such as a Python class: the key `detector.python`.
 
 use super::document::{Document, FileError, Origin};
 use super::keys::{DetectorTable, Table};
 
-/// The key under which the record of a run names the class.
+/// Key under which the record of a run names the detector's class.
 const KEY: &str = "detector.python";
 
-/// Who sets it.
+/// Origin of the key's value: the argument of the Python function.
 const ARGUMENT: Origin = Origin::Option("the argument `detector`");
 
 impl Document {
-    /// Makes a class of the program that runs the trials the detector. `class` names it for the record: `module.Class@digest`.
+    /// Makes a class of the program that runs the trials the detector. `class` names the class in the record of the run:
+    /// `module.Class@digest`.
     ///
     /// ```
     /// use standstill_scenario::Document;
@@ -23,7 +24,7 @@ impl Document {
     /// ```
     ///
     /// # Errors
-    /// A scenario that is the record of another class, or of another version of it.
+    /// The scenario records another class, or another version of this class.
     pub fn host(&mut self, class: &str) -> Result<(), FileError> {
         if let Some(there) = self.get(KEY)
             && there.as_str() != Some(class)
@@ -39,10 +40,10 @@ impl Document {
 }
 
 impl DetectorTable {
-    /// True if a class is the detector; `hosted`: the program that runs the trials has that class.
+    /// Returns true if a class is the detector. `hosted` states that the program that runs the trials has the class.
     ///
     /// # Errors
-    /// A program that does not have it, and settings beside it that do not reach it.
+    /// A program without the class, and settings beside `detector.python` that do not reach the class.
     pub(super) fn is_hosted(&self, hosted: bool) -> Result<bool, FileError> {
         let Some(class) = &self.python else { return Ok(false) };
         if !hosted {

@@ -1,8 +1,9 @@
 //! The registry of a scenario's keys: a key is one entry of a table, and everything else follows from the entry.
 //!
-//! The entry of [`table!`] makes the field that files are read into. From the list of entries follow ranges and their errors, the schema,
-//! effective values, values that trials draw, sources of a budget, warnings, variables of an FMU, the example that `init` writes, the table
-//! in `docs/reference.md` and the panel of the lab. Rules between keys stand in code: `build.rs`, `link.rs`, `terminals.rs`.
+//! The entry in [`table!`] makes the field that files are read into. These follow from the list of entries: ranges and their
+//! errors, the schema, effective values, values that trials draw, sources of an error budget, warnings, variables of an FMU, the
+//! example that `init` writes, the table in `docs/reference.md` and the panel of the lab. Rules between keys are code:
+//! `build.rs`, `link.rs`, `terminals.rs`.
 
 mod detector;
 mod entry;
@@ -35,9 +36,10 @@ use crate::document::FileError;
 use crate::named::Named;
 use crate::{ErrorSet, Scenario};
 
-/// A table of a scenario: its struct and the list of its keys.
+/// Defines a table of a scenario: its struct and the list of its keys.
 ///
-/// An entry is a sentence, a name and a type, the place that a number sets if it is one by itself, and fields of [`Key`].
+/// An entry has a sentence, a name and a type, the field of [`Scenario`] that the number sets directly (if there is one), and
+/// fields of [`Key`].
 macro_rules! table {
     (
         $(#[$meta:meta])*
@@ -74,26 +76,28 @@ macro_rules! table {
 }
 use table;
 
-/// A table of a scenario.
+/// A table of a scenario file, such as `[sensors]`.
 pub(crate) trait Table {
-    /// Its keys, in their order.
+    /// Keys of the table in their order.
     const KEYS: &'static [Key];
 
-    /// Its values, in the order of the keys.
+    /// Returns the values of the table in the order of its keys; none for a key that is not set.
     fn values(&self) -> Vec<Option<&dyn Written>>;
 
-    /// The keys that are set, with their values.
+    /// Iterates over the keys that are set, with their values.
     fn set_values(&self) -> impl Iterator<Item = (&'static Key, &dyn Written)> {
         Self::KEYS.iter().zip(self.values()).filter_map(|(key, value)| Some((key, value?)))
     }
 
+    /// Checks all values of the table.
+    ///
     /// # Errors
-    /// A value beyond its key's range.
+    /// A value outside of its key's range.
     fn check(&self) -> Result<(), FileError> {
         self.set_values().try_for_each(|(key, value)| key.check(value))
     }
 
-    /// Sets in a scenario the numbers that are set by themselves.
+    /// Writes into a scenario each number that sets a field directly.
     fn set(&self, scenario: &mut Scenario<Method<f64>>) {
         for (key, value) in self.set_values() {
             if let (Some(set), Some(number)) = (key.set, value.number()) {
@@ -116,13 +120,13 @@ table! {
 }
 
 impl StopTable {
-    /// True without a condition.
+    /// Returns true if no stop condition is set.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// The keys that stand in no table. The fields are those of [`ScenarioFile`](crate::ScenarioFile).
+/// Keys outside of any table. Their fields are those of [`ScenarioFile`](crate::ScenarioFile).
 const TOP: &[Key] = &[
     Key::of(
         "errors",
@@ -160,29 +164,31 @@ const TOP: &[Key] = &[
     },
 ];
 
-/// All keys but those of the motor, whose data sheet says which it has, and those that say which points and trials there are
-/// (`axes`, `design`, `tolerances`), table by table.
+/// Iterates over all keys, table by table, except those of the motor, which its data sheet defines, and those of the
+/// sweep (`axes`, `design`, `tolerances`).
 pub fn keys() -> impl Iterator<Item = &'static Key> {
     let tables =
         [StopTable::KEYS, RotorTable::KEYS, InverterTable::KEYS, SensorsTable::KEYS, DetectorTable::KEYS];
     TOP.iter().chain(tables.into_iter().flatten())
 }
 
-/// The key of this path; none of the motor's.
+/// Returns the key of this path; none for keys of the motor.
 pub fn key(path: &str) -> Option<&'static Key> {
     keys().find(|key| key.path == path)
 }
 
+/// Checks the value of a key outside of any table.
+///
 /// # Errors
-/// A value beyond the range of a key without a table.
+/// A value outside of the key's range.
 pub(crate) fn check(path: &str, value: &dyn Written) -> Result<(), FileError> {
     key(path).map_or(Ok(()), |key| key.check(value))
 }
 
 impl Scenario<Method<f64>> {
-    /// The value of a key of the tables `rotor`, `inverter`, `sensors` and `detector`: in the unit of the schema, which is
-    /// that of SI, angles in degrees; a choice by its name. None of a key that this scenario has no such thing for, such as
-    /// a setting of another method, and of what only the document knows.
+    /// Returns the value of a key of the tables `rotor`, `inverter`, `sensors` and `detector`: a number in the unit of the
+    /// schema, which is SI except for angles in degrees; a choice as its name. None for a key that does not apply to this
+    /// scenario, such as a setting of another method, and for a key whose value only the document has.
     ///
     /// ```
     /// use standstill_scenario::{Document, Plan};

@@ -1,12 +1,12 @@
-//! Scenarios: what an engineer writes down and sweeps, and the case of any of its trials.
+//! Scenarios: the conditions of trials as an engineer writes and sweeps them, and the case of each trial.
 //!
 //! ```text
 //!   text ─► Document ─► (overrides: -s, a point of the axes) ─► ScenarioFile ─► Scenario
 //!           TOML with                                            typed tables     ready to run
 //!           the lines of its keys
 //! ```
-//! Overrides change the document, not the scenario. So every key that a file can have can be set from the command line
-//! and can be an axis, and one place checks it. A trial is a pure function of its scenario and its number.
+//! Overrides change the document, not the scenario. So every key that a file can have can be set on the command line and can be a
+//! sweep axis, and one place checks its value. A trial is a pure function of its scenario and its number.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod axes;
@@ -33,7 +33,7 @@ mod specimen;
 mod suggestion;
 mod tables;
 mod terminals;
-/// The examples of the README run too.
+/// Runs the examples of the README as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

@@ -1,4 +1,4 @@
-//! The DC link's capacitor and the sag of its source, from the table of the inverter.
+//! The DC-link capacitor and the sag of its source, from the table `[inverter]`.
 
 #[cfg(test)]
 mod tests;
@@ -9,11 +9,12 @@ use standstill_quantity::Quantity;
 use super::document::FileError;
 use super::keys::InverterTable;
 
-/// Shortest time constant in s of a link: a shorter one is a stiff link, followed at the cost of its time constant.
+/// Shortest time constant in s of a DC link with a capacitor: a shorter one is a stiff link that is simulated at the cost of its
+/// time constant.
 const LEAST_TIME_CONSTANT: f64 = 1e-6;
 
 impl InverterTable {
-    /// The capacitor, where there is one.
+    /// Returns the DC-link capacitor with the resistance of its source; none for a stiff link.
     pub(super) fn storage(&self) -> Result<Option<Storage>, FileError> {
         match (self.capacitance.map(Quantity::value), self.source_resistance.map(Quantity::value)) {
             (Some(0.0), _) | (None, None) => Ok(None),
@@ -41,7 +42,7 @@ impl InverterTable {
         }
     }
 
-    /// The sag, where there is one.
+    /// Returns the sag of the source's voltage; none if there is no sag.
     pub(super) fn sag(&self) -> Result<Option<Sag>, FileError> {
         let [depth, start, duration] = [
             self.sag_depth.map(Quantity::value),

@@ -1,4 +1,4 @@
-//! The motor of a scenario: a name, a path, or a data sheet in place.
+//! The motor of a scenario: a name, a path, or a data sheet inside the scenario.
 
 use std::path::{Path, PathBuf};
 
@@ -14,12 +14,12 @@ use toml::{Table, Value};
 use super::document::FileError;
 use super::suggestion::quoted;
 
-/// A built-in name, a path, or a table of a data sheet, with `base` for what it leaves out.
+/// A built-in name, a path, or a table that is a data sheet; the table's key `base` names the motor for all that the table omits.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MotorSpec {
     /// A built-in motor's name or a path.
     Named(String),
-    /// In place.
+    /// A data sheet inside the scenario.
     Table(Table),
 }
 
@@ -87,7 +87,7 @@ impl JsonSchema for MotorSpec {
 }
 
 impl MotorSpec {
-    /// The data sheet. Paths are from the folder of `files`.
+    /// Reads the data sheet. Relative paths start at the folder of `files`.
     pub fn sheet(&self, files: &Files) -> Result<DataSheet, FileError> {
         match self {
             Self::Named(name) => named(name, files, "motor"),
@@ -95,7 +95,7 @@ impl MotorSpec {
         }
     }
 
-    /// Error of a data sheet that makes no motor: where the scenario itself has the wrong value, with its key there.
+    /// Adds the key in the scenario to the error of a data sheet, if the wrong value stands in the scenario itself.
     pub(super) fn wrong(&self, error: MotorError) -> FileError {
         if let (Self::Table(table), MotorError::Value { key, found, needed, .. }) = (self, &error) {
             let mut parts = key.split('.');
@@ -107,7 +107,7 @@ impl MotorSpec {
         FileError::Motor(error)
     }
 
-    /// The value of one of its numbers, such as `winding.resistance`; none if it has none.
+    /// Returns the value of a number of the data sheet, such as `winding.resistance`; none if the sheet does not have the number.
     ///
     /// # Errors
     /// A data sheet that cannot be read.
@@ -130,7 +130,7 @@ impl MotorSpec {
         Ok(value())
     }
 
-    /// The whole data sheet, so that nothing needs to be looked for again.
+    /// Returns the whole data sheet as a table, so that no file needs to be read again for it.
     pub(super) fn resolved(&self, files: &Files) -> Result<Table, FileError> {
         let base;
         let table = match self {
@@ -153,7 +153,7 @@ impl MotorSpec {
         Ok(sheet)
     }
 
-    /// Its name, for people: of one in place, that of the motor it differs from.
+    /// Returns the motor's name for people; for a table, the name of its base.
     pub fn name(&self) -> String {
         match self {
             Self::Named(name) => name.clone(),
@@ -167,7 +167,7 @@ impl MotorSpec {
     }
 }
 
-/// The path of a data sheet's map.
+/// Returns the path of the flux-map file in a data sheet; none without a map.
 pub(super) fn map_of(sheet: &mut Table) -> Option<&mut String> {
     let map = match sheet.get_mut("map")?.get_mut("file")? {
         Value::Table(sourced) => sourced.get_mut("value")?,
@@ -180,7 +180,7 @@ fn beside(file: &str, map: &str) -> PathBuf {
     Path::new(file).parent().unwrap_or_else(|| Path::new("")).join(map)
 }
 
-/// The text of a named data sheet, and the name of its file.
+/// Returns the text of a named data sheet, and the name of its file.
 fn text(name: &str, files: &Files, key: &str) -> Result<(String, String), FileError> {
     if let Some(text) = DataSheet::built_in_text(name) {
         return Ok((name.to_owned(), text.to_owned()));
@@ -202,7 +202,7 @@ fn text(name: &str, files: &Files, key: &str) -> Result<(String, String), FileEr
     Ok((path.display().to_string(), text))
 }
 
-/// The motor of a text that is a scenario and no data sheet, as it says it.
+/// Returns the motor that a text names if the text is a scenario and not a data sheet; none otherwise.
 fn of_scenario(text: &str) -> Option<String> {
     const OWN: [&str; 7] = ["motor", "errors", "detector", "sensors", "inverter", "trials", "axes"];
     let table = text.parse::<Table>().ok()?;
@@ -225,10 +225,10 @@ fn named(name: &str, files: &Files, key: &str) -> Result<DataSheet, FileError> {
     Ok(sheet.with_files(files))
 }
 
-/// Keys of `[map]` that are words about its file, not facts with a source.
+/// Keys of `[map]` that describe its file and carry no source.
 const WORDS: [&str; 3] = ["values", "columns", "beyond"];
 
-/// Lays `changes` over `sheet`; a plain number takes the place of the value of a number with its source.
+/// Merges `changes` into `sheet`. A plain number replaces a number with its source, and is marked as assumed in the scenario.
 fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
     for (key, value) in changes {
         match (sheet.get_mut(key), value) {
@@ -263,7 +263,7 @@ fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
     }
 }
 
-/// The file that messages name, and the whole data sheet of a motor in place.
+/// Returns the file name for messages, and the whole data sheet with its base, for a motor given as a table.
 fn whole(table: &Table, files: &Files) -> Result<(String, Table), FileError> {
     let mut changes = table.clone();
     let base = match changes.remove("base") {

@@ -1,4 +1,4 @@
-//! Choices by their names, as files have them.
+//! Choices that files write by their names.
 
 use std::borrow::Cow;
 

@@ -1,20 +1,20 @@
-//! A number as it is written, with its unit if it has one: what can be varied without knowing what it is.
+//! A number as it is written, with its unit if there is one: tolerances and axes vary it without knowledge of the key.
 
 use standstill_quantity::{any_quantity, rounded, split};
 use toml::Value;
 
-/// A number and its unit.
+/// A number with its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Number {
     pub(super) value: f64,
-    /// As written; empty without.
+    /// Unit as written; empty without a unit.
     pub(super) unit: String,
-    /// True if it was written as a whole number without unit.
+    /// True if the number was written as an integer without a unit.
     pub(super) whole: bool,
 }
 
 impl Number {
-    /// From a number, or a text that begins with one.
+    /// Reads a number, or a text that begins with a number.
     pub(super) fn of(value: &Value) -> Option<Self> {
         match value {
             Value::Integer(number) => Some(Self { value: *number as f64, unit: String::new(), whole: true }),
@@ -30,8 +30,8 @@ impl Number {
         }
     }
 
-    /// Both in one unit: their own if it is the same, else that of SI. A number without unit is in SI. None: they are of
-    /// different dimensions.
+    /// Converts two numbers to a common unit: their own unit if both have the same, else the SI unit. A number without a unit is
+    /// in SI. None if the dimensions differ.
     pub(super) fn alike(a: Self, b: Self) -> Option<(Self, Self)> {
         if a.unit == b.unit {
             return Some((a, b));
@@ -49,7 +49,7 @@ impl Number {
         })
     }
 
-    /// As it would be written.
+    /// Returns the number as a TOML value as it would be written in a file.
     pub(super) fn to_value(&self) -> Value {
         let value = rounded(self.value, 0);
         if !self.unit.is_empty() {

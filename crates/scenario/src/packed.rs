@@ -1,4 +1,4 @@
-//! A scenario that needs no file elsewhere: for programs that carry one with them.
+//! A scenario that needs no file elsewhere: for programs that carry a scenario with them, such as FMUs.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -6,17 +6,17 @@ use std::sync::Arc;
 use super::document::{Document, FileError};
 use super::motor::map_of;
 
-/// A scenario's text and the files that it names, which go into one folder.
+/// A scenario's text with the files that the text names, which belong in the same folder as the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Packed {
-    /// The scenario, with the motor's whole data sheet in place.
+    /// Text of the scenario, which contains the motor's whole data sheet.
     pub text: String,
-    /// Names and contents of the files: the motor's flux map, if it has one.
+    /// Names and contents of the files: the motor's flux map, if there is one.
     pub files: Vec<(String, Arc<[u8]>)>,
 }
 
 impl Document {
-    /// Motor, drive, sensors and rotor of a document, in one text with the files that it names; its detector stays behind.
+    /// Packs motor, drive, sensors and rotor of a document into one text with the files that it names; the detector is left out.
     ///
     /// ```
     /// use standstill_scenario::Document;
@@ -29,7 +29,7 @@ impl Document {
     /// ```
     ///
     /// # Errors
-    /// A motor that cannot be read, and values that a text cannot have.
+    /// A motor that cannot be read, and values that TOML cannot write.
     pub fn packed(&self) -> Result<Packed, FileError> {
         let mut document = self.clone();
         document.remove("detector");

@@ -1,4 +1,4 @@
-//! The plan of a scenario file: its points, and a scenario at each.
+//! The plan of a scenario file: the points of its sweep axes, and the scenario at each point.
 
 mod trials;
 
@@ -17,49 +17,51 @@ use super::tolerances::{Drawn, Tolerance};
 use super::typed::{self, Base, Typed};
 use crate::{Remote, Scenario};
 
-/// A scenario file, checked: the points of its sweep and the way to make each point's scenario.
+/// A checked scenario file: the points of its sweep, and the way to make the scenario of each point.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) document: Document,
-    /// The document with the whole motor in it, unless an axis changes the motor's base: each trial with tolerances is made of it.
+    /// The document with the motor's whole data sheet, unless an axis changes the motor's base: scenarios of trials with
+    /// tolerances are made from this document.
     resolved: Document,
-    /// The motor, if it is the same at all points and in all trials.
+    /// The motor, if no axis and no tolerance changes it.
     motor: Option<Motor>,
     file: ScenarioFile,
     points: Vec<Point>,
     pub(super) tolerances: Vec<Drawn>,
-    /// Remark about poles that the motors' data leave open.
+    /// Remarks about magnetic poles that the motors' data leave open.
     pole_notes: Vec<&'static str>,
-    /// True if the data of some motor are too few to judge its pole.
+    /// True if the data of at least one motor are too few to tell which pole draws more current.
     pole_is_open: bool,
     map_notes: Vec<String>,
-    /// Remark about libraries that share something with their copies.
+    /// Remarks about libraries that share state with their copies.
     library_notes: Vec<String>,
-    /// Setters for them without the document, if these make equal scenarios.
+    /// Setters that make the scenarios of trials without the document; none if a setter would make a different scenario.
     pub(super) typed: Option<Typed>,
-    /// Who runs its trials in place of this process.
+    /// Runner of the trials in another process; none: they run in this process.
     pub(super) remote: Option<Arc<dyn Remote>>,
 }
 
-/// Points at which setters are compared with the document; with more, each trial reads the document.
+/// Largest number of points at which setters are compared with the document; with more points, the document is read for each
+/// trial.
 const MOST_TYPED: usize = 200;
 
-/// Trials whose draws are looked at beforehand.
+/// Largest number of trials whose draws are checked before the first trial.
 const MOST_TRIED: u64 = 10_000_000;
 
-/// Keys that are of the run, not of what a trial is.
+/// Keys that belong to the whole campaign and not to a single trial.
 const FIXED: [&str; 6] = ["trials", "stop_at", "limit", "axes", "design", "tolerances"];
 
 impl Plan {
-    /// The plan of a document. Every point is checked: what is wrong with one shows before the first trial.
+    /// Makes the plan of a document. All points are checked, so that an error at one of them is reported before the first trial.
     pub fn new(document: Document) -> Result<Self, FileError> {
         Self::with_motor_of(document, None)
     }
 
-    /// The plan of a changed document. Where it has the same motor, that is not made again: to fit a flux map takes seconds.
+    /// Makes the plan of a changed document. An unchanged motor is reused, because fitting a flux map takes seconds.
     ///
     /// # Errors
-    /// As [`Plan::new`].
+    /// Errors of [`Plan::new`].
     pub fn changed(&self, document: Document) -> Result<Self, FileError> {
         let same = self.document.get("motor") == document.get("motor");
         Self::with_motor_of(document, same.then_some(self))
@@ -155,57 +157,57 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The tables of the file.
+    /// Tables of the scenario file.
     pub fn file(&self) -> &ScenarioFile {
         &self.file
     }
 
-    /// The points of the axes.
+    /// Points of the sweep axes.
     pub fn points(&self) -> &[Point] {
         &self.points
     }
 
-    /// The file with all overrides, as it would be written.
+    /// Returns the text of the scenario file with all overrides.
     pub fn text(&self) -> Result<String, FileError> {
         self.file.text()
     }
 
-    /// All files that its trials read, by their paths from the scenario's folder.
+    /// Returns the digests of all files that the trials read, by their paths relative to the scenario's folder.
     pub fn files(&self) -> BTreeMap<String, Digest> {
         self.document.files().digests()
     }
 
-    /// Remark about wrong poles where the motors' data do not say which pole draws more current.
+    /// Returns a remark about wrong poles if the motors' data do not tell which pole draws more current.
     pub fn pole_note(&self) -> Option<String> {
         (!self.pole_notes.is_empty()).then(|| self.pole_notes.join("; "))
     }
 
-    /// True if the data of some motor are too few to judge its pole.
+    /// Returns true if the data of at least one motor are too few to tell which pole draws more current.
     pub const fn pole_is_open(&self) -> bool {
         self.pole_is_open
     }
 
-    /// Remark about results where a motor's map is too coarse.
+    /// Returns a remark about results if a motor's flux map is too coarse.
     pub fn map_note(&self) -> Option<String> {
         (!self.map_notes.is_empty()).then(|| self.map_notes.join("; "))
     }
 
-    /// Remark about results where a library keeps something outside of its own memory.
+    /// Returns a remark about results if a library keeps state outside of its own memory.
     pub fn library_note(&self) -> Option<String> {
         (!self.library_notes.is_empty()).then(|| self.library_notes.join("; "))
     }
 
-    /// True if each trial draws values of its own.
+    /// Returns true if the scenario has tolerances, so that each trial draws values of keys.
     pub fn has_tolerances(&self) -> bool {
         !self.tolerances.is_empty()
     }
 
-    /// The scenario at a point, without what its trials draw.
+    /// Makes the scenario at a point, with all toleranced keys at their nominal values.
     pub fn scenario(&self, point: usize) -> Result<Scenario<Method<f64>>, FileError> {
         self.at(point, &[])
     }
 
-    /// The scenario of one trial at a point, with what it draws.
+    /// Makes the scenario of one trial at a point, with the values that the trial draws.
     pub(super) fn drawn(
         &self,
         point: usize,
@@ -215,13 +217,13 @@ impl Plan {
         self.drawer(point, nominal).draw(Streams::new(self.file.seed, trial))
     }
 
-    /// Maker of one trial after the other at a point.
+    /// Returns a maker of the scenarios of trials at a point.
     fn drawer<'a>(&'a self, point: usize, nominal: Option<&'a Scenario<Method<f64>>>) -> Drawer<'a> {
         let typed = self.typed.as_ref().zip(nominal).map(|(typed, nominal)| (typed.at(point), nominal));
         Drawer { plan: self, point, nominal, typed }
     }
 
-    /// Setters of all tolerances, if they make at every point what the document makes.
+    /// Returns setters for all tolerances, if at every point their scenarios equal those of the document.
     fn setters(&self, tried: Vec<[f64; 2]>) -> Result<Option<Typed>, FileError> {
         if !self.has_tolerances() || self.points.len() > MOST_TYPED {
             return Ok(None);
@@ -238,7 +240,7 @@ impl Plan {
         Ok(Some(typed))
     }
 
-    /// Tables and data sheet at a point, from which setters make a trial's motor.
+    /// Returns tables, data sheet and motor at a point, from which setters make a trial's motor.
     fn base(&self, point: usize) -> Result<Base, FileError> {
         let document = self.document_at(&self.resolved, point)?;
         let file = document.load()?;
@@ -247,14 +249,14 @@ impl Plan {
         Ok(Base { file, sheet, motor })
     }
 
-    /// Keys and values that a trial draws.
+    /// Draws the values of a trial's toleranced keys.
     pub(super) fn draws(&self, streams: Streams) -> Vec<(String, Value)> {
         let draw = |drawn: &Drawn| (drawn.key().to_owned(), drawn.draw(streams));
         self.tolerances.iter().map(draw).collect()
     }
 
-    /// Motor, drive and rotor with what was drawn; the detector knows the values of the scenario, unless a setting of its own
-    /// was drawn.
+    /// Makes the scenario with drawn values of motor, drive and rotor. The detector's settings stay those of the scenario without
+    /// draws, unless a setting of the detector was drawn.
     pub(super) fn with_drawn(
         &self,
         point: usize,
@@ -273,7 +275,8 @@ impl Plan {
         Ok(Scenario { detector, foreign, ..self.at(point, drawn)? })
     }
 
-    /// Tries the extremes of what the trials will draw of each key: a value that cannot be shows before the first trial.
+    /// Checks the extremes of the values that trials will draw for each key, so that an invalid value is reported before the
+    /// first trial.
     fn check_draws(&self) -> Result<Vec<[f64; 2]>, FileError> {
         let mut tried = Vec::new();
         for drawn in &self.tolerances {
@@ -290,15 +293,15 @@ impl Plan {
         Ok(tried)
     }
 
-    /// The tables of the file with the values of a point.
+    /// Loads the tables of the file with the values of a point.
     ///
     /// # Errors
-    /// Values that cannot be.
+    /// Invalid values.
     pub fn file_at(&self, point: usize) -> Result<ScenarioFile, FileError> {
         self.document_at(&self.document, point)?.load()
     }
 
-    /// A document with the values of a point.
+    /// Sets the values of a point in a copy of a document.
     fn document_at(&self, document: &Document, point: usize) -> Result<Document, FileError> {
         let mut document = document.clone();
         // A motor comes before what is changed of it.
@@ -326,7 +329,8 @@ impl Plan {
     }
 }
 
-/// The value of a key: of the scenario, or for a motor's that of its data sheet.
+/// Returns the value of a key from the document, or from the motor's data sheet for a key of the motor; none if neither has the
+/// key.
 fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Result<Option<Value>, FileError> {
     match (document.get(key), key.strip_prefix("motor.")) {
         (Some(value), _) => Ok(Some(value.clone())),
@@ -335,17 +339,17 @@ fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Result<Option
     }
 }
 
-/// One trial's scenario after the other, at a point.
+/// Maker of the scenarios of trials at one point.
 struct Drawer<'a> {
     plan: &'a Plan,
     point: usize,
     nominal: Option<&'a Scenario<Method<f64>>>,
-    /// Setters that put its numbers into the scenario at the point without the document.
+    /// Setters that write a trial's numbers into the scenario of the point without the document.
     typed: Option<(typed::Drawer<'a>, &'a Scenario<Method<f64>>)>,
 }
 
 impl Drawer<'_> {
-    /// The scenario with what these streams draw.
+    /// Makes the scenario with the values that these streams draw.
     fn draw(&mut self, streams: Streams) -> Result<Scenario<Method<f64>>, FileError> {
         let Self { plan, point, nominal, typed } = self;
         let set =

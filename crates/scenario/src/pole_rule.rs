@@ -1,4 +1,4 @@
-//! The rule by which a pole is decided.
+//! The rule by which the pole of an axis is decided.
 
 use standstill_detect::{PolarityRule, SequentialSettings};
 use standstill_interface::choice;
@@ -14,7 +14,7 @@ choice! {
 }
 
 impl PoleRule {
-    /// As settings, for a motor whose poles' currents differ by this share.
+    /// Returns the rule's settings; `difference` is the relative difference between the currents of the motor's two poles.
     pub(crate) fn settings(self, difference: f64) -> PolarityRule<f64> {
         match self {
             Self::TwoVectors => PolarityRule::TwoVectors,

@@ -1,34 +1,34 @@
-//! The record of a trial.
+//! The record of a trial, and its figures in degrees.
 
 use serde::{Deserialize, Serialize};
 use standstill_detect::SettingsError;
 use standstill_interface::{Angle, Outcome};
 use standstill_sim::{Ended, Run};
 
-/// One trial.
+/// Record of one trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
-    /// Its number.
+    /// Number of the trial.
     pub trial: u64,
-    /// Outcome of the detection.
+    /// Result of the trial: the detection's outcome, angles and times.
     pub run: Run<f64>,
 }
 
-/// End of a trial, in a word.
+/// Kind of a trial's end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Verdict {
-    /// An angle with its pole.
+    /// The detector found an angle: axis and pole.
     Found,
-    /// An axis without a pole.
+    /// The detector found an axis without a pole.
     Undetermined,
     /// The detector gave up, with a reason.
     Failed,
-    /// The simulation could not go on.
+    /// The simulation could not continue.
     Error,
 }
 
 impl Verdict {
-    /// As in `trials.csv`.
+    /// Returns the name as in `trials.csv`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Found => "found",
@@ -40,7 +40,7 @@ impl Verdict {
 }
 
 impl Record {
-    /// Its end.
+    /// Returns the kind of the trial's end.
     pub fn verdict(&self) -> Verdict {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { .. }) => Verdict::Found,
@@ -50,7 +50,7 @@ impl Record {
         }
     }
 
-    /// Why there is no angle; empty if there is one.
+    /// Returns the reason why the trial has no angle; empty if it has one.
     pub fn reason(&self) -> String {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { .. }) => String::new(),
@@ -60,7 +60,7 @@ impl Record {
         }
     }
 
-    /// Kind of that reason, without its numbers; none if there is an angle.
+    /// Returns the kind of this reason, without its numbers; none if the trial has an angle.
     pub fn reason_name(&self) -> Option<String> {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { .. }) => None,
@@ -70,29 +70,29 @@ impl Record {
         }
     }
 
-    /// Electrical angle of the north pole in [0, 360)° when the detection ends. A rotor that moved is where it is now:
-    /// that is where the drive must start it.
+    /// Returns the electrical angle of the north pole in [0, 360)° at the end of the detection, where the drive must start a
+    /// rotor that moved.
     pub fn true_angle_deg(&self) -> f64 {
         Angle::from_radians(self.run.end_angle).degrees()
     }
 
-    /// Electrical angle at the beginning, in [0, 360)°.
+    /// Returns the electrical angle at the beginning of the trial, in [0, 360)°.
     pub fn start_angle_deg(&self) -> f64 {
         Angle::from_radians(self.run.start_angle).degrees()
     }
 
-    /// Angle that the detector found, in [0, 360)°.
+    /// Returns the angle that the detector found, in [0, 360)°; none without an angle.
     pub fn estimated_angle_deg(&self) -> Option<f64> {
         self.run.found().map(f64::to_degrees)
     }
 
-    /// Found minus true, in (−180, 180]°.
+    /// Returns the error of the angle, found minus true, in (−180, 180]°; none without an angle.
     pub fn error_deg(&self) -> Option<f64> {
         let found = Angle::from_radians(self.run.found()?);
         Some(found.difference(Angle::from_radians(self.run.end_angle)).to_degrees())
     }
 
-    /// The axis, in [0, 180)°, if one was found, with its pole or without.
+    /// Returns the axis that was found, in [0, 180)°, with or without a pole; none without an axis.
     pub fn axis_deg(&self) -> Option<f64> {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { angle, .. } | Outcome::Axis { angle, .. }) => {
@@ -102,18 +102,18 @@ impl Record {
         }
     }
 
-    /// The error of the axis alone, in (−90, 90]°: a wrong pole counts by itself.
+    /// Returns the error of the axis alone, in (−90, 90]°, whichever pole was found; none without an axis.
     pub fn axis_error_deg(&self) -> Option<f64> {
         let error = (self.axis_deg()? - self.true_angle_deg()).rem_euclid(180.0);
         Some(if error > 90.0 { error - 180.0 } else { error })
     }
 
-    /// True if the pole is the right one; none if none was named. Where there is no magnet, no pole is right.
+    /// Returns true if the right pole was found; none without a pole. A motor without a magnet has no right pole.
     pub fn pole_correct(&self) -> Option<bool> {
         self.error_deg().map(|error| self.run.has_pole && error.abs() <= 90.0)
     }
 
-    /// Margin to the nearest fault, see [`standstill_interface::Findings::fault_margin`].
+    /// Returns the margin to the nearest fault, see [`standstill_interface::Findings::fault_margin`].
     pub fn fault_margin(&self) -> Option<f64> {
         match &self.run.ended {
             Ended::Outcome(outcome) => outcome.findings().fault_margin,
@@ -121,18 +121,18 @@ impl Record {
         }
     }
 
-    /// Furthest the rotor was from its start, in electrical degrees.
+    /// Returns the largest distance of the rotor from its initial angle, in electrical degrees.
     pub fn rotor_moved_deg(&self) -> f64 {
         self.run.moved.to_degrees()
     }
 }
 
-/// A trial that could not be run: no detector or no machine can be made for it.
+/// Error of a trial that could not be run, because no detector or no machine can be made for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialError<E> {
-    /// Its number.
+    /// Number of the trial.
     pub trial: u64,
-    /// Why.
+    /// Reason.
     pub error: E,
 }
 

@@ -1,4 +1,4 @@
-//! Trials that are run by another process: what is asked of it, and a record as a line of text.
+//! Trials that another process runs: the interface to this process, and a record as a line of text.
 
 use std::fmt::{self, Write as _};
 use std::sync::Arc;
@@ -10,33 +10,33 @@ use standstill_sim::{Case, Ended, Run, RunError, Work};
 
 use crate::{FileError, Plan, Record, Scenario, TrialError};
 
-/// Who runs trials in place of this process.
+/// Runner of trials in another process.
 pub trait Remote: fmt::Debug + Send + Sync {
-    /// A trial at a point; why there is no record of it.
+    /// Runs a trial at a point, or returns the reason why there is no record.
     fn trial(&self, point: usize, trial: u64) -> Result<Record, Lost>;
 }
 
-/// Why there is no record of a trial.
+/// Reason why there is no record of a trial.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Lost {
-    /// It ended the process that ran it.
+    /// The trial ended the process that ran it; with the reason.
     Trial(String),
-    /// No process can run it.
+    /// No process can run the detector; with the reason.
     All(String),
 }
 
-/// Number of the reason of a trial that was lost; the library's own are free from 0.
+/// Fault code of a trial that was lost; a library's codes begin at 0.
 const LOST: u32 = u32::MAX - 2;
 
 impl Plan {
-    /// This maker with its trials run in other processes.
+    /// Returns this plan with its trials run in other processes.
     #[must_use]
     pub fn with_remote(mut self, remote: Arc<dyn Remote>) -> Self {
         self.remote = Some(remote);
         self
     }
 
-    /// Trials that are run elsewhere.
+    /// Runs trials in another process, one after the other.
     pub(super) fn remote_trials(
         &self,
         remote: &dyn Remote,
@@ -58,7 +58,7 @@ impl Plan {
         Ok(())
     }
 
-    /// The record of a trial that ended the process that ran it.
+    /// Makes the record of a trial that ended its process.
     fn lost(
         &self,
         point: usize,
@@ -87,7 +87,8 @@ impl Plan {
 }
 
 impl Record {
-    /// A library's record as a line, each number by its bits. What only built-in methods measure is not in it.
+    /// Writes a record of a library's trial as a line of text, each number by its bits. Findings that only built-in methods
+    /// measure are left out.
     pub fn to_line(&self) -> String {
         let run = &self.run;
         let bits = [run.start_angle, run.end_angle, run.resolver_angle, run.moved, run.peak_current]
@@ -129,7 +130,7 @@ impl Record {
         line + &ended
     }
 
-    /// A record from its line; none if it is not one.
+    /// Reads a record from such a line; none if the line is invalid.
     pub fn from_line(line: &str) -> Option<Self> {
         let mut words = line.splitn(13, ' ');
         let mut number = || u64::from_str_radix(words.next()?, 16).ok();
@@ -154,7 +155,7 @@ impl Record {
     }
 }
 
-/// An angle and a library's findings beside it, as a line.
+/// Writes an angle with a library's findings as a line of text.
 fn answered(angle: Option<Angle<f64>>, findings: &Findings<f64>) -> String {
     let evidence = findings.pole_evidence;
     let all = [

@@ -1,4 +1,4 @@
-//! Motion and memory of rotor and iron, as a scenario names them.
+//! Motion of the rotor and memory of the iron, as a scenario names them.
 
 use standstill_interface::choice;
 use standstill_plant::Motor;
@@ -29,7 +29,8 @@ choice! {
 }
 
 impl Rotor {
-    /// The state of this motor's rotor; none if its brake does not let it play. Only the motor knows how far it does.
+    /// Returns the state of this motor's rotor; none for a braked motor whose brake has no play, which only the motor's data
+    /// tell.
     pub fn state(self, motor: &Motor) -> Option<RotorState> {
         match self {
             Self::Locked => Some(RotorState::Locked),

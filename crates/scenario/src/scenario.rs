@@ -18,49 +18,50 @@ use standstill_sim::{
 use crate::errors::{dc_link, device_kind};
 use crate::{DriveSettings, ErrorSet, Made, Record, TrialError};
 
-/// One motor, one kind of drive, one method with its settings `S`.
+/// A scenario: one motor, one kind of drive, and one method with its settings `S`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scenario<S = LineInductanceSettings<f64>> {
     /// The motor.
     pub motor: Motor,
-    /// Motion of the rotor: held, free or braked. Where a brake lets it play, each trial stands somewhere else within the same play.
+    /// Motion of the rotor: held, free or braked. If a brake lets it play, each trial starts at a different position within that
+    /// play.
     pub rotor: RotorState,
-    /// Electrical angle in rad at the start of every trial; none: each draws its own.
+    /// Electrical angle in rad at the start of every trial; none: each trial draws an angle.
     pub start_angle: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion.
     pub load_torque: f64,
-    /// True if the stator's iron remembers former operation. Each trial draws the direction in which its flux last changed.
+    /// True if the stator's iron remembers former operation. Each trial then draws the direction in which the flux last changed.
     pub memory: bool,
-    /// The drive.
+    /// Settings of the drive, from which specimens are drawn.
     pub drive: DriveSettings,
-    /// Its sensors.
+    /// Settings of the drive's sensors.
     pub sensors: SensorSettings,
-    /// The method.
+    /// Settings of the method.
     pub detector: S,
-    /// A library whose detectors take the method's place.
+    /// A library whose detectors are run instead of the method.
     pub foreign: Option<Maker>,
-    /// Longest time in simulated time that a detection may take.
+    /// Longest simulated time that a detection may take.
     pub time_limit: Nanos,
-    /// Numerical tolerance.
+    /// Numerical tolerance of the integrator.
     pub tolerance: Tolerance,
-    /// Key of all random numbers.
+    /// Seed of all random numbers.
     pub seed: u64,
 }
 
-/// Random numbers of a case.
+/// Trials whose random numbers a case has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Specimen {
-    /// Trial whose drive and sensors are taken: gains, offsets, delays.
+    /// Number of the trial that gives the errors of drive and sensors: gains, offsets, delays.
     pub drive: u64,
-    /// Trial whose noise and jitter are taken.
+    /// Number of the trial that gives noise and jitter.
     pub noise: u64,
 }
 
-/// Relative difference of the poles' currents below which no test should trust it: several times what sensors get wrong
-/// between two pulses.
+/// Smallest relative difference between the poles' currents that a test may rely on: several times the sensors' error between two
+/// pulses.
 const LEAST_DIFFERENCE: f64 = 0.005;
 
-/// The pole that draws more current at this current, and by what share.
+/// Returns the pole that draws more current at a current in A, and the relative difference between the two poles' currents.
 fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
     // A map may end before; then nothing is known and nothing is claimed.
     let point: Result<PolarityPoint, NoConvergence> = PolarityPoint::of(&motor.magnetics, current);
@@ -74,16 +75,16 @@ fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
     (signature, difference)
 }
 
-/// The usual numerical tolerance, or a hundred-millionth of the flux that rated current makes where that is less: there are
-/// motors of microwebers.
+/// Returns the default numerical tolerance, or a hundred-millionth of the flux linkage at rated current where this is less: there
+/// are motors of microwebers.
 pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
     let winding = &motor.winding;
     let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());
     Tolerance { flux: Tolerance::default().flux.min(1e-8 * inductance * motor.rated_current) }
 }
 
-/// The pulse across a line after which the rated current flows in it, in that direction of the rotor where it is reached
-/// first.
+/// Returns the length of the pulse on a pair of terminals after which rated current flows, for the rotor angle at which this
+/// takes least time.
 fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
     // A line's current i is a vector of 2/√3 i, its voltage U one of U/√3.
     let current = 2.0 / 3.0_f64.sqrt() * motor.rated_current;
@@ -104,7 +105,7 @@ fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
     }
 }
 
-/// The drive's knowledge of this motor and of itself: values of the data sheets.
+/// Returns what the drive knows of this motor and of itself: values of the data sheets.
 pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
     // The polarity test goes 2 % beyond the rated current; a map may not cover that.
@@ -137,14 +138,16 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
 }
 
 impl Scenario {
-    /// The paper's method, with the sign of the motor's saliency, on this motor, its DC link and one of the error sets.
+    /// Makes a scenario of the paper's method with the sign of the motor's saliency, on this motor at its nominal DC-link voltage
+    /// with one of the error sets.
     pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
         Scenario::new(motor, errors, rotor, seed, |drive| LineInductanceSettings::paper(decay, drive))
     }
 }
 
 impl Scenario<Method<f64>> {
-    /// A method as it is set up for this motor, its DC link and one of the error sets.
+    /// Makes a scenario of a method with its default settings for this motor, at its nominal DC-link voltage with one of the
+    /// error sets.
     pub fn of_method(
         method: MethodName,
         motor: Motor,
@@ -157,7 +160,8 @@ impl Scenario<Method<f64>> {
 }
 
 impl<S: Settings<f64>> Scenario<S> {
-    /// A method on this motor, its DC link and one of the error sets; its settings follow from what the drive knows.
+    /// Makes a scenario of a method on this motor, at its nominal DC-link voltage with one of the error sets; `settings` derives
+    /// the settings from the drive's knowledge.
     pub fn new(
         motor: Motor,
         errors: ErrorSet,
@@ -185,12 +189,12 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// Its drive's knowledge of motor and itself.
+    /// Returns what the drive knows of the motor and of itself.
     pub fn nameplate(&self) -> Nameplate<f64> {
         nameplate(&self.motor, &self.drive, &self.sensors)
     }
 
-    /// Checks that the detector's settings can work.
+    /// Checks that the detector can work with its settings.
     pub fn check(&self) -> Result<(), SettingsError> {
         if self.detector.carrier_period().is_some_and(|period| period != self.drive.carrier_period) {
             let needed = "the carrier period of the drive";
@@ -199,7 +203,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.try_detector()
     }
 
-    /// Checks that a detector can be made; a library that only other processes load is tried there.
+    /// Checks that a detector can be made. A library that only other processes load is tried there.
     pub(crate) fn try_detector(&self) -> Result<(), SettingsError> {
         match &self.foreign {
             Some(foreign) if !foreign.library().is_here() => Ok(()),
@@ -207,15 +211,15 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// The detector of a case of this scenario: the method's, or a library's with the case's own seed.
+    /// Makes the detector for a case of this scenario: that of the method, or that of a library with the case's seed.
     ///
     /// # Errors
-    /// Settings that cannot work, and the text of a library that refused.
+    /// Settings with which the detector cannot work, and the message of a library that refused.
     pub fn detector_for(&self, case: &Case) -> Result<Made<S::Detector>, SettingsError> {
         self.made(case, Some(case.streams.index()))
     }
 
-    /// The reasons for a trial, or for none, as messages have them.
+    /// Makes the detector of a case. A library is passed the number of the trial, or none for a check without a trial.
     fn made(&self, case: &Case, trial: Option<u64>) -> Result<Made<S::Detector>, SettingsError> {
         let Some(foreign) = &self.foreign else { return self.detector.detector().map(Made::Own) };
         let mut draws = case.streams.open(Purpose::Detector);
@@ -226,12 +230,12 @@ impl<S: Settings<f64>> Scenario<S> {
         detector.map(Made::Foreign).map_err(|refused| SettingsError::own(kept(&refused)))
     }
 
-    /// The case of a trial: a uniform rotor angle, a specimen of the drive and of its sensors.
+    /// Returns the case of a trial: a rotor angle, and a specimen of the drive and its sensors.
     pub fn case(&self, trial: u64) -> Case<'_> {
         self.case_of(Streams::new(self.seed, trial))
     }
 
-    /// The case whose draws are on a tape.
+    /// Returns the case whose draws a tape gives.
     pub fn case_taped<'a>(&'a self, tape: &'a Tape) -> Case<'a> {
         self.case_of(Streams::taped(tape))
     }
@@ -241,8 +245,8 @@ impl<S: Settings<f64>> Scenario<S> {
         self.case_from(angle, streams, streams)
     }
 
-    /// The case at a given electrical angle in rad. A free rotor that cannot stand there, because cogging exceeds its
-    /// stiction, stands at the next angle where it can.
+    /// Returns the case at a given electrical angle in rad. If cogging exceeds the stiction of a free rotor at this angle, the
+    /// case has the next angle at which the rotor stands.
     pub fn case_at(&self, angle: f64, specimen: Specimen) -> Case<'_> {
         let [drive, noise] = [specimen.drive, specimen.noise].map(|trial| Streams::new(self.seed, trial));
         self.case_from(angle, drive, noise)
@@ -270,7 +274,8 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// Place of the rotor within the brake's play: anywhere, or at the end to which its load turns it.
+    /// Returns the brake's play about the rotor's initial position: a drawn position, or the end to which the torque turns the
+    /// rotor.
     fn standing_play(&self, angle: f64, play: Play, streams: Streams) -> Play {
         let whole = play.below + play.above;
         let torque = self.motor.cogging(angle) - self.load_torque;
@@ -284,16 +289,16 @@ impl<S: Settings<f64>> Scenario<S> {
         Play { below, above: whole - below }
     }
 
-    /// A trial with the scenario's own detector.
+    /// Runs a trial with the scenario's detector.
     pub fn trial(&self, trial: u64) -> Result<Record, SettingsError> {
         Ok(self.trial_with(trial, &mut self.detector_for(&self.case(trial))?))
     }
 
-    /// Trials side by side in this thread, which is several times as fast as one after the other; `done` gets each record
-    /// as it comes to its end.
+    /// Runs trials side by side in this thread, several times as fast as one after the other; `done` gets each record when its
+    /// trial ends.
     ///
     /// # Errors
-    /// A trial for which no detector can be made. No further one is begun; those under way come to their ends.
+    /// A trial for which no detector can be made: no further trial is begun, and trials that have begun are completed.
     pub fn trials(
         &self,
         trials: impl IntoIterator<Item = u64>,
@@ -309,7 +314,7 @@ impl<S: Settings<f64>> Scenario<S> {
         side_by_side(cases, |number, run| done(Record { trial: numbers.borrow()[number], run }))
     }
 
-    /// A trial whose draws are on a tape, with the scenario's own detector. Its number is that of the tape.
+    /// Runs the trial whose draws a tape gives, with the scenario's detector. The record has the number of the tape.
     ///
     /// ```
     /// use standstill_scenario::{ErrorSet, Scenario};
@@ -335,11 +340,11 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(Record { trial: tape.index(), run })
     }
 
-    /// Trials of tapes side by side in this thread; `done` gets each record with the number of its tape as it comes to its
-    /// end.
+    /// Runs the trials whose draws tapes give side by side in this thread; `done` gets each record with the index of its tape
+    /// when the trial ends.
     ///
     /// # Errors
-    /// A tape for which no detector can be made. No further one is begun; those under way come to their ends.
+    /// A tape for which no detector can be made: no further trial is begun, and trials that have begun are completed.
     pub fn trials_taped(
         &self,
         tapes: &[Tape],
@@ -353,14 +358,14 @@ impl<S: Settings<f64>> Scenario<S> {
         side_by_side(cases, |number, run| done(number, Record { trial: tapes[number].index(), run }))
     }
 
-    /// A trial with any detector.
+    /// Runs a trial with any detector.
     pub fn trial_with(&self, trial: u64, detector: &mut dyn Detector<f64>) -> Record {
         Record { trial, run: run(&self.case(trial), detector, false, &mut NoProbe) }
     }
 }
 
-/// Cases with their detectors side by side in this thread, until there are no more or one cannot be made; those that are
-/// under way come to their ends. `done` gets each run with the number of its case.
+/// Runs cases with their detectors side by side in this thread, until there are no more or one detector cannot be made; cases
+/// that have begun are completed. `done` gets each result with the index of its case.
 pub(crate) fn side_by_side<'a, D: Detector<f64>, E>(
     cases: impl Iterator<Item = Result<(Case<'a>, D), E>>,
     done: impl FnMut(usize, Run<f64>),

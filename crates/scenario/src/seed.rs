@@ -1,4 +1,4 @@
-//! Seeds up to 2^64 − 1: whole numbers, and above those that TOML has, texts of them.
+//! Seeds up to 2^64 − 1: integers, or texts for seeds that exceed TOML's integers.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -8,7 +8,7 @@ use serde::de::{Error, Unexpected, Visitor};
 use serde::{Deserializer, Serializer};
 use toml::Value;
 
-/// As it is written in a scenario.
+/// Returns a seed as a scenario writes it.
 pub fn value(seed: u64) -> Value {
     i64::try_from(seed).map_or_else(|_| Value::String(seed.to_string()), Value::Integer)
 }
@@ -47,7 +47,7 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<
     deserializer.deserialize_any(Seed)
 }
 
-/// For the schema alone.
+/// Type that stands for a seed in the JSON schema only.
 pub(super) struct SeedSchema;
 
 impl schemars::JsonSchema for SeedSchema {

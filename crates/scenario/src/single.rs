@@ -1,4 +1,4 @@
-//! A scenario alone: what a document says without axes, and one trial of one that has some.
+//! Documents that are a single scenario without axes, and single trials of a plan.
 
 use standstill_detect::Method;
 use standstill_plant::{DataSheet, Motor};
@@ -12,15 +12,15 @@ use super::tables::ScenarioFile;
 use crate::Scenario;
 
 impl Document {
-    /// True without keys.
+    /// Returns true if the document has no keys.
     pub fn is_empty(&self) -> bool {
         self.table.is_empty()
     }
 
-    /// The tables of a document that is one scenario, with the same motor in all trials.
+    /// Loads the tables of a document that is one scenario, with the same motor in all trials.
     ///
     /// # Errors
-    /// Axes, tolerances or an early end, which only `run` and `sweep` have a use for.
+    /// Axes, tolerances or stop conditions, which only `run` and `sweep` use.
     pub fn load_single(&self) -> Result<ScenarioFile, FileError> {
         let file = self.load()?;
         let others = [
@@ -38,52 +38,52 @@ impl Document {
         }
     }
 
-    /// The motor.
+    /// Builds the document's motor.
     pub fn motor(&self) -> Result<Motor, FileError> {
         self.load()?.motor(self.files()).map_err(|error| self.locate(error))
     }
 
-    /// The data sheet of its motor, with what was assumed.
+    /// Reads the motor's data sheet, with the values that were assumed.
     pub fn data_sheet(&self) -> Result<DataSheet, FileError> {
         self.load()?.motor.sheet(self.files()).map_err(|error| self.locate(error))
     }
 
-    /// The scenario on the document's motor, which is there already.
+    /// Builds the scenario on the document's motor, which was already built.
     pub fn scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
         self.load()?.scenario_of(motor, self.files()).map_err(|error| self.locate(error))
     }
 
-    /// This trial's scenario, without a check that the method's settings can work.
+    /// Builds the scenario on this motor without a check that the method's settings can work.
     pub fn unchecked_scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
         self.load()?.assemble(motor, self.files()).map_err(|error| self.locate(error))
     }
 }
 
-/// One trial of a plan, by itself.
+/// One trial of a plan.
 #[derive(Clone, Debug)]
 pub struct Single {
-    /// Its point of the axes.
+    /// Index of the point on the sweep axes.
     pub point: usize,
-    /// Its number.
+    /// Number of the trial.
     pub trial: u64,
-    /// The scenario with what the trial draws.
+    /// The scenario with the values that the trial draws.
     pub scenario: Scenario<Method<f64>>,
-    /// Keys with tolerances, and the values that it draws.
+    /// Keys with tolerances, and the values that the trial draws.
     pub drawn: Vec<(String, Value)>,
 }
 
 impl Single {
-    /// The case that is run: its specimen of drive, sensors and rotor angle.
+    /// Returns the case that is simulated: a specimen of drive and sensors, and the rotor angle.
     pub fn case(&self) -> Case<'_> {
         self.scenario.case(self.trial)
     }
 }
 
 impl Plan {
-    /// A trial at a point, as [`Plan::trial`] runs it.
+    /// Returns a trial at a point, as [`Plan::trial`] runs it.
     ///
     /// # Errors
-    /// A value drawn that cannot be.
+    /// An invalid drawn value.
     ///
     /// # Panics
     /// If there is no such point.

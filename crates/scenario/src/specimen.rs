@@ -1,4 +1,4 @@
-//! The draws of a trial, in words.
+//! Describes the draws of a trial in words.
 
 use std::f64::consts::TAU;
 
@@ -6,8 +6,7 @@ use standstill_quantity::listed;
 use standstill_sim::{Case, RotorState};
 use toml::Value;
 
-/// Draws of a case and of its tolerances: names and values. Of what no trial draws, because its spread is zero,
-/// there is no entry.
+/// Returns the draws of a case and of its tolerances: names and values. Draws whose spread is zero are left out.
 ///
 /// ```
 /// use standstill_scenario::{Document, Plan, specimen};
@@ -66,7 +65,7 @@ pub fn specimen(case: &Case<'_>, drawn: &[(String, Value)]) -> Vec<(String, Stri
     lines.chain(drawn.iter().map(|(key, value)| (key.clone(), written(value)))).collect()
 }
 
-/// A value as a scenario has it, a text without its quotes.
+/// Returns a value as text, a string without its quotes.
 pub fn written(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }

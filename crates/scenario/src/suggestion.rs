@@ -1,11 +1,11 @@
-//! The known word nearest to one that is not known.
+//! Finds the known word that is nearest to an unknown one.
 
 use super::units::places;
 
-/// Below this likeness (Jaro and Winkler's, from 0 to 1) a word is no misspelling of another.
+/// Least Jaro–Winkler similarity, from 0 to 1, at which an unknown word may be a misspelling of a known one.
 const NEAR: f64 = 0.75;
 
-/// The known word that is most like this one, if any is much like it.
+/// Returns the known word that is most similar to this one; none if no word is similar enough.
 ///
 /// ```
 /// use standstill_scenario::nearest;
@@ -18,7 +18,7 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     like.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(like, _)| *like > NEAR).map(|(_, known)| known)
 }
 
-/// A word that is not known as a message quotes it, with the known one that may have been meant.
+/// Quotes an unknown word for a message, with the known word that may have been meant.
 pub fn quoted<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     match nearest(word, known) {
         Some(near) => format!("`{word}` (did you mean `{near}`?)"),
@@ -26,7 +26,7 @@ pub fn quoted<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Strin
     }
 }
 
-/// The word that serde does not know, and those that it does.
+/// Returns the word that serde does not know, and the words that serde expects.
 pub(super) fn unknown(message: &str) -> Option<(String, Vec<String>)> {
     if !(message.starts_with("unknown field") || message.starts_with("unknown variant")) {
         return None;
@@ -35,7 +35,7 @@ pub(super) fn unknown(message: &str) -> Option<(String, Vec<String>)> {
     Some((quoted.next()?, quoted.collect()))
 }
 
-/// The message with the nearest known word, if one is near.
+/// Adds the nearest known word to a message, if one is similar enough.
 pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
     if known.is_empty() {
         return message.to_owned();

@@ -1,4 +1,5 @@
-//! The tables of a scenario file. What is left out is as the error set has it, or as the method suits the motor.
+//! The tables of a scenario file. Keys that are left out have the values of the error set, or those that suit the method to the
+//! motor.
 
 use std::fmt::Write as _;
 
@@ -80,11 +81,11 @@ const fn seed() -> u64 {
 }
 
 impl ScenarioFile {
-    /// As a file would say it. Axes stay in their order, which is that of the points: tables of their own would be moved
-    /// behind plain values.
+    /// Returns the text of the scenario file. Axes stay inline in their order, which is that of the points: as separate tables
+    /// they would be moved behind plain values.
     ///
     /// # Errors
-    /// Values that TOML does not have.
+    /// Values that TOML cannot write.
     pub fn text(&self) -> Result<String, FileError> {
         let wrong =
             |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
@@ -110,10 +111,10 @@ impl ScenarioFile {
         Ok(text)
     }
 
-    /// The points of its axes.
+    /// Returns the points of the sweep axes.
     ///
     /// # Errors
-    /// Axes or a design that make none.
+    /// Axes or a design without points.
     pub fn points(&self) -> Result<Vec<Point>, FileError> {
         let axes: Vec<_> = self.axes.iter().map(|(key, spec)| (key.clone(), spec.clone())).collect();
         points(&axes, self.design, self.seed)

@@ -1,4 +1,4 @@
-//! Terminals with a capacitance, from the table of the inverter.
+//! The capacitance of the terminals, from the table `[inverter]`.
 
 use standstill_inverter::{Bridge, OpenLeg};
 use standstill_plant::Motor;
@@ -7,20 +7,20 @@ use super::document::FileError;
 use super::keys::{InverterTable, Written};
 use super::named::Named;
 
-/// Quality of the ringing where nobody has measured the winding's resistance to it: the swing falls to half in a period.
+/// Quality factor of the ringing if no resistance of the winding was measured for it: the amplitude halves in a period.
 const QUALITY: f64 = 5.0;
 
-/// A terminal with less does not ring: its current would meet more than half of its characteristic impedance.
+/// Least quality factor of ringing terminals: below it the winding's resistance exceeds half of the characteristic impedance.
 const LEAST_QUALITY: f64 = 2.0;
 
-/// √(1.5 L/C) in Ω with the mean of L_d and L_q: the voltage of a swing over its current.
+/// Returns √(1.5 L/C) in Ω, with the mean of L_d and L_q: the characteristic impedance of the ringing.
 fn impedance(bridge: &Bridge, motor: &Motor) -> f64 {
     let winding = &motor.winding;
     let inductance = (winding.d_axis_inductance() + winding.q_axis_inductance()) / 2.0;
     (1.5 * inductance / bridge.terminal_capacitance).sqrt()
 }
 
-/// Assumed damping of the terminals; zero without capacitance.
+/// Sets the assumed damping resistance of the terminals' ringing; zero without capacitance.
 pub(crate) fn damp(bridge: &mut Bridge, motor: &Motor) {
     bridge.terminal_resistance =
         if bridge.terminal_capacitance > 0.0 { impedance(bridge, motor) / QUALITY } else { 0.0 };

@@ -27,21 +27,21 @@ pub struct Tolerance {
     pub mean: Option<String>,
 }
 
-/// A tolerance, ready to be drawn.
+/// A parsed tolerance, from which values are drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Drawn {
     key: String,
     mean: Number,
-    /// Standard deviation, or half the width, in the unit of the mean.
+    /// Standard deviation of a normal distribution, or half the width of a uniform one, in the unit of the mean.
     width: f64,
-    /// Of a normal distribution; none: uniform.
+    /// Standard deviations at which the normal distribution is truncated; none: uniform distribution.
     cut: Option<f64>,
-    /// The power of ten of the SI unit that one of the mean's unit is.
+    /// Power of ten by which a number in the unit of the mean is multiplied to be in the SI unit; none for an unknown unit.
     power: Option<i32>,
 }
 
 impl Drawn {
-    /// The tolerance of a key whose value is `nominal`.
+    /// Makes the tolerance of a key whose value in the scenario is `nominal`.
     pub(super) fn new(key: &str, tolerance: &Tolerance, nominal: Option<&Value>) -> Result<Self, FileError> {
         let path = format!("tolerances.{key}");
         let mean = match (&tolerance.mean, nominal) {
@@ -87,22 +87,23 @@ impl Drawn {
         &self.key
     }
 
-    /// The value in a trial.
+    /// Draws the key's value for a trial.
     pub(super) fn draw(&self, streams: Streams) -> Value {
         self.value(self.number(streams))
     }
 
-    /// A number as the value of the key.
+    /// Returns a number in the mean's unit as the value of the key.
     pub(super) fn value(&self, number: f64) -> Value {
         Number { value: number, ..self.mean.clone() }.to_value()
     }
 
-    /// This number in SI, as it is read from that value: to the last bit, but without a text. None of an unknown unit.
+    /// Returns a number of the mean's unit in SI, equal to the last bit to the value that the document would read. None for an
+    /// unknown unit.
     pub(super) fn si(&self, number: f64) -> Option<f64> {
         Some(rounded(number, self.power?))
     }
 
-    /// The number in a trial. Each key has its own draw: another tolerance does not shift it.
+    /// Draws the key's number for a trial. Each key has a stream of its own, so that another tolerance does not shift the draws.
     pub(super) fn number(&self, streams: Streams) -> f64 {
         let mut draws = streams.open_named(Purpose::Tolerance, &self.key);
         let off = match self.cut {

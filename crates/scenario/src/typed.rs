@@ -1,8 +1,8 @@
-//! Tolerances that set a number of a scenario, without reading its document anew for each trial.
+//! Setters for tolerances: they write drawn numbers into a scenario, so that the document is not read for each trial.
 //!
-//! A setter is used where it makes, on a few draws at each point, the very scenario that the document makes, and for values
-//! between the least and the largest that the document was tried with. What it makes otherwise, such as a motor whose winding
-//! does not agree with its core, is left to the document too, which says what is wrong.
+//! Setters are used if, for a few draws at each point, they make the same scenario as the document, and for values within the
+//! range that the document was tried with. All else, such as a motor whose winding does not agree with its core, is left to the
+//! document, which reports the error.
 
 #[cfg(test)]
 mod tests;
@@ -18,18 +18,18 @@ use crate::tables::ScenarioFile;
 use crate::tolerances::Drawn;
 use crate::{FileError, Scenario};
 
-/// The number that a drawn key sets.
+/// Target of a drawn key: the number that it sets.
 #[derive(Clone, Copy, Debug)]
 enum Set {
-    /// Of drive, sensors or load, by itself.
+    /// A number of drive, sensors or load that sets one field of the scenario.
     Number(fn(&mut Scenario<Method<f64>>, f64)),
-    /// The DC link's voltage, to which the range of its sensor is in proportion.
+    /// The DC-link voltage, which also scales the range of the DC-link sensor.
     Link,
     /// A number of the motor's data sheet; the motor is made anew from it.
     Motor(motor::Set),
 }
 
-/// The setter of a key, if it has one.
+/// Returns the setter of a key; none if the key has none.
 fn setter(key: &str) -> Option<Set> {
     if key == "inverter.dc_link" {
         return Some(Set::Link);
@@ -38,38 +38,38 @@ fn setter(key: &str) -> Option<Set> {
     motor.or_else(|| Some(Set::Number(keys::key(key)?.set?)))
 }
 
-/// A setter for each tolerance.
+/// Setters of all tolerances.
 #[derive(Clone, Debug)]
 pub(super) struct Typed {
     setters: Vec<Set>,
-    /// The least and the largest number that the document was tried with.
+    /// Smallest and largest number of each key that the document was tried with.
     tried: Vec<[f64; 2]>,
-    /// Tables and data sheet of each point, of which motors are made.
+    /// Tables and data sheet of each point, from which motors are made.
     bases: Vec<Base>,
 }
 
-/// Tables, data sheet and motor at a point, into which drawn numbers are put.
+/// Tables, data sheet and motor at a point, into which drawn numbers are written.
 #[derive(Clone, Debug)]
 pub(super) struct Base {
-    /// The tables.
+    /// Tables of the scenario file.
     pub(super) file: ScenarioFile,
     /// The motor's data sheet.
     pub(super) sheet: DataSheet,
-    /// The motor before its temperatures.
+    /// The motor before its temperatures are applied.
     pub(super) motor: Motor,
 }
 
-/// One trial's scenario after the other, at a point.
+/// Maker of the scenarios of trials at one point.
 #[derive(Debug)]
 pub(super) struct Drawer<'a> {
     typed: &'a Typed,
     base: &'a Base,
-    /// In which each trial's numbers take the place of those of the trial before.
+    /// Data sheet into which each trial writes its numbers.
     sheet: DataSheet,
 }
 
 impl Typed {
-    /// For these tolerances, if each has a setter; `base` makes what is at each point.
+    /// Makes setters for these tolerances; none if a key has no setter. `bases` gives the base of each point.
     pub(super) fn new(
         tolerances: &[Drawn],
         tried: Vec<[f64; 2]>,
@@ -80,13 +80,13 @@ impl Typed {
         Ok(Some(Self { setters, tried, bases: bases.collect::<Result<_, _>>()? }))
     }
 
-    /// At a point.
+    /// Returns the maker of scenarios at a point.
     pub(super) fn at(&self, point: usize) -> Drawer<'_> {
         let base = &self.bases[point];
         Drawer { typed: self, base, sheet: base.sheet.clone() }
     }
 
-    /// True if the setters make the document's scenarios, `nominal` being the scenario at a point without draws.
+    /// Returns true if the setters make the same scenarios as the document; `nominal` is the scenario at a point without draws.
     pub(super) fn agrees(
         &self,
         tolerances: &[Drawn],
@@ -103,7 +103,8 @@ impl Typed {
 }
 
 impl Drawer<'_> {
-    /// A scenario with what these streams draw; none where the document must say whether it can be.
+    /// Makes a scenario with the values that these streams draw; none if only the document can tell whether the scenario is
+    /// valid.
     pub(super) fn drawn(
         &mut self,
         tolerances: &[Drawn],
@@ -144,7 +145,8 @@ impl Drawer<'_> {
 }
 
 impl Base {
-    /// Puts a motor with other numbers in, and what depends on it beside the drive's knowledge, which is that of the data sheet.
+    /// Replaces the scenario's motor by one with other numbers, and updates what depends on the motor. The drive's knowledge
+    /// stays that of the data sheet.
     fn put_motor(
         &self,
         scenario: &mut Scenario<Method<f64>>,
@@ -168,5 +170,5 @@ impl Base {
     }
 }
 
-/// Draws on which a setter is compared with the document, at each point.
+/// Number of draws for which setters are compared with the document at each point.
 const TRIED: u64 = 4;

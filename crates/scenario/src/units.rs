@@ -1,34 +1,34 @@
-//! The unit of a key, as the schema has it.
+//! Units of keys, from the JSON schema.
 
 use serde_json::Value;
 
 use super::tables::ScenarioFile;
 
-/// JSON Schema of scenario files.
+/// Returns the JSON Schema of scenario files.
 ///
-/// Quantities have their SI unit as `x-unit`, and `x-share` marks shares among pure numbers.
+/// Quantities have their SI unit as `x-unit`; `x-share` marks shares among dimensionless numbers.
 pub fn schema() -> Value {
     let mut schema = schemars::schema_for!(ScenarioFile).to_value();
     schema["title"] = "Standstill scenario".into();
     schema
 }
 
-/// The SI unit of a key such as `sensors.noise`, or of a motor's such as `motor.winding.resistance`; empty for shares and
-/// pure numbers, none if the key's values have no unit.
+/// Returns the SI unit of a key such as `sensors.noise` or `motor.winding.resistance`; empty for shares and dimensionless
+/// numbers, none if the key's values have no unit.
 pub fn unit(key: &str) -> Option<String> {
     let schema = schema();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
     find(place, "x-unit", &schema).and_then(|unit| unit.as_str().map(str::to_owned))
 }
 
-/// True if a key's values are shares, which people read in per cent.
+/// Returns true if a key's values are shares, which people read in per cent.
 pub fn is_share(key: &str) -> bool {
     let schema = schema();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema));
     place.and_then(|place| find(place, "x-share", &schema)).and_then(Value::as_bool).unwrap_or(false)
 }
 
-/// True if a key's values are numbers; none if there is no such key.
+/// Returns true if a key's values are numbers; none if there is no such key.
 pub fn has_numbers(key: &str) -> Option<bool> {
     let schema = schema();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
@@ -41,7 +41,7 @@ pub fn has_numbers(key: &str) -> Option<bool> {
     Some(find(place, "x-unit", &schema).is_some() || whole())
 }
 
-/// Paths of all keys of this name in a scenario, such as `sensors.noise` for `noise`.
+/// Returns the paths of all keys with this name in a scenario, such as `sensors.noise` for `noise`.
 pub(super) fn places(name: &str) -> Vec<String> {
     let schema = schema();
     let tables = schema["properties"].as_object().into_iter().flatten();
@@ -57,7 +57,7 @@ fn has(key: &str, schema: &Value) -> bool {
     key.split('.').try_fold(schema, |place, part| property(place, part, schema)).is_some()
 }
 
-/// Entry of a property in a schema, in whichever of its alternatives has it.
+/// Returns the schema of a property, looked for in all alternatives of `place`.
 fn property<'a>(place: &'a Value, name: &str, root: &'a Value) -> Option<&'a Value> {
     let place = resolved(place, root);
     place.get("properties").and_then(|properties| properties.get(name)).or_else(|| {
@@ -69,7 +69,7 @@ fn property<'a>(place: &'a Value, name: &str, root: &'a Value) -> Option<&'a Val
     })
 }
 
-/// A word of a schema, in it or in one of its alternatives; of a number with its source, that of its value.
+/// Returns an entry of a schema, looked for in all its alternatives; for a number with a source, the entry of its value.
 fn find<'a>(place: &'a Value, word: &str, root: &'a Value) -> Option<&'a Value> {
     let place = resolved(place, root);
     place.get(word).or_else(|| {

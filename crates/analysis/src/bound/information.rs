@@ -1,46 +1,46 @@
-//! From sensitivities and noise to the standard deviation of the angle.
+//! Fisher information and standard deviation of the angle, from sensitivities and noise.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use standstill_sim::SensorSettings;
 
 use super::replay::Readings;
 
-/// Share of a unit diagonal below which an eigenvalue, or what is left of the angle's information, is zero: the square
-/// of the differences' error.
+/// Relative threshold, with the diagonal scaled to one, below which an eigenvalue or the angle's remaining information is zero:
+/// the square of the differences' error.
 const RANK: f64 = 1e-9;
 
-/// Derivatives of the readings by one parameter.
+/// Sensitivities of the readings to one parameter.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// ∂i/∂p of the three phases at each sample, in A over the parameter's unit.
+    /// ∂i/∂p of the three phases at each sample, in A per unit of the parameter.
     pub slope: Vec<[f64; 3]>,
-    /// Its own error in A per sample over the parameter's unit.
+    /// Numerical error of `slope`, in A per unit of the parameter and per sample.
     pub error: f64,
 }
 
-/// Prior of a parameter.
+/// Gaussian prior of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Prior {
-    /// Its place among the columns.
+    /// Index of the parameter among the columns.
     pub place: usize,
-    /// Its standard deviation.
+    /// Standard deviation of the prior, in the parameter's unit.
     pub deviation: f64,
 }
 
-/// The nominal readings and their scatter.
+/// The nominal readings and the parameters of their noise.
 #[derive(Clone, Debug)]
 pub struct Noise {
     readings: Readings,
-    /// Noise and converter of one phase in A².
+    /// Variance of one phase's reading in A²: noise and quantization.
     variance: f64,
-    /// Variance of the instant in s².
+    /// Variance of the sampling instant in s².
     jitter: f64,
-    /// Of the currents in A/s; empty without jitter.
+    /// Slopes of the phase currents in A/s at each sample; empty without jitter.
     slope: Vec<[f64; 3]>,
 }
 
 impl Noise {
-    /// Of these sensors; a current outside of the converter's range is no reading.
+    /// Takes the noise of these sensors. A current outside of the converter's range does not count as a reading.
     pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<[f64; 3]>) -> Self {
         let mut variance = sensors.noise * sensors.noise;
         if let Some(adc) = sensors.adc {
@@ -57,18 +57,18 @@ impl Noise {
         Self { readings, variance, jitter: jitter * jitter / 3.0, slope }
     }
 
-    /// True if there is no noise. Jitter alone leaves the difference of two phases without.
+    /// Returns true if there is no additive noise. Jitter alone has no effect on a difference of two phases.
     pub fn is_none(&self) -> bool {
         self.variance == 0.0
     }
 
-    /// ∂i/∂g of a sensor's gain.
+    /// Returns the sensitivity ∂i/∂g to a sensor's gain.
     pub fn gain(&self, phase: usize) -> Column {
         let slope = self.readings.current.iter().map(|current| only(phase, current[phase])).collect();
         Column { slope, error: 0.0 }
     }
 
-    /// ∂i/∂o of a sensor's offset.
+    /// Returns the sensitivity ∂i/∂o to a sensor's offset.
     pub fn offset(&self, phase: usize) -> Column {
         Column { slope: vec![only(phase, 1.0); self.readings.current.len()], error: 0.0 }
     }
@@ -78,15 +78,15 @@ fn only(phase: usize, value: f64) -> [f64; 3] {
     std::array::from_fn(|k| if k == phase { value } else { 0.0 })
 }
 
-/// Fisher's information, the angle first.
+/// Fisher information matrix; the angle is the first parameter.
 #[derive(Clone, Debug)]
 pub struct Information {
     matrix: DMatrix<f64>,
 }
 
 impl Information {
-    /// J of these columns, with noise of 1 A where there is none. A parameter to which nothing responds has a row of
-    /// zeros.
+    /// Computes the information matrix J from the sensitivities, with a noise of 1 A if there is none. A parameter to which no
+    /// reading responds has a row of zeros.
     pub fn new(noise: &Noise, columns: &[Column]) -> Self {
         let n = columns.len();
         let Readings { measured, .. } = &noise.readings;
@@ -121,8 +121,8 @@ impl Information {
         Self { matrix }
     }
 
-    /// Standard deviation of the angle in rad, with what is known of some parameters beforehand; infinite if the readings
-    /// do not tell it. Directions of the others that nothing responds to are left out.
+    /// Returns the standard deviation of the angle in rad, with prior knowledge of some parameters; infinite if the readings do
+    /// not determine the angle. Directions of the other parameters to which no reading responds are left out.
     pub fn deviation(&self, priors: &[Prior]) -> f64 {
         let mut matrix = self.matrix.clone();
         for prior in priors {

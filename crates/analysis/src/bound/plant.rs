@@ -1,4 +1,4 @@
-//! Plants with one parameter changed.
+//! Plants with one changed parameter, for difference quotients.
 
 use standstill_interface::{Command, Dq, Nanos};
 use standstill_inverter::Inverter;
@@ -11,37 +11,37 @@ use super::replay::replay;
 /// Parameters of motor and diodes that may be unknown besides the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unknown {
-    /// L_A: a constant inductance in series along d and q.
+    /// L_A: an inductance that is added in series along d and q.
     MeanInductance,
-    /// L_B: one that is added along d and taken away along q.
+    /// L_B: an inductance that is added along d and subtracted along q.
     Saliency,
-    /// R of all three phases.
+    /// Resistance R of all three phases.
     Resistance,
-    /// V_D, the threshold of all diodes.
+    /// Threshold voltage V_D of all diodes.
     DiodeDrop,
 }
 
 impl Unknown {
-    /// All of them.
+    /// All unknown parameters.
     pub const ALL: [Self; 4] = [Self::MeanInductance, Self::Saliency, Self::Resistance, Self::DiodeDrop];
 }
 
-/// Parameters of a plant that can be changed.
+/// Parameters of a plant to which readings may be sensitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Parameter {
-    /// θ at the start, in rad.
+    /// Initial rotor angle θ in rad.
     Angle,
-    /// In SI units.
+    /// Parameter of the motor or the diodes, in SI units.
     Motor(Unknown),
-    /// DC-link voltage, relative.
+    /// Relative change of the DC-link voltage.
     Link,
-    /// Delay of one leg's switching on, in s.
+    /// Turn-on delay of one leg in s; the leg's index.
     TurnOn(usize),
-    /// Delay of its switching off, in s.
+    /// Turn-off delay of one leg in s; the leg's index.
     TurnOff(usize),
 }
 
-/// Parts of a changed plant that are its own.
+/// Parts of a changed plant that differ from the nominal plant's.
 struct Changed {
     motor: Motor,
     inverter: Inverter,
@@ -49,8 +49,8 @@ struct Changed {
 }
 
 impl Parameter {
-    /// Its value in the nominal plant, as far as it must not become negative, and the step of its difference: large
-    /// enough for the integrator's error, small enough for the third derivative.
+    /// Returns the nominal value, for parameters that must not become negative, and the step of the difference quotient: large
+    /// against the integrator's error, small against the effect of the third derivative.
     fn step(self, case: &Case) -> (f64, f64) {
         let Case { motor, inverter, .. } = case;
         let least_inductance = motor.magnetics.inductance().smaller_eigenvalue();
@@ -102,7 +102,7 @@ impl Parameter {
         Changed { motor, inverter, start_angle }
     }
 
-    /// ∂i/∂p at each sample: central differences, or one-sided ones of the second order where the parameter would
+    /// Computes ∂i/∂p at each sample: by central differences, or by one-sided second-order differences where the parameter would
     /// become negative.
     pub fn column(self, case: &Case, commands: &[Command<f64>], scale: f64) -> Result<Column, RunError> {
         let (nominal, step) = self.step(case);
@@ -138,7 +138,7 @@ impl Parameter {
     }
 }
 
-/// A delay in s and the step of its difference: 5 ns, or as far as the delay allows.
+/// Returns a delay in s and the step of its difference quotient: 5 ns, or the whole delay if that is shorter.
 fn delay_step(delay: Nanos) -> (f64, f64) {
     let delay = delay.seconds();
     (delay, 5e-9_f64.min(delay))

@@ -1,11 +1,11 @@
-//! Recording a detector's commands and playing them to other plants.
+//! Records a detector's commands and replays them on other plants.
 
 use standstill_interface::{
     Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Sensed, Step,
 };
 use standstill_sim::{Case, Ended, NoProbe, RunError, run};
 
-/// Keeps each command of a detector.
+/// Detector that records each command of an inner detector.
 struct Recorder<D> {
     detector: D,
     commands: Vec<Command<f64>>,
@@ -21,7 +21,7 @@ impl<D: Detector<f64>> Detector<f64> for Recorder<D> {
     }
 }
 
-/// Plays commands and keeps their readings.
+/// Detector that replays commands and keeps their readings.
 struct Player<'a> {
     commands: std::slice::Iter<'a, Command<f64>>,
     readings: Readings,
@@ -30,9 +30,9 @@ struct Player<'a> {
 /// Phase currents of all samples, in the order of their triggers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Readings {
-    /// In A.
+    /// Currents of the three phases in A.
     pub current: Vec<[f64; 3]>,
-    /// True if a sensor of that phase read it.
+    /// True for each phase whose current a sensor measured.
     pub measured: Vec<[bool; 3]>,
 }
 
@@ -52,7 +52,7 @@ impl Detector<f64> for Player<'_> {
     }
 }
 
-/// The commands that a detector gives, whatever it concludes from the readings.
+/// Records the commands that a detector gives, whatever its conclusion is.
 pub fn record(case: &Case, detector: impl Detector<f64>) -> Result<Vec<Command<f64>>, RunError> {
     let mut recorder = Recorder { detector, commands: Vec::new() };
     match run(case, &mut recorder, false, &mut NoProbe).ended {
@@ -61,7 +61,7 @@ pub fn record(case: &Case, detector: impl Detector<f64>) -> Result<Vec<Command<f
     }
 }
 
-/// The readings that these commands give.
+/// Replays commands on a plant and returns the readings.
 pub fn replay(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunError> {
     let mut player = Player { commands: commands.iter(), readings: Readings::default() };
     match run(case, &mut player, false, &mut NoProbe).ended {
@@ -70,7 +70,7 @@ pub fn replay(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunErr
     }
 }
 
-/// True if a leg has a duty.
+/// Returns true if a leg has a duty cycle.
 pub fn has_pwm(command: &Command<f64>) -> bool {
     [Some(command.stage), command.then]
         .iter()
@@ -78,7 +78,7 @@ pub fn has_pwm(command: &Command<f64>) -> bool {
         .any(|stage| stage.legs.0.iter().any(|leg| matches!(leg, Leg::Duty(_))))
 }
 
-/// These commands, sampled at each whole multiple of `interval` since the start of the first.
+/// Returns these commands with samples at all whole multiples of `interval` since the beginning of the first command.
 pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     let interval = Nanos(interval.0.max(1));
     let mut start = Nanos::ZERO;
@@ -96,9 +96,9 @@ pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     commands.iter().map(resample).collect()
 }
 
-/// Slope in A/s of the currents about each sample: the difference from `reach` before to `reach` after. A sample that
-/// would leave its command stays where it is, as the sampler has it; half a slope is then a little less than what the
-/// jitter that is cut off leaves.
+/// Returns the slopes of the currents in A/s about each sample, from the readings `reach` before and `reach` after. A sample that
+/// would leave its command stays at its instant, as the sampler keeps it; half a slope is then slightly less than what the
+/// clipped jitter makes.
 pub fn slope(
     case: &Case,
     commands: &[Command<f64>],

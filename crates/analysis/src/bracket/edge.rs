@@ -1,38 +1,39 @@
-//! An end of the stretch where something holds.
+//! Finds an edge of the stretch in which the limits hold.
 
 use super::{Look, Looks, Search, Side, View};
 
-/// The end of a stretch where it holds.
+/// An edge of a stretch: beyond it the limits do not hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
-    /// The end of the stretch.
+    /// End of the stretch at which the edge lies.
     pub side: Side,
-    /// The last value with which it holds.
+    /// Last value at which the limits hold.
     pub value: f64,
-    /// 95 % interval; none where it is open: to that end nothing that was looked at shows where it surely holds, or surely not.
+    /// 95 % interval of the edge. An end is none (open) if no value was tried at which the limits surely hold, or surely do not.
     pub interval: [Option<f64>; 2],
-    /// True if the interval is as narrow as asked for.
+    /// True if the interval is as narrow as requested.
     pub narrow: bool,
-    /// Trials at each of the last values.
+    /// Number of trials at each of the last values tried.
     pub trials: u64,
-    /// About how many trials would make it as narrow, where it is not.
+    /// Approximate number of trials that would make the interval as narrow as requested; none if it is, or if no forecast number
+    /// suffices.
     pub needed: Option<u64>,
-    /// The limits that are broken beyond the edge, or why no value is possible there.
+    /// Limits that are broken beyond the edge, or the reason why no value is possible there.
     pub bound: Bound,
 }
 
 /// Reason why the limits do not hold beyond an edge.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Bound {
-    /// These limits are broken, by their numbers.
+    /// Indices of the limits that are broken.
     Limits(Vec<usize>),
-    /// Starts without an answer: with the others alone all limits would be kept.
+    /// Starts without an answer break the limits: the starts with an answer keep all of them.
     Unanswered,
-    /// Values beyond cannot be.
+    /// Values beyond the edge are invalid.
     Refused,
 }
 
-/// A change of a condition: the last place that fulfils it, and the next place that does not.
+/// Transition of a condition: the last position that fulfils it, and the next position that does not.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     last: Option<f64>,
@@ -52,8 +53,9 @@ impl Bound {
 }
 
 impl Search {
-    /// The edge between a place where it holds and the next, the one of this number, with trials enough. Places go from
-    /// inside the stretch outwards. None where it holds up to the last one after all.
+    /// Finds the edge between two neighbouring positions, the first of which keeps the limits and the second, with index `end`,
+    /// does not; trials are increased until the interval is narrow enough. Positions are ordered from inside the stretch
+    /// outwards. None if the limits turn out to hold up to the last position.
     pub(super) fn edge<E>(
         &self,
         looks: &mut Looks<'_, '_, E>,
@@ -100,7 +102,7 @@ impl Search {
         }
     }
 
-    /// Next number of trials where about so many are needed.
+    /// Returns the next number of trials, given about how many are needed.
     fn more(&self, trials: u64, needed: Option<u64>) -> u64 {
         // What is forecast from few trials is no more than a guess.
         let most = trials.saturating_mul(60);
@@ -108,7 +110,7 @@ impl Search {
         next.max(self.sure_from.saturating_mul(2).min(most)).min(self.most)
     }
 
-    /// True if so many trials may show at the likeliest of these places that the limits surely hold.
+    /// Returns true if this number of trials at the most favourable of these positions shows that the limits surely hold.
     fn may_be_sure<E>(&self, looks: &mut Looks<'_, '_, E>, places: &[f64], trials: u64) -> Result<bool, E> {
         if trials < self.sure_from {
             return Ok(false);
@@ -125,7 +127,7 @@ impl Search {
         Ok(looks.at(place, trials)?.is_some_and(|look| look.holds(View::Bad)))
     }
 
-    /// Finds where a condition ceases to hold, searching from the place of this number.
+    /// Finds the position at which a condition ceases to hold; the search begins at the position with index `end`.
     fn turn<E>(
         &self,
         looks: &mut Looks<'_, '_, E>,
@@ -190,8 +192,8 @@ impl Search {
     }
 }
 
-/// Zero of the share's logarithm, if that is a straight line between the two: somewhat to the side of the
-/// farther one, so that the next look closes the bracket. `close` is the bracket's length that suffices.
+/// Interpolates the zero of the ratio's logarithm linearly between the two positions, shifted somewhat towards the farther one,
+/// so that the next look closes the bracket. `close` is the length of the bracket that suffices.
 fn guess(good: (f64, f64), bad: (f64, f64), close: f64) -> Option<f64> {
     let crossing = -good.1 / (bad.1 - good.1);
     if !(0.0..=1.0).contains(&crossing) || !(bad.1 - good.1).is_finite() || bad.1 == good.1 {

@@ -1,4 +1,4 @@
-//! Number of trials that would make an edge's interval narrow.
+//! Estimates the number of trials that would make an edge's interval narrow enough.
 
 use standstill_numeric::{exp, ln};
 use standstill_quantity::{magnitude, rounded};
@@ -6,11 +6,11 @@ use standstill_quantity::{magnitude, rounded};
 use super::{Look, Looks, Search, Side, forecast_trials};
 
 impl Search {
-    /// About how many trials would make the interval of an edge at this value as narrow as it should be. None where no number
-    /// of those that are foreseen would.
+    /// Returns about how many trials would make the interval of an edge at this value as narrow as requested. None if no forecast
+    /// number of trials would.
     ///
-    /// Each look tells between which shares its worst limit would be known by more trials. The value's interval ends where
-    /// these cross one, as they lie between the looks.
+    /// Each look forecasts the confidence interval of its worst ratio after more trials. The edge's interval ends where these
+    /// forecasts, interpolated between the looks, cross one.
     pub(super) fn needed<E>(
         &self,
         looks: &Looks<'_, '_, E>,
@@ -58,12 +58,12 @@ impl Search {
     }
 }
 
-/// True if a value lies in the stretch as seen from its edge.
+/// Returns true if a value lies inside the stretch that ends at this edge.
 fn is_within(x: f64, edge: f64, side: Side) -> bool {
     if side == Side::Largest { x <= edge } else { x >= edge }
 }
 
-/// The worst share by so many trials, at one end. What is clear stays so.
+/// Returns one end of the forecast interval of the worst ratio after this number of trials. A result that is clear stays clear.
 fn share(look: &Look, number: usize, end: usize, trials: u64) -> f64 {
     match look.clear {
         Some(kept) if trials >= look.trials => {
@@ -74,7 +74,7 @@ fn share(look: &Look, number: usize, end: usize, trials: u64) -> f64 {
     }
 }
 
-/// Place where the share crosses one: falling where `falls`, else rising.
+/// Returns the position at which the ratio crosses one: falling if `falls`, else rising.
 fn crossing(looks: &[(f64, &Look)], share: impl Fn(&Look) -> f64, falls: bool) -> Option<f64> {
     let beyond = |share: f64| (share <= 1.0) == falls;
     let number = looks.iter().position(|(_, look)| beyond(share(look)))?;
@@ -87,7 +87,7 @@ fn crossing(looks: &[(f64, &Look)], share: impl Fn(&Look) -> f64, falls: bool) -
     Some(from_x + part * (x - from_x))
 }
 
-/// In two digits, rounded up.
+/// Rounds up to two significant digits.
 fn two_digits(trials: f64) -> Option<u64> {
     let last = magnitude(trials)? - 1;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand millions")]

@@ -1,4 +1,4 @@
-//! The stretches of a scan in which the limits hold: one, several, or one between two values of it.
+//! The stretches of a scan in which the limits hold: one, several, or one between two neighbouring values of the scan.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ const HALVINGS: u32 = 8;
 /// Largest multiple of the scan's trials by which an evaluation decides whether two stretches are one.
 const CLOSER: u64 = 16;
 
-/// The stretches where it holds, by numbers of the scan.
+/// Returns the stretches of a scan in which the limits hold, as ranges of indices.
 pub(super) fn of(scan: &[(f64, bool)]) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     for (k, (_, holds)) in scan.iter().enumerate() {
@@ -24,8 +24,8 @@ pub(super) fn of(scan: &[(f64, bool)]) -> Vec<Range<usize>> {
 }
 
 impl Search {
-    /// A place where it holds, between two of the scan of which one breaks other limits than the other: too short a pulse is
-    /// noisy, too long a one moves the rotor, and what keeps both may lie between.
+    /// Finds a position where the limits hold between two neighbouring values of the scan that break different limits: a pulse
+    /// that is too short is noisy, one that is too long moves the rotor, and a length between may keep both limits.
     pub(super) fn between<E>(
         &self,
         looks: &mut Looks<'_, '_, E>,
@@ -60,8 +60,9 @@ impl Search {
         Ok(None)
     }
 
-    /// Of several stretches those remain that are surely apart: between them it surely does not hold, and in each it surely
-    /// does at one value. All that decides that is looked at more closely, with the same number of trials.
+    /// Decides which of several stretches are real, by more trials, with the same number at each value. Stretches are joined
+    /// unless the limits surely do not hold somewhere between them; a stretch in which the limits surely hold nowhere is dropped;
+    /// if all are uncertain, the widest stretch is kept.
     pub(super) fn settle<E>(&self, looks: &mut Looks<'_, '_, E>, scan: &mut [(f64, bool)]) -> Result<(), E> {
         if of(scan).len() < 2 {
             return Ok(());

@@ -1,4 +1,4 @@
-//! Draws of a start, by the keys that set their spread.
+//! Sources of error: draws of a start, grouped by the keys that set their spread.
 
 use std::ops::Range;
 
@@ -9,41 +9,41 @@ use crate::Trials;
 use crate::subset::of_samples;
 use crate::trials::Codes;
 
-/// A source of error: a key, and what it spreads.
+/// A source of error: a key, and the draws whose spread it sets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// The key, such as `sensors.noise`.
+    /// Path of the key, such as `sensors.noise`.
     pub key: String,
     of: Of,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Of {
-    /// Draws of a trial.
+    /// Draws of a trial: their purpose, their key and their indices.
     Draws {
         purpose: Purpose,
-        /// Names the key that a tolerance is of.
+        /// Key of the tolerance; empty for other draws.
         name: String,
-        /// Numbers of the purpose's draws.
+        /// Indices of the purpose's draws.
         range: Range<usize>,
     },
-    /// Rounding by converters. Each start draws where the codes lie, since no data sheet states an offset of less than a code.
+    /// Rounding by converters. Each start draws an offset of the codes, since no data sheet states offsets below one LSB.
     Codes,
 }
 
-/// Everything that a start depends on.
+/// All random inputs of a start.
 #[derive(Clone, Debug)]
 pub(super) struct Start {
     pub tape: Tape,
     pub codes: Codes,
 }
 
-/// Largest number of draws of each sample that a trial reads, of noise, of the link's noise, and of the jitter.
+/// Largest numbers of draws per trial that were read: of current noise, of DC-link noise, and of jitter.
 pub(crate) type Lengths = [usize; 3];
 
 const SAMPLED: [Purpose; 3] = [Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter];
 
-/// The most that any of these tapes was read.
+/// Returns the largest numbers of draws that trials read from any of these tapes.
 pub(crate) fn lengths<'t>(tapes: impl Iterator<Item = &'t mut Tape>) -> Lengths {
     let mut most = [0; 3];
     for tape in tapes {
@@ -57,8 +57,8 @@ pub(crate) fn lengths<'t>(tapes: impl Iterator<Item = &'t mut Tape>) -> Lengths 
 }
 
 impl Source {
-    /// All error sources of a scenario: random draws and rounding of converters. Rounding is left out with a detector from a library, which gets the
-    /// place of its codes.
+    /// Lists all sources of error of a scenario: random draws and the rounding of converters. Rounding is left out with a
+    /// detector from a library, which knows the offset of the codes.
     pub fn all(trials: &Trials<'_>) -> Vec<Self> {
         let mut sources = Self::drawn(trials);
         let scenario = trials.scenario();
@@ -73,7 +73,7 @@ impl Source {
         sources
     }
 
-    /// True for the rounding of converters.
+    /// Returns true for the rounding of converters.
     pub fn is_rounding(&self) -> bool {
         self.of == Of::Codes
     }
@@ -95,7 +95,8 @@ impl Source {
         sources
     }
 
-    /// Its parts, each with its name: draw by draw, but the draws of all samples, and of a phase, together.
+    /// Returns the parts of the source, each with its name: one per draw, except that draws of all samples, and those of a phase,
+    /// stay together.
     pub(crate) fn parts(&self) -> Vec<(String, Self)> {
         let Of::Draws { purpose, name, range } = &self.of else { return Vec::new() };
         let together = of_samples(*purpose) || matches!(purpose, Purpose::Ripple | Purpose::Memory);
@@ -117,13 +118,15 @@ impl Source {
         range.clone().map(part).collect()
     }
 
-    /// Its only draw on a tape, in standard deviations; none of many draws, or of a phase, which has no mean.
+    /// Returns the source's only draw on a tape, in standard deviations; none for a source of several draws, or of a phase, which
+    /// has no mean.
     pub(crate) fn draw(&self, tape: &mut Tape) -> Option<f64> {
         let Of::Draws { purpose, name, range } = &self.of else { return None };
         (range.len() == 1).then(|| tape.normals_named(*purpose, name).get(range.start).copied())?
     }
 
-    /// `a` with this source as `b` has it. Draws that `b` did not need are new where `a` needs them.
+    /// Returns start `a` with the draws of this source from start `b`. Draws that `b` did not need are drawn anew if `a` needs
+    /// them.
     pub(super) fn mixed(&self, a: &Start, b: &Start) -> Start {
         let mut mixed = a.clone();
         let Of::Draws { purpose, name, range } = &self.of else { return Start { codes: b.codes, ..mixed } };
@@ -138,14 +141,14 @@ impl Source {
         mixed
     }
 
-    /// This start without this source: its draws at their means, or nothing rounded.
+    /// Returns this start without this source: with its draws at their means, or without rounding.
     pub(super) fn removed(&self, start: &Start, longest: &Lengths) -> Start {
         let mut start = start.clone();
         self.remove(&mut start, longest);
         start
     }
 
-    /// This start without any of these sources but this one.
+    /// Returns this start with this source only, all others of `all` removed.
     pub(super) fn alone(&self, start: &Start, all: &[Self], longest: &Lengths) -> Start {
         let mut start = start.clone();
         for other in all.iter().filter(|other| *other != self) {
@@ -161,7 +164,7 @@ impl Source {
         }
     }
 
-    /// These draws with this source at its mean.
+    /// Returns these draws with those of this source at their means.
     pub(crate) fn without(&self, tape: &Tape, longest: &Lengths) -> Tape {
         let mut tape = tape.clone();
         self.silence(&mut tape, longest);

@@ -1,4 +1,4 @@
-//! What to do next: the pulse that shows what these do not.
+//! Advises on further measurements: the pulse that shows what the recorded pulses do not.
 
 use std::f64::consts::PI;
 
@@ -6,18 +6,18 @@ use standstill_numeric::{cos, ln};
 
 use super::Fit;
 
-/// A voltage vector, from rest.
+/// A pulse of a voltage vector that begins at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// What the legs are asked for.
+    /// Requests of the three legs.
     pub legs: [&'static str; 3],
-    /// For how long, in s.
+    /// Duration in s.
     pub duration: f64,
-    /// The current in A that it then drives along the axis.
+    /// Current in A that the pulse drives along the axis at its end.
     pub current: f64,
 }
 
-/// The six voltage vectors, at 0°, 60° and so on from phase a.
+/// The six voltage vectors, at 0°, 60° and so on from the axis of phase a.
 const VECTORS: [[&str; 3]; 6] = [
     ["high", "low", "low"],
     ["high", "high", "low"],
@@ -28,8 +28,8 @@ const VECTORS: [[&str; 3]; 6] = [
 ];
 
 impl Fit {
-    /// The falls that the sheet states although the pulses did not reach the current that they are stated at: 0 along +d, 1 along −d, 2
-    /// along q.
+    /// Returns the axes whose falls of inductance are stated in the data sheet although the pulses did not reach the stated
+    /// current: 0 for +d, 1 for −d, 2 for q.
     pub fn extrapolated(&self) -> Vec<usize> {
         let is_beyond = |name: &str| {
             let estimate = self.parameters.iter().find(|estimate| estimate.name == name);
@@ -41,8 +41,8 @@ impl Fit {
         (0..3).filter(|k| is_beyond(names[*k])).collect()
     }
 
-    /// The pulse that drives the current at which saturation is stated along +d (0), −d (1) or q (2): the vector nearest to that axis. None:
-    /// the resistance lets the link drive no such current.
+    /// Returns the pulse that drives the current at which saturation is stated along +d (0), −d (1) or q (2), with the vector
+    /// nearest to that axis. None if the resistance limits the current to less.
     pub fn pulse_along(&self, axis: usize) -> Option<Pulse> {
         // Along q both ways tell the same.
         let directions: &[f64] = [&[0.0][..], &[PI], &[PI / 2.0, -PI / 2.0]][axis];

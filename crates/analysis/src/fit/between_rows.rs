@@ -1,19 +1,20 @@
-//! What the readings tell where edges lie between rows.
+//! Distribution of the parameters if edges lie between rows.
 //!
-//! A row says when it was read, not when the legs changed: an edge was anywhere between two rows. A shift of all edges is a delay
-//! of the channels, a shift of some of them a dead time, so that both are known no better than the edges' places allow. These
-//! have bounds, and a normal distribution has none: the likelihood is
+//! A row states when it was read, not when the legs changed: an edge was anywhere between two rows. A shift of all edges is
+//! equivalent to a delay of the channels, a shift of some of them to a dead time, so both are known no better than the edges'
+//! times. The edges' times are bounded, which a normal distribution does not describe: the likelihood is
 //! ```text
 //!   L(θ, s) ∝ exp(gᵀx − ½ xᵀJx),  x = (θ, s),   −½ ≤ s ≤ ½ in intervals between rows
 //! ```
-//! with the score g and the information J of the readings alone. The estimates are its mean and its 2.5 and 97.5 % quantiles.
+//! with the score g and the information J of the readings alone. The estimates are the mean and the 2.5 and 97.5 % quantiles of
+//! this distribution.
 //!
-//! How the edges lie is one of two things, and the readings tell which (by the integral of L over all unknowns):
+//! The edges lie in one of two ways; their evidence (the integral of L over all unknowns) decides between these cases:
 //!
-//! - each edge for itself, anywhere;
-//! - all edges of a record alike, as where drive and scope count by the same beat: a whole number of rows apart.
+//! - each edge independently, anywhere between its rows;
+//! - all edges of a record equally, if drive and scope count by the same clock: a whole number of rows apart.
 //!
-//! The estimates are those of both, weighted by how likely the two are.
+//! The estimates are those of both cases, weighted by their evidence.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -25,48 +26,49 @@ use super::solve::Sum;
 use super::truncated::{Drawn, draw};
 use super::{TWO_SIDED_95, Work};
 
-/// Information about an edge's place in units of its interval that is added to the readings', so that the place of all edges
-/// together, which is that of the channels' delay, is a number: a hundred intervals. Within its bounds that is nothing.
+/// Information about an edge's time, in units of its interval, that is added to that of the readings, so that the time of all
+/// edges together, which is equivalent to the channels' delay, has a finite variance: a deviation of a hundred intervals,
+/// negligible within the bounds.
 const NEXT_TO_NOTHING: f64 = 1e-4;
 
-/// Intervals between rows that count as alike, as a share.
+/// Relative difference up to which intervals between rows count as equal.
 const ALIKE: f64 = 0.05;
 
-/// Deviations from 0 from which a parameter that is not negative need not be held there.
+/// Standard deviations from zero above which the bound of a non-negative parameter is ignored.
 const FAR: f64 = 6.0;
 
-/// One of the two things, with its draws.
+/// One of the two cases of edges, with draws from its distribution.
 struct Case {
-    /// ln ∫ L, but for a constant that all cases have.
+    /// ln ∫ L, up to a constant that all cases share.
     evidence: f64,
-    /// Weights and free parameters' means of the draws.
+    /// Weight of each draw, with the mean of the free parameters given that draw.
     means: Vec<(f64, DVector<f64>)>,
-    /// And the edges' places in s.
+    /// Shifts of the edges in s, draw by draw.
     edges: Vec<DVector<f64>>,
-    /// Covariance of the free parameters at each draw.
+    /// Covariance of the free parameters given a draw.
     covariance: DMatrix<f64>,
-    /// By how much each free parameter (row) moves with one half interval of a fixed one (column).
+    /// Change of each free parameter (row) with one half interval of a fixed parameter (column).
     shifts: DMatrix<f64>,
 }
 
-/// The distribution of the free parameters, as what they are beside the point it was made at.
+/// Distribution of the free parameters, as differences from the point at which it was computed.
 pub struct Between {
     cases: Vec<Case>,
-    /// Free parameters first, then the edges' shifts.
+    /// Mean of the free parameters, then of the edges' shifts.
     pub mean: DVector<f64>,
 }
 
-/// The readings' score and information at a point: free parameters, then edges with no shift.
+/// Score and information of the readings at a point: free parameters first, then edges without a shift.
 struct Terms {
     score: DVector<f64>,
     information: DMatrix<f64>,
-    /// Of the fixed parameters (columns), each times half the width of its interval.
+    /// Information between unknowns (rows) and fixed parameters (columns), each times half the width of its interval.
     fixed: DMatrix<f64>,
 }
 
 impl Work<'_> {
-    /// The distribution at a point at which the free parameters and then others that are fixed were looked at; `off` is by how
-    /// much the fixed ones may be off. None: the information is singular.
+    /// Computes the distribution at a point. `sum` has `free` free parameters first, then fixed ones, whose possible deviations
+    /// are `off`. None if the information matrix is singular.
     pub(super) fn between(&self, sum: &Sum, point: &Point, free: usize, off: &[f64]) -> Option<Between> {
         let terms = self.terms_between(sum, point, free, off);
         let edges = &self.problem.edges;
@@ -145,7 +147,7 @@ impl Work<'_> {
 }
 
 impl Terms {
-    /// Edges of the same group lie alike. `bound`: the least change of each free parameter.
+    /// Computes a case in which the edges of each group shift equally. `bound` has the least change of each free parameter.
     fn case(&self, groups: &[usize], intervals: &[f64], bound: &[f64]) -> Option<Case> {
         let free = bound.len();
         let count = groups.iter().max().map_or(0, |last| last + 1);
@@ -215,8 +217,8 @@ impl Terms {
 }
 
 impl Between {
-    /// The 95 % interval of a sum of free parameters, each with a factor, beside its mean. `of_fixed`: by how much the sum
-    /// moves besides with one half interval of each fixed parameter; none where it depends on free ones alone.
+    /// Returns the 95 % interval of a linear combination of free parameters, relative to its mean. `of_fixed` has the change of
+    /// the combination with one half interval of each fixed parameter; empty if it depends on free parameters alone.
     pub fn interval(&self, terms: &[(usize, f64)], of_fixed: &[f64]) -> [f64; 2] {
         // A normal distribution about each draw.
         let mut parts: Vec<(f64, f64, f64)> = Vec::new();

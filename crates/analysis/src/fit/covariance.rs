@@ -1,24 +1,25 @@
-//! How well parameters are known: covariances, and what fixed parameters may move.
+//! Covariance of the parameters, and changes that fixed parameters may cause.
 
 use nalgebra::DMatrix;
 
 use super::TWO_SIDED_95;
 use super::parameters::Parameter;
 
-/// How well parameters are known.
+/// Uncertainty of the free parameters.
 pub(super) struct Spread {
-    /// The covariance that follows from the readings' noise.
+    /// Covariance of the free parameters from the noise of the readings.
     pub(super) covariance: DMatrix<f64>,
-    /// By how much each free parameter (row) moves when a fixed one (column) changes by 1.
+    /// Change of each free parameter (row) when a fixed one (column) changes by 1.
     pub(super) shifts: DMatrix<f64>,
-    /// By how much fixed parameters may be off: half the width of their 95 % intervals.
+    /// Possible deviations of the fixed parameters: half the width of their 95 % intervals.
     pub(super) off: Vec<f64>,
-    /// Between two rows, in s.
+    /// Interval between two rows in s.
     pub(super) interval: f64,
 }
 
 impl Spread {
-    /// Half the width of the 95 % interval of a sum of parameters, each with a factor; `parameter` is what it stands for.
+    /// Returns half the width of the 95 % interval of a linear combination of parameters; `parameter` is the parameter that the
+    /// combination gives.
     pub(super) fn half(&self, terms: &[(usize, f64)], parameter: Parameter) -> f64 {
         let mut square = 0.0;
         for (x, a) in terms {
@@ -39,18 +40,19 @@ impl Spread {
     }
 }
 
-/// The root of each of these unknowns' information.
+/// Returns the square root of the information of each of these unknowns.
 pub(super) fn scale_of(information: &DMatrix<f64>, places: &[usize]) -> Vec<f64> {
     places.iter().map(|k| information[(*k, *k)].sqrt()).collect()
 }
 
-/// Their information in units of these scales.
+/// Returns the information matrix of these unknowns, scaled by these factors.
 pub(super) fn scaled(information: &DMatrix<f64>, places: &[usize], scale: &[f64]) -> DMatrix<f64> {
     let n = places.len();
     DMatrix::from_fn(n, n, |x, y| information[(places[x], places[y])] / (scale[x] * scale[y]))
 }
 
-/// Covariance of these unknowns while the others stay: the inverse of their information. None where that is singular.
+/// Returns the covariance of these unknowns with all others fixed: the inverse of their information matrix. None if that matrix
+/// is singular.
 pub(super) fn covariance(
     information: &DMatrix<f64>,
     places: &[usize],

@@ -1,7 +1,8 @@
-//! Pulses whose currents the legs stated for them do not raise: two pulses exchanged, or one with the legs of another vector.
+//! Finds pulses whose stated legs do not raise their currents: two exchanged pulses, or one with the legs of another vector.
 //!
-//! What a pulse of constant legs takes in V s is L Δi, with one symmetric matrix L for all pulses: three numbers, found by least
-//! squares. Saturation, drops and dead time change the length of L Δi by a third at most; another vector turns it by 60° or more.
+//! The volt-seconds of a pulse of constant legs are L Δi, with one symmetric matrix L for all pulses: three numbers, found by
+//! least squares. Saturation, voltage drops and dead time change the length of L Δi by a third at most; another vector turns it
+//! by 60° or more.
 
 use std::fmt;
 
@@ -14,42 +15,42 @@ use standstill_quantity::unit::Second;
 use super::pieces::{Piece, Rest, drives};
 use super::record::{Record, Request, Row};
 
-/// A pulse, and the legs that suit its currents.
+/// A pulse with wrong legs, and the legs that match its currents.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mislabelled {
-    /// The record's file.
+    /// File of the record.
     pub file: String,
-    /// When the pulse begins, in s of its record.
+    /// Beginning of the pulse in s, in the time of its record.
     pub time: f64,
-    /// What the record says of the legs.
+    /// Legs that the record states.
     pub stated: [Request; 3],
-    /// What suits its currents.
+    /// Legs that match the currents.
     pub suiting: [Request; 3],
 }
 
-/// Pulses with legs that do not suit their currents: two are exchanged, one is wrong.
+/// Pulses whose legs do not match their currents: two are exchanged, or one is wrong.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exchanged(pub Vec<Mislabelled>);
 
-/// |u t − L Δi| over |u| t from which on legs and currents do not suit each other, and below which they do.
+/// Limits of |u t − L Δi| / |u t|: legs and currents match below the first, and do not match above the second.
 const SUITS: [f64; 2] = [0.35, 0.4];
 
-/// Share of the sum of squares that may be left with other legs.
+/// Largest share of the sum of squares that may be left with other legs.
 const MUCH_BETTER: f64 = 0.25;
 
-/// Pulses of less voltage times time than this share of the largest say nothing.
+/// Least volt-seconds of a pulse that is used, as a share of the largest.
 const LEAST_FLUX: f64 = 0.2;
 
-/// And records whose largest change of a current is less than so many standard deviations of the readings at rest.
+/// Least change of a current in a record that is used, in standard deviations of the readings at rest.
 const LEAST_NOISES: f64 = 20.0;
 
-/// Pulses without which L would suit anything.
+/// Least number of pulses: with fewer, some L matches any legs.
 const LEAST_PULSES: usize = 4;
 
-/// Pulses that are looked at.
+/// Largest number of pulses that are checked.
 const MOST_PULSES: usize = 120;
 
-/// Legs that drive.
+/// Legs that put voltage across the motor.
 const ALL: [[u8; 3]; 12] = [
     [2, 0, 0],
     [2, 2, 0],
@@ -65,18 +66,19 @@ const ALL: [[u8; 3]; 12] = [
     [1, 0, 2],
 ];
 
-/// A pulse of constant legs.
+/// A pulse with constant legs.
 struct Pulse {
     number: usize,
     time: f64,
     legs: [Request; 3],
-    /// Link's voltage times duration, in V s.
+    /// Link voltage times duration, in V s.
     flux: f64,
-    /// Change of the currents in A, in the stator's plane.
+    /// Change of the currents in A, as a vector in the stator's plane.
     change: [f64; 2],
 }
 
-/// The voltage of legs in the stator's plane as a share of the link's; across a line, that along it.
+/// Returns the voltage vector of legs in the stator's plane as a share of the link's voltage; for a pulse across two phases, that
+/// along their axis.
 fn voltage(legs: [Request; 3]) -> [f64; 2] {
     let plane = Abc(legs.map(|leg| match leg {
         Request::Low => 0.0,
@@ -87,7 +89,7 @@ fn voltage(legs: [Request; 3]) -> [f64; 2] {
     [plane.alpha, plane.beta]
 }
 
-/// L and the residual of each pulse in V s, with these legs. None: L is not that of a motor.
+/// Fits L to pulses with these legs; returns the residual of each pulse in V s, and whether L is that of a motor.
 fn residuals(pulses: &[Pulse], legs: &[[Request; 3]]) -> (Vec<f64>, bool) {
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
     let mut add = |row: Vector3<f64>, value: f64| {
@@ -124,7 +126,7 @@ fn residuals(pulses: &[Pulse], legs: &[[Request; 3]]) -> (Vec<f64>, bool) {
     (pulses.iter().zip(legs).map(one).collect(), l[0] > 0.0 && l[0] * l[2] > l[1] * l[1])
 }
 
-/// The pulses of all pieces.
+/// Returns the pulses of all pieces.
 fn pulses(pieces: &[Piece], rest: &[Rest; 3]) -> Vec<Pulse> {
     let mut pulses = Vec::new();
     for piece in pieces {
@@ -151,7 +153,7 @@ fn pulses(pieces: &[Piece], rest: &[Rest; 3]) -> Vec<Pulse> {
     pulses
 }
 
-/// Pulses whose legs do not suit their currents although those of all others do.
+/// Returns the pulses whose legs do not match their currents while those of all others do; none if there are none.
 pub fn exchanged(records: &[Record], pieces: &[Piece], rest: &[Rest; 3]) -> Option<Exchanged> {
     let pulses = pulses(pieces, rest);
     let noise = rest.iter().map(|rest| rest.noise).filter(|noise| noise.is_finite()).fold(0.0, f64::max);

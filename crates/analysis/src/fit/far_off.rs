@@ -1,4 +1,4 @@
-//! Currents that no motor at standstill has.
+//! Refuses currents that no motor at standstill has.
 
 use super::parameters::Point;
 use super::reached::traces;
@@ -6,11 +6,11 @@ use super::record::Record;
 use super::result::Trace;
 use super::{FitError, Work};
 
-/// Residuals of the nearest linear motor as a share of the currents (root mean squares) from which on the record is of no motor.
+/// Ratio of the rms of the nearest linear motor's residuals to the rms of the currents above which a record is refused.
 const FAR_OFF: f64 = 0.5;
 
 impl Work<'_> {
-    /// Refuses currents most of which the nearest linear motor does not have: a search would go nowhere.
+    /// Refuses records of which the nearest linear motor leaves most of the current unexplained: a search would not converge.
     pub(super) fn is_near(&self, point: &Point, records: &[Record]) -> Result<(), FitError> {
         let squares = |trace: &Trace| {
             let (mut off, mut all) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! What the readings do not identify: directions in the space of parameters, and the bias that fixed parameters may cause.
+//! Limits of identifiability: directions in the space of parameters, and the bias that fixed parameters may cause.
 
 use nalgebra::DMatrix;
 
@@ -10,24 +10,24 @@ use super::{Spread, TWO_SIDED_95, Work};
 /// The bias of estimates that a fixed parameter causes if it is off by half the width of its prior interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FixedBias {
-    /// The fixed parameter, and by how much it may be off.
+    /// Name of the fixed parameter, and half the width of its prior interval.
     pub fixed: (String, f64),
-    /// Estimates that it moves by more than half of their interval's half width, and by how much.
+    /// Estimates that the bias moves by more than half of their interval's half width, with the amount.
     pub moves: Vec<(String, f64)>,
 }
 
 /// A non-identifiable direction: a combination of parameters of which the readings have less information than the prior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NonIdentifiable {
-    /// The readings' information about this direction over that of the prior: 0 to 1.
+    /// Ratio of the readings' information about this direction to that of the prior, from 0 to 1.
     pub information: f64,
-    /// Parameters that move together, the one that moves most beside what is known of it first, and by how much, in their
-    /// units, if the combination is off by what it may be off by beforehand.
+    /// Parameters that move together, with the amount of each in its unit if the combination deviates by its prior uncertainty;
+    /// the parameter that moves most relative to its prior comes first.
     pub parts: Vec<(String, f64)>,
 }
 
 impl Work<'_> {
-    /// Non-identifiable directions: eigenvectors of the information in units of the priors, with the edges marginalised.
+    /// Returns the non-identifiable directions: eigenvectors of the information in units of the priors, with the edges marginalised.
     pub(super) fn non_identifiable(&self, sum: &Sum, point: &Point) -> Vec<NonIdentifiable> {
         let (n, all) = (self.problem.free.len(), sum.information.nrows());
         let edges = sum.information.view((n, n), (all - n, all - n)).into_owned();
@@ -62,7 +62,7 @@ impl Work<'_> {
     }
 }
 
-/// The biases that fixed parameters may cause.
+/// Returns the biases that fixed parameters may cause.
 pub(super) fn fixed_biases(
     spread: &Spread,
     free: &[Parameter],

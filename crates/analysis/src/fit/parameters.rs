@@ -1,4 +1,4 @@
-//! What is estimated: names, steps of the differences, and how well each is known without any measurement.
+//! Parameters of a fit: names, steps of the difference quotients, and prior knowledge of each.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -7,43 +7,43 @@ use standstill_inverter::DeviceKind;
 use super::pieces::Piece;
 use super::plant::{Frame, Law, Plant};
 
-/// Half the width of what is known without measuring of an inductance's fall at rated current, along +d, along −d and along q.
+/// Half the width of the prior interval of an inductance's fall at rated current, along +d, along −d and along q.
 pub const PLAUSIBLE_FALL: f64 = 0.05;
 
 /// A parameter of plant or channels, in the order in which parameters that are not identifiable are fixed: the last one first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
-    /// L_d without current, in H.
+    /// Inductance L_d at zero current, in H.
     DAxisInductance,
-    /// L_q without current, in H.
+    /// Inductance L_q at zero current, in H.
     QAxisInductance,
-    /// θ in rad.
+    /// Rotor angle θ in rad.
     Angle,
     /// Offset of a phase's channel in A.
     Offset(usize),
-    /// Gain of a phase's channel less 1; those of all channels have the mean 1.
+    /// Gain of a phase's channel less 1; the mean gain of all channels is 1.
     Gain(usize),
-    /// R in Ω.
+    /// Phase resistance R in Ω.
     Resistance,
-    /// Time in s by which the channels are later than the legs' requests.
+    /// Delay of the channels behind the legs' requests, in s.
     Delay,
-    /// In s.
+    /// Dead time in s.
     DeadTime,
-    /// β, or the fall along +d.
+    /// Saturation β of the series, or the fall of L_d along +d.
     SaturationAlong,
-    /// γ, or the fall along −d.
+    /// Saturation γ of the series, or the fall of L_d along −d.
     SaturationAgainst,
-    /// γ_q, or the fall along q.
+    /// Saturation γ_q of the series, or the fall of L_q.
     SaturationAcross,
-    /// In V.
+    /// Threshold voltage of the diodes in V.
     DiodeDrop,
-    /// In V.
+    /// Threshold voltage of the switches in V.
     SwitchDrop,
-    /// In Ω.
+    /// Slope resistance of the diodes in Ω.
     DiodeResistance,
-    /// In Ω.
+    /// Slope resistance of the switches in Ω.
     SwitchResistance,
-    /// Time constant in s of the probes, all alike.
+    /// Time constant in s of the current probes, the same for all.
     Lag,
 }
 
@@ -52,37 +52,38 @@ use Parameter::{
     Resistance, SaturationAcross, SaturationAgainst, SaturationAlong, SwitchDrop, SwitchResistance,
 };
 
-/// Everything that a simulation and its channels need.
+/// Parameters of a simulation and of its channels.
 #[derive(Clone, Debug)]
 pub struct Point {
-    /// The plant.
+    /// Parameters of the plant.
     pub plant: Plant,
-    /// In s.
+    /// Delay of the channels in s.
     pub delay: f64,
-    /// Time constant of the probes in s; zero: they follow at once.
+    /// Time constant of the probes in s; zero: they have no lag.
     pub lag: f64,
-    /// Of the channels, less 1.
+    /// Gains of the channels, less 1.
     pub gain: [f64; 3],
-    /// Of the channels, in A.
+    /// Offsets of the channels in A.
     pub offset: [f64; 3],
-    /// Of the edges of each piece from the middle of their rows, in s.
+    /// Shifts of the edges of each piece from the middle between their rows, in s.
     pub shifts: Vec<Vec<f64>>,
 }
 
-/// What the search begins with.
+/// Initial values of the search.
 #[derive(Clone, Debug)]
 pub struct Begin {
-    /// The plant.
+    /// Parameters of the plant.
     pub plant: Plant,
-    /// Whether somebody stated the resistance of the switches.
+    /// True if the resistance of the switches was stated.
     pub switch_is_stated: bool,
-    /// Whether the winding's resistance is that of a motor like it; if not, it is a guess.
+    /// True if the resistance of the winding is that of a similar motor; otherwise it is a guess.
     pub winding_is_stated: bool,
 }
 
 impl Parameter {
-    /// All of a fit with these channels, the first ones never fixed before the later ones. The gain of the last channel
-    /// follows from the others'. A MOSFET's channel has no threshold. Probes have a time constant where the point has one.
+    /// Returns all parameters of a fit with these channels, in the order in which they are kept: later ones are fixed first. The
+    /// gain of the last channel follows from the others. A MOSFET's channel has no threshold. Probes have a time constant if that
+    /// of the point is not zero.
     pub fn all(channels: [bool; 3], point: &Point) -> Vec<Self> {
         let present: Vec<usize> = (0..3).filter(|k| channels[*k]).collect();
         let mut all = vec![DAxisInductance, QAxisInductance, Angle];
@@ -109,20 +110,21 @@ impl Parameter {
         all
     }
 
-    /// Those of [`Self::all`] that currents can tell. A current that flows passes the winding and a switch or a diode: currents depend
-    /// on R plus the switch's resistance and on R plus the diode's, and on nothing else of the three. The switch's stays as it was stated.
+    /// Returns those of [`Self::all`] that currents can determine. A current passes the winding and a switch or a diode: currents
+    /// depend on R plus the switch's resistance and on R plus the diode's, and on no other combination of the three. The switch's
+    /// resistance stays as it was stated.
     pub fn observable(channels: [bool; 3], point: &Point) -> Vec<Self> {
         let mut all = Self::all(channels, point);
         all.retain(|parameter| *parameter != SwitchResistance);
         all
     }
 
-    /// Whether a change asks for another simulation; else the channels' derivatives are known.
+    /// Returns true if a change requires another simulation; for the others the derivatives of the channels are known.
     pub fn is_of_plant(self) -> bool {
         !matches!(self, Delay | Gain(_) | Offset(_))
     }
 
-    /// Whether 0 is the least that it can be.
+    /// Returns true if the parameter's least value is zero.
     pub fn is_never_negative(self) -> bool {
         matches!(
             self,
@@ -130,7 +132,7 @@ impl Parameter {
         )
     }
 
-    /// Its value.
+    /// Returns the parameter's value.
     pub fn get(self, point: &Point) -> f64 {
         let plant = &point.plant;
         match self {
@@ -153,7 +155,7 @@ impl Parameter {
         }
     }
 
-    /// Changes its value.
+    /// Changes the parameter's value.
     pub fn add(self, point: &mut Point, change: f64, channels: [bool; 3]) {
         let plant = &mut point.plant;
         match self {
@@ -179,7 +181,7 @@ impl Parameter {
         }
     }
 
-    /// Step of its difference: large beside the integrator's error, small beside what is not linear.
+    /// Returns the step of the difference quotient: large against the integrator's error, small against non-linearity.
     pub fn step(self, point: &Point, frame: &Frame, link: f64) -> f64 {
         match self {
             DAxisInductance | QAxisInductance => 1e-3 * self.get(point),
@@ -195,9 +197,9 @@ impl Parameter {
         }
     }
 
-    /// Half the width of what is known of it without measuring anything. An estimate whose 95 % interval is wider tells
-    /// nothing. In a fit of currents up to `reach` A, on a link of so many volts, that began with this plant: shares of a
-    /// resistance or a drop are those of the value it began with, wherever the search has come to.
+    /// Returns half the width of the prior interval. An estimate whose 95 % interval is wider is not identified. `reach` is the
+    /// largest current in A and `link` the DC-link voltage in V; shares of a resistance or a drop are those of the initial values
+    /// `begin`, wherever the search has come to.
     pub fn plausible(self, point: &Point, begin: &Begin, reach: f64, link: f64) -> f64 {
         let Begin { plant: begin, switch_is_stated, winding_is_stated } = begin;
         let devices = &begin.devices;
@@ -232,13 +234,13 @@ impl Parameter {
     }
 }
 
-/// A phase's letter.
+/// Returns the letter of a phase.
 pub fn letter(k: usize) -> char {
     ['a', 'b', 'c'][k]
 }
 
 impl Parameter {
-    /// Its name, that of its key in a data sheet if it has one.
+    /// Returns the parameter's name, which is that of its key in a data sheet if it has one.
     pub fn name(self) -> String {
         match self {
             Self::DAxisInductance => "L_d".to_owned(),
@@ -260,7 +262,7 @@ impl Parameter {
         }
     }
 
-    /// Unit, and what one of it is in the fit's unit.
+    /// Returns the unit, and the factor from it to the fit's unit.
     pub fn unit(self) -> (&'static str, f64) {
         match self {
             Self::DAxisInductance | Self::QAxisInductance => ("H", 1.0),
@@ -275,7 +277,7 @@ impl Parameter {
         }
     }
 
-    /// Place among the falls.
+    /// Returns the index among the three falls; none for other parameters.
     pub fn fall(self) -> Option<usize> {
         [Self::SaturationAlong, Self::SaturationAgainst, Self::SaturationAcross]
             .iter()
@@ -283,12 +285,12 @@ impl Parameter {
     }
 }
 
-/// The last channel.
+/// Returns the index of the last channel.
 pub fn last(channels: [bool; 3]) -> usize {
     channels.iter().rposition(|present| *present).unwrap_or(0)
 }
 
-/// Edges whose place matters: what they may be off by, in s, drives more current than a share of the noise in A.
+/// Returns edges whose time matters: their possible shift in s changes the current by more than a share of the noise in A.
 pub fn loose_edges(pieces: &[Piece], noise: f64, slope: f64) -> Vec<(usize, usize)> {
     let mut loose = Vec::new();
     for (number, piece) in pieces.iter().enumerate() {

@@ -1,45 +1,46 @@
-//! A record in pieces that begin at rest: each can be simulated by itself.
+//! Cuts a record into pieces that begin at rest, so that each can be simulated by itself.
 
 use super::record::{Record, Request, Row};
 
-/// A change of what the legs are asked for.
+/// An edge: a change of the legs' requests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// In s, as time counts in the record: in the middle between the last row before and the first one after it, for it
-    /// was anywhere between them.
+    /// Time in s of the record: in the middle between the last row before and the first row after the edge, which was anywhere
+    /// between them.
     pub at: f64,
-    /// Standard deviation of that place in s.
+    /// Standard deviation of the time in s.
     pub deviation: f64,
-    /// What the legs are asked for from there on.
+    /// Requests of the legs from the edge on.
     pub legs: [Request; 3],
 }
 
-/// Rows from rest on.
+/// Rows of a record that begin at rest.
 #[derive(Clone, Debug)]
 pub struct Piece {
-    /// The rows.
+    /// Rows of the piece in order of time.
     pub rows: Vec<Row>,
-    /// Changes of the legs, the first one from rest.
+    /// Edges (changes of the legs' requests) in order of time; the first one begins at rest.
     pub edges: Vec<Edge>,
-    /// What the legs are asked for at first.
+    /// Requests of the legs at the first row.
     pub first: [Request; 3],
     /// Mean voltage of the DC link in V while a leg is high and another low.
     pub link: f64,
-    /// Spread of it, as a share.
+    /// Spread of this voltage, as a share of it.
     pub spread: f64,
-    /// Number of its record.
+    /// Index of the piece's record.
     pub record: usize,
 }
 
 impl Piece {
-    /// Keeps its ends and each row whose number is a multiple of this one. Where the legs change is known by then, from all rows.
+    /// Keeps the first and the last row and each row whose number is a multiple of `every`. The edges were found from all rows
+    /// before.
     pub fn thin(&mut self, every: usize) {
         let last = self.rows.len() - 1;
         let mut number = 0..=last;
         self.rows.retain(|_| number.next().is_some_and(|k| k % every == 0 || k == last));
     }
 
-    /// The edge that begins the first pulse, and the last row before that ends.
+    /// Returns the edge that begins the first pulse, and the last row before that pulse ends.
     pub fn first_pulse(&self) -> Option<(&Edge, &Row)> {
         let from = self.edges.iter().position(|edge| drives(edge.legs))?;
         let edge = &self.edges[from];
@@ -49,23 +50,23 @@ impl Piece {
     }
 }
 
-/// Whether these requests put the link's voltage across the motor.
+/// Returns true if these requests put the link's voltage across the motor.
 pub fn drives(legs: [Request; 3]) -> bool {
     legs.contains(&Request::High) && legs.contains(&Request::Low)
 }
 
-/// The readings of a channel while no current flows.
+/// Statistics of a channel's readings while no current flows.
 #[derive(Clone, Copy)]
 pub struct Rest {
-    /// In A.
+    /// Mean reading in A.
     pub mean: f64,
-    /// Standard deviation of one reading in A.
+    /// Standard deviation of a single reading in A.
     pub noise: f64,
-    /// Largest reading beside the mean, in A.
+    /// Largest deviation of a reading from the mean, in A.
     reach: f64,
 }
 
-/// The readings at rest of each channel, from the rows before the first pulse.
+/// Returns statistics of each channel's readings at rest, from the rows before the first pulse.
 pub fn resting(record: &Record) -> [Rest; 3] {
     let before = record.rows.iter().position(|row| drives(row.legs)).unwrap_or(1).max(1);
     std::array::from_fn(|k| {
@@ -77,22 +78,22 @@ pub fn resting(record: &Record) -> [Rest; 3] {
     })
 }
 
-/// Mean of each channel before the first pulse, in A.
+/// Returns the mean of each channel before the first pulse, in A.
 pub fn rest_of(record: &Record) -> [f64; 3] {
     resting(record).map(|rest| rest.mean)
 }
 
-/// Rows in which no current may be seen, before a record is cut.
+/// Least number of rows without visible current before a record is cut.
 const LEAST_STILL: usize = 8;
 
-/// A current as a share of the largest that a reading at rest may show.
+/// Largest current that a reading at rest may have, as a share of the largest current.
 const STILL_SHARE: f64 = 0.02;
 
-/// A current as a share of the largest that the mean of many readings at rest may show, beside their noise.
+/// Largest current that the mean of many readings at rest may have besides their noise, as a share of the largest current.
 const MEAN_SHARE: f64 = 0.005;
 
-/// The pieces of a record, which has this number: it is cut where a pulse begins after all legs were off and no current flowed for a while. Legs
-/// that are on let a current decay with the winding's time constant, and it never ends.
+/// Cuts the record with index `number` into pieces: where a pulse begins after all legs were off and no current flowed for a
+/// while. With legs on, a current decays with the winding's time constant and never ends.
 pub fn pieces(number: usize, record: &Record) -> Vec<Piece> {
     let rest = resting(record);
     let rows = &record.rows;

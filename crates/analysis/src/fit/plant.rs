@@ -1,4 +1,4 @@
-//! The plant with its parameters: from numbers to the currents of a piece.
+//! The plant of a fit: computes the currents of a piece from parameters.
 
 use standstill_interface::{
     Abc, Command, Detector, Dq, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
@@ -12,58 +12,58 @@ use standstill_sim::{
 use super::pieces::{Edge, Piece};
 use super::record::Request;
 
-/// How the core saturates.
+/// Law of the core's saturation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
     /// ```text
     /// i_d/I = x + β x² + γ x³,  x = δ_d/(L_d I);   i_q/I = y + γ_q y³,  y = ψ_q/(L_q I)
     /// ```
-    /// with δ_d the flux beside the magnet's: smooth where nothing saturates, and the same to either side of the
-    /// magnet but for the sign of β.
+    /// with δ_d the flux linkage besides the magnet's: smooth where nothing saturates, and equal on both sides of the magnet's
+    /// flux except for the sign of β.
     Series,
-    /// [`Algebraic::falling`]: iron, as a data sheet's `[nameplate]` has it. The three numbers are the falls of L_d along
+    /// [`Algebraic::falling`]: the law of iron, as in a data sheet's `[nameplate]`. The three numbers are the falls of L_d along
     /// +d and −d and of L_q.
     Iron,
 }
 
-/// What the plant is, but for its edges.
+/// Parameters of the plant besides its edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plant {
-    /// R in Ω.
+    /// Phase resistance R in Ω.
     pub resistance: f64,
-    /// L_d and L_q in H, without current.
+    /// L_d and L_q in H at zero current.
     pub inductance: [f64; 2],
-    /// θ in rad.
+    /// Rotor angle θ in rad.
     pub angle: f64,
-    /// How it saturates, and the law's three numbers.
+    /// Law of saturation.
     pub law: Law,
-    /// See `law`. Of iron, no fall along −d is not-a-number.
+    /// The three numbers of `law`. For iron, NaN in place of the fall along −d means that none is given.
     pub saturation: [f64; 3],
-    /// Switches and diodes.
+    /// Characteristics of switches and diodes.
     pub devices: Devices,
-    /// In s.
+    /// Dead time in s.
     pub dead_time: f64,
 }
 
-/// What stays as it is in a fit.
+/// Quantities that a fit leaves unchanged.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// All else of the motor.
+    /// Motor from which all other properties are taken.
     pub motor: Motor,
-    /// I in A, at which saturation is stated.
+    /// Current I in A at which saturation is stated.
     pub current: f64,
-    /// ψ_pm in Wb.
+    /// Flux linkage ψ_pm of the magnet in Wb.
     pub magnet_flux: f64,
-    /// Numerical tolerance of the flux in Wb.
+    /// Numerical tolerance of the flux linkage in Wb.
     pub tolerance: f64,
-    /// Time in s between two points of a waveform, at most.
+    /// Largest time in s between two points of a waveform.
     pub resolution: f64,
 }
 
-/// Currents of a piece between its instants.
+/// Simulated currents of a piece as a function of time.
 #[derive(Clone, Debug, Default)]
 pub struct Waveform {
-    /// Time in s from the piece's start, and phase currents in A.
+    /// Times in s from the beginning of the piece's simulation, with the phase currents in A.
     points: Vec<(f64, [f64; 3])>,
     resolution: f64,
 }
@@ -83,7 +83,7 @@ impl Probe for Waveform {
 }
 
 impl Waveform {
-    /// Currents in A and their slopes in A/s at times in order; straight lines between its points.
+    /// Returns currents in A and their slopes in A/s at ascending times, by linear interpolation.
     pub fn at(&self, times: impl Iterator<Item = f64>) -> Vec<([f64; 3], [f64; 3])> {
         let mut k = 1;
         let last = self.points.len() - 1;
@@ -102,8 +102,8 @@ impl Waveform {
 }
 
 impl Waveform {
-    /// As [`Self::at`], behind probes of this time constant in s, which are at rest when the waveform begins: exact for straight lines
-    /// between its points.
+    /// Returns the same values as [`Self::at`], behind probes with this time constant in s that are at rest when the waveform
+    /// begins: exact for straight lines between its points.
     pub fn behind(&self, lag: f64, times: impl Iterator<Item = f64>) -> Vec<([f64; 3], [f64; 3])> {
         if lag <= 0.0 {
             return self.at(times);
@@ -134,7 +134,7 @@ impl Waveform {
     }
 }
 
-/// Plays requests, one after the other.
+/// Detector that gives commands one after the other.
 struct Player {
     commands: std::vec::IntoIter<Command<f64>>,
 }
@@ -151,8 +151,8 @@ impl Detector<f64> for Player {
     }
 }
 
-/// Time in s that a piece's simulation begins before its first row, and goes on after its last: channels are late or
-/// early by less.
+/// Time in s by which a piece's simulation begins before its first row and continues after its last: the channels' delay is
+/// smaller in magnitude.
 pub const MARGIN: f64 = 20e-6;
 
 fn legs(requests: [Request; 3]) -> Abc<Leg<f64>> {
@@ -163,11 +163,11 @@ fn legs(requests: [Request; 3]) -> Abc<Leg<f64>> {
     }))
 }
 
-/// By how much time is stretched in a simulation, with all fluxes and inductances, which leaves currents and voltages as they are: the
-/// simulator counts in nanoseconds, and a search over places of edges needs finer ones. A power of two, which rounds nothing.
+/// Factor by which time, fluxes and inductances are scaled in a simulation, which leaves currents and voltages unchanged: the
+/// simulator counts in nanoseconds, and a search over times of edges needs finer steps. A power of two, which rounds nothing.
 const STRETCH: f64 = 1024.0;
 
-/// The commands of a piece whose edges are shifted by so much, in s, in stretched time.
+/// Returns the commands of a piece in scaled time, its edges shifted by `shifts` in s.
 fn commands(piece: &Piece, shifts: &[f64]) -> Vec<Command<f64>> {
     let (begin, end) = (piece.rows[0].time, piece.rows[piece.rows.len() - 1].time);
     let at = |time: f64| Nanos::from_seconds((time - begin + MARGIN) * STRETCH);
@@ -186,7 +186,7 @@ fn commands(piece: &Piece, shifts: &[f64]) -> Vec<Command<f64>> {
 }
 
 impl Plant {
-    /// The core. None: there is no such iron.
+    /// Returns the core; none if no iron has these falls.
     pub fn core(&self, frame: &Frame) -> Option<Algebraic> {
         let [l_d, l_q] = self.inductance;
         if !(l_d > 0.0 && l_q > 0.0) {
@@ -233,7 +233,7 @@ impl Plant {
         }
     }
 
-    /// The motor. None: there is no such motor.
+    /// Returns the motor; none if its parameters are invalid.
     pub fn motor(&self, frame: &Frame) -> Option<Motor> {
         let magnetics = MagneticCircuit::new(Core::Algebraic(self.core(frame)?)).ok()?;
         let [l_d, l_q] = self.inductance;
@@ -242,7 +242,7 @@ impl Plant {
         Some(Motor { resistance: self.resistance, magnetics, winding, ..frame.motor.clone() })
     }
 
-    /// The currents of a piece, its edges shifted by so much in s. None: there is no such plant.
+    /// Simulates the currents of a piece with its edges shifted by `shifts` in s; none if the plant's parameters are invalid.
     pub fn waveform(&self, frame: &Frame, piece: &Piece, shifts: &[f64]) -> Option<Waveform> {
         let Devices { kind: _, switch_drop, switch_resistance, diode_drop, diode_resistance } = self.devices;
         let least =
@@ -288,12 +288,12 @@ impl Plant {
         }
     }
 
-    /// Falls of L_d along +d and −d and of L_q at the frame's current.
+    /// Returns the falls of L_d along +d and −d and of L_q at the frame's current.
     pub fn falls(&self, frame: &Frame) -> Option<[f64; 3]> {
         self.falls_at(frame, [frame.current; 3])
     }
 
-    /// Falls of L_d along +d and −d and of L_q, each at a current of its own in A.
+    /// Returns the falls of L_d along +d and −d and of L_q, each at its own current in A.
     pub fn falls_at(&self, frame: &Frame, currents: [f64; 3]) -> Option<[f64; 3]> {
         let core = MagneticCircuit::new(Core::Algebraic(self.core(frame)?)).ok()?;
         let at = |d: f64, q: f64| {

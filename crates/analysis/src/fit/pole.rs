@@ -1,4 +1,4 @@
-//! Which pole the readings name, and whether the core saturates as iron does.
+//! Identifies the pole from the readings, and checks whether the core saturates as iron does.
 
 use std::f64::consts::PI;
 
@@ -9,34 +9,34 @@ use super::result::{Known, Pole};
 use super::start::falls_of;
 use super::{FitError, POLE_DEVIATIONS, Solved, Start, TWO_SIDED_95, Work};
 
-/// Whether the law of iron holds.
+/// Applicability of the law of iron.
 pub(super) enum Iron {
     /// The readings do not show that the core saturates.
     Unknown,
-    /// As the start has it.
+    /// The initial motor's falls are used.
     OfStart,
-    /// They do. With the series, which has no iron's shape, where it makes the readings about as likely: which law is nearer is not
-    /// known then.
+    /// The readings show saturation. The series is given too if it makes the readings about as likely, although it has not the
+    /// shape of iron: then the better law is not known.
     Seen(Option<Box<Series>>),
 }
 
-/// The series as an explanation of the same readings.
+/// Solution with the series law for the same readings.
 pub(super) struct Series {
     pub(super) point: Point,
     pub(super) free: Vec<Parameter>,
     pub(super) spread: Spread,
 }
 
-/// By how much one law must make the readings more likely than another, in ln P over the Newey–West ratio, to be the one.
+/// Least advantage of one law over another in ln P, divided by the Newey–West ratio, to be chosen.
 const MORE_LIKELY: f64 = 8.0;
 
-/// Turns d around: the other pole.
+/// Reverses the direction of d: the other pole.
 fn turn(point: &mut Point) {
     point.plant.angle += PI;
     point.plant.saturation[0] = -point.plant.saturation[0];
 }
 
-/// The pole, and with it the law of iron, if the readings or the start have one.
+/// Solves with the law of iron and determines the pole, if the readings or the initial values have one.
 pub(super) fn with_iron(
     work: &mut Work,
     solved: Solved,
@@ -111,7 +111,8 @@ pub(super) fn with_iron(
     Ok((bent, pole, Iron::Seen(series)))
 }
 
-/// With the start's falls, which these currents do not tell: the more likely pole. None: no iron falls so.
+/// Solves with the initial motor's falls, which these currents do not determine, and takes the more likely pole. None if no iron
+/// has these falls.
 fn with_known_falls(
     work: &mut Work,
     point: &Point,

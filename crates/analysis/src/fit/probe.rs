@@ -1,16 +1,16 @@
-//! Probes of low bandwidth: whether the currents come late as behind a low-pass rather than all at once.
+//! Current probes of low bandwidth: tests whether the currents lag as behind a low-pass filter rather than with a pure delay.
 
 use super::{FitError, Solved, Work};
 
-/// Rows by which currents that come late may do so for reasons of the drive before a low-pass is tried.
+/// Delay in rows that may be due to the drive; a low-pass filter is tried only above it.
 const LATE_ROWS: f64 = 2.0;
 
-/// By how much more likely, in ln P, the readings must be behind a low-pass than late, over the Newey–West ratio.
+/// Least advantage of a low-pass filter over a delay in ln P, divided by the Newey–West ratio, to be chosen.
 const MORE_LIKELY: f64 = 8.0;
 
 impl Work<'_> {
-    /// The solution with probes of first order where these make the readings more likely than a delay alone: a low-pass looks like a
-    /// delay of its time constant, but rounds off the corners of the currents.
+    /// Returns the solution with first-order probes if they make the readings more likely than a delay alone: a low-pass filter
+    /// resembles a delay of its time constant, but rounds the corners of the currents.
     pub(super) fn behind_a_probe(&mut self, solved: Solved) -> Result<Solved, FitError> {
         let rows = self.problem.pieces.iter().flat_map(|piece| piece.rows.windows(2));
         let mut intervals: Vec<f64> = rows.map(|pair| pair[1].time - pair[0].time).collect();

@@ -1,4 +1,4 @@
-//! Which currents the pulses drove, by the simulation.
+//! Currents that the pulses reached, from the simulation.
 
 use std::f64::consts::PI;
 
@@ -6,11 +6,11 @@ use super::Work;
 use super::parameters::Point;
 use super::result::Trace;
 
-/// The smaller current along d, of those to either side, as a share of the larger one, from which both sides count.
+/// Least ratio of the smaller to the larger of the currents along +d and −d at which pulses count as driving both ways.
 const BOTH_WAYS: f64 = 0.3;
 
 impl Work<'_> {
-    /// Largest simulated currents in A along +d, along −d and along q, either way.
+    /// Returns the largest simulated currents in A along +d, along −d and along q in either direction.
     pub(super) fn reached(&self, point: &Point) -> [f64; 3] {
         let axes: [(f64, f64); 3] = std::array::from_fn(|k| {
             standstill_numeric::sin_cos(2.0 * PI / 3.0 * k as f64 - point.plant.angle)
@@ -31,14 +31,14 @@ impl Work<'_> {
         reached
     }
 
-    /// Whether the simulated currents reach to both sides of the magnet.
+    /// Returns true if the simulated currents flow to both sides of the magnet.
     pub(super) fn drives_both_ways(&self, point: &Point) -> bool {
         let [along, against, _] = self.reached(point);
         along.min(against) > BOTH_WAYS * along.max(against)
     }
 }
 
-/// The pieces, measured and simulated.
+/// Returns the measured and simulated currents of all pieces.
 pub(super) fn traces(work: &Work, point: &Point) -> Option<Vec<Trace>> {
     let pieces = &work.problem.pieces;
     let trace = |(piece, shifts): (&super::pieces::Piece, &Vec<f64>)| {

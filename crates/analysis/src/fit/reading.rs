@@ -1,59 +1,58 @@
-//! How likely a reading is where the plant says what the current is: Gaussian noise, then a converter.
+//! Likelihood of a reading given the current of the plant: Gaussian noise, then quantization.
 //!
-//! A converter with steps of q says only that the current with its noise was between r − q/2 and r + q/2:
+//! A converter with steps of q shows only that the current with its noise was between r − q/2 and r + q/2:
 //! ```text
 //!   P(r) = Φ((r + q/2 − μ)/σ) − Φ((r − q/2 − μ)/σ)
 //! ```
-//! With noise of less than a step this is not what least squares think: neighbouring errors are alike, and a current at
-//! rest, read as the same code a thousand times, is still only known to within that code. The derivative of ln P is the
-//! score, its variance the information of a reading (Kay, *Fundamentals of Statistical Signal Processing: Estimation
-//! Theory*, 1993, section 3.7; of quantised readings, Wang, Yin, Zhang, Zhao, *System Identification with Quantized
-//! Observations*, 2010, chapter 3).
+//! With noise below one step, least squares would be wrong: neighbouring errors are alike, and a current at rest, read as the
+//! same code a thousand times, is still known only to within that code. The derivative of ln P is the score, its variance the
+//! information of a reading (Kay, *Fundamentals of Statistical Signal Processing: Estimation Theory*, 1993, section 3.7; of
+//! quantised readings, Wang, Yin, Zhang, Zhao, *System Identification with Quantized Observations*, 2010, chapter 3).
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use standstill_numeric::{erfc, exp, ln};
 
-/// Noise as a share of the converter's step below which it is not believed. With less, a reading at the edge between
-/// two codes would weigh more than all others, and any error of the model is larger. Of readings with less noise the intervals of
-/// gains are too narrow: a current that stays within a code for many rows shows the wrong noise with all of them.
+/// Least noise that is assumed, as a share of the converter's step. With less, a reading at the edge between two codes would
+/// weigh more than all others, and any error of the model is larger. For readings with less noise the intervals of gains are too
+/// narrow: a current that stays within a code for many rows shows the wrong noise in each of them.
 const LEAST_NOISE: f64 = 0.1;
 
-/// Noise in steps that readings seldom fall below: it is looked for above this first.
+/// Noise in steps that readings rarely have less of: noise is first searched for above this value.
 const LITTLE_NOISE: f64 = 0.15;
 
-/// Places within a step at which the information is tabulated.
+/// Number of positions within a step at which the information is tabulated.
 const PLACES: usize = 64;
 
-/// Noise in steps beyond which a converter is white noise of q²/12 more.
+/// Noise in steps above which quantization is treated as additional white noise of variance q²/12.
 const MANY_STEPS: f64 = 2.0;
 
-/// One channel's noise and converter.
+/// Noise and quantization of one channel.
 #[derive(Clone, Debug)]
 pub struct Scatter {
-    /// q in A; none: the readings are as fine as their noise.
+    /// Step q in A; none: the readings are as fine as their noise.
     pub step: Option<f64>,
-    /// σ in A, before the converter.
+    /// Standard deviation σ of the noise in A, before quantization.
     pub noise: f64,
-    /// The ends of the channel's range in A, where readings were cut off; infinite where none were.
+    /// Ends of the channel's range in A, where readings were clipped; infinite if none were.
     pub clip: [f64; 2],
-    /// The least noise in A that is believed of readings without steps.
+    /// Least noise in A that is assumed for readings without steps.
     pub least: f64,
-    /// Information of a reading in 1/A² over the place of the current between two codes.
+    /// Information of a reading in 1/A², tabulated over the position of the current between two codes.
     information: Vec<f64>,
 }
 
-/// A range that no reading leaves.
+/// Range for channels without clipped readings.
 pub const NO_CLIP: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// A reading's terms of the likelihood of a current.
+/// Terms of a reading's likelihood.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Terms {
-    /// ln P.
+    /// Logarithm of the probability, ln P.
     pub likelihood: f64,
-    /// ∂ln P/∂μ in 1/A.
+    /// Score ∂ln P/∂μ in 1/A.
     pub score: f64,
-    /// The score's variance in 1/A².
+    /// Variance of the score in 1/A².
     pub information: f64,
 }
 
@@ -61,7 +60,7 @@ fn density(z: f64) -> f64 {
     exp(-0.5 * z * z) / TAU.sqrt()
 }
 
-/// Φ(b) − Φ(a), exact in the tails.
+/// Computes Φ(b) − Φ(a), exact in the tails.
 pub fn between(a: f64, b: f64) -> f64 {
     let tail = |z: f64| 0.5 * erfc(z * FRAC_1_SQRT_2);
     if a >= 0.0 {
@@ -74,7 +73,7 @@ pub fn between(a: f64, b: f64) -> f64 {
 }
 
 impl Scatter {
-    /// Of readings of this step in A, with noise in A.
+    /// Makes a channel with this step and noise, both in A.
     pub fn new(step: Option<f64>, noise: f64) -> Self {
         let mut scatter = Self { step, noise, clip: NO_CLIP, least: 1e-12, information: Vec::new() };
         let Some(q) = step.filter(|q| noise < MANY_STEPS * q) else { return scatter };
@@ -99,22 +98,22 @@ impl Scatter {
         scatter
     }
 
-    /// The same channel with readings cut off at the ends of this range in A.
+    /// Returns this channel with readings clipped at the ends of this range in A.
     pub fn clipped(self, clip: [f64; 2]) -> Self {
         Self { clip, ..self }
     }
 
-    /// The same channel, of which no less noise than this in A is believed.
+    /// Returns this channel with this least noise in A.
     pub fn at_least(self, least: f64) -> Self {
         Self { least, ..self }
     }
 
-    /// Whether a reading was cut off.
+    /// Returns true if a reading was clipped.
     pub fn is_clipped(&self, reading: f64) -> bool {
         reading <= self.clip[0] || reading >= self.clip[1]
     }
 
-    /// What a reading at the end of the range says: the current is there or beyond, on the side of `sign`.
+    /// Returns the terms of a clipped reading: the current is at the end of the range or beyond, on the side of `sign`.
     fn beyond(&self, off: f64, sign: f64) -> Terms {
         // From the current to the edge of the last code, in deviations.
         let z = (sign * off - 0.5 * self.step.unwrap_or(0.0)) / self.noise;
@@ -129,7 +128,7 @@ impl Scatter {
         }
     }
 
-    /// What a reading r says of a current μ, both in A.
+    /// Returns the likelihood terms of a reading r for a current μ, both in A.
     pub fn terms(&self, reading: f64, current: f64) -> Terms {
         let off = reading - current;
         if self.is_clipped(reading) {
@@ -170,7 +169,7 @@ impl Scatter {
         Terms { likelihood: ln(p), score: (density(a) - density(b)) / (self.noise * p), information }
     }
 
-    /// The same channel with the noise that makes these residuals (reading less current, in A) the most likely.
+    /// Returns this channel with the noise that makes these residuals (reading less current, in A) the most likely.
     pub fn fitted(&self, residuals: &[f64]) -> Self {
         let n = residuals.len().max(1) as f64;
         let square = residuals.iter().map(|r| r * r).sum::<f64>() / n;
@@ -196,7 +195,7 @@ impl Scatter {
     }
 }
 
-/// The place, to a hundredth, of the only maximum of a likelihood between two numbers: by golden sections.
+/// Returns the position, to a hundredth, of the single maximum of a likelihood between two numbers, by golden-section search.
 fn most_likely(mut low: f64, mut high: f64, likelihood: impl Fn(f64) -> f64) -> f64 {
     let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
     let inner = |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];
@@ -216,8 +215,8 @@ fn most_likely(mut low: f64, mut high: f64, likelihood: impl Fn(f64) -> f64) -> 
     (low + high) / 2.0
 }
 
-/// The ends of a channel's range in A if readings were cut off there: far from rest, and read many times more often than
-/// what lies just inside.
+/// Returns the ends of a channel's range in A if readings were clipped there: far from rest, and read many times more often than
+/// values just inside.
 pub fn clip_of(readings: &[f64], step: Option<f64>, rest: f64) -> [f64; 2] {
     let low = readings.iter().copied().fold(f64::INFINITY, f64::min);
     let high = readings.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -231,8 +230,8 @@ pub fn clip_of(readings: &[f64], step: Option<f64>, rest: f64) -> [f64; 2] {
     [if end(low) { low } else { f64::NEG_INFINITY }, if end(high) { high } else { f64::INFINITY }]
 }
 
-/// The steps of channels with these readings. A channel that reads one or two codes has the largest step of the others:
-/// it does not show its own.
+/// Returns the steps of channels with these readings. A channel that reads only one or two codes gets the largest step of the
+/// others, because it does not show its own.
 pub fn steps_of(readings: &[Vec<f64>; 3]) -> [Option<f64>; 3] {
     let own = readings.each_ref().map(|readings| step_of(readings));
     let largest = own.iter().flatten().copied().reduce(f64::max);
@@ -244,8 +243,8 @@ pub fn steps_of(readings: &[Vec<f64>; 3]) -> [Option<f64>; 3] {
     })
 }
 
-/// The step of a converter whose readings these are: all readings are whole numbers of it apart, to what their text
-/// rounds. None: they are too many different ones to be of a converter.
+/// Returns the step of the converter with these readings: all readings differ by multiples of it, within the rounding of their
+/// text. None if there are too many different readings for a converter.
 pub fn step_of(readings: &[f64]) -> Option<f64> {
     const MOST_CODES: usize = 70_000;
     let mut codes: Vec<f64> = readings.to_vec();
@@ -368,7 +367,7 @@ mod tests {
         }
     }
 
-    /// Φ⁻¹ by halving.
+    /// Returns Φ⁻¹(p) by bisection.
     fn quantile(p: f64) -> f64 {
         let (mut low, mut high) = (-8.0, 8.0);
         for _ in 0..60 {

@@ -1,4 +1,4 @@
-//! What an oscilloscope or a drive recorded: currents, the DC link, and what the legs were asked for.
+//! A record of an oscilloscope or a drive: currents, the DC link, and the legs' requests.
 
 use std::fmt;
 
@@ -6,19 +6,19 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
 use standstill_scenario::quoted;
 
-/// The columns of a record, in any order.
+/// Names of a record's columns, which may stand in any order.
 pub const COLUMNS: [&str; 8] = ["t_s", "i_a_A", "i_b_A", "i_c_A", "u_dc_V", "leg_a", "leg_b", "leg_c"];
 
-/// Rows that a record may have, and all records together: more would not tell more, and take minutes.
+/// Largest number of rows of a record, and of all records together: more would take minutes and give no better result.
 pub const MOST_ROWS: usize = 500_000;
 
-/// The longest time between two rows, in medians of the times between rows.
+/// Longest time between two rows, as a multiple of the median.
 const LONGEST_GAP: f64 = 1000.0;
 
-/// Rows that a record must have.
+/// Least number of rows of a record.
 const LEAST_ROWS: usize = 20;
 
-/// What a leg is asked for.
+/// Request to a leg of the inverter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Request {
     /// Both switches off.
@@ -38,42 +38,42 @@ impl Request {
     }
 }
 
-/// One row.
+/// One row of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    /// In s.
+    /// Time in s.
     pub time: f64,
-    /// Phase currents in A; not a number where there is no channel.
+    /// Phase currents in A; NaN for a phase without a channel.
     pub current: [f64; 3],
-    /// DC link in V.
+    /// DC-link voltage in V.
     pub link: f64,
-    /// What the legs are asked for from here on.
+    /// Requests of the legs from this row on.
     pub legs: [Request; 3],
 }
 
-/// A record: one or several pulses, from rest.
+/// A record of one or several pulses that begins at rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// Its file.
+    /// File of the record.
     pub file: String,
-    /// In order of time.
+    /// Rows in ascending order of time.
     pub rows: Vec<Row>,
-    /// Which of the phases have a channel.
+    /// True for each phase with a channel.
     pub channels: [bool; 3],
 }
 
-/// A text that cannot be read as a record.
+/// Error of a text that is no valid record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordError {
-    /// Its file.
+    /// File of the record.
     pub file: String,
-    /// The line, from 1, if it is about one.
+    /// Line of the text, from 1, if the error has one.
     pub line: Option<usize>,
-    /// The column, if it is about one.
+    /// Column, if the error has one.
     pub column: Option<&'static str>,
-    /// What was found.
+    /// Text that was found.
     pub found: String,
-    /// What is allowed.
+    /// Values that are allowed.
     pub needed: String,
 }
 
@@ -92,7 +92,7 @@ impl fmt::Display for RecordError {
 
 impl std::error::Error for RecordError {}
 
-/// Where messages are from.
+/// Position in the text for messages.
 struct Place<'a> {
     file: &'a str,
     line: Option<usize>,
@@ -115,20 +115,20 @@ impl Place<'_> {
     }
 }
 
-/// Letters of a field that messages show.
+/// Largest number of characters of a field in messages.
 const LONGEST: usize = 40;
 
-/// A field as messages show it.
+/// Returns a field as messages show it.
 fn shown(text: &str) -> String {
     format!("`{}`", text.chars().take(LONGEST).collect::<String>())
 }
 
 impl Record {
-    /// From a text: a header with the names of [`COLUMNS`], of which one current may be missing, then a row a line, with
-    /// commas. Blank lines and those that begin with `#` are skipped.
+    /// Parses a text: a header with the names of [`COLUMNS`], of which one current may be missing, then one row per line,
+    /// separated by commas. Blank lines and lines that begin with `#` are skipped.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its line and column.
+    /// The first error, with its line and column.
     pub fn parse(file: &str, text: &str) -> Result<Self, RecordError> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let mut lines = text
@@ -190,8 +190,8 @@ impl Record {
     }
 }
 
-/// The first row that comes too late, how long after the row before and how long is allowed, in s: what lies between would be
-/// simulated with the resolution of the rows.
+/// Returns the first row that is too late after the row before, the time between them in s and the longest allowed one: that time
+/// would be simulated with the resolution of the rows.
 fn gap(rows: &[Row]) -> Option<(usize, f64, f64)> {
     let interval = |k: usize| rows[k].time - rows[k - 1].time;
     let mut intervals: Vec<f64> = (1..rows.len()).map(interval).collect();
@@ -200,7 +200,7 @@ fn gap(rows: &[Row]) -> Option<(usize, f64, f64)> {
     (1..rows.len()).find(|k| interval(*k) > most).map(|k| (k, interval(k), most))
 }
 
-/// Which of [`COLUMNS`] each field is.
+/// Returns the index in [`COLUMNS`] of each field of the header.
 fn columns(place: &Place, header: &str) -> Result<Vec<usize>, RecordError> {
     let (mut columns, mut unknown) = (Vec::new(), Vec::new());
     for name in header.split(',').map(str::trim) {

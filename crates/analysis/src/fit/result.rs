@@ -1,4 +1,4 @@
-//! What a fit ends with: estimates with intervals, biases from fixed parameters, and what is not identifiable.
+//! The result of a fit: estimates with intervals, biases from fixed parameters, and non-identifiable directions.
 
 use std::f64::consts::PI;
 
@@ -12,94 +12,93 @@ use super::reading::Scatter;
 use super::solve::Sum;
 use super::{FitError, Solved, Spread, Start, Work};
 
-/// One parameter's estimate.
+/// Estimate of one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
-    /// Its name, that of its key in a data sheet if it has one.
+    /// Name of the parameter, which is that of its key in a data sheet if it has one.
     pub name: String,
-    /// Its unit.
+    /// Unit of the parameter.
     pub unit: &'static str,
-    /// In its unit.
+    /// Value in this unit.
     pub value: f64,
-    /// The ends of its 95 % interval; those of what is known beforehand where it is not identified, none where that is
-    /// nothing.
+    /// Ends of the 95 % interval; for a parameter that is not identified, the prior interval, or none without prior knowledge.
     pub interval: Option<[f64; 2]>,
-    /// Whether the readings tell it. If not, it stayed at its start value.
+    /// True if the readings identify the parameter. If not, the value is the initial one.
     pub identified: bool,
-    /// Of a fall of an inductance, the current in A along its axis at which this is it: that at which saturation is stated
-    /// ([`Fit::current`]), or the largest that the pulses drove there.
+    /// For the fall of an inductance, the current in A along its axis for which the value holds: the one at which saturation is
+    /// stated ([`Fit::current`]), or the largest that the pulses drove there.
     pub at: Option<f64>,
 }
 
-/// Whether the readings tell north from south.
+/// Identification of the magnetic pole from the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pole {
-    /// Deviations by which one pole's iron saturates more.
+    /// Difference of saturation between both poles, in standard deviations.
     pub deviations: f64,
-    /// Whether that is enough.
+    /// True if the difference identifies the pole.
     pub identified: bool,
-    /// Whether the pulses drive currents along +d and along −d. With one of them alone, iron that saturates alike to both
-    /// sides looks like iron that does not.
+    /// True if the pulses drive currents along +d and along −d. With only one of them, iron that saturates equally on both sides
+    /// cannot be told from iron that does not saturate.
     pub both_ways: bool,
 }
 
-/// A piece, measured and simulated.
+/// Measured and simulated currents of one piece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
-    /// In s, of the rows.
+    /// Times of the rows in s.
     pub time: Vec<f64>,
-    /// Readings in A; not-a-number without a channel.
+    /// Readings in A; NaN for a phase without a channel.
     pub measured: Vec<[f64; 3]>,
-    /// What the channels would read without noise, in A.
+    /// Simulated readings without noise in A.
     pub simulated: Vec<[f64; 3]>,
 }
 
-/// The motor that was found.
+/// Result of a fit: the motor with its uncertainties.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// In the order of their names above.
+    /// Estimates of all parameters, free and fixed ones.
     pub parameters: Vec<Estimate>,
-    /// The plant.
+    /// Parameters of the plant that was found.
     pub plant: Plant,
-    /// Falls of L_d along +d and −d and of L_q at `current`, where the iron is seen to saturate or was known to.
+    /// Falls of L_d along +d and −d and of L_q at `current`; none unless the readings show saturation or it was known.
     pub falls: Option<[f64; 3]>,
-    /// Rated current in A of the motor it began with, or the largest that was measured.
+    /// Rated current in A of the initial motor, or the largest current that was measured.
     pub current: f64,
-    /// Magnet flux in Wb of the motor it began with, or a guess.
+    /// Flux linkage of the magnet in Wb: that of the initial motor, or a guess.
     pub magnet_flux: f64,
-    /// Mean voltage in V of the DC link.
+    /// Mean voltage of the DC link in V.
     pub link: f64,
-    /// Largest deviation of the link's voltage from its mean within a pulse, as a share.
+    /// Largest deviation of the link's voltage from its mean within a pulse, as a share of the mean.
     pub link_spread: f64,
     /// Largest current in A that was measured.
     pub reach: f64,
-    /// Largest currents in A that the pulses drove along +d, along −d and along q, either way.
+    /// Largest currents in A that the pulses drove along +d, along −d and along q in either direction.
     pub reached: [f64; 3],
-    /// The pole.
+    /// Identification of the pole.
     pub pole: Pole,
-    /// What fixed parameters move.
+    /// Biases that fixed parameters may cause.
     pub fixed_biases: Vec<FixedBias>,
     /// Combinations of parameters that the readings hardly determine, the least determined first.
     pub non_identifiable: Vec<NonIdentifiable>,
-    /// Root mean square of readings less simulation, in A.
+    /// Rms of the residuals (readings less simulation) in A.
     pub residual_rms: f64,
-    /// The same in A as noise and converters alone would have it.
+    /// Rms of the residuals in A that noise and quantization alone would give.
     pub expected_rms: f64,
-    /// By what factor intervals are wider because neighbouring residuals are alike.
+    /// Factor by which intervals are wider because neighbouring residuals are correlated.
     pub widened: f64,
-    /// Whether the most likely parameters were reached; if not, their intervals are not to be believed.
+    /// True if the most likely parameters were reached; if not, the intervals are not valid.
     pub converged: bool,
-    /// Each row is used, each second, or each third and so on.
+    /// Step between used rows: 1 if each row is used, 2 for each second, and so on.
     pub every: usize,
-    /// Readings that are used and not cut off.
+    /// Number of used readings that are not clipped.
     pub readings: usize,
-    /// Readings at the ends of the channels' ranges, which say only how large the current was at least.
+    /// Number of readings at the ends of the channels' ranges, which give only a lower bound of the current's magnitude.
     pub clipped: usize,
-    /// Pulses, or trains of them, that began at rest.
+    /// Currents of all pieces, each a pulse or a train of pulses from rest.
     pub traces: Vec<Trace>,
 }
 
-/// How well everything is known at a point.
+/// Information and uncertainty of the parameters at a point.
 pub(super) struct Known {
     pub(super) sum: Sum,
     pub(super) spread: Spread,
@@ -108,7 +107,7 @@ pub(super) struct Known {
 }
 
 impl Work<'_> {
-    /// How well the free parameters are known, with what the fixed ones may be off by.
+    /// Computes how well the free parameters are known, with the possible deviations of the fixed ones.
     pub(super) fn known(
         &mut self,
         point: &Point,
@@ -127,13 +126,13 @@ impl Work<'_> {
     }
 }
 
-/// Share of the current at which saturation is stated from which on pulses count as having reached it.
+/// Least share of the current at which saturation is stated that pulses must drive to count as having reached it.
 const NEARLY_REACHED: f64 = 0.9;
 
-/// Share of it below which an axis counts as not driven at all.
+/// Share of this current below which an axis counts as not driven.
 const NOT_DRIVEN: f64 = 0.1;
 
-/// The result of what was solved.
+/// Makes the result from a solution.
 pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<Fit, FitError> {
     let (mut solved, pole, iron) = with_iron(&mut work, solved, start)?;
     let tau = 2.0 * PI;
@@ -203,7 +202,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     })
 }
 
-/// The estimates of all parameters, free and fixed ones.
+/// Returns the estimates of all parameters, free and fixed ones.
 fn estimates(
     work: &Work,
     point: &Point,
@@ -274,8 +273,8 @@ fn estimates(
     parameters
 }
 
-/// The gain of the last channel, which follows from the others', and that which all channels have in common, which nothing
-/// tells.
+/// Returns the gain of the last channel, which follows from the others, and the gain that all channels have in common, which the
+/// readings do not determine.
 fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [bool; 3]) -> [Estimate; 2] {
     let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
     let gains: Vec<(usize, f64)> = free.iter().enumerate().filter_map(are_gains).collect();
@@ -302,7 +301,8 @@ fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [b
     [channel, common]
 }
 
-/// The resistance of a phase with the switch that its current passes, which the readings tell as long as they tell any resistance.
+/// Returns the resistance of a phase with the switch in its current path, which the readings determine if they determine any
+/// resistance.
 fn with_switch(
     between: &Between,
     free: &[Parameter],
@@ -328,13 +328,14 @@ fn with_switch(
     }
 }
 
-/// Whether the readings identify a fall of the series, of whose coefficients these are free: the two falls along d follow from β and γ.
+/// Returns true if the readings identify a fall of the series, given the free coefficients: the two falls along d follow from β
+/// and γ.
 fn is_fall_identified(fall: usize, free: &[Parameter]) -> bool {
     let along_d = [Parameter::SaturationAlong, Parameter::SaturationAgainst];
     fall == 2 || along_d.iter().all(|parameter| free.contains(parameter))
 }
 
-/// By how much a sum of fixed parameters moves with half an interval of each.
+/// Returns the change of a linear combination of fixed parameters with half an interval of each.
 fn spread_of_fixed(terms: &[(usize, f64)], off: &[f64]) -> Vec<f64> {
     let mut spread = vec![0.0; off.len()];
     for (f, slope) in terms {
@@ -343,7 +344,7 @@ fn spread_of_fixed(terms: &[(usize, f64)], off: &[f64]) -> Vec<f64> {
     spread
 }
 
-/// How a fall depends on these parameters: their places, and its slopes.
+/// Returns the dependence of a fall on these parameters: their indices, and the slopes.
 fn fall_terms(
     fall: usize,
     free: &[Parameter],

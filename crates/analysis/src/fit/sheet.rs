@@ -1,4 +1,4 @@
-//! The data sheet of the motor that was found.
+//! Writes the data sheet of the motor that was found.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use standstill_quantity::{Quantity, Scale, magnitude};
 
 use super::{Fit, MISFIT};
 
-/// A value with its unit, in six digits.
+/// Writes a value with its unit, in six digits.
 fn quantity(value: f64, symbol: &str) -> String {
     let scale = Scale::suiting(symbol, value.abs());
     let number = scale.number(value);
@@ -18,17 +18,17 @@ fn quantity(value: f64, symbol: &str) -> String {
     format!("{text} {}", scale.unit).trim_end().to_owned()
 }
 
-/// A share in per cent.
+/// Writes a share in per cent.
 fn percent(share: f64) -> String {
     // Adding zero turns −0 into 0.
     format!("{} %", (share * 1e4).round() / 100.0 + 0.0)
 }
 
-/// A value with the way a number is written there.
+/// Function that writes a value with its unit for a data sheet.
 type Written = fn(f64, &str) -> String;
 
 impl Fit {
-    /// What the readings tell of this parameter, as a data sheet's value; none if they do not.
+    /// Returns the estimate of a parameter as a data sheet's entry; none if it is not identified.
     fn measured(&self, name: &str, symbol: &str, write: Written) -> Option<String> {
         let estimate =
             self.parameters.iter().find(|estimate| estimate.name == name && estimate.identified)?;
@@ -41,10 +41,10 @@ impl Fit {
         ))
     }
 
-    /// The motor as a data sheet: what was measured, and what was not with where it is from. `files` are those of the
-    /// records, `start` is the motor that the fit began with.
+    /// Writes the motor as a data sheet: the measured values, and the others with their origin. `files` names the files of the
+    /// records, `start` is the initial motor of the fit.
     ///
-    /// Saturation is left out where the readings do not tell it and no start had it: then nothing is known of the pole.
+    /// Saturation is left out if the readings do not determine it and the initial motor has none: then the pole is unknown.
     pub fn sheet(&self, files: &str, start: Option<&Motor>) -> String {
         let clean = |text: &str| text.replace(['"', '\\', '\n', '\r'], " ");
         let mut text = format!(

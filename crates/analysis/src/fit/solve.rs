@@ -1,9 +1,9 @@
-//! The most likely parameters: Fisher's scoring, damped after Levenberg and Marquardt.
+//! Finds the most likely parameters by Fisher's scoring method, damped after Levenberg and Marquardt.
 //!
-//! Each step solves `(J + λ diag J) δ = s` with the score s and the information J of all readings
-//! ([`Scatter::terms`]), as Gauss and Newton's method does with residuals and their squares, to which it comes down where
-//! the converter is fine. A library for least squares (`levenberg-marquardt` 0.15) takes residuals, of which a reading of a
-//! coarse converter has none, and brings a second version of nalgebra.
+//! Each step solves `(J + λ diag J) δ = s` with the score s and the information J of all readings ([`Scatter::terms`]), as the
+//! Gauss–Newton method does with residuals and their squares, with which it agrees for a fine converter. A library for least
+//! squares (`levenberg-marquardt` 0.15) takes residuals, which a reading of a coarse converter does not have, and needs a second
+//! version of nalgebra.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -13,66 +13,66 @@ use super::pieces::Piece;
 use super::plant::Frame;
 use super::reading::Scatter;
 
-/// What is fitted, and to what.
+/// Data and free parameters of a fit.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// What stays.
+    /// Quantities that the fit leaves unchanged.
     pub frame: Frame,
-    /// The data.
+    /// Pieces of all records.
     pub pieces: Vec<Piece>,
-    /// Which phases have a channel.
+    /// True for each phase with a channel.
     pub channels: [bool; 3],
     /// Parameters that are free.
     pub free: Vec<Parameter>,
-    /// Edges whose places are: piece, and number there.
+    /// Edges whose times are free: index of the piece, and index of the edge in it.
     pub edges: Vec<(usize, usize)>,
 }
 
-/// Score and information of all readings, free parameters first, then edges.
+/// Score and information of all readings; the free parameters come first, then the edges.
 pub struct Sum {
-    /// ln of the probability of all readings, and of the edges' places.
+    /// Logarithm of the probability of all readings and of the edges' times.
     pub likelihood: f64,
-    /// s.
+    /// Score s.
     pub score: DVector<f64>,
-    /// J.
+    /// Information matrix J.
     pub information: DMatrix<f64>,
-    /// Readings less currents, in A, of each channel.
+    /// Residuals of each channel (readings less currents) in A.
     pub residuals: [Vec<f64>; 3],
-    /// Newey–West ratio: the variance of the scores with their autocovariances (Bartlett weights) over J; at least 1.
+    /// Newey–West ratio: the variance of the scores with their autocovariances (Bartlett weights), divided by J; at least 1.
     pub newey_west: f64,
 }
 
-/// Neighbours whose likeness counts.
+/// Number of neighbouring scores whose autocovariance counts.
 const NEIGHBOURS: usize = 40;
 
-/// Square of the way left, in deviations of all unknowns together, at which no step need be more likely any more:
-/// waveforms are straight between their points and edges whole nanoseconds, which moves ln P by some tenths, and the way left with it.
-/// Fits of the saturated motor in the tests that end so have 0.02 to 1.01 left.
+/// Squared length of the remaining step, in standard deviations of all unknowns together, up to which a step need not increase
+/// the likelihood: waveforms are straight between their points and edges are rounded to nanoseconds, which changes ln P by some
+/// tenths, and the remaining step with it. Fits of the saturated motor in the tests that end in this way have 0.02 to 1.01 left.
 const INTEGRATORS_ERROR: f64 = 2.0;
 
-/// Currents in A and their slopes in A/s.
+/// Phase currents in A and their slopes in A/s at one instant.
 type Sampled = ([f64; 3], [f64; 3]);
 
-/// An unknown's place, and the derivative of each row's currents by it.
+/// Index of an unknown, and the derivative of each row's currents with respect to it.
 type Column = (usize, Vec<[f64; 3]>);
 
-/// A piece's readings at a point.
+/// Score and information of one piece's readings.
 struct Part {
     likelihood: f64,
     score: DVector<f64>,
     information: DMatrix<f64>,
     residuals: [Vec<f64>; 3],
-    /// Scores over their deviation, in order of time, of each channel.
+    /// Scores divided by their standard deviation, in order of time, for each channel.
     scores: [Vec<f64>; 3],
 }
 
 impl Problem {
-    /// Unknowns.
+    /// Returns the number of unknowns.
     fn count(&self) -> usize {
         self.free.len() + self.edges.len()
     }
 
-    /// All readings at a point. None: there is no such plant.
+    /// Computes score and information of all readings at a point; none if the plant's parameters are invalid.
     pub fn sum(&self, point: &Point, scatter: &[Scatter; 3], slopes: bool) -> Option<Sum> {
         let parts: Option<Vec<Part>> = (0..self.pieces.len())
             .into_par_iter()
@@ -169,9 +169,9 @@ impl Problem {
         Some(part)
     }
 
-    /// The delay's column of a piece in which every edge is an unknown: the sum of the edges' columns. A channel that lags reads the same
-    /// as edges that all come later, so no reading tells the two apart. A derivative computed in another way would: its rounding
-    /// errors differ from those of the edges.
+    /// Returns the delay's derivatives for a piece in which every edge is an unknown: the sum of the edges' derivatives. A delay
+    /// of the channels has the same effect as edges that all come later, so no reading tells the two apart. A derivative computed
+    /// differently would: its rounding errors differ from those of the edges.
     fn delayed(&self, piece: &Piece, columns: &[Column]) -> Option<Column> {
         let delay = self.free.iter().position(|parameter| *parameter == Parameter::Delay)?;
         let shifts = || columns.iter().filter(|(place, _)| *place >= self.free.len());
@@ -189,7 +189,7 @@ impl Problem {
         Some((delay, all))
     }
 
-    /// Adds up what the rows say.
+    /// Adds the terms of a piece's rows.
     fn read(
         &self,
         piece: &Piece,
@@ -242,8 +242,8 @@ impl Problem {
         }
     }
 
-    /// The damped step from a point, that of parameters which it would make negative ending at 0: the others go where
-    /// that leaves them to go.
+    /// Returns the damped step from a point. Parameters that the step would make negative end at zero, and the step of the others
+    /// is computed with that.
     fn step(&self, point: &Point, sum: &Sum, damping: f64) -> Option<DVector<f64>> {
         let n = sum.score.len();
         let mut damped = sum.information.clone();
@@ -278,13 +278,13 @@ impl Problem {
         }
     }
 
-    /// Square of a step's length in deviations, δᵀ J δ; infinite where there is none.
+    /// Returns the squared length of a step in standard deviations, δᵀ J δ; infinite if there is no step.
     fn length(&self, point: &Point, sum: &Sum, damping: f64) -> f64 {
         self.step(point, sum, damping)
             .map_or(f64::INFINITY, |step| (step.transpose() * &sum.information * &step)[(0, 0)])
     }
 
-    /// The point moved by a step.
+    /// Returns the point moved by a step.
     pub fn moved(&self, point: &Point, step: &DVector<f64>) -> Point {
         let mut moved = point.clone();
         for (parameter, change) in self.free.iter().zip(step.iter()) {
@@ -296,8 +296,9 @@ impl Problem {
         moved
     }
 
-    /// Goes to the most likely point, with the noise that is most likely there. Ends where a step without damping would
-    /// change no parameter by more than a hundredth of its deviation, which is said, or after `most` steps.
+    /// Searches the most likely point, with the noise that is most likely there. The search converges if an undamped step would
+    /// change no parameter by more than a hundredth of its standard deviation; otherwise it ends after `most` steps. The result
+    /// states which.
     pub fn solve(
         &self,
         mut point: Point,

@@ -1,4 +1,4 @@
-//! Where a fit begins: what the data say at a glance, and what a motor like it has.
+//! Initial values of a fit: rough estimates from the data, and the properties of a similar motor.
 
 use standstill_plant::{Motor, built_in};
 
@@ -9,7 +9,7 @@ use super::plant::{Frame, Law, Plant};
 use super::reading::{Scatter, clip_of, steps_of};
 use super::record::{Record, Request};
 
-/// Falls along +d and −d and along q that a motor's core has at a current, if it has a core that saturates.
+/// Returns the falls along +d and −d and along q of a motor's core at a current in A; none if its saturation is unknown.
 pub fn falls_of(motor: &Motor, current: f64) -> Option<[f64; 3]> {
     if !motor.saturation_is_known() {
         return None;
@@ -28,8 +28,8 @@ pub fn falls_of(motor: &Motor, current: f64) -> Option<[f64; 3]> {
     ])
 }
 
-/// β, γ and γ_q of the series ([`super::plant::Law::Series`]) that has these falls along +d and −d and along q. None: it has
-/// no such falls.
+/// Returns β, γ and γ_q of the series ([`super::plant::Law::Series`]) with these falls along +d and −d and along q; none if no
+/// series has them.
 pub fn series_of(falls: [f64; 3]) -> Option<[f64; 3]> {
     let rise = falls.map(|fall| fall / (1.0 - fall));
     // y + γ_q y³ = 1 and 3 γ_q y² = rise.
@@ -47,7 +47,7 @@ pub fn series_of(falls: [f64; 3]) -> Option<[f64; 3]> {
     (series.iter().all(|x| x.is_finite()) && (reached - 2.0).abs() < 1e-9).then_some(series)
 }
 
-/// The largest current in A that a channel reads, beside its offset.
+/// Returns the largest magnitude of a current in A, offsets removed.
 pub fn reach(pieces: &[Piece], point: &Point) -> f64 {
     let rows = pieces.iter().flat_map(|piece| &piece.rows);
     rows.flat_map(|row| (0..3).map(|k| (row.current[k] - point.offset[k]).abs()))
@@ -55,7 +55,7 @@ pub fn reach(pieces: &[Piece], point: &Point) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The mean inductance in H of a phase that each piece's first pulse shows, what it took in V s and raised in A.
+/// Returns the mean inductance in H of a phase from a piece's first pulse: its volt-seconds divided by the rise of current.
 fn glance(piece: &Piece, offset: [f64; 3], dead_time: f64) -> Option<f64> {
     let (edge, row) = piece.first_pulse()?;
     let time = row.time - edge.at - dead_time;
@@ -67,7 +67,7 @@ fn glance(piece: &Piece, offset: [f64; 3], dead_time: f64) -> Option<f64> {
     (time > 0.0 && raised > 0.0).then(|| share * piece.link * time / raised)
 }
 
-/// The frame, the point and the channels that a fit begins with.
+/// Returns the frame, the initial point and the channels of a fit.
 pub fn begin(
     records: &[Record],
     pieces: &[Piece],

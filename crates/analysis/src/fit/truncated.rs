@@ -1,9 +1,9 @@
-//! Normal numbers that are known to lie within bounds: draws with weights, and the probability of the bounds.
+//! Multivariate normal distribution within bounds: weighted draws, and the probability of the bounds.
 //!
-//! One number after the other is drawn given those before, within its bounds; the probability of those bounds is the draw's
-//! weight (Geweke, Hajivassiliou and Keane). Draws whose weights have come apart are drawn anew among themselves and stirred by
-//! Gibbs sampling, so that many numbers do not leave all weight to a few draws (Ridgway, *Computation of Gaussian orthant
-//! probabilities in high dimension*, 2016).
+//! The numbers are drawn one after the other, each given those before and within its bounds; the probability of those bounds is
+//! the draw's weight (Geweke, Hajivassiliou and Keane). If the weights diverge, the draws are resampled and moved by Gibbs
+//! sampling, so that many numbers do not leave all weight to a few draws (Ridgway, *Computation of Gaussian orthant probabilities
+//! in high dimension*, 2016).
 
 use std::f64::consts::TAU;
 
@@ -13,31 +13,31 @@ use standstill_sim::{Draws, Purpose, Streams};
 
 use super::reading::between;
 
-/// Draws.
+/// Number of draws.
 const DRAWS: usize = 4000;
 
-/// Rounds of Gibbs sampling after draws were drawn anew.
+/// Number of rounds of Gibbs sampling after resampling.
 const ROUNDS: usize = 3;
 
-/// What was drawn.
+/// Weighted draws, and the probability of the bounds.
 pub struct Drawn {
-    /// ln of the probability that all numbers are within their bounds.
+    /// Logarithm of the probability that all numbers are within their bounds.
     pub ln_probability: f64,
     /// Draws with their weights, which sum to 1.
     pub draws: Vec<(f64, DVector<f64>)>,
 }
 
-/// One draw on its way.
+/// A draw whose numbers are not complete yet.
 #[derive(Clone)]
 struct Particle {
     weight: f64,
-    /// The numbers so far less their means, in the order of drawing.
+    /// Numbers drawn so far less their means, in the order of drawing.
     off: Vec<f64>,
-    /// L⁻¹ of them.
+    /// Numbers drawn so far, standardised by L⁻¹.
     standard: Vec<f64>,
 }
 
-/// Normal numbers of this mean and covariance, each within its bounds. None: the covariance is singular.
+/// Draws normal numbers with this mean and covariance, each within its bounds; none if the covariance is singular.
 pub fn draw(mean: &DVector<f64>, covariance: &DMatrix<f64>, bounds: &[[f64; 2]]) -> Option<Drawn> {
     let n = mean.len();
     // Those that have the most to fear from their bounds first.
@@ -88,7 +88,7 @@ pub fn draw(mean: &DVector<f64>, covariance: &DMatrix<f64>, bounds: &[[f64; 2]])
     Some(Drawn { ln_probability, draws })
 }
 
-/// As many draws, each as often as its weight says (systematic resampling).
+/// Resamples the draws in proportion to their weights (systematic resampling).
 fn anew(particles: &[Particle], start: f64) -> Vec<Particle> {
     let (mut sum, mut next) = (0.0, start);
     let mut all = Vec::with_capacity(particles.len());
@@ -106,7 +106,7 @@ fn anew(particles: &[Particle], start: f64) -> Vec<Particle> {
     all
 }
 
-/// Gibbs sampling of the numbers so far.
+/// Moves the numbers drawn so far by Gibbs sampling.
 fn stir(
     particles: &mut [Particle],
     draws: &mut Draws,
@@ -134,7 +134,7 @@ fn stir(
     Some(())
 }
 
-/// A standard normal number within bounds, by rejection (Robert, *Simulation of truncated normal variables*, 1995).
+/// Draws a standard normal number within bounds, by rejection (Robert, *Simulation of truncated normal variables*, 1995).
 fn within(draws: &mut Draws, low: f64, high: f64) -> f64 {
     if high < -low {
         return -within(draws, -high, -low);
@@ -163,7 +163,7 @@ fn within(draws: &mut Draws, low: f64, high: f64) -> f64 {
     }
 }
 
-/// From numbers that are everywhere alike within the bounds; `peak` is the most likely place.
+/// Draws by rejection from a uniform distribution within the bounds; `peak` is the position of the largest density.
 fn flat(draws: &mut Draws, low: f64, high: f64, peak: f64) -> f64 {
     loop {
         let x = low + (high - low) * draws.uniform();

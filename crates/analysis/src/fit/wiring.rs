@@ -1,8 +1,8 @@
-//! Whether channels are on other phases than their columns say, or the wrong way round.
+//! Checks whether channels are on other phases than their columns state, or reversed.
 //!
-//! What the first pulse of each piece raises lies along its voltage, but for what saliency turns it by: 37° where L_q is four
-//! times L_d, 60° where it is fourteen times. Exchanged phases turn at least one of several directions by far more, and a reversed clamp
-//! makes the currents' sum differ from zero.
+//! The current that the first pulse of each piece raises is parallel to its voltage, except for a turn by saliency: 37° if L_q is
+//! four times L_d, 60° if it is fourteen times. Exchanged phases turn at least one of several directions by far more, and a
+//! reversed clamp makes the currents' sum differ from zero.
 
 use std::fmt;
 
@@ -11,37 +11,37 @@ use standstill_numeric::hypot;
 use super::pieces::{Piece, Rest};
 use super::record::{COLUMNS, Request};
 
-/// Which phase each column is of, and which columns count the other way.
+/// Assignment of columns to phases, with reversed columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wiring {
-    /// The phase of each column, from 0.
+    /// Phase of each column, from 0.
     pub phase: [usize; 3],
-    /// Whether it counts currents out of the motor.
+    /// True for each column that counts currents out of the motor as positive.
     pub reversed: [bool; 3],
-    /// Which columns there are.
+    /// True for each column that exists.
     pub channels: [bool; 3],
 }
 
-/// The cosine between current and voltage below which they do not suit each other, and from which on they do: 60° and 32°.
+/// Cosines between current and voltage: below the first they do not match (60°), from the second on they match (32°).
 const SUITS: [f64; 2] = [0.5, 0.85];
 
-/// The cosine between two voltages from which on they are of one direction.
+/// Least cosine between two voltages that count as one direction.
 const ONE_DIRECTION: f64 = 0.9;
 
-/// Currents below this share of the largest say nothing.
+/// Least current that is used, as a share of the largest.
 const LEAST_CURRENT: f64 = 0.2;
 
-/// And those below so many standard deviations of the readings at rest.
+/// Least current that is used, in standard deviations of the readings at rest.
 const LEAST_NOISES: f64 = 20.0;
 
-/// Phases of the columns, those that exchange fewer first.
+/// Permutations of the phases; those that exchange fewer phases come first.
 const PHASES: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
 
-/// What the first pulse of a piece drives the phases with, and what the columns read.
+/// Voltages that the first pulse of a piece puts on the phases, and readings of the columns.
 type Pulse = ([f64; 3], [f64; 3]);
 
 impl Wiring {
-    /// The smallest cosine between current and voltage of all pulses, wired so.
+    /// Returns the smallest cosine between current and voltage over all pulses with this wiring.
     fn suits(&self, pulses: &[Pulse]) -> f64 {
         let cosine = |(voltage, read): &Pulse| {
             let mut current = [f64::NAN; 3];
@@ -58,7 +58,7 @@ impl Wiring {
         pulses.iter().map(cosine).fold(1.0, f64::min)
     }
 
-    /// How much is wrong with it.
+    /// Returns the number of changes against the stated wiring.
     fn changes(&self) -> usize {
         let count = self.reversed.iter().filter(|reversed| **reversed).count();
         // All of them: one convention is another.
@@ -72,8 +72,8 @@ fn length([a, b, c]: [f64; 3]) -> f64 {
     hypot(hypot(a, b), c)
 }
 
-/// How channels are wired if not as their columns say, and the readings then suit the legs; `rest` is what they read without
-/// current. Pulses of one direction alone say too little.
+/// Returns the wiring of the channels if it differs from what the columns state and makes the readings match the legs; none
+/// otherwise, and if all pulses have one direction. `rest` has the readings without current.
 pub fn miswired(pieces: &[Piece], channels: [bool; 3], rest: &[Rest; 3]) -> Option<Wiring> {
     let mut pulses: Vec<Pulse> = Vec::new();
     for piece in pieces {

@@ -1,4 +1,4 @@
-//! Limits and measures as they are written.
+//! Parses limits and measures from text.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,11 +9,11 @@ use standstill_scenario::quoted;
 use super::{Limit, Limits, Measure, NAMES, Subject};
 use crate::event::bound;
 
-/// Every measure, for messages.
+/// Names of all measures, for messages.
 const MEASURES: &str =
     "rms, p95, p99, P(|e| > 2 deg), wrong_poles, undetermined, failed, moved, duration or peak_current";
 
-/// A text that is no limit.
+/// Error of a text that is no limit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LimitError {
     text: String,
@@ -22,13 +22,13 @@ pub struct LimitError {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Wrong {
-    /// A comma has nothing before or after it.
+    /// A limit is missing before or after a comma.
     Empty,
-    /// It has no `<=`.
+    /// The limit has no `<=`.
     Sides,
     /// The text before the `<=` is no measure.
     Measure(MeasureError),
-    /// The bound that was found, and what the measure needs.
+    /// The bound that was found, and the bounds that the measure allows.
     Bound(String, &'static str),
 }
 
@@ -54,11 +54,11 @@ impl fmt::Display for LimitError {
 
 impl std::error::Error for LimitError {}
 
-/// A text that is no measure.
+/// Error of a text that is no measure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeasureError {
     text: String,
-    /// The bound of a probability, where that alone is wrong.
+    /// The bound of a probability, if only the bound is wrong.
     bound: Option<String>,
 }
 
@@ -91,14 +91,14 @@ impl FromStr for Measure {
     }
 }
 
-/// Allowed bounds, for messages.
+/// Allowed bounds of each unit, for messages.
 const ANGLES: &str = "an angle above 0 deg, such as `1 deg`";
 const SHARES: &str = "a share above 0 % and up to 100 % with its sign, such as `5 %`";
 const TIMES: &str = "a time above 0 s, such as `20 ms`";
 const CURRENTS: &str = "a current above 0 A, such as `8 A` or `800 mA`";
 
 impl Measure {
-    /// A bound of this measure; else what was found, and what is allowed.
+    /// Parses a bound of this measure; the error has the text found and the bounds allowed.
     fn bound(self, text: &str) -> Result<f64, (String, &'static str)> {
         let least = f64::MIN_POSITIVE;
         let (found, needed) = match self {
@@ -113,7 +113,7 @@ impl Measure {
     }
 }
 
-/// Limits joined by commas, each with the text of its bound as `of` reads it.
+/// Parses limits that are separated by commas; `of` reads the text of each bound.
 fn each<T>(
     text: &str,
     of: impl Fn(Measure, &str) -> Result<T, (String, &'static str)>,

@@ -1,28 +1,28 @@
-//! Root mean square of errors, of which some starts have none.
+//! Root mean square of the axis error over starts of which some have no answer.
 //!
-//! Each start without an answer counts as 90°. A few of them make most of the mean square, and their share is seldom
-//! known well: where none is seen in n starts, up to 3.7/n of them may be without an answer. The mean square's
-//! interval is therefore made of that of their share and that of the others' mean square.
+//! Each start without an answer counts as 90°. A few such starts make most of the mean square, and their share is seldom known
+//! well: if none is observed in n starts, their share may be up to 3.7/n. The interval of the mean square is therefore combined
+//! from the interval of this share and that of the other starts' mean square.
 
 use standstill_campaign::{Estimate, binomial_interval};
 
 use crate::sobol::ratio;
 
-/// Error in degrees as which a start without an answer counts.
+/// Axis error in degrees as which a start without an answer counts.
 const COUNTS: f64 = 90.0;
 
-/// Estimate of a root mean square.
+/// Statistics of the observed starts, from which a root mean square is estimated.
 pub(super) struct Seen {
-    /// Starts without an answer, and all.
+    /// Number of starts without an answer, and number of all starts.
     without: usize,
     all: usize,
-    /// Mean square of the others, and their squares in order.
+    /// Mean square error of the starts with an answer in degrees², and their squared errors in ascending order.
     square: Estimate,
     squares: Vec<f64>,
 }
 
 impl Seen {
-    /// Of a start without an answer the value is infinite.
+    /// Takes the errors in degrees; the value of a start without an answer is infinite.
     pub(super) fn of(values: &[f64]) -> Self {
         let mut squares: Vec<f64> = values.iter().filter(|e| e.is_finite()).map(|e| e * e).collect();
         let square = ratio(squares.iter().map(|square| (*square, 1.0)));
@@ -30,7 +30,7 @@ impl Seen {
         Self { without: values.len() - squares.len(), all: values.len(), square, squares }
     }
 
-    /// The root mean square with the 95 % interval that so many trials like these would leave.
+    /// Returns the root mean square with the 95 % interval that it would have after `trials` similar trials.
     ///
     /// The mean square is p 90² + (1 − p) m: p the share without an answer, m the mean square of the others. The distances
     /// from the estimate to the ends of both intervals, each by its effect, are added as squares (G. Y. Zou and A. Donner,
@@ -63,7 +63,7 @@ impl Seen {
     }
 }
 
-/// Estimate with the interval of the seen starts alone, for comparisons on common random numbers.
+/// Returns the root mean square with the interval of the observed starts alone, for comparisons on common random numbers.
 pub(super) fn seen(values: &[f64]) -> Estimate {
     let squares = values.iter().map(|e| if e.is_finite() { e * e } else { COUNTS * COUNTS });
     let square = ratio(squares.map(|square| (square, 1.0)));
@@ -71,27 +71,29 @@ pub(super) fn seen(values: &[f64]) -> Estimate {
     Estimate { value: root(square.value), low: root(square.low), high: root(square.high) }
 }
 
-/// The share of starts without an answer with its exact interval.
+/// Returns the share of starts without an answer with its exact 95 % interval.
 pub(super) fn without_answer(values: &[f64]) -> Estimate {
     let count = values.iter().filter(|error| !error.is_finite()).count();
     binomial_interval(count as u64, values.len() as u64)
 }
 
-/// Lower bound of the mean: half the lower end of the median, because half of all is above the median.
+/// Returns a lower bound of the mean square: half the lower end of the median's interval, because half of all values exceed the
+/// median.
 fn least(squares: &[f64], trials: f64) -> f64 {
     0.5 * super::quantile(squares, 0.5, trials).low
 }
 
-/// Place where starts without an answer, each counted as 90°, dominate an rms error.
+/// Part of an rms estimate that starts without an answer, each counted as 90°, dominate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// They make more than half of the mean square.
+    /// Starts without an answer make more than half of the mean square.
     Value,
-    /// They may make more than half of the upper end of its interval.
+    /// Starts without an answer may make more than half of the square of the interval's upper end.
     Interval,
 }
 
-/// The part that starts without an answer have in a root mean square, if it is most of it.
+/// Returns the part of a root mean square that starts without an answer dominate, given their share; none if they dominate
+/// neither.
 pub fn part(rms: &Estimate, share: &Estimate) -> Option<Part> {
     let most = |share: f64, rms: f64| share > 0.0 && share * COUNTS * COUNTS > rms * rms / 2.0;
     if most(share.value, rms.value) {
@@ -101,22 +103,22 @@ pub fn part(rms: &Estimate, share: &Estimate) -> Option<Part> {
     }
 }
 
-/// True if their possible part is more than half of the interval above a root mean square.
+/// Returns true if starts without an answer make more than half of the interval above a root mean square.
 pub fn widens(rms: &Estimate, share: &Estimate) -> bool {
     2.0 * square_of(share.high - share.value) > rms.high * rms.high - rms.value * rms.value
 }
 
-/// The root mean square in degrees that such a share makes alone.
+/// Returns the root mean square in degrees that this share of starts without an answer makes alone.
 pub fn made_by(share: f64) -> f64 {
     COUNTS * share.sqrt()
 }
 
-/// The mean square in degrees² that such a share adds.
+/// Returns the mean square in degrees² that this share of starts without an answer adds.
 pub fn square_of(share: f64) -> f64 {
     COUNTS * COUNTS * share
 }
 
-/// The share of starts without an answer that alone makes a root mean square of so many degrees.
+/// Returns the share of starts without an answer that alone makes a root mean square of `most` degrees.
 pub(super) fn share_of(most: f64) -> f64 {
     (most / COUNTS) * (most / COUNTS)
 }

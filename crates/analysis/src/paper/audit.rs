@@ -1,5 +1,5 @@
-//! Do the published tables agree with the paper's own equations? Each statement is computed from what is
-//! printed, and named where it does not hold.
+//! Audit of the published tables against the paper's own equations: each statement is recomputed from the printed data, and
+//! listed whether it holds or not.
 
 use serde::Serialize;
 use standstill_interface::{Abc, Phase};
@@ -7,20 +7,20 @@ use standstill_plant::{Winding, rotor_angle_from_lines};
 
 use super::{TABLE_1, TABLE_2};
 
-/// One statement of the audit.
+/// One statement of the audit with its result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// Place in the paper.
+    /// Place of the statement in the paper.
     pub place: String,
-    /// The quantity compared.
+    /// Quantity that is compared.
     pub quantity: String,
-    /// As printed.
+    /// Value as printed.
     pub printed: String,
-    /// As recomputed from the printed data.
+    /// Value recomputed from the printed data.
     pub recomputed: String,
     /// True if the two agree within the rounding of the printed number.
     pub agrees: bool,
-    /// The disagreement.
+    /// Explanation of the disagreement.
     pub note: String,
 }
 
@@ -41,18 +41,18 @@ fn finding(
     }
 }
 
-/// 2θ in [0, 360)° from three line inductances, with the sign of interior magnets.
+/// Returns 2θ in degrees, in [0, 360)°, from three line inductances, with the sign of the saliency of interior magnets.
 fn twice_angle(lines: [f64; 3]) -> f64 {
     2.0 * rotor_angle_from_lines(Abc(lines), -1.0).to_degrees()
 }
 
-/// Signed difference of two angles in (−180, 180]°.
+/// Returns the signed difference of two angles in degrees, in (−180, 180]°.
 fn way(a: f64, b: f64) -> f64 {
     let way = (a - b).rem_euclid(360.0);
     if way > 180.0 { way - 360.0 } else { way }
 }
 
-/// Everything, table by table.
+/// Audits the equations, the tables and the rating.
 pub fn audit() -> Vec<Finding> {
     let mut findings = equations();
     findings.extend(table_1());
@@ -100,8 +100,8 @@ fn table_1() -> Vec<Finding> {
     findings
 }
 
-/// Is there any order of the rows and of the columns, sign of the saliency, direction and constant offset that
-/// explains the printed angles?
+/// Searches for an order of the rows and columns, a sign of the saliency, a direction of rotation and a constant offset that
+/// would explain the printed angles.
 fn relabelling() -> Finding {
     let mut best = (f64::INFINITY, String::new());
     for columns in orders(3) {
@@ -138,7 +138,7 @@ fn relabelling() -> Finding {
     )
 }
 
-/// All orders of `n` things.
+/// Returns all permutations of `n` indices.
 fn orders(n: usize) -> Vec<Vec<usize>> {
     if n == 0 {
         return vec![Vec::new()];
@@ -154,7 +154,7 @@ fn orders(n: usize) -> Vec<Vec<usize>> {
     all
 }
 
-/// Half of the shortest arc that holds all angles in [0, 360)°: what is left of them at the best offset.
+/// Returns half of the shortest arc that contains all angles in [0, 360)°: their largest error with the best constant offset.
 fn half_arc(mut angles: Vec<f64>) -> f64 {
     angles.sort_unstable_by(f64::total_cmp);
     let around = angles.first().zip(angles.last()).map_or(360.0, |(first, last)| first + 360.0 - last);
@@ -162,7 +162,7 @@ fn half_arc(mut angles: Vec<f64>) -> f64 {
     (360.0 - gap) / 2.0
 }
 
-/// The equations themselves, at the first resolver angle on the inferred winding.
+/// Audits the equations themselves, at the first resolver angle on the inferred winding.
 fn equations() -> Vec<Finding> {
     let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
     let angle = TABLE_2[0].measured_deg.to_radians();
@@ -258,7 +258,7 @@ fn table_2() -> Vec<Finding> {
     findings
 }
 
-/// 5.5 kW at 8 A: without overmodulation, a 550 V link gives a line voltage of 550/√2 V rms.
+/// Audits the rating of 5.5 kW at 8 A: without overmodulation, a 550 V link gives a line voltage of 550/√2 V rms.
 fn rating() -> Finding {
     let apparent = 3.0_f64.sqrt() * 550.0 / 2.0_f64.sqrt() * 8.0 / 1000.0;
     let note = (apparent < 5.5)

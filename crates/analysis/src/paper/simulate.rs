@@ -1,4 +1,4 @@
-//! Tables 1 and 2 simulated at the five resolver angles.
+//! Simulates Tables 1 and 2 of the paper at its five resolver angles.
 
 use standstill_detect::{Settings, SettingsError};
 use standstill_interface::{Abc, Angle, Findings};
@@ -7,23 +7,23 @@ use standstill_sim::{Ended, NoProbe, Run, run};
 use super::TABLE_2;
 use standstill_scenario::{Record, Scenario, Specimen};
 
-/// One row of both tables, simulated.
+/// One simulated row of both tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulatedRow {
-    /// The rotor's angle in degrees at the start: the resolver's in the paper.
+    /// Initial rotor angle in degrees: that of the resolver in the paper.
     pub angle_deg: f64,
-    /// L_AB, L_BC, L_CA in H by equation (4).
+    /// Line inductances L_AB, L_BC, L_CA in H by equation (4).
     pub ideal_lines: Abc<f64>,
-    /// The detector's measurements.
+    /// Measurements of the detector.
     pub findings: Findings<f64>,
-    /// The run.
+    /// Record of the trial.
     pub record: Record,
     /// Reading of the simulated resolver in degrees.
     pub resolver_deg: f64,
 }
 
 impl SimulatedRow {
-    /// From a run that started at `angle_deg`.
+    /// Makes a row from a trial that started at `angle_deg`.
     fn of<S>(scenario: &Scenario<S>, angle_deg: f64, run: &Run<f64>) -> Self {
         Self {
             angle_deg,
@@ -37,20 +37,20 @@ impl SimulatedRow {
         }
     }
 
-    /// Angle found minus that of the resolver, in (−180, 180]°, as the paper states its errors.
+    /// Returns the angle found minus that of the resolver, in (−180, 180]°, as the paper states its errors; none without an
+    /// angle.
     pub fn error_to_resolver_deg(&self) -> Option<f64> {
         let resolver = Angle::from_degrees(self.resolver_deg);
         self.record.run.found().map(|found| Angle::from_radians(found).difference(resolver).to_degrees())
     }
 
-    /// The axis in degrees, [0, 180), by equation (7), if it was found.
+    /// Returns the axis by equation (7), in [0, 180)°; none without an axis.
     pub fn axis_deg(&self) -> Option<f64> {
         self.record.axis_deg()
     }
 }
 
-/// The five rows, measured by one drive: the same specimen of inverter and sensors throughout, as on the
-/// authors' bench, with fresh noise in each row.
+/// Simulates the five rows with one specimen of inverter and sensors, as on the authors' bench, and with fresh noise in each row.
 pub fn simulate<S: Settings<f64>>(scenario: &Scenario<S>) -> Result<[SimulatedRow; 5], SettingsError> {
     let row = |number: u8| {
         let angle_deg = TABLE_2[usize::from(number)].measured_deg;

@@ -1,4 +1,4 @@
-//! The chains of one level.
+//! Markov chains of one level of subset simulation.
 
 use rayon::prelude::*;
 use standstill_sim::{Draws, Purpose, Streams, Strip, Tape};
@@ -32,7 +32,7 @@ impl<'a> Level<'a> {
         Self { settings, run, number, threshold, widths, spread }
     }
 
-    /// Walks from each seed; returns all states, those of the seeds among them.
+    /// Walks a chain from each seed; returns all states, with the seeds.
     pub fn walk<S: System>(
         &self,
         system: &S,
@@ -65,7 +65,7 @@ impl<'a> Level<'a> {
         Ok((Population::gathered(self.settings.seeds(), populations), work))
     }
 
-    /// Chains side by side in this thread, the first of which has this number.
+    /// Walks some of the chains side by side in this thread; the first of them has index `first`.
     fn walk_part<S: System>(
         &self,
         system: &S,
@@ -107,7 +107,7 @@ impl<'a> Level<'a> {
         Ok((population, work))
     }
 
-    /// Moves each state to its tape, if that is in the level.
+    /// Moves each state to its proposed tape, if that tape is in the level.
     fn step<S: System>(
         &self,
         system: &S,
@@ -129,7 +129,7 @@ impl<'a> Level<'a> {
     }
 }
 
-/// Copies the draws of one tape into another, in the memory that it has.
+/// Copies the draws of one tape into another, and reuses the target's memory.
 fn copy(from: &mut Tape, to: &mut Tape) {
     let alike = |(one, other): (&Strip, &Strip)| one.purpose == other.purpose && one.name == other.name;
     let (source, target) = (from.strips(), to.strips());

@@ -2,18 +2,18 @@
 
 use standstill_sim::{Draws, Purpose, Strip, Tape};
 
-/// The draws that a move changes.
+/// Draws that a move changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     All,
-    /// Those that a specimen of motor and drive keeps, and its angle.
+    /// Draws that a specimen of motor and drive keeps, and its angle.
     Specimen,
-    /// Those of each sample.
+    /// Draws of each sample.
     Samples,
 }
 
 impl Kind {
-    /// One after the other makes a state.
+    /// Moves that make one state, in their order.
     pub const TURNS: [Self; 3] = [Self::All, Self::Specimen, Self::Samples];
 
     fn changes(self, purpose: Purpose) -> bool {
@@ -25,19 +25,19 @@ impl Kind {
     }
 }
 
-/// True if draws of this purpose are of each sample, and not of the specimen.
+/// Returns true if draws of this purpose are drawn for each sample, and not for the specimen.
 pub(crate) const fn of_samples(purpose: Purpose) -> bool {
     matches!(purpose, Purpose::CurrentNoise | Purpose::LinkNoise | Purpose::Jitter)
 }
 
-/// Moves of a level that were tried and taken, of each kind.
+/// Numbers of moves of each kind that were tried and accepted in a level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Work {
     pub tried: [u64; 3],
     pub taken: [u64; 3],
 }
 
-/// Step length of each kind.
+/// Step length of each kind of move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Widths([f64; 3]);
 
@@ -48,11 +48,11 @@ impl Default for Widths {
 }
 
 impl Widths {
-    /// After a level: longer where more than 44 % of the moves were taken, shorter where fewer were.
+    /// Adapts the step lengths after a level: longer if more than 44 % of the moves were accepted, shorter if fewer were.
     pub fn learn(&mut self, work: &Work) {
-        /// The best share of one draw's moves (Roberts and Rosenthal 2001); in many the optimum is flat.
+        /// Best acceptance rate for moves of one draw (Roberts and Rosenthal 2001); for moves of many draws the optimum is flat.
         const BEST: f64 = 0.44;
-        /// A tenth more taken: a fifth longer.
+        /// Gain of the adaptation: an acceptance rate a tenth higher makes the steps a fifth longer.
         const PACE: f64 = 2.0;
         for (width, (taken, tried)) in self.0.iter_mut().zip(work.taken.iter().zip(work.tried)) {
             if tried > 0 {
@@ -63,7 +63,7 @@ impl Widths {
     }
 }
 
-/// The spread of each draw of the specimen among seeds, strip by strip.
+/// Spread of each draw of the specimen among seeds, strip by strip.
 #[derive(Debug)]
 pub(super) struct Spread(Vec<(Purpose, String, Vec<f64>)>);
 
@@ -108,7 +108,7 @@ fn is_of(strip: &Strip, purpose: Purpose, name: &str) -> bool {
     strip.purpose == purpose && strip.name == name
 }
 
-/// Moves a tape; returns whether any draw was there to be changed.
+/// Proposes a move by changing a tape; returns true if the tape had a draw to change.
 pub(super) fn propose(
     tape: &mut Tape,
     kind: Kind,

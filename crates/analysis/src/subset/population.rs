@@ -1,20 +1,20 @@
-//! The states of one level: all values, and of the states themselves those that are needed further on.
+//! States of one level: the values of all states, and the tapes of those that are needed further on.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use standstill_sim::{Purpose, Streams, Tape};
 
-/// A state of a chain.
+/// A state of a chain: the draws on its tape, and the value of the order parameter.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub value: f64,
     pub tape: Tape,
-    /// The state of the first level from which it descends.
+    /// Index of the state in the first level from which this state descends.
     pub ancestor: u32,
 }
 
-/// Rank of a state: by its value, among equal ones by lot.
+/// Rank of a state: by its value, among equal values by a random number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rank {
     value: f64,
@@ -35,8 +35,8 @@ impl Ord for Rank {
     }
 }
 
-/// At most so many states, those of highest rank. A level of a long method has gigabytes of draws; a tenth of them is
-/// kept.
+/// Holds at most `room` states, those of highest rank. All draws of a level of a long method take gigabytes; a tenth of the
+/// states is kept.
 #[derive(Debug)]
 struct Best {
     room: usize,
@@ -62,29 +62,29 @@ impl Best {
     }
 }
 
-/// The states of a level, or of a part of it.
+/// The states of a level, or of a part of a level.
 #[derive(Debug)]
 pub(super) struct Population {
     seeds: usize,
-    /// Values by chain, each in the order of its states.
+    /// Values by chain, in the order of each chain's states.
     values: BTreeMap<usize, Vec<f64>>,
     nearest: Best,
-    /// Of those in the event, a sample.
+    /// A random sample of the states in the event.
     failures: Best,
 }
 
 /// Threshold between a level and the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cut {
-    /// Values from here on are of the next level.
+    /// Values of at least this threshold are in the next level.
     pub threshold: f64,
-    /// The share of them.
+    /// Share of the states with such values.
     pub share: f64,
-    /// The square of its coefficient of variation.
+    /// Square of the share's coefficient of variation.
     pub variance: f64,
 }
 
-/// Splitmix: a number without a pattern for each key.
+/// Returns a pseudo-random number for a key (SplitMix64).
 fn lot(key: u64) -> u64 {
     let mut x = key.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -97,7 +97,7 @@ impl Population {
         Self { seeds, values: BTreeMap::new(), nearest: Best::new(seeds), failures: Best::new(seeds) }
     }
 
-    /// The next state of a chain. Its key decides among equals.
+    /// Adds the next state of a chain. `key` determines the state's rank among equal values.
     pub fn add(&mut self, chain: usize, key: u64, state: &State) {
         let rank = Rank { value: state.value, lot: lot(key) };
         self.values.entry(chain).or_default().push(state.value);
@@ -110,7 +110,8 @@ impl Population {
         }
     }
 
-    /// Values which these shares of the states reach or exceed, each with the share that does.
+    /// Returns, for each of these shares of the states, the value that this share reaches or exceeds, with the exact share that
+    /// does.
     pub fn quantiles(&self, shares: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
         let mut all: Vec<f64> = self.values.values().flatten().copied().collect();
         all.sort_by(|a, b| b.total_cmp(a));
@@ -126,7 +127,7 @@ impl Population {
         shares.filter_map(at).collect()
     }
 
-    /// The parts of a level together.
+    /// Joins the parts of a level.
     pub fn gathered(seeds: usize, parts: Vec<Self>) -> Self {
         let mut whole = Self::new(seeds);
         for part in parts {
@@ -145,20 +146,20 @@ impl Population {
         self.values.values().flatten().filter(|value| inside(**value)).count()
     }
 
-    /// States in the event.
+    /// Returns the number of states in the event.
     pub fn hits(&self) -> usize {
         self.count(|value| value > 0.0)
     }
 
-    /// True if all values are equal, finite and outside of the event.
+    /// Returns true if all values are equal, finite and outside of the event.
     pub fn is_constant(&self) -> bool {
         let mut values = self.values.values().flatten();
         let first = values.next().copied().unwrap_or(f64::NAN);
         first.is_finite() && first <= 0.0 && values.all(|value| *value == first)
     }
 
-    /// Threshold of the next level, or, at the last one, of the event. None where the values lead nowhere: more than half of
-    /// the states have the same one.
+    /// Returns the threshold of the next level, or that of the event at the last level. None if the values do not lead to the
+    /// event: more than half of the states have the same value.
     pub fn cut(&self, last: bool) -> Option<Cut> {
         let total = self.count(|_| true);
         let threshold = if last {
@@ -176,7 +177,7 @@ impl Population {
         Some(Cut { threshold, share, variance })
     }
 
-    /// By how much the states of a chain say less than independent ones would (Au and Beck 2001, equations 26 to 29).
+    /// Returns the factor γ by which correlation within chains raises the variance, 1 + γ (Au and Beck 2001, equations 26 to 29).
     fn correlation(&self, inside: impl Fn(f64) -> bool, share: f64) -> f64 {
         let length = self.values.values().map(Vec::len).max().unwrap_or(1);
         let at_rest = share * (1.0 - share);
@@ -196,7 +197,8 @@ impl Population {
         (1..length).map(lag).sum::<f64>().max(0.0)
     }
 
-    /// The seeds of the next level. Where several states share the threshold's value, as many of them as are their due.
+    /// Returns the seeds of the next level. If more states share the threshold's value than there are places, seeds are drawn in
+    /// proportion from those above and those at the threshold.
     pub fn into_seeds(self, cut: &Cut, keys: Streams) -> Vec<State> {
         let above = self.count(|value| value > cut.threshold);
         let at = self.count(|value| value >= cut.threshold) - above;

@@ -1,4 +1,4 @@
-//! What would make a motor suited, where no setting does: tried on the bench, one change at a time.
+//! Changes that would make a motor suited if no settings do: each is tried by trials, one change at a time.
 
 use standstill_detect::MethodName;
 use standstill_scenario::{Document, Origin, Rotor};
@@ -9,15 +9,15 @@ use super::{Demands, Progress, SuitabilityError};
 /// A change that was tried.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Advice {
-    /// In words.
+    /// Description of the change in words.
     pub change: String,
-    /// What `standstill check` is told for it.
+    /// Option of `standstill check` that makes the change.
     pub option: String,
-    /// Settings with which the motor is then suited; none where the change does not help.
+    /// Settings with which the motor is suited after the change; none if the change does not help.
     pub helps: Option<Setting>,
 }
 
-/// A change of the drive or of what is demanded.
+/// A change of the drive or of the demands.
 struct Change {
     words: String,
     option: String,
@@ -25,10 +25,10 @@ struct Change {
     current: Option<f64>,
 }
 
-/// Keys of what sensors and drive can do better together.
+/// Keys of errors of sensors and drive that are improved together.
 const FINER: [&str; 4] = ["sensors.bits", "sensors.noise", "sensors.gain_error", "inverter.dead_time"];
 
-/// Methods that changes are tried with: those whose detection is short.
+/// Methods with which changes are tried: those with short detections.
 const METHODS: [MethodName; 3] =
     [MethodName::Bipolar, MethodName::MaximumLikelihood, MethodName::LineInductanceFast];
 
@@ -68,7 +68,7 @@ pub(super) fn tried(
     Ok(advice)
 }
 
-/// The first settings that hold with a change.
+/// Returns the first settings that meet the demands after a change.
 fn helps(
     document: &Document,
     bench: &Bench<'_>,
@@ -142,7 +142,7 @@ fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
     changes
 }
 
-/// Rounded to so many digits.
+/// Rounds to this number of significant digits.
 fn digits(value: f64, count: i32) -> f64 {
     let power = standstill_quantity::magnitude(value).unwrap_or(0) - count + 1;
     standstill_quantity::rounded(standstill_quantity::rounded(value, -power).round(), power)

@@ -1,4 +1,4 @@
-//! The bench on which settings are tried: a document's motor, drive and sensors, and what is demanded.
+//! The bench on which settings are tried: motor, drive and sensors of a document, and the demands.
 
 use standstill_campaign::CampaignError;
 use standstill_detect::{Method, MethodName};
@@ -14,17 +14,17 @@ use super::{Demands, SuitabilityError};
 pub struct Setting {
     /// The method.
     pub method: MethodName,
-    /// Its keys; what is not among them suits the motor by itself.
+    /// Keys that are set, with their values; all other settings suit the motor by default.
     pub keys: Vec<(&'static str, String)>,
 }
 
 impl Setting {
-    /// A method as it suits the motor by itself.
+    /// Returns the method with its default settings for the motor.
     pub(super) const fn plain(method: MethodName) -> Self {
         Self { method, keys: Vec::new() }
     }
 
-    /// The same with a key.
+    /// Returns these settings with one key set.
     #[must_use]
     pub(super) fn with(&self, key: &'static str, value: &str) -> Self {
         let mut keys: Vec<_> = self.keys.iter().filter(|(other, _)| *other != key).cloned().collect();
@@ -32,7 +32,7 @@ impl Setting {
         Self { method: self.method, keys }
     }
 
-    /// The document with these settings.
+    /// Sets the method and its keys in a document.
     ///
     /// # Errors
     /// A key that cannot be set.
@@ -45,40 +45,41 @@ impl Setting {
     }
 }
 
-/// A whole number as such, all else as a text.
+/// Returns a whole number as an integer, all else as a string.
 fn toml_value(text: &str) -> toml::Value {
     text.parse::<i64>().map_or_else(|_| text.into(), toml::Value::Integer)
 }
 
-/// Settings and what starts showed of them.
+/// Settings with the margins that starts showed.
 #[derive(Clone, Debug)]
 pub(super) struct Look {
     pub setting: Setting,
     pub margins: Margins,
 }
 
-/// What settings are tried on.
+/// Conditions under which settings are tried.
 pub(super) struct Bench<'a> {
     pub document: &'a Document,
     pub motor: &'a Motor,
     pub demands: &'a Demands,
     /// Largest phase current in A.
     pub most_current: f64,
-    /// States of the rotor that are judged.
+    /// States of the rotor in which settings are judged.
     pub rotors: Vec<Rotor>,
-    /// Whether poles are judged.
+    /// True if poles are judged.
     pub has_pole: bool,
-    /// The share by which L_d falls here, of the upper end of a range.
+    /// The saturation of this bench's motor, as the share by which L_d falls, if the bench is the upper end of a range.
     pub most_saturation: Option<f64>,
-    /// The bench of the upper end of a range of saturation, of which this is the lower.
+    /// The bench at the upper end of a range of saturation, if this bench is the lower end.
     pub upper_end: Option<&'a Bench<'a>>,
 }
 
-/// The scenario's own seed, on which settings are looked for. Other draws have the seeds that follow.
+/// Offset from the scenario's seed of the search for settings. Other stages add larger offsets.
 pub(super) const SEARCH: u64 = 0;
 
 impl<'a> Bench<'a> {
-    /// A document's bench. A state of the rotor that is set beside the scenario is the only one that is judged: held by a brake, say.
+    /// Makes the bench of a document. A state of the rotor that an override sets, such as a brake, is the only one that is
+    /// judged.
     pub fn new(document: &'a Document, motor: &'a Motor, demands: &'a Demands) -> Self {
         let state =
             document.origin("rotor.state").and_then(|_| document.load().ok()).map(|file| file.rotor.state());
@@ -96,22 +97,22 @@ impl<'a> Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Whether a key of the detector is the user's own, and not to be looked for.
+    /// Returns true if the user set this key of the detector, so that its value is not searched.
     pub fn is_set(&self, key: &str) -> bool {
         self.document.get(&format!("detector.{key}")).is_some()
     }
 
-    /// The benches of both ends of a range of saturation, or this one.
+    /// Iterates over the benches at both ends of a range of saturation, or over this one.
     pub fn ends(&self) -> impl Iterator<Item = &Self> {
         std::iter::once(self).chain(self.upper_end)
     }
 
-    /// The bench on which the same settings draw the most current.
+    /// Returns the bench on which the same settings draw the most current.
     pub fn strained(&self) -> &Self {
         self.upper_end.unwrap_or(self)
     }
 
-    /// Objections of this end of a range.
+    /// Adds the saturation of this bench to objections, if it is one end of a range.
     pub fn located(&self, mut objections: Vec<String>) -> Vec<String> {
         if let Some(share) = self.most_saturation {
             let with = format!(", with a saturation of {} %", standstill_quantity::rounded(share, 2));
@@ -120,12 +121,12 @@ impl Bench<'_> {
         objections
     }
 
-    /// The last of the rotor's states: free where it may move.
+    /// Returns the last of the rotor's states: free if the rotor may move.
     pub fn last_rotor(&self) -> Rotor {
         self.rotors.last().copied().unwrap_or(Rotor::Locked)
     }
 
-    /// The scenario with settings, with the seed on which they are looked for.
+    /// Returns the scenario with these settings and with the seed of the search.
     pub fn scenario(&self, setting: &Setting, rotor: Rotor) -> Result<Scenario<Method<f64>>, FileError> {
         let mut document = self.document.clone();
         setting.set_in(&mut document)?;
@@ -137,7 +138,8 @@ impl Bench<'_> {
         document.unchecked_scenario_of(self.motor)
     }
 
-    /// Starts with settings, with the seed so many after that of the search; the reason where these cannot be set up.
+    /// Runs starts with these settings; `draws` is added to the seed of the search. The inner error is the reason why the
+    /// settings cannot be set up.
     pub fn starts(
         &self,
         setting: &Setting,
@@ -157,7 +159,7 @@ impl Bench<'_> {
         }
     }
 
-    /// A quick look, with the rotor in the last of its states.
+    /// Tries settings on a few starts, with the rotor in the last of its states. None if they cannot be set up.
     pub fn look(&self, setting: Setting, trials: u64) -> Result<Option<Look>, SuitabilityError> {
         let Ok(starts) = self.starts(&setting, self.last_rotor(), SEARCH, trials)? else { return Ok(None) };
         let margins = self.margins(&[&starts]);
@@ -168,7 +170,7 @@ impl Bench<'_> {
         Margins::of(starts, self.demands, self.most_current, self.has_pole)
     }
 
-    /// What speaks against settings after such starts.
+    /// Returns the objections to settings after these starts.
     pub fn objections(&self, starts: &[&Starts]) -> Vec<String> {
         let of = |starts: &&Starts| starts.objections(self.demands, self.most_current, self.has_pole);
         starts.iter().flat_map(of).collect()

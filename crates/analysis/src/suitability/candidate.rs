@@ -1,4 +1,4 @@
-//! A method at its best settings, and which method is recommended.
+//! Candidates: each method with its best settings, and the choice of the recommended one.
 
 use standstill_campaign::Statistics;
 use standstill_detect::MethodName;
@@ -9,15 +9,15 @@ use super::search::{Found, is_slow};
 use super::starts::{Starts, stops_when_content};
 use super::{Candidate, Confirmed, Progress, SuitabilityError};
 
-/// Starts of a candidate in each state of the rotor.
+/// Number of starts of a candidate in each state of the rotor.
 const TRIALS: u64 = 200;
-/// The same of an injection, which takes a hundred times as long.
+/// Number of starts of a candidate with continuous injection, which takes a hundred times as long.
 const FEW_TRIALS: u64 = 24;
-/// Settings of a method that are tried on fresh starts.
+/// Largest number of settings of a method that are tried on fresh starts.
 const TRIED: usize = 3;
 
 impl Bench<'_> {
-    /// A method at the best settings that were found.
+    /// Makes the candidate of a method from the best settings that were found.
     pub fn candidate(&self, method: MethodName, found: &Found) -> Result<Candidate, SuitabilityError> {
         let setting = found.looks.first().map_or_else(|| Setting::plain(method), |look| look.setting.clone());
         let settings = self.scenario(&setting, Rotor::Locked)?.detector;
@@ -56,7 +56,7 @@ impl Bench<'_> {
         })
     }
 
-    /// The best candidate whose settings hold on fresh starts.
+    /// Returns the best candidate whose settings hold on fresh starts.
     pub fn recommended(
         &self,
         candidates: &mut [Candidate],

@@ -1,4 +1,4 @@
-//! What a verdict rests on that the data sheet does not say.
+//! Conditions of a verdict that the data sheet does not state.
 
 use standstill_detect::MethodName;
 use standstill_plant::{Motor, PoleKnowledge};
@@ -10,31 +10,32 @@ use super::bench::{Bench, Setting};
 use super::margins::Margins;
 use super::{Demands, Progress, SuitabilityError};
 
-/// What must hold of the motor for the verdict to hold.
+/// Condition on the motor under which the verdict holds.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Condition {
-    /// Its saturation, which the sheet does not give, is at least this.
+    /// The motor's saturation, which the sheet does not give, lies in this range.
     Saturation {
-        /// By what share L_d falls at rated current along +d, at least.
+        /// Least share by which L_d falls at rated current along +d.
         least: f64,
-        /// And at most: the settings hold at both ends.
+        /// Largest such share; the settings hold at both ends.
         most: f64,
-        /// By what share it falls along −d at the least, in iron that saturates alike either way; negative where it grows.
+        /// Least share by which L_d falls along −d, in iron that saturates equally in both directions; negative if L_d rises.
         minus_d: f64,
     },
-    /// Its map, which has one side of the d-axis only, tells the pole after all.
+    /// The motor's flux map, which covers only one side of the d-axis, predicts the pole correctly.
     Pole,
 }
 
-/// The smallest fall of L_d that is tried, and the largest ones: the first that allows an answer is the upper end of the range.
+/// Smallest fall of L_d that is tried, and the largest ones in their order: the first one with an answer is the upper end of the
+/// range.
 const SMALLEST: f64 = 0.005;
 pub(super) const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
-/// How finely.
+/// Ratio to which the search narrows the least fall.
 const FINENESS: f64 = 1.08;
-/// Starts of a look.
+/// Number of starts of a look.
 const LOOK: u64 = 64;
 
-/// A document whose motor saturates by this share along +d, with the motor. None where the sheet has no such key.
+/// Returns a document whose motor saturates by this share along +d, with the motor. None if the sheet has no key for it.
 pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, Motor)> {
     let mut document = document.clone();
     let value = format!("{} %", standstill_quantity::rounded(share, 2));
@@ -43,10 +44,10 @@ pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, M
     (motor.pole_knowledge() == PoleKnowledge::Known).then_some((document, motor))
 }
 
-/// The key of the saturation of a sheet by its nameplate.
+/// Key of the saturation in a data sheet by nameplate.
 pub(super) const KEY: &str = "motor.nameplate.saturation";
 
-/// Calls a function with the bench of a motor whose saturation lies between two shares; none where the sheet has no such key.
+/// Calls a function with the bench of a motor whose saturation lies between two shares; none if the sheet has no key for it.
 pub(super) fn with_range<T>(
     document: &Document,
     demands: &Demands,
@@ -62,8 +63,8 @@ pub(super) fn with_range<T>(
     ask(&bench).map(Some)
 }
 
-/// The least fall of L_d at which some method answers, and also does so at `most`, in two digits, rounded up; none where `most` itself
-/// does not suffice.
+/// Returns the least fall of L_d at which some method meets the demands, both there and at `most`, rounded up to two digits; none
+/// if `most` itself does not suffice.
 pub(super) fn least_saturation(
     document: &Document,
     demands: &Demands,
@@ -97,14 +98,14 @@ pub(super) fn least_saturation(
     Ok(Some(rounded_up(high)))
 }
 
-/// To two digits.
+/// Rounds up to two significant digits.
 pub(super) fn rounded_up(share: f64) -> f64 {
     let power = standstill_quantity::magnitude(share).unwrap_or(0) - 1;
     let digits = standstill_quantity::rounded(share, -power);
     standstill_quantity::rounded((digits - 1e-9).ceil(), power)
 }
 
-/// By what share L_d falls at rated current along −d, as the data sheet assumes it.
+/// Returns the share by which L_d falls at rated current along −d, as the data sheet assumes it.
 pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
     let sheet = document.data_sheet()?;
     let entries = sheet.entries();
@@ -113,18 +114,18 @@ pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
     Ok(share.map_or(f64::NAN, Quantity::value))
 }
 
-/// Methods that are asked: those whose detection is short.
+/// Methods that are tried in the search: those with short detections.
 const QUICK: [MethodName; 3] =
     [MethodName::Bipolar, MethodName::LineInductanceFast, MethodName::MaximumLikelihood];
 
-/// Those of the methods; all of them where none is.
+/// Returns those of the methods with short detections; all methods if there are none.
 pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {
     let quick: Vec<MethodName> = methods.iter().copied().filter(|method| QUICK.contains(method)).collect();
     if quick.is_empty() { methods.to_vec() } else { quick }
 }
 
 impl Bench<'_> {
-    /// Whether a method answers with the strongest pulses or vectors that are allowed.
+    /// Returns true if a method meets the demands with the strongest allowed pulses or vectors.
     fn answers(&self, method: MethodName) -> Result<bool, SuitabilityError> {
         if self
             .scenario(&Setting::plain(method), self.rotors[0])

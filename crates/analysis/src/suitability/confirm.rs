@@ -1,8 +1,8 @@
-//! Whether settings hold on starts that nobody chose them by.
+//! Confirmation: checks settings on starts that had no part in their choice.
 //!
-//! Settings are found on one seed, sifted on a second and confirmed on a third, so that the starts that are reported had no part in the
-//! choice. Where a confirmation fails, the next settings are confirmed on a seed of their own, and each failure costs confidence: all
-//! bounds of one answer hold together with at least what is left (Bonferroni).
+//! Settings are searched with one seed, sifted with a second and confirmed with a third, so that the reported starts had no part
+//! in the choice. If a confirmation fails, the next settings are confirmed with a seed of their own, and each failure lowers the
+//! confidence: all bounds of one answer hold together with at least the remaining confidence (Bonferroni).
 
 use standstill_scenario::Rotor;
 
@@ -11,48 +11,49 @@ use super::bench::{Bench, SEARCH, Setting};
 use super::search::is_slow;
 use super::starts::Starts;
 
-/// Starts of each look in each state of the rotor: as many as it takes, and no more. Each bound is one of 97.5 %, so that both
-/// looks together are wrong in less than 5 of 100 cases.
+/// Numbers of starts of the two looks in each state of the rotor; the second look is taken if the first is not clear. Each bound
+/// is one of 97.5 %, so that both looks together are wrong in less than 5 of 100 cases.
 const LOOKS: [u64; 2] = [500, 2000];
-/// Starts after which none with a wrong pole says that there are at most one in ten thousand.
+/// Number of starts after which zero wrong poles show a share of at most one in ten thousand.
 const COUNTED: u64 = 37_000;
-/// Starts by which settings are sifted, and those of an injection, which takes a hundred times as long.
+/// Numbers of starts by which settings are sifted: in general, and with continuous injection, which takes a hundred times as
+/// long.
 const SIFTED: u64 = 300;
 const SLOWLY_SIFTED: u64 = 24;
 
-/// Seeds after that of the search.
+/// Offsets of the seeds of both stages from the scenario's seed.
 const SIFTING: u64 = SEARCH + 1;
 const CONFIRMATION: u64 = SIFTING + 1;
 
-/// Results of fresh starts. The bounds of error and of starts without an answer have [`Confirmed::confidence`] each, for these settings;
-/// movement and current are the largest of these starts.
+/// Results of fresh starts. Each bound of the error and of starts without an answer holds with [`Confirmed::confidence`] for
+/// these settings; movement and current are the largest of these starts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Confirmed {
-    /// Starts in all: in each state of the rotor, with each saturation that was tried.
+    /// Number of starts in all: in each state of the rotor, and with each saturation that was tried.
     pub starts: u64,
-    /// Their seed.
+    /// Seed of the starts.
     pub seed: u64,
-    /// 0.95, less what settings that failed their confirmation cost.
+    /// Confidence of the bounds: 0.95, less 0.05 for each failed confirmation before.
     pub confidence: f64,
-    /// 95 of 100 errors are within so many degrees at most.
+    /// Upper bound of the 95th percentile of the error in degrees.
     pub p95_at_most_deg: f64,
-    /// At most this share ends without an angle or without a pole.
+    /// Upper bound of the share of starts without an angle or without a pole.
     pub without_angle_at_most: f64,
-    /// Starts with a wrong pole.
+    /// Number of starts with a wrong pole.
     pub wrong_poles: u64,
-    /// Starts in which they were counted where the evidence does not tell how rare they are; none where it does.
+    /// Number of starts in which wrong poles were counted, because the evidence does not show how rare they are; none if it does.
     pub counted: Option<u64>,
-    /// At most this share has one: by their number where they were counted, else by the distance of the pole evidence, if that is
-    /// normally distributed. None where poles are not judged.
+    /// Upper bound of the share of wrong poles: by their number if they were counted, else by the distance of the pole evidence,
+    /// if that is normally distributed. None if poles are not judged.
     pub wrong_poles_at_most: Option<f64>,
-    /// The furthest that a free rotor moved, in electrical degrees.
+    /// Largest movement of a free rotor, in electrical degrees.
     pub moved_deg: f64,
-    /// The largest current in A.
+    /// Largest phase current in A.
     pub peak_current_a: f64,
 }
 
 impl Confirmed {
-    /// Adds starts under one condition.
+    /// Adds the results of starts under one condition.
     fn add(&mut self, starts: &Starts, without: f64) {
         let summary = &starts.summary;
         let largest = |all: &mut f64, value: f64| *all = all.max(value);
@@ -77,7 +78,7 @@ impl Confirmed {
 }
 
 impl Bench<'_> {
-    /// What speaks against settings before they are confirmed.
+    /// Returns the objections to settings after the sifting starts, before they are confirmed.
     pub fn sifted(&self, setting: &Setting) -> Result<Vec<String>, SuitabilityError> {
         let trials = if is_slow(setting.method) { SLOWLY_SIFTED } else { SIFTED };
         for bench in self.ends() {
@@ -93,7 +94,8 @@ impl Bench<'_> {
         Ok(Vec::new())
     }
 
-    /// Tries settings on fresh starts; what speaks against them where they do not hold. `failed` others did not hold before.
+    /// Confirms settings on fresh starts; the inner error has the objections if they fail. `failed` is the number of settings
+    /// that failed before.
     pub fn confirm(
         &self,
         setting: &Setting,
@@ -122,13 +124,14 @@ impl Bench<'_> {
         Ok(Ok(confirmed))
     }
 
-    /// At most this share of starts ends without an angle or a pole.
+    /// Returns the upper bound of the share of starts without an angle or a pole.
     fn without_answer(&self, starts: &Starts) -> f64 {
         let poles = if self.has_pole { starts.summary.undetermined } else { 0 };
         standstill_campaign::binomial_interval(starts.failed() + poles, starts.summary.trials).high
     }
 
-    /// As many starts in one state of the rotor as it takes to say that the demands are met; what speaks against that.
+    /// Runs as many starts in one state of the rotor as are needed to show that the demands are met; the inner error has the
+    /// objections.
     fn held(
         &self,
         setting: &Setting,

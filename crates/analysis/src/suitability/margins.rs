@@ -1,4 +1,4 @@
-//! By how much demands are kept.
+//! Margins by which demands are met.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -8,25 +8,25 @@ use standstill_scenario::Rotor;
 use super::Demands;
 use super::starts::{COMFORTABLE, Starts};
 
-/// What a start demands of a detection, one demand after the other.
+/// The demands that a start makes on a detection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Demand {
-    /// The axis' error.
+    /// Error of the axis.
     Error,
-    /// A free rotor's movement.
+    /// Movement of a free rotor.
     Movement,
-    /// The largest phase current.
+    /// Largest phase current.
     Current,
-    /// The time of a detection.
+    /// Time of a detection.
     Time,
-    /// Evidence for the pole, in 99 of 100 starts.
+    /// Evidence for the right pole, in 99 of 100 starts.
     Pole,
-    /// Starts that end with an angle.
+    /// Share of starts that end with an angle.
     Answers,
 }
 
 impl Demand {
-    /// Its name in files.
+    /// Returns the demand's name in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Error => "error",
@@ -52,27 +52,27 @@ impl fmt::Display for Demand {
     }
 }
 
-/// How many times better than demanded: 1 is just enough.
+/// Margins of all demands, as ratios of allowed to actual values: 1 is just enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Demanded error over the 95th percentile.
+    /// Allowed error divided by the 95th percentile of the error.
     pub error: f64,
-    /// Allowed movement over the furthest; infinite of a rotor that is held.
+    /// Allowed movement divided by the largest movement; infinite for a rotor that is held.
     pub movement: f64,
-    /// Allowed current over the largest.
+    /// Allowed current divided by the largest current.
     pub current: f64,
-    /// Allowed time over the longest.
+    /// Allowed time divided by the longest time.
     pub time: f64,
-    /// Evidence for the right pole over what a decision needs, in 99 of 100 starts. None where poles are not judged.
+    /// Evidence for the right pole that 99 of 100 starts reach, divided by what a decision needs. None if poles are not judged.
     pub pole: Option<f64>,
-    /// 1 where as many starts end with an angle as demanded, else 0.
+    /// 1 if as many starts as demanded end with an angle, else 0.
     pub answers: f64,
 }
 
-/// What fresh starts must not exceed is kept a little further away: the furthest of few starts is not the furthest of many.
+/// Margins of movement and current that the search requires, because the extremes of many fresh starts exceed those of few.
 const ROOM_FOR_MOVEMENT: f64 = 1.1;
 const ROOM_FOR_CURRENT: f64 = 1.005;
-/// How far the evidence of few starts may seem too little: many may show that it is enough.
+/// Margin of the pole evidence with which settings are not yet rejected, because more starts may show that it suffices.
 const ROOM_OF_POLE: f64 = 0.93;
 
 impl Margins {
@@ -102,7 +102,7 @@ impl Margins {
         }
     }
 
-    /// All of them by name.
+    /// Returns all margins with their demands.
     pub fn all(&self) -> [(Demand, f64); 6] {
         [
             (Demand::Error, self.error),
@@ -114,37 +114,38 @@ impl Margins {
         ]
     }
 
-    /// In error and in movement, whichever is less.
+    /// Returns the smaller of the margins of error and movement.
     pub fn spare(&self) -> f64 {
         self.error.min(self.movement)
     }
 
-    /// How much of the demand that is kept least is kept.
+    /// Returns the smallest margin.
     pub(super) fn worst(&self) -> f64 {
         self.binding().1
     }
 
-    /// The demand that is kept least.
+    /// Returns the demand with the smallest margin, and the margin.
     pub fn binding(&self) -> (Demand, f64) {
         self.all().into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Demand::Error, 0.0))
     }
 
-    /// Whether all are kept, with the room that fresh starts need.
+    /// Returns true if all demands are met with the margins that fresh starts need.
     pub(super) fn is_kept(&self) -> bool {
         self.all().iter().all(|(demand, margin)| *margin >= room(*demand))
     }
 
-    /// Whether fresh starts keep movement and current far enough away for the furthest of many more.
+    /// Returns true if movement and current of fresh starts are far enough from their limits for the extremes of many more
+    /// starts.
     pub(super) fn leaves_room(&self) -> bool {
         self.movement >= 1.03 && self.current >= 1.001
     }
 
-    /// Whether all are kept with ease, so that nothing more needs to be looked for.
+    /// Returns true if all demands are met with ease, so that no further settings need to be tried.
     pub(super) fn is_easy(&self) -> bool {
         self.is_kept() && self.ease() >= 1.0
     }
 
-    /// How near all are to being kept with ease, at most 1.
+    /// Returns how near all demands are to being met with ease, at most 1.
     fn ease(&self) -> f64 {
         let eased = |(demand, margin): (Demand, f64)| match demand {
             Demand::Error | Demand::Movement => margin / 2.0,
@@ -154,7 +155,8 @@ impl Margins {
         self.all().into_iter().map(eased).fold(1.0, f64::min)
     }
 
-    /// Which of two is to be preferred: first what keeps all demands, then what does so with ease, then what errs and moves less.
+    /// Compares two margins: settings that meet all demands come first, then those that do so with more ease, then those with the
+    /// larger [`Self::spare`].
     pub(super) fn compare(&self, other: &Self) -> Ordering {
         let kept = self.is_kept().cmp(&other.is_kept());
         kept.then(self.ease().total_cmp(&other.ease())).then(self.spare().total_cmp(&other.spare()))

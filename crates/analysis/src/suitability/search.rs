@@ -1,8 +1,8 @@
-//! Settings at which a method answers within the demands.
+//! Searches the settings with which a method meets the demands.
 //!
-//! The evidence for a pole grows with the square of the current, the precision of the axis in proportion to it, movement with a
-//! higher power. So the search begins at the most current that is allowed and goes down from there, in steps of a fifth; only
-//! where that does not suffice it turns to the number of rounds, with whose root noise falls.
+//! The evidence for a pole grows with the square of the current, the precision of the axis in proportion to the current, the
+//! movement with a higher power of it. So the search begins at the largest allowed current and goes down in steps of a fifth;
+//! only if that does not suffice does it change the number of rounds, with whose root the noise falls.
 
 use standstill_detect::{Method, MethodName, Signature};
 use standstill_quantity::{magnitude, rounded};
@@ -12,45 +12,45 @@ use super::SuitabilityError;
 use super::bench::{Bench, Look, SEARCH, Setting};
 use super::margins::Demand;
 
-/// Starts of a look, and of one at an injection, which takes a hundred times as long.
+/// Numbers of starts of a look: in general, and with continuous injection, which takes a hundred times as long.
 const LOOK: u64 = 64;
 const SLOW_LOOK: u64 = 12;
-/// Starts that tell how much current flows.
+/// Number of starts from which the largest current is measured.
 const PROBE: u64 = 24;
 
-/// Pulses as shares of the longest.
+/// Lengths of pulses that are tried, as shares of the longest.
 const PULSES: [f64; 8] = [1.0, 0.85, 0.72, 0.6, 0.5, 0.36, 0.25, 0.17];
-/// Rounds beside the usual three.
+/// Numbers of rounds that are tried beside the default of three.
 const ROUNDS: [u8; 4] = [2, 6, 12, 24];
-/// Vectors as shares of the most current.
+/// Currents of vectors that are tried, as shares of the largest allowed.
 const VECTORS: [f64; 6] = [1.0, 0.95, 0.85, 0.7, 0.5, 0.3];
-/// Where nothing suffices, pulses about the best one, and rounds.
+/// Lengths of pulses about the best one, as shares of it, and numbers of rounds, which are tried if nothing else suffices.
 const NEAR: [f64; 4] = [0.92, 0.96, 1.04, 1.08];
 const NEAR_ROUNDS: [u8; 5] = [3, 4, 6, 9, 16];
-/// The longest pulse in s that a scenario may have, and the shortest.
+/// Shortest and longest pulse in s that a scenario may have.
 const PULSE_RANGE: [f64; 2] = [1e-6, 10e-3];
 
-/// What a search found of a method.
+/// Result of the search for settings of one method.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
-    /// What was looked at, the best first.
+    /// Settings that were tried, the best first.
     pub looks: Vec<Look>,
     /// The demand that keeps the method from using more current; none if the DC link cannot drive more or the pulse is at its longest.
     pub stop: Option<Demand>,
 }
 
-/// Whether a method takes a hundred times as long as others.
+/// Returns true if a method takes a hundred times as long as others.
 pub(super) fn is_slow(method: MethodName) -> bool {
     matches!(method, MethodName::HfiRotating | MethodName::HfiPulsating)
 }
 
-/// Whether a method reads axis and pole from the same pulses.
+/// Returns true if a method reads axis and pole from the same pulses.
 fn is_both_ways(mut detector: Method<f64>) -> bool {
     detector.has_line_pulses() && detector.polarity_mut().is_none()
 }
 
 impl Bench<'_> {
-    /// Looks for settings of a method. Where the user's own cannot be set up, nothing is found.
+    /// Searches settings of a method. If the user's settings cannot be set up, the result is empty.
     pub fn search(&self, method: MethodName) -> Result<Found, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
         let mut found = Found { looks: Vec::new(), stop: Some(Demand::Current) };
@@ -74,8 +74,8 @@ impl Bench<'_> {
         Ok(found)
     }
 
-    /// A method by pulses is told which pole draws more current in pulses of half the rated one. Where both draw the same there, but
-    /// not near rated current, it is told of these: its pulses will be as strong.
+    /// Sets the detector's pole signature. By default it is the one in pulses of half the rated current. If the poles do not
+    /// differ there but do near rated current, the signature near rated current is set: the pulses will be as strong.
     fn signed(&self, setting: Setting) -> Result<Setting, SuitabilityError> {
         let nameplate = self.scenario(&setting, Rotor::Locked)?.nameplate();
         let hidden = nameplate.pulse_signature == Signature::None && nameplate.signature != Signature::None;
@@ -85,7 +85,7 @@ impl Bench<'_> {
         Ok(setting.with("signature", standstill_interface::Choice::name(nameplate.signature)))
     }
 
-    /// The strongest pulses or vectors that are allowed.
+    /// Returns the settings with the strongest allowed pulses or vectors.
     pub fn strongest(&self, method: MethodName) -> Result<Vec<Setting>, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
         let scenario = self.scenario(&plain, Rotor::Locked)?;
@@ -104,14 +104,14 @@ impl Bench<'_> {
         Ok(pulses.flat_map(|setting| [setting.clone(), setting.with("rounds", "12")]).collect())
     }
 
-    /// About the pulse in s after which the allowed current flows.
+    /// Returns about the length in s of the pulse after which the allowed current flows.
     fn first_pulse(&self, plain: &Setting) -> Result<f64, SuitabilityError> {
         let nameplate = self.scenario(plain, Rotor::Locked)?.nameplate();
         let rated = nameplate.rated_pulse.seconds() * self.most_current / self.motor.rated_current;
         Ok(rated + nameplate.dead_time.seconds())
     }
 
-    /// Pulses both ways: their length, then their rounds.
+    /// Tries settings of pulses in both directions: their length first, then their number of rounds.
     fn pulses(
         &self,
         plain: &Setting,
@@ -185,7 +185,8 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// A polarity test of its own behind the axis: the current of its vectors and its rule; then how the axis is found.
+    /// Tries settings of a method with a separate polarity test: the current of its vectors and its rule first, then how the axis
+    /// is found.
     fn vectors(&self, plain: &Setting, found: &mut Found) -> Result<(), SuitabilityError> {
         let slow = is_slow(plain.method);
         let trials = if slow { SLOW_LOOK } else { LOOK };
@@ -230,8 +231,9 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// The value of a key at which the largest current is just what is allowed, and what keeps it from being more: the current
-    /// allowed, or nothing, where the link drives no more. `dead` is what raises no current. No value where none can be set up.
+    /// Returns the value of a key at which the largest current just meets its limit, and the demand that limits the value: the
+    /// current, or none if the DC link drives no more current. `dead` is the part of the value that raises no current. The value
+    /// is none if none can be set up.
     fn grown(
         &self,
         plain: &Setting,
@@ -271,7 +273,7 @@ impl Bench<'_> {
     }
 }
 
-/// A time for a file, rounded down to what an engineer would write.
+/// Writes a time in microseconds for a file, rounded down to a convenient number.
 fn microseconds(seconds: f64) -> String {
     let value = seconds.max(PULSE_RANGE[0]) * 1e6;
     let (step, power) = match value {
@@ -283,17 +285,17 @@ fn microseconds(seconds: f64) -> String {
     format!("{} us", down(value / step, power) * step)
 }
 
-/// A current for a file, to three digits, rounded down.
+/// Writes a current for a file, rounded down to three digits.
 fn amperes(value: f64) -> String {
     format!("{} A", down(value, magnitude(value).unwrap_or(0) - 2))
 }
 
-/// A voltage likewise.
+/// Writes a voltage for a file, rounded down to three digits.
 fn volts(value: f64) -> String {
     format!("{} V", down(value, magnitude(value).unwrap_or(0) - 2))
 }
 
-/// Rounded down to whole numbers of this power of ten.
+/// Rounds down to a multiple of this power of ten.
 fn down(value: f64, power: i32) -> f64 {
     rounded((rounded(value, -power) + 1e-9).floor(), power)
 }

@@ -1,4 +1,4 @@
-//! Starts under one condition, and what they showed.
+//! Starts under one condition, and their results.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
@@ -10,24 +10,24 @@ use standstill_scenario::{Record, Rotor, Scenario, Verdict};
 use super::Demands;
 use crate::event::evidence;
 
-/// Starts with the rotor in one state.
+/// Results of starts with the rotor in one state.
 #[derive(Clone, Debug)]
 pub(super) struct Starts {
     pub rotor: Rotor,
     pub summary: Summary,
-    /// Why starts failed, and how many for each reason. Those that left the pole undetermined are not among them.
+    /// Reasons of failed starts, with the number of starts for each. Starts that left the pole undetermined are not included.
     pub failures: BTreeMap<String, u64>,
-    /// The longest detection in s.
+    /// Time of the longest detection in s.
     pub longest_s: f64,
-    /// Pole evidence of each start that has an axis, sorted: towards the true pole, in units of what a decision needs. From 1
-    /// on a start names the right pole, from −1 down the wrong one.
+    /// Pole evidence of each start with an axis, sorted: positive for the true pole, in units of the evidence that a decision
+    /// needs. From 1 up the start finds the right pole, from −1 down the wrong one.
     pub evidence: Vec<f64>,
-    /// Whether the method goes on until it is content, so that its evidence is just enough whatever the motor is.
+    /// True if the method continues until its evidence suffices, so that the evidence is just enough for any motor.
     pub stops_when_content: bool,
 }
 
 impl Starts {
-    /// So many starts of a scenario.
+    /// Runs this number of starts of a scenario.
     pub fn of(scenario: &Scenario<Method<f64>>, rotor: Rotor, trials: u64) -> Result<Self, CampaignError> {
         let mut statistics = Statistics::default();
         let (mut failures, mut evidence, mut longest_s) = (BTreeMap::new(), Vec::new(), 0.0_f64);
@@ -47,12 +47,12 @@ impl Starts {
         Ok(Self { rotor, summary: statistics.summary(), failures, longest_s, evidence, stops_when_content })
     }
 
-    /// Starts without an angle: given up, or not simulated.
+    /// Returns the number of starts without an angle: given up, or not simulated to the end.
     pub fn failed(&self) -> u64 {
         self.summary.failed + self.summary.errors
     }
 
-    /// Those reasons, the most frequent first, with their counts.
+    /// Lists the reasons of failed starts in words, the most frequent first, with their counts.
     fn failures_in_words(&self) -> String {
         let mut reasons: Vec<(&String, &u64)> = self.failures.iter().collect();
         reasons.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
@@ -64,7 +64,8 @@ impl Starts {
         counted.join(", ")
     }
 
-    /// The pole evidence that 99 of 100 starts exceed, in units of what a decision needs: of few starts by mean and deviation.
+    /// Returns the pole evidence that 99 of 100 starts exceed, in units of what a decision needs; for few starts it is estimated
+    /// from mean and standard deviation.
     pub fn least_evidence(&self) -> f64 {
         let n = self.evidence.len() as f64;
         if n < 2.0 {
@@ -78,7 +79,7 @@ impl Starts {
         mean - 2.326 * deviation * (1.0 + 1.0 / n.sqrt())
     }
 
-    /// Mean and standard deviation of the evidence, the deviation as large as the lower half of the starts says.
+    /// Returns mean and standard deviation of the evidence; the deviation is at least that of the lower half of the starts.
     fn spread(&self) -> (f64, f64) {
         let n = self.evidence.len() as f64;
         let mean = self.evidence.iter().sum::<f64>() / n;
@@ -89,9 +90,9 @@ impl Starts {
         (mean, all.max(lower).sqrt())
     }
 
-    /// A bound on the share of wrong poles: by counting, and where the evidence is a number that repeats, by how many of its
-    /// standard deviations lie between the mean and a wrong pole. Both ends are 95 % bounds; the tail is taken as normal, which the
-    /// lowest of the starts must not contradict.
+    /// Returns an upper bound of the share of wrong poles: by counting, or, for a method whose evidence repeats from start to
+    /// start, from the number of standard deviations between its mean and a wrong pole. Mean and deviation are taken at their 95
+    /// % bounds; the tail is assumed to be normal, and the lowest of the starts widens the deviation if it contradicts that.
     pub fn wrong_poles_at_most(&self) -> f64 {
         let counted =
             standstill_campaign::binomial_interval(self.summary.wrong_poles, self.summary.trials).high;
@@ -114,7 +115,7 @@ impl Starts {
         tail.min(counted)
     }
 
-    /// What speaks against the method: each count with its own reason.
+    /// Returns the objections to the method, each with its own reason.
     pub fn objections(&self, demands: &Demands, most_current: f64, has_pole: bool) -> Vec<String> {
         let mut objections = Vec::new();
         let (summary, state) = (&self.summary, self.rotor.name());
@@ -165,16 +166,17 @@ impl Starts {
     }
 }
 
-/// Whether a method goes on until it is content.
+/// Returns true if a method continues until its evidence suffices.
 pub(super) fn stops_when_content(mut method: Method<f64>) -> bool {
     let sequential = method.polarity_mut().is_some_and(|of| matches!(of.rule, PolarityRule::Sequential(_)));
     sequential || method.is_adaptive()
 }
 
-/// Evidence above which nothing is gained by more: a third more than a decision needs, in 99 of 100 starts.
+/// Evidence above which more gains nothing: 1.3 times what a decision needs, in 99 of 100 starts.
 pub(super) const COMFORTABLE: f64 = 1.3;
 
-/// The pole evidence of a start with an axis, in units of what a decision needs; zero where no amount would do.
+/// Returns the pole evidence of a start with an axis, positive for the true pole, in units of what a decision needs; zero if no
+/// amount would suffice.
 fn towards_north(record: &Record) -> Option<f64> {
     let standstill_sim::Ended::Outcome(outcome) = record.run.ended else { return None };
     record.axis_deg()?;

@@ -5,15 +5,15 @@ use standstill_sim::{Purpose, Streams};
 
 use crate::limit::{Limits, Measure, Tally, rms};
 
-/// Samples of the bootstrap.
+/// Number of bootstrap samples.
 const SAMPLES: u64 = 400;
 
-/// Differences of each measure, second less first, with 95 % intervals. Effects of the random numbers on both alike make
-/// no difference. Of shares, which may be zero, the interval is that of the trials in which one alone had a case, known
-/// also where none was seen; of the others a bootstrap over trials, each of which both have had (B. Efron, "Bootstrap
-/// methods", 1979, doi:10.1214/aos/1176344552), which knows nothing of what was not seen: see [`unseen`]. Only of the same
-/// settings (`alike`) is it known that nothing differs: others may differ in a trial that was not seen, as a threshold does
-/// that no trial has reached.
+/// Returns the differences of each measure between two settings, second less first, with 95 % intervals. Effects of the random
+/// numbers that are common to both cancel. For a share, which may be zero, the interval is that of the trials in which only one
+/// of the settings had a case, and is known also if no case was observed. For other measures it comes from a bootstrap over
+/// paired trials (B. Efron, "Bootstrap methods", 1979, doi:10.1214/aos/1176344552), which does not cover what was not observed:
+/// see [`unseen`]. Only for equal settings (`alike`) is the difference known to be zero: others may differ in a trial that was
+/// not observed, such as a threshold that no trial has reached.
 pub fn paired(
     taken: &Limits,
     [first, second]: [&Tally; 2],
@@ -34,7 +34,7 @@ pub fn paired(
     taken.0.iter().zip(pairs).map(of).collect()
 }
 
-/// Difference of two shares, second less first.
+/// Returns the difference of two shares, second less first.
 fn shares(a: &[f64], b: &[f64]) -> Estimate {
     let alone = |one: &[f64], other: &[f64]| {
         one.iter().zip(other).filter(|(one, other)| **one > 0.0 && **other <= 0.0).count() as u64
@@ -68,17 +68,17 @@ fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
     Estimate { value: apart(a.to_vec(), b.to_vec()), low: at(25), high: at(975) }
 }
 
-/// Part of a difference of two root mean squares that starts without an answer, none of them seen, may have.
+/// Effect on the difference of two rms errors that starts without an answer may have although none was observed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unseen {
-    /// Largest increase of the share of starts without an answer.
+    /// Largest possible increase of the share of starts without an answer.
     pub share: f64,
-    /// The root mean square that they would make of the second one, in degrees.
+    /// Rms error of the second settings in degrees with that increase.
     pub rms_deg: f64,
 }
 
-/// Starts without an answer that were not seen, if with them the second root mean square might be no smaller than the first:
-/// `more` is how many more of them there are.
+/// Returns the effect of unobserved starts without an answer, if with it the second rms error might be no smaller than the first:
+/// `more` is the difference of the shares of starts without an answer.
 pub fn unseen(first: &Estimate, second: &Estimate, more: &Estimate) -> Option<Unseen> {
     let rms_deg = (second.value * second.value + rms::square_of(more.high.max(0.0))).sqrt();
     (more.high > 0.0 && rms_deg >= first.value).then_some(Unseen { share: more.high, rms_deg })

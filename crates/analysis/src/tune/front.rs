@@ -1,4 +1,4 @@
-//! Two measures of which one is the price of the other.
+//! The Pareto front of two measures.
 
 use standstill_scenario::FileError;
 
@@ -7,15 +7,15 @@ use crate::limit::{Limit, Limits};
 use crate::require::Bench;
 use crate::{Halt, Watch};
 
-/// Values of the second measure at which the first is made small anew.
+/// Number of bounds on the second measure for which the first is minimised anew.
 const VALUES: usize = 6;
 
-/// Points that are drawn at most.
+/// Largest number of points that are drawn.
 const MOST: usize = 14;
 
-/// Settings along the front, as far as the search's own trials tell: the first measure made small while the second is
-/// below one bound after the other (V. Chankong and Y. Y. Haimes, "Multiobjective Decision Making", 1983, the
-/// ε-constraint method).
+/// Returns settings along the Pareto front, as far as the search's own trials show: the first measure is minimised while the
+/// second is below a bound, for one bound after the other (V. Chankong and Y. Y. Haimes, "Multiobjective Decision Making", 1983,
+/// the ε-constraint method).
 pub(super) fn along<E>(
     question: &Question<'_>,
     search: &mut Search<'_, E>,
@@ -63,7 +63,7 @@ fn merit(question: &Question<'_>, look: &Look) -> f64 {
     look.measured.as_ref().map_or(f64::INFINITY, |m| m.get(question.goal.minimise).value)
 }
 
-/// Settings that keep the limits, as far as so many trials tell.
+/// Returns settings that keep the limits, as far as this number of trials shows.
 fn usable(question: &Question<'_>, looks: &[Look], trials: u64) -> Vec<Look> {
     let keeps = |look: &&Look| {
         let score = question.goal.score(look.measured.as_ref(), View::Likely);
@@ -72,7 +72,7 @@ fn usable(question: &Question<'_>, looks: &[Look], trials: u64) -> Vec<Look> {
     looks.iter().filter(keeps).cloned().collect()
 }
 
-/// These settings on other trials.
+/// Measures these settings on other trials.
 pub(super) fn judged(
     bench: &Bench<'_>,
     taken: &Limits,
@@ -90,7 +90,7 @@ pub(super) fn judged(
     Ok(all)
 }
 
-/// Keeps those of which none is better in both measures, by the second.
+/// Keeps the settings of which none is better in both measures, sorted by the second measure.
 pub(super) fn keep(points: &mut Vec<Judged>, question: &Question<'_>) {
     let of = |judged: &Judged| {
         [question.goal.minimise, question.against].map(|measure| judged.measured.get(measure).value)

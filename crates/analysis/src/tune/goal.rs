@@ -1,4 +1,4 @@
-//! The goal of a search: a measure and its limits.
+//! The goal of a search, and the comparison of settings by it.
 
 use standstill_campaign::Estimate;
 use standstill_numeric::ln;
@@ -14,55 +14,55 @@ pub struct Goal {
     pub limits: Limits,
 }
 
-/// Estimates for settings.
+/// Estimates of measures for one setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured(pub Vec<(Measure, Estimate)>);
 
 impl Measured {
-    /// A measure; unknown if it was not taken.
+    /// Returns the estimate of a measure; NaN if the measure was not taken.
     pub fn get(&self, measure: Measure) -> Estimate {
         let none = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
         self.0.iter().find(|(taken, _)| *taken == measure).map_or(none, |(_, estimate)| *estimate)
     }
 }
 
-/// The end of an interval that counts.
+/// End of a confidence interval by which limits are judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
-    /// The estimate.
+    /// The point estimate.
     Likely,
-    /// Of limits the bad end: what holds then holds surely.
+    /// The unfavourable end of the interval: a limit that holds then holds surely.
     Sure,
 }
 
-/// Settings compared: those that break limits less are better, then those with the smaller measure (the rules of K. Deb,
-/// "An efficient constraint handling method for genetic algorithms", 2000, doi:10.1016/S0045-7825(99)00389-8).
+/// Score of settings: settings that break limits less are better, among equal ones those with the smaller measure (the rules of
+/// K. Deb, "An efficient constraint handling method for genetic algorithms", 2000, doi:10.1016/S0045-7825(99)00389-8).
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Score {
-    /// By how much the limits are broken, in all, as shares of them; 0: they hold.
+    /// Sum of the relative amounts by which limits are broken; 0: all limits hold.
     pub broken: f64,
-    /// The measure's logarithm.
+    /// Logarithm of the measure to be minimised.
     pub merit: f64,
 }
 
 impl Score {
-    /// Of settings that cannot be.
+    /// Score of settings that are invalid.
     pub const WORST: Self = Self { broken: f64::INFINITY, merit: f64::INFINITY };
 
-    /// True if it is better than another.
+    /// Returns true if this score is better than another.
     pub fn beats(&self, other: &Self) -> bool {
         self.partial_cmp(other) == Some(std::cmp::Ordering::Less)
     }
 }
 
-/// Logarithms of measures between which the search looks: beyond, one is as bad, or as good, as another.
+/// Range of the measure's logarithm: values beyond an end count as that end.
 const MERITS: (f64, f64) = (-30.0, 8.0);
 
-/// Slack of a limit that nothing can keep.
+/// Magnitude of the slack of a limit that nothing can keep.
 const BROKEN: f64 = 10.0;
 
-/// Slack of a limit as a share of it; beyond twice the limit by its logarithm, so that it stays a number. Of a limit
-/// of zero nothing is left, and zero keeps it.
+/// Returns the slack of a limit as a share of the limit; logarithmic beyond twice the limit, so that it stays finite. For a limit
+/// of zero the slack is zero if the value keeps it.
 fn left(value: f64, most: f64) -> f64 {
     if most <= 0.0 {
         return if value <= most { 0.0 } else { -BROKEN };
@@ -78,8 +78,8 @@ fn left(value: f64, most: f64) -> f64 {
 }
 
 impl Goal {
-    /// Objective and constraints of the optimiser: the measure's logarithm; and the slack of each limit as a share,
-    /// negative where it is broken. Of settings that cannot be the worst of all.
+    /// Returns objective and constraints for the optimiser: the measure's logarithm, and the relative slack of each limit, which
+    /// is negative if the limit is broken. Invalid settings have the worst possible values.
     pub fn view(&self, measured: Option<&Measured>, view: View) -> (f64, Vec<f64>) {
         let Some(measured) = measured else {
             return (MERITS.1, vec![-BROKEN; self.limits.0.len()]);
@@ -94,7 +94,7 @@ impl Goal {
         (if merit.is_nan() { MERITS.1 } else { merit.clamp(MERITS.0, MERITS.1) }, left.collect())
     }
 
-    /// Merit of settings.
+    /// Returns the score of settings from their measures; `measured` is none for invalid settings.
     pub fn score(&self, measured: Option<&Measured>, view: View) -> Score {
         if measured.is_none() {
             return Score::WORST;

@@ -1,10 +1,10 @@
-//! The search: settings that are looked at, and where to look next.
+//! The search: settings that were tried, and the choice of the next ones.
 //!
 //! The optimiser is COBYLA (M. J. D. Powell, "A direct search optimization method that models the objective and constraint
-//! functions by linear interpolation", 1994, doi:10.1007/978-94-015-8330-5_4) of the crate `cobyla`: it needs no derivatives,
-//! knows limits as such, and its simplices are wide at first, so that what is left of the noise on common random numbers
-//! does not lead it astray. It knows no whole numbers: it sees them rounded, and afterwards each is moved by one as
-//! long as that helps, the others being looked for anew.
+//! functions by linear interpolation", 1994, doi:10.1007/978-94-015-8330-5_4) of the crate `cobyla`: it needs no derivatives, has
+//! constraints, and its simplices are wide at first, so that the noise that is left with common random numbers does not mislead
+//! it. It does not support integers: settings are rounded for it, and afterwards each integer is moved by one as long as that
+//! helps, with the other keys searched anew.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -13,51 +13,51 @@ use cobyla::{Func, RhoBeg, StopTols, minimize};
 
 use super::{Goal, Measured, Range, Score, View};
 
-/// Settings that were looked at.
+/// Settings that were tried.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
-    /// The values of the keys.
+    /// Values of the keys.
     pub values: Vec<f64>,
-    /// Trials of each.
+    /// Number of trials.
     pub trials: u64,
-    /// Their estimates; none where the values are refused.
+    /// Estimates of the measures; none if the values are invalid.
     pub measured: Option<Measured>,
 }
 
-/// Takes the measures of settings by so many trials.
+/// Function that measures settings by a number of trials; none if the values are invalid.
 pub type Taker<'a, E> = &'a mut dyn FnMut(&[f64], u64) -> Result<Option<Measured>, E>;
 
-/// A search under way.
+/// State of a search.
 pub struct Search<'a, E> {
     ranges: &'a [Range],
     take: Taker<'a, E>,
-    /// All settings looked at, each with each number of trials once.
+    /// All settings that were tried, once for each number of trials.
     pub looks: Vec<Look>,
     known: HashMap<(Vec<u64>, u64), usize>,
 }
 
-/// Settings of a descent.
+/// Parameters of a descent.
 #[derive(Clone, Copy, Debug)]
 pub struct Descent<'a> {
-    /// The goal.
+    /// Measure to be minimised, and limits to be kept.
     pub goal: &'a Goal,
-    /// Trials at each place.
+    /// Number of trials per setting.
     pub trials: u64,
-    /// The ends of intervals by which limits are judged.
+    /// End of the confidence intervals by which limits are judged.
     pub view: View,
-    /// Initial trust region, as a share of the ranges.
+    /// Initial size of the trust region, as a share of the ranges.
     pub width: f64,
-    /// Number of evaluations for each key that it moves.
+    /// Number of evaluations for each key that the descent moves.
     pub often: usize,
 }
 
 impl<'a, E> Search<'a, E> {
-    /// One that has seen nothing.
+    /// Makes a search without results.
     pub fn new(ranges: &'a [Range], take: Taker<'a, E>) -> Self {
         Self { ranges, take, looks: Vec::new(), known: HashMap::new() }
     }
 
-    /// Looks at settings, if that was not done; their number.
+    /// Measures settings, unless they were measured before; returns their index in [`Self::looks`].
     pub fn look(&mut self, values: &[f64], trials: u64) -> Result<usize, E> {
         let place = (values.iter().map(|value| value.to_bits()).collect(), trials);
         if let Some(number) = self.known.get(&place) {
@@ -69,13 +69,13 @@ impl<'a, E> Search<'a, E> {
         Ok(self.looks.len() - 1)
     }
 
-    /// Merit of settings.
+    /// Returns the score of settings.
     fn score(&mut self, values: &[f64], how: &Descent<'_>) -> Result<Score, E> {
         let number = self.look(values, how.trials)?;
         Ok(how.goal.score(self.looks[number].measured.as_ref(), how.view))
     }
 
-    /// Looks for better values of some of the keys; all values, no worse than those it began with.
+    /// Searches better values of the keys `free`; returns all values, which are no worse than the initial ones.
     fn move_free(&mut self, from: &[f64], free: &[usize], how: &Descent<'_>) -> Result<Vec<f64>, E> {
         let began = self.looks.len();
         let mut best = (self.score(from, how)?, from.to_vec());
@@ -137,13 +137,13 @@ impl<'a, E> Search<'a, E> {
         Ok(best.1)
     }
 
-    /// Moves all keys, whole numbers being rounded.
+    /// Moves all keys; whole numbers are rounded.
     pub fn wide(&mut self, from: &[f64], how: &Descent<'_>) -> Result<Vec<f64>, E> {
         let all: Vec<usize> = (0..self.ranges.len()).collect();
         self.move_free(from, &all, how)
     }
 
-    /// Moves each whole number by one either way as long as that helps, and for each the others anew.
+    /// Moves each whole number by one in both directions as long as that helps, and searches the other keys anew for each step.
     pub fn close(&mut self, from: &[f64], how: &Descent<'_>) -> Result<Vec<f64>, E> {
         let ranges = self.ranges;
         let free: Vec<usize> = (0..ranges.len()).filter(|key| !ranges[*key].whole).collect();

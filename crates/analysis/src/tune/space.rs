@@ -1,23 +1,23 @@
-//! The values among which settings are looked for.
+//! Ranges of the values among which settings are searched.
 
 use standstill_numeric::{exp, ln};
 
-/// The values of a key, from one to another.
+/// Range of the values of a key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
-    /// The key.
+    /// Path of the key.
     pub key: String,
-    /// The smallest value, in SI.
+    /// Smallest value, in SI.
     pub low: f64,
-    /// The largest.
+    /// Largest value, in SI.
     pub high: f64,
-    /// True for whole numbers.
+    /// True if only whole numbers are allowed.
     pub whole: bool,
 }
 
 impl Range {
-    /// The value at a place from 0 to 1: by ratios where all are above zero, else by differences. It has at most four
-    /// digits: who copies it has what was judged.
+    /// Returns the value at a position in the range, from 0 (smallest) to 1 (largest): on a geometric scale if all values are
+    /// above zero, else on a linear one. The value has at most four digits, so that a printed value is the one that was judged.
     ///
     /// ```
     /// use standstill_analysis::tune::Range;
@@ -37,7 +37,7 @@ impl Range {
         value.clamp(self.low, self.high)
     }
 
-    /// The place of a value; of one outside, that of the end.
+    /// Returns the position of a value in the range, from 0 to 1; values outside have the position of the nearer end.
     pub fn place(&self, value: f64) -> f64 {
         let place = if self.low > 0.0 {
             ln(value.max(self.low) / self.low) / ln(self.high / self.low)

@@ -1,4 +1,4 @@
-//! The keys of the detector: its method, its settings, and those of a library or a class in its place.
+//! The keys of the detector: its method, the method's settings, and the settings of a library or a class in place of a method.
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -12,7 +12,7 @@ use crate::PoleRule;
 use crate::document::FileError;
 use crate::named::Named;
 
-/// Settings of a library, under any keys.
+/// Settings of a library under keys of the user's choice.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(transparent)]
 pub struct Config(pub IndexMap<String, toml::Value>);
@@ -47,7 +47,7 @@ impl Written for Config {
     }
 }
 
-/// The type of the field of a method's key.
+/// Expands to the type of the field for a method's key.
 macro_rules! field {
     (Flag) => {
         bool
@@ -95,7 +95,7 @@ macro_rules! detector {
 
 method_keys!(detector);
 
-/// The numbers of a method's key.
+/// Returns the range of a method's numeric key; none for other kinds of keys.
 const fn of_method(key: &keys::Key) -> Option<Range> {
     match key.kind {
         Kind::Number { whole, range: [low, high], needed, reason, .. } => {
@@ -107,12 +107,12 @@ const fn of_method(key: &keys::Key) -> Option<Range> {
 }
 
 impl DetectorTable {
-    /// Its method; `suited` to nothing in particular where none is named.
+    /// Returns the method; the default method if none is set.
     pub fn method(&self) -> MethodName {
         self.method.unwrap_or_default().0
     }
 
-    /// Its name for people: the class, the library's file, or the method.
+    /// Returns the detector's name for people: the class, the library's file, or the method.
     pub fn name(&self) -> &str {
         let stem = |library| std::path::Path::new(library).file_stem().and_then(|stem| stem.to_str());
         match (&self.python, &self.library) {
@@ -122,12 +122,12 @@ impl DetectorTable {
         }
     }
 
-    /// Settings of a library.
+    /// Iterates over the settings of the library.
     pub(crate) fn config(&self) -> impl Iterator<Item = (&String, &toml::Value)> {
         self.config.iter().flat_map(|Config(settings)| settings)
     }
 
-    /// The keys of methods that are set, with their values.
+    /// Iterates over the method's keys that are set, with their values.
     fn settings(&self) -> impl Iterator<Item = (&'static keys::Key, keys::Value)> {
         let values: IndexMap<&str, &dyn Written> =
             self.set_values().map(|(key, value)| (key.path.trim_start_matches("detector."), value)).collect();
@@ -138,13 +138,14 @@ impl DetectorTable {
         })
     }
 
-    /// A setting of methods beside a library, which has none of theirs.
+    /// Returns a key of methods that is set beside a library, which has no such settings; none if there is none.
     pub(crate) fn foreign_to_library(&self) -> Option<&'static str> {
         let [method, polarity] = [self.method.map(|_| "method"), self.polarity.map(|_| "polarity")];
         method.or(polarity).or_else(|| self.settings().next().map(|(key, _)| key.name))
     }
 
-    /// Sets the table's settings in those of a method, for a motor whose poles' currents differ by `difference`.
+    /// Writes the table's settings into those of a method; `difference` is the relative difference between the currents of the
+    /// two poles.
     pub(crate) fn apply(&self, method: &mut Method<f64>, difference: f64) -> Result<(), FileError> {
         let foreign = |key: &str| FileError::foreign_setting(key, self.method());
         if let Some(Named(rule)) = self.polarity {
@@ -160,7 +161,7 @@ impl DetectorTable {
     }
 }
 
-/// The error of settings with which a method cannot work: of a key with the value that it has.
+/// Converts the error of settings with which a method cannot work to the error of a key with its effective value.
 pub(crate) fn unworkable(method: &Method<f64>, error: &SettingsError) -> FileError {
     let Some(of) = keys::ALL.iter().find(|key| key.name == error.setting) else {
         return FileError::settings(error);

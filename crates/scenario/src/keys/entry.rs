@@ -1,4 +1,4 @@
-//! A key: the entry that everything else follows from.
+//! A key of scenario files: the registry entry from which everything else follows.
 
 use std::ops::Range as Draws;
 
@@ -12,44 +12,44 @@ use super::written::{Written, readable};
 use crate::Scenario;
 use crate::document::FileError;
 
-/// With what a value is compared that hardly anybody means.
+/// Reference with which a value is compared, to warn of values that are hardly ever meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Usual {
-    /// The whole, of a share.
+    /// One, for a share.
     Whole,
-    /// The motor's rated current.
+    /// Rated current of the motor.
     RatedCurrent,
-    /// The DC link.
+    /// Voltage of the DC link.
     Link,
-    /// The DC link, of a resistance's drop at rated current.
+    /// Voltage of the DC link, compared with a resistance's drop at rated current.
     LinkByDrop,
-    /// The DC link of the motor's nameplate.
+    /// Nominal DC-link voltage of the motor's nameplate.
     NominalLink,
-    /// The carrier's period.
+    /// Period of the PWM carrier.
     Carrier,
 }
 
 /// The kind of a key's values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Values {
-    /// Numbers: the symbol of their SI unit, and whether they are shares, which people write in per cent.
+    /// Numbers with the symbol of their SI unit; shares are written in per cent.
     Number {
         /// Symbol of the unit; empty for shares and pure numbers.
         unit: &'static str,
-        /// True for shares.
+        /// True for shares of one.
         share: bool,
     },
-    /// One of these names; each with a sentence about it.
+    /// A choice among names, each with a sentence about it.
     Choice(Vec<(&'static str, &'static str)>),
-    /// Yes or no.
+    /// True or false.
     Flag,
-    /// Whole numbers.
+    /// Integers.
     Whole,
-    /// A text or a table: a file, a class, settings of a library.
+    /// A text or a table: a file, a class, or settings of a library.
     Text,
 }
 
-/// Sets a number of a scenario.
+/// Function that writes a number into a scenario.
 pub(crate) type Setter = fn(&mut Scenario<Method<f64>>, f64);
 
 /// A key of scenario files.
@@ -61,26 +61,26 @@ pub(crate) type Setter = fn(&mut Scenario<Method<f64>>, f64);
 /// ```
 #[derive(Debug)]
 pub struct Key {
-    /// Its path, such as `sensors.noise`.
+    /// Path of the key, such as `sensors.noise`.
     pub path: &'static str,
-    /// Its meaning, in a sentence or two.
+    /// Meaning of the key, in a sentence or two.
     pub about: &'static str,
-    /// A value as TOML has it; empty where the example of `init` has text of its own.
+    /// Example of a value in TOML; empty where the example of `init` has text of its own.
     pub example: &'static str,
-    /// The numbers that it may have; none of choices, flags and texts.
+    /// Numbers that are allowed; none for choices, flags and texts.
     pub range: Option<Range>,
-    /// The draws of a trial whose spread it is: what a budget takes for a source of error.
+    /// Draws of a trial whose spread the key sets: the key is then a source of error in a budget.
     pub draws: Option<(Purpose, Draws<usize>)>,
-    /// More than this share of something is hardly meant.
+    /// Share of the reference above which a warning is given, because such a value is hardly meant.
     pub usual: Option<(f64, Usual)>,
     pub(super) values: fn() -> Values,
-    /// Its value in a scenario, whether a file sets it or not.
+    /// Function that returns the key's effective value in a scenario, whether or not a file sets the key.
     pub(super) get: fn(&Scenario<Method<f64>>) -> Option<Value>,
-    /// True if this scenario has the part that the key belongs to.
+    /// Function that returns true if a scenario has the part to which the key belongs.
     pub(super) applies: fn(&Scenario<Method<f64>>) -> bool,
-    /// True if trials of this scenario draw with it, provided that its spread is more than zero.
+    /// Function that returns true if trials of a scenario use the key's draws, provided that the spread is above zero.
     pub(super) drawn: fn(&Scenario<Method<f64>>) -> bool,
-    /// Sets the number that it is by itself.
+    /// Function that writes the key's number into a scenario; none if the number sets no field directly.
     pub(crate) set: Option<Setter>,
 }
 
@@ -103,28 +103,28 @@ impl Key {
         }
     }
 
-    /// The kind of its values.
+    /// Returns the kind of the key's values.
     pub fn values(&self) -> Values {
         (self.values)()
     }
 
-    /// Its numbers in words, as messages have them; none of choices, flags and texts.
+    /// Returns the allowed numbers in words, as in messages; none for choices, flags and texts.
     pub fn allowed(&self) -> Option<&'static str> {
         self.range.as_ref().map(|range| range.needed)
     }
 
-    /// True if this scenario has the part that the key belongs to: a channel is a MOSFET's, a threshold an IGBT's.
+    /// Returns true if a scenario has the part to which the key belongs: a channel belongs to a MOSFET, a threshold to an IGBT.
     pub fn applies_to(&self, scenario: &Scenario<Method<f64>>) -> bool {
         (self.applies)(scenario)
     }
 
-    /// True if a trial of this scenario draws with a spread that this key sets.
+    /// Returns true if a trial of this scenario draws with a spread above zero that this key sets.
     pub fn is_drawn(&self, scenario: &Scenario<Method<f64>>) -> bool {
         let zero = scenario.value(self.path).and_then(|value| value.as_float()) == Some(0.0);
         self.draws.is_some() && (self.applies)(scenario) && (self.drawn)(scenario) && !zero
     }
 
-    /// A number of this key in the unit in which its range is written.
+    /// Writes a number of this key in the unit that the text of its range uses.
     pub(super) fn readable(&self, value: f64, needed: &str) -> String {
         let dimension = match self.values() {
             Values::Number { unit, .. } => Dimension::of_symbol(unit),
@@ -133,8 +133,10 @@ impl Key {
         dimension.map_or_else(|| value.to_string(), |dimension| readable(dimension, value, needed))
     }
 
+    /// Checks a value of this key.
+    ///
     /// # Errors
-    /// A value beyond the range.
+    /// A value outside of the range.
     pub(crate) fn check(&self, value: &dyn Written) -> Result<(), FileError> {
         match (&self.range, value.number()) {
             (Some(range), Some(number)) if !range.contains(number) => {

@@ -8,10 +8,10 @@ use standstill_sim::Purpose;
 use super::{NOT_NEGATIVE, POSITIVE, Range, TIME, Usual, number, table};
 use crate::named::Named;
 
-/// Longest time in s that a detection may take, after which nothing of the source can begin.
+/// Longest time in s that a detection may take; a sag that begins later would have no effect.
 const LONGEST: f64 = 20.0;
 
-/// A share of the link's voltage.
+/// Range of a share of the DC-link voltage.
 const OF_VOLTAGE: Range =
     Range::new(0.0, 1.0, "a share from 0 to 1", "a rectifier's link is never below 0 V");
 

@@ -1,17 +1,17 @@
-//! Numbers of the motor that trials draw: the data sheet has the keys, and the motor is made anew.
+//! Numbers of the motor that trials draw: their keys are those of the data sheet, and the motor is made anew from it.
 
 use standstill_files::sheet::{Sheet, Sourced};
 use standstill_plant::{NameplateNumber, Temperature};
 use standstill_quantity::{Quantity, Unit};
 
-/// The number of a motor that a key sets.
+/// Target of a motor's key: the number that a drawn value replaces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Set {
-    /// A number of the sheet; none where the sheet does not have it.
+    /// A number of the data sheet; the function returns none if the sheet does not have the number.
     Sheet(fn(&mut Sheet, f64) -> Option<()>),
-    /// A number of the sheet's nameplate, and those that follow from it in the sheet.
+    /// A number of the data sheet's nameplate, and the numbers of the sheet that follow from it.
     Nameplate(NameplateNumber),
-    /// A temperature.
+    /// A temperature of the winding or the magnets.
     Temperature(fn(&mut Temperature, f64)),
 }
 

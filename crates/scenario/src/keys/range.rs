@@ -1,21 +1,21 @@
-//! The numbers that a key may have, and the ranges that several keys share.
+//! Ranges of numbers that a key allows, and ranges that several keys share.
 
 use standstill_plant::Temperature;
 
-/// The numbers that a key may have.
+/// Range of numbers that a key allows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
-    /// The least, in the unit of the schema.
+    /// Smallest number, in the unit of the schema.
     pub low: f64,
-    /// The largest.
+    /// Largest number, in the unit of the schema.
     pub high: f64,
-    /// Both in words, as messages have them.
+    /// Both limits in words, as in messages.
     pub needed: &'static str,
-    /// Why not beyond.
+    /// Reason for the limits.
     pub reason: &'static str,
-    /// True if the numbers are whole.
+    /// True if only whole numbers are allowed.
     pub whole: bool,
-    /// The least that is not zero, where zero is allowed below a gap.
+    /// Smallest number above zero, if zero is allowed too and numbers between are not.
     gap: f64,
 }
 
@@ -28,7 +28,7 @@ impl Range {
         Self { whole: true, ..self }
     }
 
-    /// Zero, or from `least` to the largest.
+    /// Allows zero, or numbers from `least` to the upper limit.
     pub(super) const fn or_from(self, least: f64) -> Self {
         Self { gap: least, ..self }
     }

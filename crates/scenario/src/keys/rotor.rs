@@ -50,7 +50,7 @@ table! {
 }
 
 impl RotorTable {
-    /// Motion of the rotor.
+    /// Returns the motion of the rotor: held, free or braked.
     pub fn state(&self) -> Rotor {
         self.state.unwrap_or_default().0
     }

@@ -19,7 +19,7 @@ const SKEW: &str = "from 0 to 100 us: the next sample waits until all phases are
 const DECAY: &str = "from 1 ns to 100 us: what rings longer is no pick-up of an edge";
 const RINGING: &str = "from 0 to 1000 MHz: samples are taken in whole nanoseconds";
 
-/// All draws of a purpose: one for each sample.
+/// Range of all draws of a purpose, for purposes with one draw per sample.
 const EACH: std::ops::Range<usize> = 0..usize::MAX;
 
 fn bits(adc: Option<Adc>) -> toml::Value {

@@ -1,4 +1,4 @@
-//! Values of a file's tables, and places of a scenario that numbers set.
+//! Values in a file's tables, and fields of a scenario that numbers set.
 
 use standstill_interface::{Choice, Nanos};
 use standstill_quantity::{Dimension, Quantity, Scale, Unit, rounded};
@@ -6,19 +6,19 @@ use standstill_quantity::{Dimension, Quantity, Scale, Unit, rounded};
 use super::entry::Values;
 use crate::named::Named;
 
-/// A value of a file's table.
+/// A value in a table of a scenario file.
 pub(crate) trait Written {
-    /// In SI, of a number.
+    /// Returns a number in SI units; none for a value that is no number.
     fn number(&self) -> Option<f64> {
         None
     }
 
-    /// Of yes and no.
+    /// Returns true for a flag that is set.
     fn flag(&self) -> bool {
         false
     }
 
-    /// In the unit in which the range is written: not 0.02 µF where nanofarads are allowed.
+    /// Writes a number in the unit that the text `needed` of the range uses: 20 nF, not 0.02 µF, where nanofarads are allowed.
     fn readable(&self, _needed: &str) -> String {
         String::new()
     }
@@ -76,7 +76,7 @@ impl Written for String {
     }
 }
 
-/// A place that a number sets.
+/// Type of a scenario's field that a key's number sets.
 pub(super) trait Place: Copy {
     fn of(number: f64) -> Self;
     fn number(self) -> f64;

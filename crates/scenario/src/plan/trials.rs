@@ -1,4 +1,4 @@
-//! Trials of a plan: one by one or side by side, from seeds or from tapes.
+//! Runs trials of a plan, one by one or side by side, from seeds or from tapes.
 
 use standstill_detect::Method;
 use standstill_sim::{Streams, Tape};
@@ -8,14 +8,14 @@ use crate::document::FileError;
 use crate::scenario::side_by_side;
 use crate::{Record, Scenario, TrialError};
 
-/// Trials with machines of their own that are drawn at a time: as many as fill the lanes several times over.
+/// Number of trials, each with a machine of its own, that are drawn at a time: enough to fill the lanes several times.
 const AT_A_TIME: usize = 64;
 
 impl Plan {
-    /// A trial at a point whose scenario is `scenario`.
+    /// Runs one trial at a point whose scenario is `scenario`.
     ///
     /// # Errors
-    /// A value drawn that cannot be.
+    /// An invalid drawn value.
     pub fn trial(
         &self,
         point: usize,
@@ -28,8 +28,8 @@ impl Plan {
         if self.has_tolerances() { run(&self.drawn(point, Some(scenario), trial)?) } else { run(scenario) }
     }
 
-    /// Trials at a point whose scenario is `scenario`, side by side in this thread, until there are no more or one cannot be
-    /// run; those that are under way come to their ends. `done` gets each record, in any order.
+    /// Runs trials at a point whose scenario is `scenario` side by side in this thread, until there are no more or one trial
+    /// cannot be run; trials that have begun are completed. `done` gets each record, in any order.
     ///
     /// # Errors
     /// A trial for which no machine or no detector can be made.
@@ -68,10 +68,10 @@ impl Plan {
         }
     }
 
-    /// The trial at a point that a tape gives, with its tolerances.
+    /// Runs the trial whose draws, tolerances included, a tape gives.
     ///
     /// # Errors
-    /// A value drawn that cannot be.
+    /// An invalid drawn value.
     pub fn trial_taped(
         &self,
         point: usize,
@@ -88,10 +88,10 @@ impl Plan {
         }
     }
 
-    /// The scenario of the trial at a point that a tape gives, with its tolerances.
+    /// Makes the scenario of the trial whose draws, tolerances included, a tape gives.
     ///
     /// # Errors
-    /// A value drawn that cannot be.
+    /// An invalid drawn value.
     pub fn scenario_taped(
         &self,
         point: usize,
@@ -101,12 +101,12 @@ impl Plan {
         self.drawer(point, Some(scenario)).draw(Streams::taped(tape))
     }
 
-    /// Trials at a point that tapes give, in this thread: side by side, unless each has a machine of its own. `change` has the
-    /// last word on each trial's scenario, after what was drawn of it; the detector is made after it. `done` gets each record with the number of its tape.
-    /// Both stand behind pointers, so that detectors are taken through here by code that is compiled here.
+    /// Runs the trials whose draws tapes give in this thread: side by side, unless each trial has a machine of its own. `change`
+    /// is applied to each trial's scenario after the draws and before the detector is made. `done` gets each record with the
+    /// index of its tape. Both are `dyn` references, so that the code that runs detectors is compiled in this crate.
     ///
     /// # Errors
-    /// A value drawn that cannot be.
+    /// An invalid drawn value, or a trial for which no detector can be made.
     pub fn trials_taped(
         &self,
         point: usize,
@@ -142,7 +142,7 @@ impl Plan {
     }
 }
 
-/// Results before the first error, and that error.
+/// Results before the first error, and that error if there was one.
 struct Made<T, E> {
     all: Vec<T>,
     ended: Result<(), E>,

@@ -43,7 +43,7 @@ fn law_what_a_run_reads_is_read_through_one_door() {
         // A new file, which it writes.
         "cli/commands/init.rs",
         // Its folder, to have the system keep what is new in it.
-        "cli/output.rs",
+        "cli/shell/output.rs",
         "files/files.rs",
         // The loader's settings, and compilers' runtimes of the system; parts of the run go through `Files`.
         "foreign/parts.rs",
