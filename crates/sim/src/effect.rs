@@ -147,7 +147,7 @@ pub trait CoreBranch<V: Wide>: Effect<V> + Sized {
     /// branch's own current is added. Returns whether that current makes a torque.
     ///
     /// # Errors
-    /// No flux holds the current that it is left with.
+    /// No flux balances the current of the iron's remanence.
     fn start(&mut self, _lane: usize, _case: &Case<'_>, _flux: &mut Dq<f64>) -> Result<bool, RunError> {
         Ok(false)
     }
@@ -177,8 +177,8 @@ pub trait CoreBranch<V: Wide>: Effect<V> + Sized {
     #[inline(always)]
     fn take(&mut self, _of: V::Mask, _flux: Plane<V>, _step: &Self::Step) {}
 
-    /// Returns the smallest margin of the branch's modes within a step and at its end, in Wb with the tolerance
-    /// included: negative where a mode ended.
+    /// Returns the branch's smallest margin in a step, in Wb, plus the tolerance of any step and plus that of a step
+    /// that was to end where a mode ends; negative where a mode ended.
     #[inline(always)]
     fn room(&self, _step: &Self::Step) -> [V; 2] {
         [V::of(f64::INFINITY); 2]
