@@ -15,8 +15,8 @@
     reason = "legs and machines are walked by number: iterators are closures, which are not compiled for wide registers"
 )]
 
-/// `[f(0), f(1)]` spelled out. In an array's `map` the closure would be a function of its own, compiled without the instructions
-/// of wide registers, and each operation in it a call.
+/// Expands to `[f(0), f(1)]`. In an array's `map` the closure would be a function of its own, compiled without the
+/// instructions of wide registers, and each operation in it a call.
 macro_rules! pair {
     ($k:ident => $of:expr) => {{
         let first = {
@@ -31,7 +31,7 @@ macro_rules! pair {
     }};
 }
 
-/// An option's `map`, spelled out for the same reason.
+/// An option's `map`, expanded for the reason of [`pair`].
 macro_rules! some {
     ($of:expr, $value:pat => $to:expr) => {
         match $of {
@@ -41,7 +41,7 @@ macro_rules! some {
     };
 }
 
-/// `[f(0), f(1), f(2)]`, as [`pair`].
+/// Expands to `[f(0), f(1), f(2)]`, as [`pair`] does.
 macro_rules! three {
     ($k:ident => $of:expr) => {{
         let [first, second] = pair!($k => $of);

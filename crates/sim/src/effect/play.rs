@@ -133,8 +133,8 @@ impl<V: Wide> Cells<V> {
         }
     }
 
-    /// Elastic flux of each play (hysteresis) cell in Wb once the stator's flux has reached `flux` in Wb. `along`: initial tangent of the flux path;
-    /// none for a straight path.
+    /// Returns the elastic flux of each play (hysteresis) cell in Wb once the stator's flux has reached `flux` in Wb.
+    /// `along`: initial tangent of the flux path; none for a straight path.
     #[inline(always)]
     pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchState<V> {
         let change = flux - self.from;

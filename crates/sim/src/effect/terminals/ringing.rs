@@ -264,8 +264,8 @@ impl<V: Wide> Ringing<V> {
         [first, second]
     }
 
-    /// Oscillating part of a mode's current: the modal current less the polynomial about which it oscillates. Zero where the mode turns so little in
-    /// a step that a cubic describes it.
+    /// Returns the oscillating part of a mode's current: the modal current less the polynomial about which it
+    /// oscillates. Zero where the mode turns so little in a step that a cubic describes it.
     #[inline(always)]
     fn oscillation(&self, m: usize) -> Oscillation<V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
