@@ -142,7 +142,7 @@ fn whole(code: f64) -> u32 {
 /// The DC-link sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VoltageSensor {
-    /// Standard deviation of the sensor's gain error, as a share of 1.
+    /// Standard deviation of the sensor's relative gain error.
     pub gain_error: f64,
     /// Standard deviation of the sensor's offset in V.
     pub offset: f64,
@@ -166,7 +166,7 @@ pub struct Resolver {
 pub struct SensorSettings {
     /// Where the current sensors sit.
     pub arrangement: Arrangement,
-    /// Standard deviation of each phase's gain error, as a share.
+    /// Standard deviation of each phase's relative gain error.
     pub gain_error: f64,
     /// Standard deviation of each phase's residual offset in A.
     pub offset: f64,
