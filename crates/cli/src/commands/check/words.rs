@@ -227,8 +227,8 @@ const fn short(demand: Demand) -> &'static str {
     }
 }
 
-/// Returns the condition of the verdict that the data sheet does not state, the value assumed in a single run, and
-/// the way to measure it.
+/// Returns the sentence on the saturation that the verdict assumes and the data sheet does not state, and on the way
+/// to measure it; none without such a condition.
 fn condition(asked: &Checked<'_>) -> Option<String> {
     let Some(Condition::Saturation { least, most, minus_d }) = &asked.found.condition else { return None };
     Some(format!(

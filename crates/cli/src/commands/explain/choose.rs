@@ -14,11 +14,11 @@ pub struct Chosen {
     pub point: usize,
     /// Number of the trial at this point.
     pub trial: u64,
-    /// Angle error in degrees by which trials are ordered: 180° plus the axis error where the trial found no angle.
+    /// Magnitude of the axis error in degrees, by which trials are ordered; 180° without an axis.
     far: f64,
 }
 
-/// The trials that are explained.
+/// The selection of trials to be explained.
 pub struct Choice {
     pub chosen: Vec<Chosen>,
     /// Number of trials without an axis among those selected by their errors: none is worse than another.
