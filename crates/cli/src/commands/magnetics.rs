@@ -26,7 +26,7 @@ const STEPS: u16 = 10;
 struct Subject {
     name: String,
     magnetics: MagneticCircuit,
-    /// The largest current in A where none is asked for.
+    /// Default of the largest current in A.
     reach: f64,
     pole_pairs: Option<u32>,
     resistance: Option<f64>,

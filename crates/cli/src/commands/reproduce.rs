@@ -1,4 +1,4 @@
-//! `standstill reproduce`: the paper, end to end.
+//! `standstill reproduce`: the paper's tables and figures, audited and simulated.
 
 mod tables;
 

@@ -58,7 +58,7 @@ fn one_in(p: &Estimate) -> Option<String> {
     Some(format!("one in {}{name} starts", rounded(often / unit, 0)))
 }
 
-/// Returns the note on the starts of which the probability is a share, where the event's name does not say so.
+/// Returns the phrase on the starts of which the probability is a share.
 fn share_of(event: Event) -> String {
     match event {
         Event::Error(bound) => format!(
