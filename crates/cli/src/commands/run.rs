@@ -269,7 +269,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     Ok(Some(Report { text, code }))
 }
 
-/// Removes an existing journal only if that is requested.
+/// Removes an existing journal with `force`, and refuses the run otherwise.
 fn make_way(path: &Path, force: bool) -> Result<(), Error> {
     if Journal::is_busy(path) {
         return Err(Error::Journal(JournalError::Busy(path.to_owned())));
