@@ -71,7 +71,7 @@ impl SummaryFile {
         Ok(file)
     }
 
-    /// Refuses a table beside this summary that is not as it was written.
+    /// Refuses a table beside this summary that was changed since it was written.
     ///
     /// # Errors
     /// Errors of [`Tables::check`].
@@ -127,7 +127,7 @@ impl SummaryFile {
 /// of more trials, which contain all of the earlier ones.
 ///
 /// # Errors
-/// The file in the way.
+/// The summary of another run, or a file that is none.
 pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<(), Error> {
     let path = options.out.join(SUMMARY);
     if options.force || !files_wanted() || !path.exists() {

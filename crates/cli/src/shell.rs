@@ -16,6 +16,6 @@ pub mod values;
 pub struct Report {
     /// Text for standard output.
     pub text: String,
-    /// 0: all is well; 1: the answer is no, or a trial could not be simulated; 130: interrupted.
+    /// Exit code. 0: success; 1: the answer is no, or a trial could not be simulated; 130: interrupted.
     pub code: u8,
 }

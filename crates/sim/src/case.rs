@@ -1,4 +1,4 @@
-//! A run's case and its result.
+//! Input and result of one run.
 
 use standstill_interface::{Nanos, Outcome, Real};
 use standstill_inverter::Inverter;
@@ -7,14 +7,14 @@ use thiserror::Error;
 
 use crate::{Ledger, SensorSettings, Sensors, Streams};
 
-/// Whether the rotor can move.
+/// Mechanical state of the rotor: locked, free, or braked with play.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotorState {
     /// Held by a brake.
     Locked,
     /// Free, with the friction of its motor.
     Free,
-    /// Held by a brake that lets it play.
+    /// Held by a brake with play.
     Braked(Play),
 }
 
@@ -29,7 +29,7 @@ pub struct Play {
 }
 
 impl Play {
-    /// The play of a motor's brake, with the rotor in its middle.
+    /// Returns the play of a motor's brake, with the rotor in its middle.
     ///
     /// ```
     /// use standstill_plant::built_in;
@@ -110,9 +110,9 @@ pub struct Case<'a> {
     pub inverter: Inverter,
     /// The sensors, with the errors of this specimen drawn.
     pub sensors: Sensors,
-    /// Electrical angle θ in rad at the start.
+    /// Initial electrical angle θ of the rotor in rad.
     pub start_angle: f64,
-    /// Whether the rotor can move.
+    /// Mechanical state of the rotor.
     pub rotor: RotorState,
     /// Remanent magnetisation of the stator's iron from former operation: electrical angle in rad from the a-axis of
     /// the direction in which the flux last changed by much. None: the iron is virgin. Ignored for iron without
@@ -124,7 +124,7 @@ pub struct Case<'a> {
     pub streams: Streams<'a>,
     /// Numerical tolerance.
     pub tolerance: Tolerance,
-    /// Longest time a detection may take.
+    /// Longest time of a detection.
     pub time_limit: Nanos,
 }
 
@@ -132,7 +132,7 @@ impl<'a> Case<'a> {
     /// Default time limit: several times as long as the slowest decay of a large motor.
     pub const TIME_LIMIT: Nanos = Nanos(20_000_000_000);
 
-    /// A motor on an inverter with its rotor locked at θ = 0 and exact sensors.
+    /// Makes the case of a motor on an inverter with its rotor locked at θ = 0 and exact sensors.
     pub fn new(motor: &'a Motor, inverter: Inverter) -> Self {
         Self {
             motor,
@@ -163,7 +163,7 @@ pub struct Work {
     pub events: u64,
 }
 
-/// Why a run ended without an outcome of the detector.
+/// Reason why a run ended without an outcome of the detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum RunError {
     /// A command without duration, with a sample after its end, or with more than a million samples.
@@ -175,7 +175,8 @@ pub enum RunError {
     /// The detector was not done within the time limit.
     #[error("not done within {} s", .0.seconds())]
     TimeLimit(Nanos),
-    /// Conduction modes changed more often than any physics does; the state is reported, not guessed.
+    /// Conduction modes changed more often than is physically possible; the run ends with an error instead of a
+    /// guessed state.
     #[error("conduction modes keep changing without time passing")]
     Chatter,
     /// The state became infinite or not a number, or changes too fast for any step length.
@@ -206,12 +207,12 @@ impl RunError {
     }
 }
 
-/// How a run ended.
+/// Ending of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ended<T> {
     /// The detector was done.
     Outcome(Outcome<T>),
-    /// The run could not go on.
+    /// The run could not continue.
     Error(RunError),
 }
 
@@ -220,13 +221,13 @@ pub enum Ended<T> {
 pub struct RunOf<E> {
     /// Ending of the run.
     pub ended: E,
-    /// How long the detection took.
+    /// Duration of the detection.
     pub duration: Nanos,
-    /// Electrical angle in rad at the start.
+    /// Initial electrical angle of the rotor in rad.
     pub start_angle: f64,
-    /// Electrical angle in rad at the end: what the detector should have found.
+    /// Electrical angle of the rotor in rad at the end: the right answer of the detector.
     pub end_angle: f64,
-    /// Whether there is a magnet, and with it a north pole to be found.
+    /// Whether the rotor has a magnet, and with it a north pole to be found.
     pub has_pole: bool,
     /// The resolver's reading at the end, in rad.
     pub resolver_angle: f64,
@@ -268,7 +269,7 @@ impl Finished {
 }
 
 impl<T: Real> Run<T> {
-    /// The angle found in rad, if one was; for an axis without pole, none.
+    /// Returns the angle found in rad; none if no angle was found, or only an axis without its pole.
     pub fn found(&self) -> Option<f64> {
         match self.ended {
             Ended::Outcome(Outcome::Found { angle, .. }) => Some(angle.radians().to_double()),

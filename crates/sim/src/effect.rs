@@ -1,4 +1,4 @@
-//! Effects: the parts of the machines that have a state or a law of their own. Each has one home here.
+//! Effects: the parts of the machines that have a state or a law of their own, one file each.
 //!
 //! | effect | state | file |
 //! |---|---|---|
@@ -14,7 +14,7 @@
 //! it part of the step that is compiled for a width of registers. Bank, ledger, initial state at rest and the
 //! referee's slopes call all effects by the list `each_effect!` and name none.
 //!
-//! Hysteresis is a branch beside the core ([`CoreBranch`]): code outside of its files knows it as [`Branch`] alone.
+//! Hysteresis is a branch beside the core ([`CoreBranch`]): code outside of its files uses it only as [`Branch`].
 
 mod context;
 pub mod eddies;

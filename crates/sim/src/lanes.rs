@@ -242,7 +242,7 @@ pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
     run_side_by_side_in(Width::Avx512, cases, done);
 }
 
-/// [`run_side_by_side`] in registers no wider than `most`: the bits of the runs do not depend on it.
+/// Carries out [`run_side_by_side`] in registers no wider than `most`: the bits of the runs do not depend on it.
 pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
     most: Width,
     cases: impl IntoIterator<Item = (Case<'a>, D)>,

@@ -3,17 +3,17 @@
 /// Energies transferred since the start of the run, in J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
-    /// Delivered by the DC source.
+    /// Energy delivered by the DC source.
     pub source: f64,
-    /// Lost in the source's resistance.
+    /// Energy lost in the source's resistance.
     pub source_loss: f64,
-    /// Lost in switches and diodes.
+    /// Energy lost in switches and diodes.
     pub device_loss: f64,
-    /// Lost in the winding's resistance, including that of its ringing with the terminals.
+    /// Energy lost in the winding's resistance, including that of its ringing with the terminals.
     pub copper_loss: f64,
-    /// Lost in eddy currents.
+    /// Energy lost in eddy currents.
     pub eddy_loss: f64,
-    /// Lost by hysteresis: where play cells of the stator's iron slide.
+    /// Energy lost by hysteresis: where play cells of the stator's iron slide.
     pub hysteresis_loss: f64,
     /// Work of the electromagnetic torque, cogging included, on the rotor.
     pub shaft_work: f64,

@@ -1,4 +1,4 @@
-//! One deterministic run of motor, inverter, sensors and detector.
+//! Simulation of one deterministic run of motor, inverter, sensors and detector.
 //!
 //! ```text
 //!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
@@ -82,7 +82,7 @@ pub use standstill_numeric::{MOST_LANES, Width};
 #[doc(hidden)]
 pub use streams::Strip;
 
-/// The examples of the README run too.
+/// Runs the examples of the README as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

@@ -164,7 +164,7 @@ pub struct Resolver {
 /// The sensors as a type: the settings from which the errors of specimens are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorSettings {
-    /// Where the current sensors sit.
+    /// Arrangement of the current sensors.
     pub arrangement: Arrangement,
     /// Standard deviation of each phase's relative gain error.
     pub gain_error: f64,
@@ -224,7 +224,7 @@ impl SensorSettings {
         [(); 3].map(|()| all * off(own))
     }
 
-    /// Sensors without any error.
+    /// Settings of sensors without any error.
     pub const IDEAL: Self = Self {
         arrangement: Arrangement::ThreeInLine,
         gain_error: 0.0,
@@ -243,7 +243,7 @@ impl SensorSettings {
     };
 }
 
-/// One drive's sensors: the settings, and the errors this specimen has.
+/// One drive's sensors: the settings, and the errors of this specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensors {
     /// Settings from which the errors were drawn; noise, jitter and converters still apply to each sample.

@@ -5,7 +5,7 @@ use standstill_inverter::{Conduction, Gate, Modes};
 
 use crate::physics::motion::Motion;
 
-/// The machine at one time.
+/// Snapshot of the machine at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot {
     /// Time in s since the start of the run.
@@ -53,7 +53,7 @@ impl Snapshot {
     }
 }
 
-/// Something that happens at an instant.
+/// An event at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// The detector gave a command.
@@ -66,11 +66,11 @@ pub enum Event {
     Motion(Motion),
     /// The currents left the motor's flux map; the run ends.
     LeftMap,
-    /// The ADC sampled; phase currents in A and the DC link in V as the drive sees them.
+    /// The ADC sampled: phase currents in A and the DC link's voltage in V as read by the drive.
     Sample([f64; 3], f64),
 }
 
-/// An observer of a run while it goes on.
+/// An observer that receives snapshots and events of a run.
 pub trait Probe {
     /// Returns the longest time in s between two snapshots; none if no snapshots are wanted, which then cost nothing.
     fn resolution(&self) -> Option<f64>;

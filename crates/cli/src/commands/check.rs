@@ -1,4 +1,4 @@
-//! `standstill check`: is this motor suited, and with which settings?
+//! `standstill check`: the suitability of a motor, and the recommended settings.
 
 mod answer;
 mod file;

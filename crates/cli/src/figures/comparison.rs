@@ -16,7 +16,8 @@ struct Place {
     style: Style,
 }
 
-/// One set of conditions of all methods: markers, and lines from rms to 95th percentile with a gap after each.
+/// The series of one set of conditions over all methods: markers, and lines from rms to 95th percentile with a gap
+/// after each.
 struct Series {
     label: String,
     style: Style,

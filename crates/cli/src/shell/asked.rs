@@ -54,7 +54,7 @@ impl NotedQuestion {
     /// requested.
     ///
     /// # Errors
-    /// The file in the way.
+    /// A file of another question.
     pub fn guard(&self, folder: &Path, names: &[&str]) -> Result<(), Error> {
         let there: Vec<&str> = names.iter().copied().filter(|name| folder.join(name).is_file()).collect();
         let Some(mut first) = there.first().copied().filter(|_| !self.force) else { return Ok(()) };

@@ -39,8 +39,8 @@ thread_local! {
 pub struct Host {
     /// Name of the scenario on the command line, and its text in place of a file.
     pub scenario: Option<(PathBuf, String)>,
-    /// Whether `run`, `sweep` and `trace` write their results into files too, and not only into [`Host::tables`]; `trace`
-    /// always has its result as JSON for its report.
+    /// Whether `run`, `sweep` and `trace` write their results into files too, and not only into [`Host::tables`]; the
+    /// report of `trace` always contains its result as JSON.
     pub files: bool,
     /// Whether progress is shown on a terminal.
     pub bars: bool,

@@ -51,7 +51,7 @@ pub fn then(act: impl Fn() + Send + 'static) {
 #[cfg(target_os = "linux")]
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(1);
 
-/// Ends the process if a library does not return from a call: the work cannot end then, whatever the flag says.
+/// Ends the process if a library does not return from a call: the flag cannot end such work.
 fn end_if_hanging() {
     #[cfg(target_os = "linux")]
     std::thread::spawn(|| {

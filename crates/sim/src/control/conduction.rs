@@ -1,4 +1,4 @@
-//! Which devices conduct, and what follows for the machine.
+//! Conduction modes of a run's legs, and their consequences for the machine.
 
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{Conduction, Gate, Port};

@@ -18,9 +18,9 @@ pub struct Course {
     /// Number of phases of the pending sample that the converter has already taken, the phase currents in A, and the
     /// voltage of the DC link in V.
     pub taken: usize,
-    /// See `taken`.
+    /// Phase currents in A: see `taken`.
     pub current: [f64; 3],
-    /// See `taken`.
+    /// Voltage of the DC link in V: see `taken`.
     pub dc_link: f64,
 }
 

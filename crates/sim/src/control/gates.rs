@@ -22,7 +22,7 @@ struct LegSequencer {
     left: VecDeque<(Nanos, Gate)>,
     /// The next request that differs from the one before, once it was looked up.
     ahead: Option<(Nanos, Gate)>,
-    /// The last request to its driver, and the last one before the command.
+    /// The last request to the leg's driver, and the last one before the present command.
     requested: Gate,
     before: Gate,
     /// Whether requests may have followed by alternation since one was last taken from this sequencer.
@@ -91,7 +91,8 @@ impl LegSequencer {
         Some((off.0 as f64, on.0 as f64, gate))
     }
 
-    /// Whether the next request switches off before a gate would come on at a time in ns: such a pulse is lost.
+    /// Returns whether the next request switches off before a gate would turn on at a time in ns: such a pulse is
+    /// lost.
     fn loses(&mut self, on: f64) -> bool {
         self.peek().is_some_and(|(at, _)| (at + self.timing.turn_off_delay).0 as f64 <= on)
     }
@@ -119,7 +120,7 @@ impl GateSequencer {
         Self { sequencers: timings.map(leg), start: Nanos::ZERO }
     }
 
-    /// Lays out the next command, which starts where the one before ended.
+    /// Prepares the requests of the next command, which starts where the one before ended.
     pub fn begin<V: Wide>(
         &mut self,
         legs: &mut Legs<V>,

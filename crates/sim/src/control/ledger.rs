@@ -62,7 +62,7 @@ impl Accounts {
 }
 
 impl<'a> Control<'a> {
-    /// State of this run's machine at `here`, from which its powers and stored energies are computed.
+    /// Returns the state of this run's machine at `here`, from which its powers and stored energies are computed.
     pub(super) fn moment<'s, V: Wide>(
         &'s self,
         bank: &'s Bank<'a, V>,

@@ -46,7 +46,7 @@ fn touched(motion: Motion) -> Contact {
     }
 }
 
-/// Whether a rotor can move at all.
+/// Returns whether a rotor can move at all.
 pub fn can_move(rotor: RotorState) -> bool {
     match rotor {
         RotorState::Locked => false,

@@ -67,7 +67,7 @@ pub struct Control<'a> {
     /// Whether time has passed since the link's voltage was last updated.
     pub(super) stale: bool,
     first: bool,
-    /// Why the run has no initial state; none if it has one.
+    /// Error if the run has no initial state.
     pub(super) nowhere: Option<RunError>,
 }
 
@@ -115,7 +115,7 @@ impl<'a> Control<'a> {
         control
     }
 
-    /// A copy of the run without observer and ledger.
+    /// Returns a copy of the run without observer and ledger.
     pub fn unwatched(&self) -> Self {
         Self {
             case: self.case.clone(),
@@ -128,7 +128,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Time in ns since the start of the run.
+    /// Returns the time in ns since the start of the run.
     pub(super) fn time<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
         bank.here.time.get(self.lane)
     }

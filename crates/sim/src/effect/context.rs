@@ -37,7 +37,7 @@ pub struct End<'s, 'a, V: Wide> {
     pub begin: &'s Begin<'s, 'a, V>,
     /// The place at which the core was evaluated.
     pub looked: &'s Looked<V>,
-    /// Slopes of flux and current there.
+    /// Slopes of flux and current at the end.
     pub change: &'s Change<V>,
 }
 
@@ -151,9 +151,9 @@ pub struct Moment<'s, 'a, V: Wide> {
     pub motion: Motion,
     /// The machines of the bank, and the number of this machine's lane.
     pub machine: &'s Machine<'a, V>,
-    /// See `machine`.
+    /// Number of the machine's lane: see `machine`.
     pub lane: usize,
-    /// State and operating point.
+    /// State and operating point of the machines at this time.
     pub here: &'s Here<V>,
 }
 

@@ -43,7 +43,7 @@ pub struct Bank<'a, V: Wide> {
 pub struct Schedule<V> {
     /// A bit for each machine that steps.
     pub live: u32,
-    /// The next instant of each in ns, gate edges apart.
+    /// Next instant of each machine in ns, apart from gate edges.
     pub stop: V,
     /// Time in ns of each machine's next reading of the sensors or of its command's end, whichever is earlier.
     pub sample: V,
@@ -58,7 +58,7 @@ pub struct Schedule<V> {
     pub ending_mode: [Option<Guard>; MOST_LANES],
     /// Expected time in ns at which a current has charged a terminal to its bound, and the terminal's leg.
     pub expected: V,
-    /// See `expected`.
+    /// Leg of the terminal: see `expected`.
     pub carried: [usize; MOST_LANES],
     /// A bit for each machine that had such an expectation when the conduction of its legs last changed.
     pub swept: u32,
@@ -71,7 +71,7 @@ pub struct StepControl<V: Wide> {
     pub accuracy: Accuracy<V>,
     /// Length of the step to try next, and of the longest one, in ns.
     pub next: V,
-    /// See `next`.
+    /// Longest step in ns: see `next`.
     pub longest: V,
     /// Next step length in ns for each number of floating terminals, from none to all three, as last used: terminals
     /// that ring need shorter steps than currents that flow.
@@ -93,7 +93,7 @@ pub struct Outcome<V: Wide> {
     pub moved: V,
     /// Number of accepted steps, and of all attempted ones.
     pub steps: V,
-    /// See `steps`.
+    /// Number of attempted steps: see `steps`.
     pub evaluations: V,
     /// State at the beginning of the last step.
     pub begin: Here<V>,

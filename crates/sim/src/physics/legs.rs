@@ -46,7 +46,7 @@ pub struct Legs<V: Wide> {
 /// Terminal voltage of a leg with current, `u = rail · U_dc + offset − resistance · i`; all zeros for a leg without.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Leg<V> {
-    /// 1 at the positive rail, 0 at the negative.
+    /// Share of the link's voltage: 1 at the positive rail, 0 at the negative.
     pub rail: V,
     /// Constant part of the voltage in V.
     pub offset: V,
@@ -71,7 +71,7 @@ pub struct Conducting<V: Wide> {
     pub terminals: Terminals<V>,
 }
 
-/// Legs and winding resistance as a winding without neutral sees them.
+/// Legs and winding resistance as seen from a winding without neutral.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Terminals<T> {
     /// Part of the terminals' voltage vector that is proportional to the link: in V per V of the link.

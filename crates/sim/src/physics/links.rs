@@ -30,20 +30,20 @@ struct Ripples<V: Wide> {
 
 #[derive(Clone, Debug, Default)]
 struct Sags<V: Wide> {
-    /// Half the depth in V.
+    /// Half of the sag's depth in V.
     half: V,
     /// Start in s since the start of the run.
     start: V,
-    /// 1/duration in 1/s.
+    /// 1 over the sag's duration in 1/s.
     rate: V,
 }
 
-/// Capacitors behind source resistances.
+/// Capacitors of the links, fed through source resistances.
 #[derive(Clone, Debug, Default)]
 pub struct Storages<V: Wide> {
-    /// 1/(R C) in 1/s.
+    /// Rate of charging 1/(R C) in 1/s.
     pub rate: V,
-    /// 1/C in 1/F.
+    /// Elastance 1/C in 1/F.
     pub elastance: V,
 }
 

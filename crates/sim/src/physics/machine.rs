@@ -26,7 +26,7 @@ use crate::effect::{Branch, BranchPoint, CoreBranch, keep_symmetric};
 pub struct Machine<'a, V: Wide> {
     /// The magnetic circuits: their parameters in lanes, and each machine's circuit itself.
     pub circuits: Circuits<V>,
-    /// See `circuits`.
+    /// Each machine's magnetic circuit: see `circuits`.
     pub cores: [&'a MagneticCircuit; MOST_LANES],
     /// Resistance of the winding in Ω.
     pub resistance: V,
@@ -55,7 +55,7 @@ pub struct Rotors<V: Wide> {
     pub start: V,
     /// Torque factor 3/2 p, with p pole pairs.
     torque_factor: V,
-    /// p/J in 1/(kg m²).
+    /// Factor from torque to electrical acceleration, p/J in 1/(kg m²).
     per_inertia: V,
     /// Viscous friction in N·m per rad/s electrical.
     viscous: V,
@@ -66,11 +66,11 @@ pub struct Rotors<V: Wide> {
 /// Operating point of a machine at one state.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Operating<T> {
-    /// Current in A.
+    /// Current of the winding in A.
     pub current: Plane<T>,
     /// Inverse incremental inductance Γ in 1/H.
     pub inverse_inductance: Symmetric<T>,
-    /// ∂i/∂θ in A/rad at constant ψ in the run's plane.
+    /// Derivative of the current by the angle, ∂i/∂θ in A/rad at constant ψ in the run's plane.
     pub turning: Plane<T>,
     /// Slope of the current in A/s by eddy currents, at constant ψ.
     pub relaxing: Plane<T>,
@@ -93,9 +93,9 @@ pub struct Operating<T> {
 /// Slopes of a machine at one state with its legs in their modes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Change<T> {
-    /// dψ/dt in V.
+    /// Slope of the flux, dψ/dt in V.
     pub flux: Plane<T>,
-    /// di/dt in A/s.
+    /// Slope of the current, di/dt in A/s.
     pub current: Plane<T>,
     /// Potential in V of the leg that is blocked while the others conduct; meaningless if no leg is.
     pub blocked_potential: T,

@@ -23,7 +23,8 @@ pub struct PickUp {
     pub frequency: f64,
 }
 
-/// The pick-up of all edges so far, of machines side by side. As all of them ring at one frequency, their sum is one complex number.
+/// The pick-up of all edges so far, of machines side by side. All edges ring at one frequency, so their sum is one
+/// complex number.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PickedUp<V> {
     /// Amplitude per edge in A.

@@ -6,7 +6,7 @@ use standstill_inverter::Gate;
 use super::{Arrangement, Channels, Sensors};
 use crate::{Draws, Purpose, Streams};
 
-/// Takes the samples of one run.
+/// The sampler of one run: takes its samples.
 #[derive(Clone, Debug)]
 pub struct Sampler<'t> {
     sensors: Sensors,

@@ -24,7 +24,7 @@ const STAGE: [(f64, [f64; STAGES - 1]); STAGES] = [
 /// One step from `start` over `h`, not yet accepted; of one machine or of several side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct Attempt<const N: usize, T = f64> {
-    /// Length in s.
+    /// Length of the step in s.
     pub h: T,
     /// State at the beginning.
     pub start: [T; N],

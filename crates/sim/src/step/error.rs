@@ -52,8 +52,9 @@ const QUADRATURE: f64 = 0.2;
 /// before the sum reaches the tolerance.
 const RINGING: f64 = 2.0;
 
-/// Error of a linear step from where the core was evaluated, as a factor of the square of the flux over the flux by which
-/// saturation changes much: half of the curvature, which is up to eight times 1 over that flux in a core with cusps.
+/// Error of a linear correction from the place where the core was evaluated, as a factor of the square of the flux
+/// over the flux by which saturation changes much: half of the curvature, which is up to eight times 1 over that flux
+/// in a core with cusps.
 const CURVATURE: f64 = 4.0;
 
 /// Share of the currents' fourth-order term between the ends of a step that reaches a filter: at most h⁴ i⁗/384 of h⁴

@@ -31,11 +31,11 @@ use crate::step::hermite::Cubic;
 pub struct Here<V: Wide> {
     /// Time in ns since the start of the run.
     pub time: V,
-    /// The states.
+    /// States of the machines.
     pub state: State<V>,
     /// The operating points that follow from the states.
     pub at: Operating<V>,
-    /// The DC sources.
+    /// Voltages and slopes of the DC sources.
     pub source: Source<V>,
 }
 

@@ -10,7 +10,7 @@ use standstill_scenario::Plan;
 
 use crate::error::Error;
 
-/// The scenario of a question, and its options.
+/// The identity of a question: its scenario, and its options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Identity of scenario, seed and program.
@@ -48,7 +48,7 @@ impl Identity {
     /// again: its answer is equal.
     ///
     /// # Errors
-    /// The file in the way.
+    /// The file at this path belongs to another question, or is no answer.
     pub fn guard(&self, path: &Path) -> Result<(), Error> {
         #[derive(Deserialize)]
         struct Answered {

@@ -28,8 +28,8 @@ pub struct Unanswered {
 }
 
 impl Unanswered {
-    /// Remark for the value judged closest to the edge, among those judged with the final number of trials; none if these starts do not decide the
-    /// limit.
+    /// Returns the remark for the value judged closest to the edge, among those judged with the final number of
+    /// trials; none if these starts do not decide the limit.
     pub fn of(limits: &Limits, judged: &[Judged], edge: &Edge) -> Option<Self> {
         let last = judged.iter().filter(|judged| judged.trials == edge.trials);
         let apart = |judged: &&Judged| (judged.value - edge.value).abs();

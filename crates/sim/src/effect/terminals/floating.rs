@@ -15,7 +15,7 @@ pub struct Floating<V: Wide> {
     pub ringing: Ringing<V>,
     /// Potentials of the terminals in V at both ends, and their slopes in V per step.
     pub potential: [[V; 3]; 2],
-    /// See `potential`.
+    /// Slopes of the potentials in V per step: see `potential`.
     pub rise: [[V; 3]; 2],
     /// Range of potentials in V in which no device of a leg conducts, at both ends.
     pub range: [[[V; 2]; 3]; 2],

@@ -91,7 +91,7 @@ impl<V: Wide> End<V> {
 /// The solution of both modes over a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Ringing<V> {
-    /// The modes.
+    /// The two eigenmodes.
     pub modes: Modes<V>,
     /// Squares of the angles in rad by which the modes turn in the whole step.
     pub turned: [V; 2],

@@ -8,7 +8,7 @@ use standstill_numeric::{Lane, PER_FACTORIAL, Wide, eight, four};
 
 use crate::step::hermite;
 
-/// The powers of a cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
+/// Coefficients of a cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
 pub type Powers<V> = [V; 4];
 
 /// Returns the coefficients of the cubic with these values and slopes per step at both ends.
