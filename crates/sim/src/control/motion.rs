@@ -9,8 +9,9 @@ use crate::lanes::bank::Bank;
 use crate::physics::motion::{Contact, Motion};
 use crate::trace::Event;
 
-/// Tolerances by which a margin must be below zero to count as crossed: the current of a leg or of a map as a share
-/// of the rated current, the flux as a share of that at rated current, the angle in rad, and the speed in rad/s.
+/// Tolerances by which a margin must be below zero to count as crossed: of a current (of a leg or a map) as a share
+/// of the rated current; below likewise of the flux as a share of that at rated current, of the angle in rad, and of
+/// the speed in rad/s.
 const CURRENT_SHARE: f64 = 1.25e-11;
 /// Tolerance of a blocked leg's potential, as a share of the link's voltage.
 const POTENTIAL_SHARE: f64 = 2e-9;

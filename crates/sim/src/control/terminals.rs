@@ -17,8 +17,8 @@ const ONE_BOUND: f64 = 1e-9;
 const SOON: f64 = 1e-6;
 
 impl<'a> Control<'a> {
-    /// Returns whether a leg is at the end of its mode: its current within a step's error of zero, or its potential
-    /// that near to a bound.
+    /// Returns whether a leg is at the end of its mode: its current is within a step's error of zero, or its
+    /// potential within [`Self::near`] of a bound.
     pub(super) fn is_at_end<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> bool {
         let direction = bank.machine.legs.direction(self.lane, leg);
         if direction != 0.0 || bank.machine.legs.elastance.is_none() {

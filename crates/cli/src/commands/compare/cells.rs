@@ -13,7 +13,7 @@ use crate::arguments::Compare;
 use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
 
-/// A row of the table before its trials are run.
+/// A row of the comparison before its trials are run: method, conditions and number of trials.
 pub struct Cell {
     /// Name of the method or of the library.
     pub method: String,

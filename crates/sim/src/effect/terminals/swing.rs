@@ -113,7 +113,8 @@ fn grown<V: Wide>(of: &Powers<V>, y: V, decay: V, damped: V::Mask) -> Powers<V> 
 
 /// Solution of a damped oscillation over a step.
 pub struct Far<V> {
-    /// θ², y, e^(−y), and cos w and sin w over w, w² = θ² − y².
+    /// Squared angle θ² of the mode in the step, damping y, decay factor e^(−y), cos w, and (sin w)/w, with w² = θ² −
+    /// y².
     pub turned: V,
     pub damping: V,
     pub decay: V,
