@@ -1,4 +1,4 @@
-//! An answer is a value: built once, and written as text, page, JSON and CSV.
+//! The answer of a command as a value: built once, and written as text, page, JSON and CSV.
 
 mod records;
 
@@ -20,21 +20,21 @@ use crate::shell::terminal::paragraph;
 
 /// The answer of a command.
 pub struct Answer {
-    /// Name of its files.
+    /// Base name of the answer's files.
     pub name: &'static str,
-    /// Title of its page.
+    /// Title of the HTML page.
     pub title: String,
-    /// Motor, method and conditions: the first line of the text, and the line under the page's title.
+    /// Motor, method and conditions: first paragraph of the text, and subtitle of the page.
     pub setting: String,
-    /// Verdict, tables and sentences.
+    /// Sections with verdict, tables and sentences.
     pub sections: Vec<Section>,
-    /// Names, figures and captions.
+    /// Figures, each with its file name and caption.
     pub figures: Vec<(String, Figure, String)>,
-    /// The numbers for programs.
+    /// The numbers as JSON.
     pub json: Value,
-    /// The rows for programs; none of an answer that is no file but the page and its figures.
+    /// The rows of the CSV file; none of an answer that has no files but the page and its figures.
     pub csv: Option<Records>,
-    /// The command's code.
+    /// Exit code of the command.
     pub code: u8,
 }
 
@@ -43,18 +43,18 @@ pub struct Answer {
 pub struct Made<'a> {
     /// The scenario; none where there are several.
     pub setup: Option<Setup<'a>>,
-    /// The line under the page's title, where the text begins with the verdict.
+    /// Subtitle of the page, where the text begins with the verdict.
     pub subtitle: String,
-    /// Facts of its own beside those of the scenario.
+    /// Facts of the answer beside those of the scenario.
     pub facts: Vec<(String, String)>,
-    /// The commands that make it again.
+    /// Command lines that make the answer again.
     pub command: String,
-    /// The question for the note beside the files, where their JSON does not have it.
+    /// The question to be kept in a note beside the files, where their JSON does not contain it.
     pub asked: Option<NotedQuestion>,
 }
 
 impl Answer {
-    /// An answer with a verdict and blocks below it.
+    /// Makes an answer with a verdict and blocks below it.
     pub fn new(
         name: &'static str,
         title: String,
@@ -66,14 +66,14 @@ impl Answer {
         Self { name, title, setting, sections, figures: Vec::new(), json: Value::Null, csv: None, code: 0 }
     }
 
-    /// With a figure and the caption under it.
+    /// Adds a figure and the caption under it.
     #[must_use]
     pub fn with(mut self, name: impl Into<String>, figure: Figure, caption: impl Into<String>) -> Self {
         self.figures.push((name.into(), figure, caption.into()));
         self
     }
 
-    /// The text for terminals.
+    /// Returns the text for terminals.
     pub fn text(&self) -> String {
         let mut text = String::new();
         if !self.setting.is_empty() {
@@ -82,7 +82,7 @@ impl Answer {
         text + &sections(&self.sections)
     }
 
-    /// Writes the files that are wanted; returns the text or the JSON.
+    /// Writes the requested files. Returns the text or the JSON to be printed.
     pub fn report(self, folder: Option<PathBuf>, as_json: bool, made: Made<'_>) -> Result<Report, Error> {
         let (code, json) = (self.code, format!("{:#}\n", self.json));
         let mut text = if as_json { String::new() } else { self.text() };
@@ -93,7 +93,7 @@ impl Answer {
         Ok(Report { text: if as_json { json } else { text }, code })
     }
 
-    /// Names of the files.
+    /// Returns the names of the answer's files.
     fn names(&self) -> Vec<String> {
         let data = if self.csv.is_some() { &["csv", "json", "html"][..] } else { &["html"] };
         let mut names: Vec<String> = data.iter().map(|kind| format!("{}.{kind}", self.name)).collect();
@@ -124,7 +124,7 @@ impl Answer {
         output.finish()
     }
 
-    /// The page, with figures behind the first section, and the scenario at the end.
+    /// Makes the HTML page, with the figures after the first section and the scenario at the end.
     pub fn page(self, figures: Vec<(String, Figure, String)>, made: &Made<'_>) -> Page {
         let mut sections = self.sections;
         // Ids have no dots, keys do.
@@ -149,12 +149,12 @@ impl Answer {
     }
 }
 
-/// A verdict.
+/// Makes the block of a verdict.
 pub fn verdict(tone: Tone, headline: impl Into<String>, details: Vec<String>) -> Block {
     Block::Verdict { tone, headline: headline.into(), details }
 }
 
-/// Sections as text for terminals: those that pages alone have are left out.
+/// Returns sections as text for terminals, without sections for pages alone.
 pub fn sections(sections: &[Section]) -> String {
     let mut text = String::new();
     for (k, section) in sections.iter().filter(|section| !section.aside).enumerate() {
@@ -166,14 +166,14 @@ pub fn sections(sections: &[Section]) -> String {
     text
 }
 
-/// One empty line, unless there is one or nothing before.
+/// Appends an empty line, unless there is one already or the text is empty.
 fn gap(text: &mut String) {
     if !text.is_empty() && !text.ends_with("\n\n") {
         text.push('\n');
     }
 }
 
-/// Blocks as text for terminals. Lines of a verdict are not broken: programs look for them.
+/// Appends blocks as text for terminals. Lines of a verdict are not wrapped, because programs search for them.
 fn blocks(text: &mut String, all: &[Block]) {
     for block in all {
         match block {

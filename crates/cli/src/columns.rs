@@ -1,4 +1,4 @@
-//! The files' columns.
+//! Columns of the result files.
 
 pub mod traces;
 
@@ -25,12 +25,12 @@ const TRIAL: [(&str, Kind); 13] = [
     ("reason", Kind::Text),
 ];
 
-/// See [`TRIAL`].
+/// Returns the columns of a trial in files of trials.
 pub fn trial_columns() -> impl Iterator<Item = Column> {
     TRIAL.into_iter().map(|(name, kind)| Column::new(name, kind))
 }
 
-/// The values of a trial in its columns.
+/// Returns the values of a trial in these columns.
 pub fn trial_values(row: &Row) -> [Value<'_>; TRIAL.len()] {
     let number = |value: Option<f64>| value.map_or(Value::Empty, Value::Number);
     [
@@ -50,14 +50,15 @@ pub fn trial_values(row: &Row) -> [Value<'_>; TRIAL.len()] {
     ]
 }
 
-/// The column of an axis.
+/// The column of a sweep axis.
 #[derive(Debug)]
 pub struct AxisColumn {
     pub column: Column,
 }
 
 impl AxisColumn {
-    /// Those of all axes. A column has numbers, in SI and angles in degrees, if all points have some there.
+    /// Returns the columns of all sweep axes. A column is numeric, in SI and angles in degrees, if the axis has a
+    /// number at every point.
     pub fn of(points: &[Point]) -> Vec<Self> {
         let Some(first) = points.first() else { return Vec::new() };
         let column = |k: usize| {
@@ -74,7 +75,7 @@ impl AxisColumn {
         (0..first.values.len()).map(column).collect()
     }
 
-    /// A point's value in it.
+    /// Returns a point's value in this column.
     pub fn value(&self, value: &toml::Value) -> Value<'static> {
         match (self.column.kind, value) {
             (Kind::Number, value) => si(value).map_or(Value::Empty, Value::Number),
@@ -84,7 +85,7 @@ impl AxisColumn {
         }
     }
 
-    /// A point's value in JSON.
+    /// Returns a point's value as JSON.
     pub fn json(&self, value: &toml::Value) -> serde_json::Value {
         match self.value(value) {
             Value::Number(number) => number.into(),
@@ -96,7 +97,7 @@ impl AxisColumn {
     }
 }
 
-/// A number, with a unit or without.
+/// Returns the SI value of a number with or without a unit.
 fn si(value: &toml::Value) -> Option<f64> {
     match value {
         toml::Value::Integer(number) => Some(*number as f64),
@@ -106,7 +107,7 @@ fn si(value: &toml::Value) -> Option<f64> {
     }
 }
 
-/// Rows as CSV with a header.
+/// Returns rows as CSV with a header.
 pub fn csv(rows: impl IntoIterator<Item = impl Serialize>) -> std::io::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {

@@ -38,13 +38,14 @@ use crate::error::Error;
 use crate::scenario;
 use crate::shell::terminal::tell;
 
-/// The angle that a detector named, or the end of its axis that is nearer to the rotor, in rad.
+/// Returns the angle in rad that a detector found, or the end of its axis that is nearer to the rotor; none without
+/// an axis.
 fn found(record: &Record) -> Option<f64> {
     let error = record.error_deg().or_else(|| record.axis_error_deg())?;
     Some((record.true_angle_deg() + error).to_radians())
 }
 
-/// A data sheet by built-in name or by its path.
+/// Reads a data sheet by the name of a built-in motor or by its path.
 fn sheet(name: &str) -> Result<DataSheet, Error> {
     if let Some(sheet) = DataSheet::built_in(name) {
         return Ok(sheet);
@@ -65,7 +66,7 @@ fn sheet(name: &str) -> Result<DataSheet, Error> {
     DataSheet::parse(name, &text).map_err(Error::Motor)
 }
 
-/// How the pulses of the paper's method decay; none of another.
+/// Returns the current decay of the paper's method; none for other methods.
 const fn decay(method: MethodName) -> Option<Decay> {
     match method {
         MethodName::LineInductance => Some(Decay::Slow),
@@ -74,7 +75,7 @@ const fn decay(method: MethodName) -> Option<Decay> {
     }
 }
 
-/// The simulated motor and conditions, for the JSON files.
+/// Returns the simulated motor and conditions as JSON.
 fn setup_json(file: &ScenarioFile, motor: &Motor) -> serde_json::Value {
     let motor_file = match &file.motor {
         MotorSpec::Named(name) => Some(name).filter(|name| **name != motor.name),

@@ -1,4 +1,4 @@
-//! Values that can be simulated, but that hardly anybody means: a line of warning each, before the first trial.
+//! Warnings on values that can be simulated but are probably mistakes: a line each, before the first trial.
 
 use standstill_detect::Method;
 use standstill_plant::Motor;
@@ -17,12 +17,13 @@ pub fn warn(scenario: &Scenario<Method<f64>>) {
     }
 }
 
-/// What is hardly meant of a motor's numbers, with the slip that would explain it.
+/// Returns the warning on an implausible number of a motor, with the slip that would explain it.
 pub fn of_motor(motor: &Motor) -> Option<String> {
     motor.doubtful().map(|doubtful| format!("{}: {}", motor.name, doubtful.said()))
 }
 
-/// What is doubtful: numbers that are a large share of what their keys compare them with.
+/// Returns the warnings on implausible numbers: those that are a large share of the quantity with which their key
+/// compares them.
 pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
     let (motor, sensors) = (&scenario.motor, &scenario.sensors);
     let rated = motor.rated_current;
@@ -45,7 +46,7 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
     said
 }
 
-/// A number that is more than the usual share.
+/// Returns the warning on a key whose value exceeds the usual share.
 fn unusual(scenario: &Scenario<Method<f64>>, key: &Key) -> Option<String> {
     let (motor, drive) = (&scenario.motor, &scenario.drive);
     let value = scenario.value(key.path)?.as_float()?;

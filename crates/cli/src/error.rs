@@ -18,7 +18,7 @@ use standstill_table::TableError;
 
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The command line, as explained by its parser.
+    /// A mistake in the command line, as its parser explains it.
     #[error("{0}")]
     Arguments(String),
     #[error(
@@ -66,19 +66,19 @@ pub enum Error {
     #[cfg(feature = "program")]
     #[error(transparent)]
     Lab(ServerError),
-    /// Results that are already there, or that are of another run.
+    /// Results that exist already, or that belong to another run.
     #[error("{path}: found {found}, needed {needed}")]
     Results { path: PathBuf, found: String, needed: String },
 }
 
 impl Error {
-    /// For `map_err` on writing to `path`.
+    /// Returns a conversion of write errors at `path`, for `map_err`.
     pub fn writing(path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
         let path = path.to_owned();
         move |error| Self::Write(path, error)
     }
 
-    /// Results that are not replaced.
+    /// Returns the error of results that are not replaced.
     pub fn another_run(path: PathBuf, difference: &str) -> Self {
         Self::Results {
             path,
@@ -87,7 +87,8 @@ impl Error {
         }
     }
 
-    /// A table that cannot be written; where the operating system refuses, the message names `path`.
+    /// Converts the error of a table that cannot be written; where the operating system refuses, the message names
+    /// `path`.
     pub fn table(path: &Path, error: TableError) -> Self {
         match error {
             TableError::Write(error) => Self::Write(path.to_owned(), error),

@@ -1,4 +1,4 @@
-//! The figures: what is drawn, from records and traces.
+//! The figures of commands, drawn from records and traces.
 
 use standstill_campaign::Statistics;
 use standstill_interface::{Abc, Angle, Phase};
@@ -27,7 +27,7 @@ pub use odds::odds;
 pub use require::{require, tradeoff};
 pub use tune::tune;
 
-/// Fig. 5 of the paper: voltage and current of the lines a-b and b-c.
+/// Draws Fig. 5 of the paper: voltage and current of the lines a-b and b-c.
 pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure {
     let mut panels = Vec::new();
     for (first, second) in [(Phase::A, Phase::B), (Phase::B, Phase::C)] {
@@ -61,7 +61,7 @@ pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure
     }
 }
 
-/// The two voltage vectors of the polarity test: i_d in the direction of each.
+/// Draws the two voltage vectors of the polarity test: i_d in the direction of each.
 pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: String) -> Figure {
     let mut panel = Panel::new(
         Axis::new("time from the start of the vector (ms)"),
@@ -95,7 +95,7 @@ pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: Strin
     }
 }
 
-/// Error over the true angle as pages have it, with the paper's bound.
+/// Draws the error over the true angle as on pages, with the paper's bound.
 pub fn error_over_angle(cloud: &ErrorCloud, subtitle: String) -> Figure {
     let mut figure = study::error_over_angle("", Some(subtitle), cloud);
     for panel in &mut figure.panels {
@@ -106,7 +106,7 @@ pub fn error_over_angle(cloud: &ErrorCloud, subtitle: String) -> Figure {
     figure
 }
 
-/// Inductances over current, and what the polarity test sees.
+/// Draws the inductances over current, and those of the polarity test.
 pub fn magnetics(survey: &Survey, motor: &str) -> Figure {
     let over_d = |inductance: fn(&OperatingPoint) -> f64| {
         survey.along_d.iter().map(|p| (p.i_d, inductance(p) * 1e3)).collect()

@@ -1,4 +1,5 @@
-//! The commands of `standstill`: of its program ([`main`]), and of other programs that carry them out ([`Host`]).
+//! The commands of `standstill`: for its own program ([`main`]), and for other programs that carry them out
+//! ([`Host`]).
 
 #![cfg_attr(
     not(feature = "program"),
@@ -35,7 +36,7 @@ pub use shell::Report;
 pub use shell::host::Host;
 use shell::{command_line, host, terminal};
 
-/// The program: carries out the command line of this process.
+/// Runs the program: carries out the command line of this process.
 #[cfg(feature = "program")]
 pub fn main() -> ExitCode {
     #[cfg(target_os = "linux")]
@@ -59,7 +60,7 @@ pub fn main() -> ExitCode {
     }))
 }
 
-/// Whether what a command prints is for a program: a script, a schema, a page of the manual, a file to go on with.
+/// Returns whether a command's output is meant for programs: a script, a schema, a manual page, an example file.
 #[cfg(feature = "program")]
 fn prints_for_programs(command: &Command) -> bool {
     matches!(
@@ -74,11 +75,11 @@ fn prints_for_programs(command: &Command) -> bool {
 }
 
 impl Host {
-    /// Carries out a command line, without the program's name, in this thread. What the program would print, or the line
-    /// in which it would say what is wrong.
+    /// Carries out a command line, without the program's name, in this thread. Returns the text that the program
+    /// would print, or its error message in a line.
     ///
     /// # Errors
-    /// The message that `standstill` prints behind its name.
+    /// The error message that `standstill` prints after its name.
     pub fn command(self: &Arc<Self>, words: impl IntoIterator<Item = OsString>) -> Result<Report, String> {
         self.run(|| arguments(std::iter::once("standstill".into()).chain(words)).and_then(command))
             .map_err(|error| command_line::one_line(&error.to_string()))
@@ -130,7 +131,7 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
     }
 }
 
-/// A command line, beginning with the program's name; mistakes in one line.
+/// Parses a command line, beginning with the program's name; mistakes in one line.
 fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Error> {
     let parsed = Arguments::try_parse_from(words).map(|mut arguments| {
         arguments.command.name_folder();

@@ -1,8 +1,8 @@
-//! A detector's commands, written down as they pass.
+//! Recording of a detector's commands.
 
 use standstill_interface::{Command, Detector, Leg, Nanos, Phase, Reading, Step};
 
-/// One command and when it began.
+/// One command and the time at which it began.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     pub start: Nanos,
@@ -10,14 +10,14 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The phase whose leg is high against another that is low: a line pulse.
+    /// Returns the phase whose leg is high against another that is low: the command is then a line pulse.
     pub fn line(&self) -> Option<Phase> {
         let legs = self.command.stage.legs;
         let low = legs.0.contains(&Leg::Low);
         Phase::ALL.into_iter().find(|phase| low && legs[*phase] == Leg::High)
     }
 
-    /// Whether the legs are modulated: a voltage vector.
+    /// Returns whether the legs are modulated: the command is then a voltage vector.
     pub fn is_vector(&self) -> bool {
         matches!(self.command.stage.legs.0, [Leg::Duty(_), Leg::Duty(_), Leg::Duty(_)])
     }
@@ -27,7 +27,7 @@ impl Entry {
     }
 }
 
-/// A detector that keeps the commands of another.
+/// A detector that records the commands of another.
 pub struct Logged<D> {
     inner: D,
     now: Nanos,

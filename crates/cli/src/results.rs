@@ -1,4 +1,5 @@
-//! The results of a run in its folder: what `summary.json` says, which table is beside it, and which pages are older.
+//! The results of a run in its folder: the content of `summary.json`, the tables beside it, and the pages that have
+//! become stale.
 
 mod folder;
 mod stale;
@@ -25,36 +26,36 @@ use crate::shell::host;
 /// Name of the file of summaries.
 pub const SUMMARY: &str = "summary.json";
 
-/// Name of what a run without rows leaves, so that it can be extended.
+/// Name of the file that a run without rows leaves, so that it can be extended.
 pub const STATISTICS: &str = "run.statistics";
 
 /// Content of `summary.json`.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct SummaryFile {
-    /// The run.
+    /// Identity of the run.
     pub run: Identity,
     /// Summary of all trials. None of a sweep: a mean over its points would depend on the choice of the points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub summary: Option<Summary>,
-    /// Each point of the axes.
+    /// Each point of the sweep.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointSummary>,
-    /// Digests of the tables beside it; none of a run by a version without them.
+    /// Digests of the tables beside the summary; none of a run by a version without digests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tables: Option<Tables>,
 }
 
-/// One point of the axes.
+/// One point of a sweep.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct PointSummary {
-    /// Its values by the axes' keys; numbers in SI, angles in degrees.
+    /// Values of the point by the keys of the sweep axes; numbers in SI, angles in degrees.
     pub values: IndexMap<String, serde_json::Value>,
-    /// Its trials.
+    /// Summary of the point's trials.
     pub summary: Summary,
 }
 
 impl SummaryFile {
-    /// The summary in a folder of results.
+    /// Reads the summary in a folder of results.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(SUMMARY);
         let text = read_text(&path).map_err(|error| Error::Read(path.clone(), error))?;
@@ -70,37 +71,37 @@ impl SummaryFile {
         Ok(file)
     }
 
-    /// Refuses a table beside this summary that is not as it was written.
+    /// Refuses a table beside this summary that was changed since it was written.
     ///
     /// # Errors
-    /// As [`Tables::check`].
+    /// Errors of [`Tables::check`].
     pub fn check(&self, table: &Path) -> Result<(), Error> {
         Tables::check(self.tables.as_ref(), table)
     }
 
-    /// The summary of a run without axes.
+    /// Returns the summary of a run without axes.
     pub fn whole(&self) -> Option<&Summary> {
         self.summary.as_ref().filter(|_| self.points.is_empty())
     }
 
-    /// The summary of each point; of a run without axes that of the run.
+    /// Returns the summary of each point; of a run without axes that of the run.
     pub fn each(&self) -> impl Iterator<Item = &Summary> {
         self.whole().into_iter().chain(self.points.iter().map(|point| &point.summary))
     }
 
-    /// Trials in all.
+    /// Returns the total number of trials.
     pub fn trials(&self) -> u64 {
         self.each().map(|s| s.trials).sum()
     }
 
-    /// Trials that could not be simulated.
+    /// Returns the number of trials that could not be simulated.
     pub fn errors(&self) -> u64 {
         self.each().map(|s| s.errors).sum()
     }
 }
 
 impl SummaryFile {
-    /// The sentence on a rule that was to end points early, where the trials ran out before it was met.
+    /// Returns the sentence on a rule that was to end points early, where the trials ran out before the rule was met.
     pub fn unreached(&self) -> Option<String> {
         let StopTable { rms, wrong_poles } = self.run.stop_at;
         let half = |e: &Estimate| (e.high - e.low) / 2.0;
@@ -121,12 +122,12 @@ impl SummaryFile {
     }
 }
 
-/// Refuses to replace the results of another run, or what is none of a run, unless that is asked for. The same run may be
-/// repeated: it writes the same again. Where it `extends` results, more trials of the same run may take their place: all of them are
-/// in it.
+/// Refuses to replace the results of another run, or files that are no results of a run, unless that is requested. An
+/// equal run may be repeated: it writes equal results. Where the run `extends` results, it may replace them by those
+/// of more trials, which contain all of the earlier ones.
 ///
 /// # Errors
-/// The file in the way.
+/// The summary of another run, or a file that is none.
 pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<(), Error> {
     let path = options.out.join(SUMMARY);
     if options.force || !files_wanted() || !path.exists() {
@@ -142,12 +143,12 @@ pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<()
     }
 }
 
-/// Whether results go into files: a host may want them in memory alone.
+/// Returns whether results are written into files: a host program may want them in memory alone.
 pub fn files_wanted() -> bool {
     host::current().is_none_or(|host| host.files)
 }
 
-/// Name of the file of trials.
+/// Returns the name of the file of trials.
 pub const fn trials_name(format: Format) -> &'static str {
     match format {
         Format::Csv => "trials.csv",

@@ -1,4 +1,4 @@
-//! From the command line to a document: a scenario file, or one that is shipped, with what options and `-s` set in it.
+//! Makes the document of a command: a scenario file, or a shipped one, with the settings of options and `-s`.
 
 use std::path::Path;
 
@@ -13,13 +13,13 @@ use crate::error::Error;
 use crate::shell::host;
 use crate::shell::terminal::tell;
 
-/// The paper's method on its motor: what `reproduce` runs, and `trace` shows, where they are given no scenario.
+/// The paper's method on its motor: the default scenario of `reproduce` and `trace`.
 const PAPER: &str = include_str!("../scenarios/reproduce.toml");
 
-/// A document without a file.
+/// Shipped documents for commands without a scenario file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shipped {
-    /// All as a scenario has it that says nothing.
+    /// A scenario without keys: all values by default.
     Empty,
     /// The paper's method.
     Paper,
@@ -30,25 +30,25 @@ pub enum Shipped {
 pub struct Shorthands(Vec<(&'static str, &'static str, Value)>);
 
 impl Shorthands {
-    /// An option that sets a key, if it is given.
+    /// Adds an option that sets a key, if it is given.
     #[must_use]
     pub fn with(mut self, option: &'static str, key: &'static str, value: Option<impl Into<Value>>) -> Self {
         self.0.extend(value.map(|value| (option, key, value.into())));
         self
     }
 
-    /// The options that are given and the keys that they set.
+    /// Returns the given options and the keys that they set.
     pub fn given(&self) -> Vec<(&'static str, &'static str)> {
         self.0.iter().map(|(option, key, _)| (*option, *key)).collect()
     }
 
-    /// `--load`.
+    /// Adds `--load`.
     #[must_use]
     pub fn load(self, load: Load) -> Self {
         self.with("--load", "rotor.load", load.load)
     }
 
-    /// `--winding-temperature` and `--magnet-temperature`.
+    /// Adds `--winding-temperature` and `--magnet-temperature`.
     #[must_use]
     pub fn temperatures(self, temperatures: Temperatures) -> Self {
         let Temperatures { winding_temperature, magnet_temperature } = temperatures;
@@ -59,19 +59,19 @@ impl Shorthands {
         )
     }
 
-    /// `--seed`.
+    /// Adds `--seed`.
     #[must_use]
     pub fn seed(self, seed: Seed) -> Self {
         self.with("--seed", "seed", seed.seed.map(seed_value))
     }
 
-    /// `--trials`.
+    /// Adds `--trials`.
     #[must_use]
     pub fn trials(self, trials: Option<u64>) -> Self {
         self.with("--trials", "trials", trials.and_then(|trials| i64::try_from(trials).ok()))
     }
 
-    /// `--decay`.
+    /// Adds `--decay`.
     #[must_use]
     pub fn decay(self, decay: PaperDecay) -> Self {
         let method = decay.decay.map(|decay| match decay {
@@ -81,7 +81,7 @@ impl Shorthands {
         self.with("--decay", "detector.method", method)
     }
 
-    /// The options that say what motor and drive are like.
+    /// Adds the options of motor and drive.
     #[must_use]
     pub fn setup(self, setup: &Setup) -> Self {
         self.with("--motor", "motor", setup.motor.clone())
@@ -93,7 +93,7 @@ impl Shorthands {
     }
 }
 
-/// The document of a scenario file, or of what is shipped in its place, with all that the command line sets in it.
+/// Returns the document of a scenario file, or of the shipped one, with all settings of the command line.
 pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Result<Document, Error> {
     let document = match (&source.scenario, shipped) {
         (Some(path), _) => read(path)?,
@@ -103,7 +103,7 @@ pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Re
     changed(document, &source.keys, shorthands)
 }
 
-/// The document of what an argument MOTOR names: a scenario file, or a motor with nothing else said.
+/// Returns the document of a command's argument MOTOR: a scenario file, or the default scenario with a motor.
 pub fn of_motor(name: &str, keys: &Keys, shorthands: Shorthands) -> Result<Document, Error> {
     let path = Path::new(name);
     // What has no ending is a motor's name, known or not.
@@ -117,7 +117,8 @@ pub fn of_motor(name: &str, keys: &Keys, shorthands: Shorthands) -> Result<Docum
     changed(document, keys, shorthands)
 }
 
-/// The document of a scenario file. Of a motor, the default scenario with it, which is said.
+/// Reads the document of a scenario file. For a motor it is the default scenario with this motor, which a message
+/// says.
 pub fn read(path: &Path) -> Result<Document, Error> {
     let (document, motor) = read_either(path)?;
     if motor && host::current().is_none() {
@@ -126,9 +127,9 @@ pub fn read(path: &Path) -> Result<Document, Error> {
     Ok(document)
 }
 
-/// Says what stands in place of a file without a key. It is a scenario all the same.
+/// Prints which scenario replaces a file without a key, which is a valid scenario.
 ///
-/// Its writer may have meant a motor. `run` and `sweep` say what they simulate anyway.
+/// Its writer may have meant a motor. `run` and `sweep` print what they simulate anyway.
 fn says_something(document: &Document, path: &Path) {
     if document.is_empty() && host::current().is_none() {
         let file = path.display();
@@ -136,8 +137,8 @@ fn says_something(document: &Document, path: &Path) {
     }
 }
 
-/// A scenario, without a word on standard error, and whether it is a motor: a built-in one, or a data sheet, which has a name or a nameplate as
-/// no scenario has.
+/// Reads a scenario without a message. Returns also whether the file is a motor: a built-in one, or a data sheet,
+/// which unlike a scenario has a name or a nameplate.
 pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     let of_motor = |name: &str| {
         let document = Document::parse(Path::new("scenario"), "")?;
@@ -161,7 +162,7 @@ pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     Ok((document, false))
 }
 
-/// The kind of a file that is neither scenario nor motor, and the command that takes it.
+/// Returns the kind of a file that is neither scenario nor motor, and the command that reads it.
 fn named_otherwise(path: &Path) -> Option<String> {
     if path.join("summary.json").exists() {
         return Some(format!("the folder of a run; `standstill report {}` shows it", path.display()));
@@ -182,7 +183,7 @@ fn named_otherwise(path: &Path) -> Option<String> {
     })
 }
 
-/// The document of a file, whatever it is.
+/// Parses the document of a file of either kind.
 fn text_of(path: &Path) -> Result<Document, Error> {
     if let Some(host) = host::current()
         && let Some(text) = host.text(path)
@@ -192,7 +193,7 @@ fn text_of(path: &Path) -> Result<Document, Error> {
     Ok(Document::read(path)?)
 }
 
-/// A document with what the command line sets: the motor before its keys, and `-s` before other options.
+/// Applies the settings of the command line to a document: the motor before its keys, and `-s` before other options.
 pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> Result<Document, Error> {
     let (motors, others): (Vec<_>, Vec<_>) =
         shorthands.0.into_iter().partition(|(_, key, _)| *key == "motor");
@@ -217,8 +218,8 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
     Ok(document)
 }
 
-/// A motor that an option names. Its path is from the folder of whoever types it, while one in a document is from the
-/// document's folder.
+/// Converts the path of a motor named by an option: it is relative to the user's folder, while a path in a document
+/// is relative to the document's folder.
 fn from_here(name: &str, document: &Document) -> String {
     let elsewhere =
         !document.files().folder().as_os_str().is_empty() && DataSheet::built_in_text(name).is_none();
@@ -226,7 +227,8 @@ fn from_here(name: &str, document: &Document) -> String {
     path.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
 }
 
-/// A library that an option names: from the document's folder if it is there or below, else from the root.
+/// Converts the path of a library named by an option: relative to the document's folder if it is below it, else
+/// absolute.
 fn library_from_here(library: &Path, document: &Document) -> String {
     let path = std::path::absolute(library).unwrap_or_else(|_| library.to_owned());
     let folder = std::path::absolute(document.files().folder()).or_else(|_| std::env::current_dir());
@@ -234,7 +236,7 @@ fn library_from_here(library: &Path, document: &Document) -> String {
     own.unwrap_or(path).to_string_lossy().into_owned()
 }
 
-/// Adds axes to a document.
+/// Adds sweep axes to a document.
 pub fn vary(document: &mut Document, axes: &Axes) -> Result<(), Error> {
     for (n, (key, values)) in axes.vary.iter().enumerate() {
         if axes.vary[..n].iter().any(|(other, _)| other == key) {

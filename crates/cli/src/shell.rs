@@ -1,4 +1,4 @@
-//! The means that commands share: the terminal, folders of results, command lines, values for people.
+//! Facilities that commands share: the terminal, folders of results, command lines, formatting of values.
 
 pub mod asked;
 pub mod command_line;
@@ -11,11 +11,11 @@ pub mod table;
 pub mod terminal;
 pub mod values;
 
-/// The text that a command prints, and the code with which it ends.
+/// The text that a command prints, and its exit code.
 #[derive(Debug)]
 pub struct Report {
-    /// On standard output.
+    /// Text for standard output.
     pub text: String,
-    /// 0: all is well; 1: the answer is no, or a trial could not be simulated; 130: interrupted.
+    /// Exit code. 0: success; 1: the answer is no, or a trial could not be simulated; 130: interrupted.
     pub code: u8,
 }

@@ -1,4 +1,4 @@
-//! Statistics in words.
+//! Statistics as text and tables.
 
 mod points;
 
@@ -9,24 +9,24 @@ use standstill_report::page::{Block, Column, Section, Table, Tone};
 
 use crate::results::SummaryFile;
 
-/// A number with so many decimals; a dash for what is none.
+/// Formats a number with this many decimals; a dash for not-a-number.
 pub fn number(value: f64, digits: usize) -> String {
     if value.is_nan() { "–".to_owned() } else { format!("{value:.digits$}") }
 }
 
-/// A probability in per cent with its interval.
+/// Formats a probability in per cent with its interval.
 fn percent(probability: &Estimate) -> String {
     probability.times(100.0).to_string()
 }
 
-/// Decimals of a share of so many starts in per cent: no more than its interval has, and none that one start more or less would not
-/// change.
+/// Returns the decimals of a share in per cent of a number of starts: no more than its interval supports, and none
+/// that one start more or less would not change.
 fn share_decimals(of: &Estimate, starts: u64) -> usize {
     let one = magnitude(100.0 / starts as f64).map_or(0, |m| usize::try_from(-m).unwrap_or(0));
     one.min(of.times(100.0).decimals())
 }
 
-/// A count among others, as a probability in per cent; of none, what it is at most.
+/// Formats a count as a probability in per cent; a count of zero with its upper limit.
 pub fn share(count: u64, probability: &Estimate) -> String {
     let Estimate { value, high, .. } = *probability;
     if count == 0 {
@@ -38,7 +38,7 @@ pub fn share(count: u64, probability: &Estimate) -> String {
     }
 }
 
-/// A share of so many starts in per cent, in no more digits than that many tell.
+/// Formats a share of a number of starts in per cent, in the digits that this number supports.
 pub fn share_of(share: f64, starts: u64) -> String {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of starts")]
     let count = ((share * starts as f64).round().max(0.0) as u64).min(starts);
@@ -46,17 +46,17 @@ pub fn share_of(share: f64, starts: u64) -> String {
     format!("{:.decimals$}", 100.0 * share)
 }
 
-/// The share of starts that were answered rightly: an angle, and the right pole.
+/// Returns the share of starts that were answered rightly: with an angle, and the right pole.
 pub fn right(s: &Summary) -> f64 {
     s.found.saturating_sub(s.wrong_poles) as f64 / s.trials as f64
 }
 
-/// The share of starts that are as they should be: answered rightly, or where poles are not judged (`open`), with an axis.
+/// Returns the share of correct starts: answered rightly, or where poles are not judged (`open`), with an axis.
 pub fn good(s: &Summary, open: bool) -> f64 {
     if open { s.axes as f64 / s.trials as f64 } else { right(s) }
 }
 
-/// The share of starts that are as they should be in per cent, with its interval.
+/// Formats the share of correct starts in per cent, with its interval.
 pub fn good_interval(s: &Summary, open: bool) -> String {
     let count = if open { s.axes } else { s.found.saturating_sub(s.wrong_poles) };
     let known = binomial_interval(count, s.trials);
@@ -65,26 +65,27 @@ pub fn good_interval(s: &Summary, open: bool) -> String {
     format!("{value} [{low}, {high}]")
 }
 
-/// The name of that share, in per cent.
+/// Returns the column title of the share of correct starts in per cent.
 pub const fn good_heading(open: bool) -> &'static str {
     if open { "axis" } else { "right" }
 }
 
-/// More starts than this that are not answered rightly make a point no good, whatever its error.
+/// Share of starts without a right answer above which a point counts as failing, whatever its error.
 pub const FAILING: f64 = 0.01;
 
-/// Fewer right answers than this are worth a warning.
+/// Share of right answers below which a warning is given.
 pub const GOOD: f64 = 0.999;
 
-/// Which of two points is better: by the share of right answers, to a tenth of a per cent, which chance hardly changes;
-/// then by the rms error.
+/// Compares two points: by the share of correct starts, to a tenth of a per cent, which chance hardly changes; then
+/// by the rms error.
 pub fn rank(a: &Summary, b: &Summary, open: bool) -> std::cmp::Ordering {
     let missed = |s: &Summary| (1000.0 * (1.0 - good(s, open))).round();
     let rms = |s: &Summary| if s.rms_deg.value.is_nan() { f64::INFINITY } else { s.rms_deg.value };
     missed(a).total_cmp(&missed(b)).then(rms(a).total_cmp(&rms(b)))
 }
 
-/// The results of a run: its figures, or its points, and why starts were not answered. Terminals leave the reasons of points out.
+/// Returns the results of a run: its figures, or its points, and the reasons of starts without an answer. Terminals
+/// leave the reasons of points out.
 pub fn sections(summary: &SummaryFile) -> Vec<Section> {
     let open = summary.run.pole_is_open;
     // Axes are varied on purpose: what they say together depends on how they were chosen.
@@ -100,7 +101,7 @@ pub fn sections(summary: &SummaryFile) -> Vec<Section> {
     sections
 }
 
-/// Every figure of a run with its interval, a line each; wrong poles only where they are judged.
+/// Returns the table of a run's statistics with their intervals, a line each; wrong poles only where they are judged.
 pub fn figures(s: &Summary, open: bool) -> Table {
     let trials = if s.trials == 1 { "trial" } else { "trials" };
     let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", percent(of));
@@ -138,7 +139,7 @@ pub fn figures(s: &Summary, open: bool) -> Table {
         .judged(lines.into_iter().chain(errors))
 }
 
-/// Decimals of a value with the ends of its interval.
+/// Returns the decimals of a value that the ends of its interval support.
 pub fn decimals_of([value, low, high]: [f64; 3]) -> usize {
     Estimate { value, low, high }.decimals()
 }

@@ -1,4 +1,4 @@
-//! A run's case and its result.
+//! Input and result of one run.
 
 use standstill_interface::{Nanos, Outcome, Real};
 use standstill_inverter::Inverter;
@@ -7,29 +7,29 @@ use thiserror::Error;
 
 use crate::{Ledger, SensorSettings, Sensors, Streams};
 
-/// Whether the rotor can move.
+/// Mechanical state of the rotor: locked, free, or braked with play.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotorState {
     /// Held by a brake.
     Locked,
     /// Free, with the friction of its motor.
     Free,
-    /// Held by a brake that lets it play.
+    /// Held by a brake with play.
     Braked(Play),
 }
 
-/// How far a rotor can turn before the brake stops it, in rad electrical, each zero or more. The stops are hard: a
-/// rotor that runs into one loses all of its speed.
+/// Travel of a rotor between the stops of its brake, in rad electrical; both values are zero or more. The stops are
+/// hard: a rotor that runs into one loses all of its speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Play {
-    /// Backwards.
+    /// Largest angle backwards from the initial position.
     pub below: f64,
-    /// Forwards.
+    /// Largest angle forwards from the initial position.
     pub above: f64,
 }
 
 impl Play {
-    /// The play of a motor's brake, with the rotor in its middle.
+    /// Returns the play of a motor's brake, with the rotor in its middle.
     ///
     /// ```
     /// use standstill_plant::built_in;
@@ -46,22 +46,22 @@ impl Play {
     }
 }
 
-/// Largest numerical error of one step. It is scaled to what a pulse changes, not to the flux of the magnet:
-/// a tolerance relative to 0.45 Wb would swamp the few mWb in which the polarity shows.
+/// Largest numerical error of one step. The tolerance is scaled to the change that a pulse makes, not to the flux of
+/// the magnet: a tolerance relative to 0.45 Wb would swamp the few mWb in which the polarity shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Flux in Wb. The other quantities follow from it.
+    /// Tolerance of the flux in Wb, from which the tolerances of the other quantities follow.
     pub flux: f64,
 }
 
 impl Default for Tolerance {
-    /// 1e-9 Wb: with 10 mH a tenth of a microampere.
+    /// 1e-9 Wb: at an inductance of 10 mH an error of 0.1 µA.
     fn default() -> Self {
         Self { flux: 1e-9 }
     }
 }
 
-/// One run, complete: everything is drawn and nothing is left to chance but the noise streams.
+/// All inputs of one run: every random parameter is drawn already, and only the noise streams are left to chance.
 ///
 /// ```
 /// use standstill_interface::{Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Reading, Sampling, Stage, Step};
@@ -106,16 +106,17 @@ impl Default for Tolerance {
 pub struct Case<'a> {
     /// The motor.
     pub motor: &'a Motor,
-    /// The inverter with its legs' own delays and its link's own ripple.
+    /// The inverter, with the gate delays of this specimen's legs and the phase of its link's ripple drawn.
     pub inverter: Inverter,
-    /// The sensors with their own errors.
+    /// The sensors, with the errors of this specimen drawn.
     pub sensors: Sensors,
-    /// Electrical angle θ in rad at the start.
+    /// Initial electrical angle θ of the rotor in rad.
     pub start_angle: f64,
-    /// Whether the rotor can move.
+    /// Mechanical state of the rotor.
     pub rotor: RotorState,
-    /// Magnetisation that former operation left in the stator's iron: the electrical direction in rad, from the a-axis, in which its flux
-    /// last changed by much. None: nothing, it is virgin. It means nothing to iron without hysteresis.
+    /// Remanent magnetisation of the stator's iron from former operation: electrical angle in rad from the a-axis of
+    /// the direction in which the flux last changed by much. None: the iron is virgin. Ignored for iron without
+    /// hysteresis.
     pub memory: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion; a hanging load keeps pulling at standstill.
     pub load_torque: f64,
@@ -123,15 +124,15 @@ pub struct Case<'a> {
     pub streams: Streams<'a>,
     /// Numerical tolerance.
     pub tolerance: Tolerance,
-    /// Longest time a detection may take.
+    /// Longest time of a detection.
     pub time_limit: Nanos,
 }
 
 impl<'a> Case<'a> {
-    /// Time limit where nobody has set another: several times as long as the slowest decay of a large motor.
+    /// Default time limit: several times as long as the slowest decay of a large motor.
     pub const TIME_LIMIT: Nanos = Nanos(20_000_000_000);
 
-    /// A motor on an inverter with its rotor locked at θ = 0 and exact sensors.
+    /// Makes the case of a motor on an inverter with its rotor locked at θ = 0 and exact sensors.
     pub fn new(motor: &'a Motor, inverter: Inverter) -> Self {
         Self {
             motor,
@@ -148,11 +149,11 @@ impl<'a> Case<'a> {
     }
 }
 
-/// How much work a run was.
+/// Computational effort of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Evaluations of the core in steps, tried or taken. What locates events and makes currents zero comes on top: a few in a
-    /// hundred.
+    /// Evaluations of the magnetic core in steps, accepted or rejected. Locating events and setting currents to zero
+    /// take a few per cent more, which are not counted.
     pub derivatives: u64,
     /// Accepted integration steps.
     pub steps: u64,
@@ -162,7 +163,7 @@ pub struct Work {
     pub events: u64,
 }
 
-/// Why a run ended without an outcome of the detector.
+/// Reason why a run ended without an outcome of the detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum RunError {
     /// A command without duration, with a sample after its end, or with more than a million samples.
@@ -174,13 +175,14 @@ pub enum RunError {
     /// The detector was not done within the time limit.
     #[error("not done within {} s", .0.seconds())]
     TimeLimit(Nanos),
-    /// Conduction modes changed more often than any physics does; the state is reported, not guessed.
+    /// Conduction modes changed more often than is physically possible; the run ends with an error instead of a
+    /// guessed state.
     #[error("conduction modes keep changing without time passing")]
     Chatter,
-    /// The state left the finite numbers, or changes too fast for any step.
+    /// The state became infinite or not a number, or changes too fast for any step length.
     #[error("the simulation left the finite numbers")]
     NotFinite,
-    /// A mode had ended before a step began, and no step however short brought its end about.
+    /// A mode had ended before a step began, and no step however short located its end.
     #[error("a conduction mode had ended before a step began: no step can be taken from there")]
     Stuck,
     /// The currents left the flux map of the motor: what follows is not known.
@@ -189,14 +191,14 @@ pub enum RunError {
         current_ma[0] as f64 * 1e-3, current_ma[1] as f64 * 1e-3
     )]
     LeftMap {
-        /// Current in mA along d and q at that instant, of the core: as its map counts it, whatever the temperature
-        /// of the magnet is now.
+        /// Current of the magnetic core in mA along d and q at that instant, as its flux map counts it, whatever the
+        /// present temperature of the magnet.
         current_ma: [i64; 2],
     },
 }
 
 impl RunError {
-    /// The currents left the flux map at this one in A along d and q.
+    /// Returns the error for currents in A along d and q that left the flux map.
     pub(crate) fn left_map(current: [f64; 2]) -> Self {
         // Currents of a map are far below what i64 holds in mA.
         #[allow(clippy::cast_possible_truncation)]
@@ -205,48 +207,49 @@ impl RunError {
     }
 }
 
-/// How a run ended.
+/// Ending of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ended<T> {
     /// The detector was done.
     Outcome(Outcome<T>),
-    /// The run could not go on.
+    /// The run could not continue.
     Error(RunError),
 }
 
-/// A run's result, with how it ended as `E`.
+/// The result of a run; `E` is the type of its ending.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunOf<E> {
-    /// How it ended.
+    /// Ending of the run.
     pub ended: E,
-    /// How long the detection took.
+    /// Duration of the detection.
     pub duration: Nanos,
-    /// Electrical angle in rad at the start.
+    /// Initial electrical angle of the rotor in rad.
     pub start_angle: f64,
-    /// Electrical angle in rad at the end: what the detector should have found.
+    /// Electrical angle of the rotor in rad at the end: the right answer of the detector.
     pub end_angle: f64,
-    /// Whether there is a magnet, and with it a north pole to be found.
+    /// Whether the rotor has a magnet, and with it a north pole to be found.
     pub has_pole: bool,
     /// The resolver's reading at the end, in rad.
     pub resolver_angle: f64,
-    /// Furthest the rotor was from its start, in rad electrical.
+    /// Largest distance of the rotor from its initial position, in rad electrical.
     pub moved: f64,
     /// Largest phase current in A, at the ends of the steps.
     pub peak_current: f64,
-    /// Where the energy went, if it was asked for.
+    /// Energy balance of the run, if one was requested.
     pub ledger: Option<Ledger>,
-    /// Work of its computation.
+    /// Computational effort.
     pub work: Work,
 }
 
 /// The result of one run.
 pub type Run<T> = RunOf<Ended<T>>;
 
-/// A run that is over, but for its detector's outcome: why it could not go on; none if the detector was done.
+/// A finished run without its detector's outcome: `ended` is the error that stopped the run, none if the detector was
+/// done.
 pub(crate) type Finished = RunOf<Option<RunError>>;
 
 impl Finished {
-    /// With how it ended.
+    /// Returns the run's result with this ending.
     pub(crate) fn run<T>(self, ended: Ended<T>) -> Run<T> {
         let Self { duration, start_angle, end_angle, has_pole, resolver_angle, moved, .. } = self;
         let Self { peak_current, ledger, work, .. } = self;
@@ -266,7 +269,7 @@ impl Finished {
 }
 
 impl<T: Real> Run<T> {
-    /// The angle found in rad, if one was; for an axis without pole, none.
+    /// Returns the angle found in rad; none if no angle was found, or only an axis without its pole.
     pub fn found(&self) -> Option<f64> {
         match self.ended {
             Ended::Outcome(Outcome::Found { angle, .. }) => Some(angle.radians().to_double()),

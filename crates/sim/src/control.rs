@@ -1,4 +1,4 @@
-//! A run as a value: what happens at its instants, and what it wants next.
+//! State of one run: carries out all that is due at an instant and returns the next request (a step or a command).
 
 mod conduction;
 mod course;

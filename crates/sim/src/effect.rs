@@ -1,4 +1,4 @@
-//! Effects: the parts of the machines that have a state or a law of their own. Each has one home here.
+//! Effects: the parts of the machines that have a state or a law of their own, one file each.
 //!
 //! | effect | state | file |
 //! |---|---|---|
@@ -9,11 +9,12 @@
 //! | hysteresis | elastic flux of each play cell | `play.rs` |
 //! | terminals with a capacitance | potentials | `terminals.rs` |
 //!
-//! A step (`step/two_derivative.rs`) calls them in a fixed order and hands from one to the next what couples them. An effect is
-//! called by its type, and all its methods are `#[inline(always)]`: only then is it part of the step that is compiled for a width
-//! of registers. Bank, ledger, start at rest and the referee's slopes call all of them by the list `each_effect!` and name none.
+//! A step (`step/two_derivative.rs`) calls the effects in a fixed order and passes the quantities that couple them
+//! from one to the next. An effect is called by its type, and all its methods are `#[inline(always)]`: only then is
+//! it part of the step that is compiled for a width of registers. Bank, ledger, initial state at rest and the
+//! referee's slopes call all effects by the list `each_effect!` and name none.
 //!
-//! Hysteresis is a branch beside the core ([`CoreBranch`]): code outside of its files knows it as [`Branch`] alone.
+//! Hysteresis is a branch beside the core ([`CoreBranch`]): code outside of its files uses it only as [`Branch`].
 
 mod context;
 pub mod eddies;
@@ -37,35 +38,37 @@ use crate::physics::state::State;
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::Here;
 
-/// The branch beside the core, in the stator's frame: it meets the winding's flux, and its current adds to the core's.
+/// The branch in parallel to the core, in the stator's frame: it has the winding's flux, and its current adds to the
+/// core's.
 pub type Branch<V> = play::Cells<V>;
 
-/// The branch over a step.
+/// Quantities of the branch over a step.
 pub type BranchStep<V> = <Branch<V> as Effect<V>>::Step;
 
-/// State of the branch, which [`State`] does not have: fluxes in Wb.
+/// State of the branch, which is not part of [`State`]: fluxes in Wb.
 pub type BranchState<V> = [Plane<V>; MOST_CELLS];
 
 /// The branch at one flux.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BranchPoint<V> {
-    /// Its current in A.
+    /// The branch's current in A.
     pub current: Plane<V>,
-    /// How that rises with the flux: its part of Γ, in 1/H.
+    /// Slope of the branch's current over the flux: its part of Γ, in 1/H.
     pub stiffness: Symmetric<V>,
-    /// Its elastic fluxes.
+    /// Elastic flux of each play cell in Wb.
     pub elastic: BranchState<V>,
 }
 
 impl<V: Wide> BranchPoint<V> {
-    /// Its current in A after a small change of the flux in Wb.
+    /// Returns the branch's current in A after a small change of the flux in Wb.
     #[inline(always)]
     pub fn current_after(&self, change: Plane<V>) -> Plane<V> {
         self.current + change.through(self.stiffness)
     }
 }
 
-/// Carries something out for each effect of machines, in the order of a step; `$branch`: their branch, if there is one.
+/// Evaluates an expression for each effect of the machines, in the order of a step; `$branch`: the machines' branch,
+/// if they have one.
 macro_rules! each_effect {
     ($machine:expr, $branch:expr, $effect:ident => $do:expr) => {{
         let machine = $machine;
@@ -80,120 +83,122 @@ macro_rules! each_effect {
 }
 pub(crate) use each_effect;
 
-/// A part of the machines with a state or a law of its own. Its methods for several machines must be `#[inline(always)]`.
+/// A part of the machines with a state or a law of its own. Methods that work on several machines must be
+/// `#[inline(always)]`.
 pub trait Effect<V: Wide> {
-    /// Numbers that it carries through a step.
+    /// Quantities of the effect over one step.
     type Step: Copy + Default;
 
-    /// Writes its state of a case at rest, with this flux in Wb in the rotor's plane, into a lane.
+    /// Writes the effect's initial state for a case at rest, with this flux in Wb in the rotor's plane, into a lane.
     fn rest(&self, _lane: usize, _case: &Case<'_>, _flux: Dq<f64>, _state: &mut State<V>) {}
 
-    /// Writes its predicted state at the end of the step into `there`.
+    /// Writes the effect's predicted state at the end of the step into `there`.
     #[inline(always)]
     fn predict(&self, _begin: &Begin<'_, '_, V>, _there: &mut Here<V>) -> Self::Step {
         Self::Step::default()
     }
 
-    /// Corrects its state, now that currents and their slopes at the end are known.
+    /// Corrects the effect's state at the end of the step, once currents and their slopes there are known.
     #[inline(always)]
     fn correct(&self, _end: &End<'_, '_, V>, _there: &mut Here<V>, _step: &mut Self::Step) {}
 
-    /// Its share of the step's error, relative to the tolerance.
+    /// Returns the effect's contribution to the step's error, relative to the tolerance.
     #[inline(always)]
     fn error(&self, _step: &Self::Step, _accuracy: &Accuracy<V>) -> V {
         V::of(0.0)
     }
 
-    /// Its numbers of a step from one place to another that is known: the referee's.
+    /// Returns the effect's quantities of a step between two known places; used by the referee.
     #[inline(always)]
     fn between(&self, _end: &End<'_, '_, V>, _there: &Here<V>) -> Self::Step {
         Self::Step::default()
     }
 
-    /// Adds the slope of its state, per second, for the referee.
+    /// Adds the time derivative of the effect's state, per second, for the referee.
     #[inline(always)]
     fn slope(&self, _legs: &Conducting<V>, _here: &Here<V>, _slope: &mut State<V>) {}
 
-    /// Writes its state within a step into `there`.
+    /// Writes the effect's state within a step into `there`.
     #[inline(always)]
     fn within(&self, _span: &Span<'_, '_, V>, _there: &mut Here<V>) {}
 
-    /// Copies its numbers of some machines from one place to another.
+    /// Copies the effect's numbers of the selected machines from one place to another.
     #[inline(always)]
     fn keep(&self, _of: V::Mask, _from: &Here<V>, _to: &mut Here<V>) {}
 
-    /// Adds the energy in J that it stores to the accounts of changes.
+    /// Adds the energy in J that the effect stores to the energy balance.
     fn energy(&self, _moment: &Moment<'_, '_, V>, _stored: &mut Ledger) {}
 
-    /// Adds its powers in W at a place within a step.
+    /// Adds the effect's powers in W at a place within a step.
     fn power(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _powers: &mut Ledger) {}
 
-    /// Adds energies in J that a whole step moved at once.
+    /// Adds energies in J that the effect transfers instantaneously in a step.
     fn work(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _spent: &mut Ledger) {}
 }
 
-/// A branch beside the core ([`Branch`]): what steps and control ask of it.
+/// A branch in parallel to the core ([`Branch`]): the interface that steps and control use.
 pub trait CoreBranch<V: Wide>: Effect<V> + Sized {
-    /// For machines of this motor's kind; none where they have no such branch.
+    /// Makes the branch for machines of this motor's kind; none if they have no such branch.
     fn like(_motor: &Motor) -> Option<Self> {
         None
     }
 
-    /// Puts a case into a lane; `flux`: in Wb without current, in the rotor's plane, to which its own current adds. Whether that makes a
-    /// torque.
+    /// Puts a case into a lane; `flux`: flux in Wb without current, in the rotor's plane, to which the flux of the
+    /// branch's own current is added. Returns whether that current makes a torque.
     ///
     /// # Errors
-    /// No flux holds the current that it is left with.
+    /// No flux balances the current of the iron's remanence.
     fn start(&mut self, _lane: usize, _case: &Case<'_>, _flux: &mut Dq<f64>) -> Result<bool, RunError> {
         Ok(false)
     }
 
-    /// Finds the modes in which some machines begin a step at a flux in Wb: the flux's rise in V follows from the stiffness in 1/H that
-    /// is the branch's part of Γ.
+    /// Finds the modes in which the selected machines begin a step at a flux in Wb. The closure gives the flux's
+    /// slope in V from the stiffness in 1/H that is the branch's part of Γ.
     #[inline(always)]
     fn find_modes(&mut self, _: V::Mask, _: Plane<V>, _: impl FnMut(Symmetric<V>) -> Plane<V>) {}
 
-    /// The branch at a flux in Wb, on a way that began in the direction of `along`.
+    /// Returns the branch at a flux in Wb; `along`: initial tangent of the flux path, none for a straight path.
     #[inline(always)]
     fn at(&self, _flux: Plane<V>, _along: Option<Plane<V>>) -> BranchPoint<V> {
         BranchPoint::default()
     }
 
-    /// Its part of the Γ in 1/H that is known of where the machines are.
+    /// Returns the branch's part of Γ in 1/H, as last evaluated at the machines' present state.
     #[inline(always)]
     fn stiffness(&self) -> Symmetric<V> {
         Symmetric::default()
     }
 
-    /// Γ was evaluated anew for some machines with this part in 1/H.
+    /// Sets the branch's part of Γ in 1/H of the selected machines after Γ was evaluated anew.
     #[inline(always)]
     fn set_stiffness(&mut self, _of: V::Mask, _stiffness: Symmetric<V>) {}
 
-    /// Makes the end of a step, at a flux in Wb, the place of those that took it.
+    /// Makes the end of a step, at a flux in Wb, the present state of the selected machines.
     #[inline(always)]
     fn take(&mut self, _of: V::Mask, _flux: Plane<V>, _step: &Self::Step) {}
 
-    /// The least room of its modes within a step and at its end, in Wb with their slack: negative where one ended.
+    /// Returns the branch's smallest margin in a step, in Wb, plus the tolerance of any step and plus that of a step
+    /// that was to end where a mode ends; negative where a mode ended.
     #[inline(always)]
     fn room(&self, _step: &Self::Step) -> [V; 2] {
         [V::of(f64::INFINITY); 2]
     }
 
-    /// Its modes that end within the step of a lane.
+    /// Adds the branch's modes that end within the step of a lane.
     fn ends(&self, _step: &Self::Step, _lane: usize, _first: &mut First) {}
 
-    /// The branch at a flux in Wb, where fluxes are pinned so.
+    /// Returns the branch at a flux in Wb for these pinned fluxes in Wb.
     fn pinned_at(&self, _flux: Plane<V>, _pinned: &BranchState<V>) -> BranchPoint<V> {
         BranchPoint::default()
     }
 
-    /// How what is pinned moves, in V, where the flux rises so.
+    /// Returns the slopes of the pinned fluxes in V for this slope of the flux in V.
     fn pinned_rise(&self, _at: &BranchPoint<V>, _rise: Plane<V>) -> BranchState<V> {
         BranchState::default()
     }
 }
 
-/// Methods of an effect that machines of a kind may lack: none where it is not there.
+/// Methods of an effect that machines of a kind may lack: they do nothing without it.
 macro_rules! where_there {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {$(
         #[inline(always)]
@@ -205,7 +210,7 @@ macro_rules! where_there {
     )*};
 }
 
-/// An effect that machines of a kind may lack: it then has no part in a step.
+/// An effect that machines of a kind may lack: without it a step has no such part.
 impl<V: Wide, E: Effect<V>> Effect<V> for Option<&E> {
     type Step = Option<E::Step>;
 

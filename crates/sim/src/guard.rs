@@ -22,59 +22,60 @@ pub enum Guard {
     Domain,
     /// ψ_d (0) or ψ_q (1) crosses zero, where the core has a kink.
     Kink(usize),
-    /// A mode of the branch beside the core, which each step finds anew.
+    /// A mode of the branch beside the core ends; each step finds these modes anew.
     Branch,
 }
 
-/// A number for each guard but those of the branch.
+/// A value for each guard except those of the branch.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PerGuard<V> {
-    /// [`Guard::Leg`].
+    /// Values of [`Guard::Leg`], leg by leg.
     pub leg: [V; 3],
-    /// [`Guard::Blocked`].
+    /// Value of [`Guard::Blocked`].
     pub blocked: V,
-    /// [`Guard::Motion`].
+    /// Value of [`Guard::Motion`].
     pub motion: V,
-    /// [`Guard::Stop`].
+    /// Value of [`Guard::Stop`].
     pub stop: V,
-    /// [`Guard::Domain`].
+    /// Value of [`Guard::Domain`].
     pub domain: V,
-    /// [`Guard::Kink`].
+    /// Values of [`Guard::Kink`], for ψ_d and ψ_q.
     pub kink: [V; 2],
 }
 
 impl<V: Wide> PerGuard<V> {
-    /// The number for all.
+    /// Returns this value for all guards.
     #[inline(always)]
     pub fn all(of: V) -> Self {
         Self { leg: [of; 3], blocked: of, motion: of, stop: of, domain: of, kink: [of; 2] }
     }
 }
 
-/// Bounds whose crossing ends the smooth part. One that cannot be crossed is infinitely far away.
+/// Bounds whose crossing ends the smooth part of a run. A bound that cannot be crossed is infinitely far away.
 #[derive(Clone, Debug)]
 pub struct Bounds<V: Wide> {
-    /// The rotor's motion: a constant, and factors of its speed in rad/s, of the torque in N·m and of its magnitude
-    /// beside the load.
+    /// Coefficients of the motion's margin: a constant, and factors of the speed in rad/s, of the torque in N·m, and
+    /// of the magnitude of torque less load.
     pub motion: [V; 4],
-    /// How far the rotor may turn from its start, backwards and forwards, in rad.
+    /// Angles in rad from the initial position at which the stops are, backwards and forwards.
     pub stops: [V; 2],
-    /// ψ_d and ψ_q: the side of zero on which they are, +1 or −1, where the core has a kink there, else 0; and what is
-    /// added.
+    /// For ψ_d and ψ_q: the side of zero on which each is, +1 or −1, where the core has a kink there, else 0; and the
+    /// constant that is added to the margin (infinite without a kink).
     pub sides: Option<[[V; 2]; 2]>,
-    /// How far beyond zero each margin must be to count as crossed.
+    /// Slack: distance below zero at which each margin counts as crossed.
     pub slack: PerGuard<V>,
-    /// How far from zero in A a current may be where it is taken to end.
+    /// Magnitude of a current in A below which it may be set to zero where its mode ends.
     pub ended: V,
 }
 
-/// How far the modes are from their ends: the current in A of each leg in its direction, infinite for a blocked one, and where
-/// terminals have a capacitance, the distance in V of its potential to the nearer bound; the
-/// distance in V of a blocked leg's potential to the nearer bound; in N·m or rad/s, rad, A, Wb. Negative beyond.
+/// Distances of the modes from their ends, negative beyond. Leg: the current in A in the direction of its mode,
+/// infinite for a blocked leg; for a floating terminal with a capacitance, the distance in V of its potential to the
+/// nearer bound. Blocked: the distance in V of the blocked leg's potential to the nearer bound. Motion in N·m or
+/// rad/s, stop in rad, domain in A, kink in Wb.
 pub type Margins<V> = PerGuard<V>;
 
 impl<V: Wide> Bounds<V> {
-    /// For cores with or without kinks.
+    /// Makes bounds that cannot be crossed, for cores with or without kinks.
     pub fn new(kinks: bool) -> Self {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         Self {
@@ -86,7 +87,7 @@ impl<V: Wide> Bounds<V> {
         }
     }
 
-    /// The margins at a state.
+    /// Returns the margins at a state.
     #[inline(always)]
     pub fn margins<const RARE: bool>(
         &self,
@@ -138,8 +139,8 @@ impl<V: Wide> Bounds<V> {
     }
 }
 
-/// Where all legs are blocked, their potentials in V follow what would drive currents, and what they have in common is
-/// halfway between the bounds: so far from them they are.
+/// Returns the margin in V of legs that are all blocked: the differences of their potentials follow from the induced
+/// voltages, and their common part is taken halfway between the bounds.
 #[inline(always)]
 fn room_of_idle<V: Wide>(
     machine: &Machine<V>,

@@ -6,8 +6,8 @@
 //!   …       │                                    │
 //!   run 7  ─┘                                    └─ …        a run that is over makes room for the next
 //! ```
-//! Each run steps to its own next instant. What it computes does not depend on its neighbours: multiplication and addition
-//! are not fused, and nothing is branched upon that is not the same for all machines of a kind.
+//! Each run steps to its own next instant. Its results do not depend on its neighbours: multiplication and addition
+//! are not fused, and no branch depends on anything that differs between machines of a kind.
 
 pub mod bank;
 pub mod driven;
@@ -27,23 +27,23 @@ use crate::control::{Control, Want, can_move};
 use crate::sensing::Sensed;
 use crate::trace::{NoProbe, Probe};
 
-/// Where runs come from and what becomes of them. Whatever detectors there are stands behind it, so that the engine is
-/// compiled once for each width of registers and not once more for each detector.
+/// The source of runs and the receiver of their results. All types of detectors are behind this trait, so that the
+/// engine is compiled once for each width of registers and not once more for each detector.
 trait Host<'a> {
-    /// The next case, for this lane.
+    /// Returns the next case, for this lane; none if there are no more.
     fn next(&mut self, lane: usize) -> Option<Case<'a>>;
 
-    /// The command of the detector in this lane after these readings; `None` if it is done.
+    /// Returns the command of the detector in this lane after these readings; `None` if the detector is done.
     fn step(&mut self, lane: usize, readings: &[Reading<f64>]) -> Option<Command<f64>>;
 
-    /// The run in this lane is over, as its detector was done or by an error.
+    /// Receives the finished run of this lane, which ended because its detector was done or by an error.
     fn over(&mut self, lane: usize, finished: Finished);
 }
 
-/// A detector: its command after readings; `None` if it is done.
+/// A detector as a closure: returns a command after readings; `None` if it is done.
 type Orders<'d> = dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>> + 'd;
 
-/// Goes on until a step is wanted, or to the end of the run.
+/// Continues a run until it needs a step, or to its end.
 fn advance<'a, V: Wide>(
     control: &mut Control<'a>,
     bank: &mut Bank<'a, V>,
@@ -62,17 +62,17 @@ fn advance<'a, V: Wide>(
     }
 }
 
-/// Whether the steps of a case are looked at from within by its sensors.
+/// Returns whether the link's sensor of a case has a filter, which follows the inside of each step.
 fn is_followed(case: &Case) -> bool {
     case.sensors.settings.dc_link.bandwidth.is_some()
 }
 
-/// Whether the core of a case has kinks where its fluxes are zero.
+/// Returns whether the core of a case has kinks where its fluxes are zero.
 fn has_kinks(case: &Case) -> bool {
     case.motor.magnetics.core().kinks() != [false; 2]
 }
 
-/// Whether a case fits into a bank.
+/// Returns whether a case is of the kind of a bank.
 fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     bank.machine.fits(case.motor, &case.inverter, can_move(case.rotor))
         && bank.bounds.sides.is_some() == has_kinks(case)
@@ -91,7 +91,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
         Self { bank, lanes: (0..V::LANES).map(|_| None).collect() }
     }
 
-    /// Puts a run into a lane; its end, if it needs no step.
+    /// Puts a run into a lane. Returns the finished run if it needs no step.
     fn begin(&mut self, lane: usize, control: Control<'a>, detector: &mut Orders<'_>) -> Option<Finished> {
         let finished = advance(self.lanes[lane].insert(control), &mut self.bank, detector, Want::Command);
         if finished.is_some() {
@@ -100,7 +100,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
         finished
     }
 
-    /// Takes cases into a lane until one of them needs a step.
+    /// Puts cases into a lane, one after the other, until one of them needs a step.
     fn fill(&mut self, lane: usize, host: &mut dyn Host<'a>) {
         let mut readings = self.lanes[lane].take().map_or_else(Vec::new, |control| control.readings);
         while let Some(case) = host.next(lane) {
@@ -118,7 +118,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
         }
     }
 
-    /// A step of all, and what follows from it: the lanes whose runs have come to their ends, as bits.
+    /// Takes a step of all lanes and continues their runs. Returns the lanes whose runs have ended, as bits.
     fn turn(&mut self, host: &mut dyn Host<'a>) -> u32 {
         let mut over = 0;
         self.bank.step();
@@ -165,7 +165,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     }
 }
 
-/// The numbers of the bits that are set.
+/// Returns the numbers of the bits that are set.
 fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lane = bits.trailing_zeros() as usize;
@@ -178,8 +178,8 @@ fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
 
 /// Carries out one detection from rest.
 ///
-/// `ledger` asks for the energies, which are integrated along and cost time. Neither they nor who watches change a bit of
-/// the run.
+/// `ledger` requests the energy balance, whose integration costs time. Neither it nor the observer `probe` changes a
+/// bit of the run.
 pub fn run<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
     detector: &mut D,
@@ -189,8 +189,8 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
     by(case, detector, ledger, probe, false)
 }
 
-/// Carries out one detection by another method for each step, of order five and with nothing in common with the engine's own but the
-/// equations: for tests, and to know the numerical error of a run.
+/// Carries out one detection with another integration method of order five, which shares only the equations with the
+/// engine's own: for tests, and to find the numerical error of a run.
 pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
     detector: &mut D,
@@ -200,7 +200,7 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     by(case, detector, ledger, probe, true)
 }
 
-/// One run of a detector, by the engine's own steps or the referee's.
+/// Carries out one run of a detector, with the engine's own steps or with the referee's.
 fn by<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
     detector: &mut D,
@@ -213,7 +213,7 @@ fn by<T: Real, D: Detector<T> + ?Sized>(
     adapter.run(finished)
 }
 
-/// One run, in a bank for one.
+/// Carries out one run alone, in a bank of one lane.
 fn alone<'a>(
     case: &Case<'a>,
     detector: &mut Orders<'_>,
@@ -230,11 +230,11 @@ fn alone<'a>(
     driven.finish(None)
 }
 
-/// Runs detections side by side in the lanes of one thread, until `cases` has no more. `done` gets each run with the number
-/// of its case, as they come to their ends, not in their order. Each run is the one that [`run`] gives, to the last bit.
+/// Runs detections side by side in the lanes of one thread until `cases` is exhausted. `done` receives each run with
+/// the number of its case, in the order in which runs end. Each run has the bits that [`run`] gives.
 ///
-/// Each case may have a motor, a link and a drive of its own. Cases of another kind than the first one's (another form of
-/// its equations, not other numbers) are carried out one by one.
+/// Each case may have a motor, a link and a drive of its own. Cases of another kind than the first one's (another
+/// form of the equations, not other numbers) are carried out one by one.
 pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
     cases: impl IntoIterator<Item = (Case<'a>, D)>,
     done: impl FnMut(usize, Run<T>),
@@ -242,7 +242,7 @@ pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
     run_side_by_side_in(Width::Avx512, cases, done);
 }
 
-/// [`run_side_by_side`] in registers no wider than `most`: the bits of the runs do not depend on it.
+/// Carries out [`run_side_by_side`] in registers no wider than `most`: the bits of the runs do not depend on it.
 pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
     most: Width,
     cases: impl IntoIterator<Item = (Case<'a>, D)>,
@@ -251,7 +251,7 @@ pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
     all(most, &mut Slots::new(cases.into_iter(), done));
 }
 
-/// All runs of a host, side by side.
+/// Carries out all runs of a host, side by side.
 fn all(most: Width, host: &mut dyn Host<'_>) {
     // The first decides of what kind the bank is, and has the first lane.
     if let Some(first) = host.next(0) {

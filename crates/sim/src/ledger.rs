@@ -1,40 +1,40 @@
-//! Accounts of energy.
+//! Energy balance.
 
-/// Where the energy went, in J since the start of the run.
+/// Energies transferred since the start of the run, in J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
-    /// Delivered by the DC source.
+    /// Energy delivered by the DC source.
     pub source: f64,
-    /// Lost in the source's resistance.
+    /// Energy lost in the source's resistance.
     pub source_loss: f64,
-    /// Lost in switches and diodes.
+    /// Energy lost in switches and diodes.
     pub device_loss: f64,
-    /// Lost in the winding, by what rings with the terminals, too.
+    /// Energy lost in the winding's resistance, including that of its ringing with the terminals.
     pub copper_loss: f64,
-    /// Lost in eddy currents.
+    /// Energy lost in eddy currents.
     pub eddy_loss: f64,
-    /// Lost where cells of the stator's iron slide.
+    /// Energy lost by hysteresis: where play cells of the stator's iron slide.
     pub hysteresis_loss: f64,
     /// Work of the electromagnetic torque, cogging included, on the rotor.
     pub shaft_work: f64,
-    /// Of that, lost in friction.
+    /// Part of the shaft work lost in friction.
     pub friction_loss: f64,
-    /// Of that, done on the load.
+    /// Part of the shaft work done on the load.
     pub load_work: f64,
-    /// Of that, lost where the rotor ran into the end of the brake's play.
+    /// Part of the shaft work lost where the rotor ran into the end of the brake's play.
     pub impact_loss: f64,
     /// Change of the energy in the link's capacitor.
     pub link_change: f64,
     /// Change of the energy in the terminals' capacitances.
     pub terminal_change: f64,
-    /// Change of the magnetic field's energy, with what eddy currents, the cells of the iron and cogging store.
+    /// Change of the magnetic field's energy, including the energies of eddy currents, play cells and cogging.
     pub field_change: f64,
     /// Change of the rotor's kinetic energy.
     pub kinetic_change: f64,
 }
 
 impl Ledger {
-    /// Adds accounts, times a factor.
+    /// Adds another balance, times a factor.
     pub(crate) fn add(&mut self, of: &Self, times: f64) {
         self.source += times * of.source;
         self.source_loss += times * of.source_loss;
@@ -52,14 +52,15 @@ impl Ledger {
         self.kinetic_change += times * of.kinetic_change;
     }
 
-    /// A device charged a terminal at once: the rail gave some energy in J, of a `stiff` source or of the link's capacitor, and the
-    /// terminal has some of it.
+    /// Accounts for a device that charged a terminal at once: the rail gave energy `given` in J, from a `stiff`
+    /// source or from the link's capacitor, and the terminal stored `kept` of it.
     pub(crate) fn charge(&mut self, given: f64, kept: f64, stiff: bool) {
         self.source += if stiff { given } else { 0.0 };
         self.device_loss += given - kept;
     }
 
-    /// Energy that the source delivered and no account shows: zero but for the integrator's error.
+    /// Returns the energy in J that the source delivered and no account contains: zero but for the integrator's
+    /// error.
     ///
     /// ```
     /// use standstill_sim::Ledger;
@@ -81,7 +82,7 @@ impl Ledger {
             - self.field_change
     }
 
-    /// Shaft work that no mechanical account shows.
+    /// Returns the shaft work in J that no mechanical account contains.
     pub fn mechanical_imbalance(&self) -> f64 {
         self.shaft_work - self.friction_loss - self.load_work - self.impact_loss - self.kinetic_change
     }

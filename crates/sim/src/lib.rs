@@ -1,4 +1,4 @@
-//! One deterministic run of motor, inverter, sensors and detector.
+//! Simulation of one deterministic run of motor, inverter, sensors and detector.
 //!
 //! ```text
 //!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
@@ -15,8 +15,8 @@
     reason = "legs and machines are walked by number: iterators are closures, which are not compiled for wide registers"
 )]
 
-/// `[f(0), f(1)]` spelled out. In an array's `map` the closure would be a function of its own, compiled without the instructions
-/// of wide registers, and each operation in it a call.
+/// Expands to `[f(0), f(1)]`. In an array's `map` the closure would be a function of its own, compiled without the
+/// instructions of wide registers, and each operation in it a call.
 macro_rules! pair {
     ($k:ident => $of:expr) => {{
         let first = {
@@ -31,7 +31,7 @@ macro_rules! pair {
     }};
 }
 
-/// An option's `map`, spelled out for the same reason.
+/// An option's `map`, expanded for the reason of [`pair`].
 macro_rules! some {
     ($of:expr, $value:pat => $to:expr) => {
         match $of {
@@ -41,7 +41,7 @@ macro_rules! some {
     };
 }
 
-/// `[f(0), f(1), f(2)]`, as [`pair`].
+/// Expands to `[f(0), f(1), f(2)]`, as [`pair`] does.
 macro_rules! three {
     ($k:ident => $of:expr) => {{
         let [first, second] = pair!($k => $of);
@@ -82,7 +82,7 @@ pub use standstill_numeric::{MOST_LANES, Width};
 #[doc(hidden)]
 pub use streams::Strip;
 
-/// The examples of the README run too.
+/// Runs the examples of the README as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

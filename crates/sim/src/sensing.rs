@@ -1,4 +1,4 @@
-//! The sensors: what the drive sees of the currents, the DC link and the rotor.
+//! The sensors: the drive's measurements of the currents, the DC link and the rotor.
 
 mod filters;
 mod low_pass;
@@ -34,50 +34,50 @@ choice! {
 /// An analogue-to-digital converter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adc {
-    /// Resolution; 0: it rounds nothing, and only its range is there.
+    /// Resolution in bits; 0: no rounding, only the range applies.
     pub bits: u8,
-    /// Lowest value it can read, in the unit measured.
+    /// Lowest value of the converter's range, in the unit measured.
     pub low: f64,
-    /// End of its range.
+    /// Upper end of the converter's range, in the unit measured.
     pub high: f64,
 }
 
 impl Adc {
-    /// Bits of one that rounds nothing: 20 A in steps of 19 nA.
+    /// Bits assumed for a converter that does not round: 20 A in steps of 19 nA.
     const FINE: u8 = 31;
 
-    /// How many codes it has.
+    /// Returns the converter's number of codes.
     fn codes(self) -> f64 {
         f64::from(1_u32 << if self.bits == 0 { Self::FINE } else { self.bits })
     }
 
-    /// From one code to the next.
+    /// Returns the distance between two codes (1 LSB) in the unit measured.
     pub fn step(self) -> f64 {
         (self.high - self.low) / self.codes()
     }
 
-    /// Whether what it reads is rounded.
+    /// Returns whether readings are rounded.
     pub const fn rounds(self) -> bool {
         self.bits > 0
     }
 }
 
-/// The sensors of the three phases and of the link with their converters, side by side: what becomes of all four of a sample has no
-/// branch that depends on a value.
+/// The sensors of the three phases and of the link with their converters, side by side: the computation of all four
+/// values of a sample has no branch that depends on a value.
 #[derive(Clone, Copy, Debug)]
 struct Channels {
     gain: [f64; 4],
     offset: [f64; 4],
     /// Standard deviation of the noise of a sample.
     noise: [f64; 4],
-    /// Whether there is a converter.
+    /// Whether there is a converter in each channel.
     converts: [bool; 4],
     low: [f64; 4],
-    /// From one code to the next.
+    /// Distance between two codes (1 LSB) in the unit measured.
     step: [f64; 4],
-    /// The last code.
+    /// Highest code.
     last: [f64; 4],
-    /// The bits that a count has: none of what is not rounded.
+    /// Number of bits of a converter's count: zero without rounding.
     counted: [u32; 4],
 }
 
@@ -98,8 +98,8 @@ impl Channels {
         }
     }
 
-    /// Readings of these values, with standard normals for the noise: the value of the nearest code, whether it was
-    /// the first or the last, and the code. Without a converter the value itself.
+    /// Returns the readings of these values, with standard normals for the noise: the value of the nearest code,
+    /// whether that code is the first or the last, and the code. Without a converter the reading is not rounded.
     #[inline(always)]
     fn read(&self, there: [f64; 4], normals: [f64; 4]) -> [(f64, bool, u32); 4] {
         let (mut raw, mut code, mut value) = ([0.0; 4], [0.0; 4], [0.0; 4]);
@@ -120,11 +120,11 @@ impl Channels {
     }
 }
 
-/// 2^52: the numbers from there on are whole.
+/// 2^52, from which on all floating-point numbers are whole.
 const WHOLE: f64 = 4_503_599_627_370_496.0;
 
-/// The nearest whole number to one between 0 and 2^32, halves upwards: `round` without a call of the library, without a
-/// conversion and without a branch that half of all values take. Not-a-number stays not-a-number.
+/// Returns the nearest whole number to a value between 0 and 2^32, halves upwards: `round` without a library call,
+/// without a conversion and without a branch that half of all values take. Not-a-number stays not-a-number.
 #[inline(always)]
 fn nearest(value: f64) -> f64 {
     // Adding 2^52 rounds, halves to the even number.
@@ -132,7 +132,7 @@ fn nearest(value: f64) -> f64 {
     if value - even >= 0.5 { even + 1.0 } else { even }
 }
 
-/// A code, from 0 to 2^31, as a converter has at most so many bits; not-a-number becomes 0.
+/// Converts a code from 0 to 2^31, the most that a converter can have, to an integer; not-a-number becomes 0.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation, reason = "above 2^52 the low bits are the whole number")]
 fn whole(code: f64) -> u32 {
@@ -142,52 +142,56 @@ fn whole(code: f64) -> u32 {
 /// The DC-link sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VoltageSensor {
-    /// Standard deviation of its gain error, as a share.
+    /// Standard deviation of the sensor's relative gain error.
     pub gain_error: f64,
-    /// Standard deviation of its offset in V.
+    /// Standard deviation of the sensor's offset in V.
     pub offset: f64,
     /// Noise of each sample in V rms.
     pub noise: f64,
-    /// Corner frequency of its first-order filter in Hz; none: no filter.
+    /// Corner frequency of the sensor's first-order filter in Hz; none: no filter.
     pub bandwidth: Option<f64>,
-    /// Its converter; none: exact.
+    /// The sensor's converter; none: exact.
     pub adc: Option<Adc>,
 }
 
-/// The resolver that stands for "measured angle".
+/// The resolver, which provides the "measured angle".
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Resolver {
-    /// Standard deviation of its error in rad electrical.
+    /// Standard deviation of the resolver's error in rad electrical.
     pub error: f64,
 }
 
-/// The sensors as a type: what their errors are drawn from.
+/// The sensors as a type: the settings from which the errors of specimens are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorSettings {
-    /// Where the current sensors sit.
+    /// Arrangement of the current sensors.
     pub arrangement: Arrangement,
-    /// Standard deviation of each phase's gain error, as a share.
+    /// Standard deviation of each phase's relative gain error.
     pub gain_error: f64,
     /// Standard deviation of each phase's residual offset in A.
     pub offset: f64,
     /// Noise of each sample in A rms.
     pub noise: f64,
-    /// Nominal corner frequency of their first-order filters in Hz; none: no filter.
+    /// Nominal corner frequency of the current sensors' first-order filters in Hz; none: no filter.
     pub bandwidth: Option<f64>,
-    /// By what share at most a specimen's corner frequencies are off in common, uniformly, either way.
+    /// Largest common deviation of a specimen's corner frequencies, as a share of the nominal one, uniformly
+    /// distributed in both directions.
     pub bandwidth_tolerance: f64,
-    /// By what share at most each phase's is off beside that, uniformly, either way.
+    /// Largest additional deviation of each phase's corner frequency, as a share of the nominal one, uniformly
+    /// distributed in both directions.
     pub bandwidth_mismatch: f64,
-    /// Their converter; none: exact.
+    /// The current sensors' converter; none: exact.
     pub adc: Option<Adc>,
-    /// The converter takes phases a, b and c one after the other, each by this much later than the one before; the first
-    /// together with the DC link. Never out of the command: what would come after its end is taken at its end.
+    /// Skew: the converter takes phases a, b and c one after the other, each this much later than the one before;
+    /// phase a together with the DC link. Conversions that would fall after the end of the command are taken at its
+    /// end.
     pub skew: Nanos,
-    /// Pick-up of switching edges in all currents behind the filters; none: nothing.
+    /// Pick-up of switching edges in all currents behind the filters; none: no pick-up.
     pub pick_up: Option<PickUp>,
-    /// Each ADC trigger is off by up to this much, uniformly, either way; never out of its command.
+    /// Jitter: largest deviation of each ADC trigger, uniformly distributed in both directions; a sample never leaves
+    /// its command.
     pub jitter: Nanos,
-    /// All triggers are late by this much; never out of their command.
+    /// Delay of all triggers; a sample never leaves its command.
     pub sample_delay: Nanos,
     /// The DC-link sensor.
     pub dc_link: VoltageSensor,
@@ -196,8 +200,8 @@ pub struct SensorSettings {
 }
 
 impl SensorSettings {
-    /// Which phase currents flow through a sensor: all of them in line, those of the conducting lower devices
-    /// through shunts.
+    /// Returns the phase currents in A that flow through a sensor: all of them in line, those of the conducting lower
+    /// devices through shunts.
     pub fn seen(&self, current: [f64; 3], modes: Modes) -> [f64; 3] {
         match self.arrangement {
             Arrangement::ThreeInLine | Arrangement::TwoInLine => current,
@@ -207,7 +211,7 @@ impl SensorSettings {
         }
     }
 
-    /// The corner frequencies of a specimen as shares of the nominal one.
+    /// Draws the corner frequencies of a specimen as shares of the nominal one.
     fn corners(&self, streams: Streams) -> [f64; 3] {
         let (common, own) = (self.bandwidth_tolerance, self.bandwidth_mismatch);
         // Sensors that are all alike draw nothing.
@@ -220,7 +224,7 @@ impl SensorSettings {
         [(); 3].map(|()| all * off(own))
     }
 
-    /// Sensors without any error.
+    /// Settings of sensors without any error.
     pub const IDEAL: Self = Self {
         arrangement: Arrangement::ThreeInLine,
         gain_error: 0.0,
@@ -239,27 +243,27 @@ impl SensorSettings {
     };
 }
 
-/// One drive's sensors: the settings, and the errors this specimen has.
+/// One drive's sensors: the settings, and the errors of this specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensors {
-    /// Settings that they were drawn from; noise, jitter and converters still apply to each sample.
+    /// Settings from which the errors were drawn; noise, jitter and converters still apply to each sample.
     pub settings: SensorSettings,
     /// Gains of the phases' sensors.
     pub gain: [f64; 3],
-    /// Offsets in A.
+    /// Offsets of the phases' sensors in A.
     pub offset: [f64; 3],
-    /// Their corner frequencies as shares of the nominal one.
+    /// Corner frequencies of the phases' sensors as shares of the nominal one.
     pub corner: [f64; 3],
     /// Gain of the DC-link sensor.
     pub dc_link_gain: f64,
-    /// Its offset in V.
+    /// Offset of the DC-link sensor in V.
     pub dc_link_offset: f64,
     /// Error of the resolver in rad electrical.
     pub resolver_error: f64,
 }
 
 impl Sensors {
-    /// Sensors that are exactly as their settings' mean.
+    /// Makes sensors with exactly the mean of their settings.
     pub const fn nominal(settings: SensorSettings) -> Self {
         Self {
             settings,
@@ -272,7 +276,7 @@ impl Sensors {
         }
     }
 
-    /// Draws one specimen.
+    /// Draws the sensors of one specimen.
     ///
     /// ```
     /// use standstill_sim::{SensorSettings, Sensors, Streams};

@@ -1,4 +1,4 @@
-//! One step of several machines side by side.
+//! Methods of one step of several machines side by side.
 
 pub mod dense;
 pub mod dormand_prince;

@@ -10,11 +10,11 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 pub use draws::Draws;
 pub use tape::{Strip, Tape};
 
-/// The purpose of a random number. Each purpose has draws of its own, so that a new source of error does not
-/// shift the draws of the others, and two methods on the same trial meet the same errors.
+/// The purpose of a random number. Each purpose has its own draws, so that a new source of error does not shift the
+/// draws of the others, and two methods on the same trial have the same errors.
 ///
-/// The number of a purpose is the place of its first draws. Purposes that are drawn together are neighbours by fours,
-/// because the generator computes as many blocks at once.
+/// The discriminant of a purpose is the place of its first draws. Purposes that are drawn together are neighbours by
+/// fours, because the generator computes four blocks at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Purpose {
     /// The rotor's angle.
@@ -23,7 +23,7 @@ pub enum Purpose {
     GateDelay = 1,
     /// Phase of the DC link's ripple.
     Ripple = 2,
-    /// Where within the play of its brake the rotor stands.
+    /// Position of the rotor within the play of its brake.
     Backlash = 3,
     /// Gain errors of the current sensors.
     CurrentGain = 4,
@@ -41,13 +41,13 @@ pub enum Purpose {
     Jitter = 10,
     /// Corner frequencies of the current sensors: draw 0 is in common, 1 to 3 are those of the phases.
     Bandwidth = 11,
-    /// Values of toleranced keys; each key has a name of its own.
+    /// Values of keys with a tolerance, under the name of each key.
     Tolerance = 12,
     /// The order of a Latin hypercube.
     Design = 13,
-    /// The seed that a detector from elsewhere is given.
+    /// The seed given to an external detector.
     Detector = 14,
-    /// In which direction the iron was last magnetised.
+    /// Direction of the iron's last magnetisation.
     Memory = 15,
 }
 
@@ -77,27 +77,28 @@ pub struct Streams<'t> {
 }
 
 impl<'t> Streams<'t> {
-    /// The draws of trial `index` under `seed`.
+    /// Makes the draws of trial `index` under `seed`.
     pub fn new(seed: u64, index: u64) -> Self {
         Self { source: Source::new(seed, index), tape: None }
     }
 
-    /// The draws that a tape has. Beyond its end it grows by draws of its own seed.
+    /// Makes the draws recorded on a tape. A draw beyond the tape's end is made from the tape's own seed and appended
+    /// to it.
     pub fn taped(tape: &'t Tape) -> Self {
         Self { source: tape.source(), tape: Some(tape) }
     }
 
-    /// Number of the trial.
+    /// Returns the number of the trial.
     pub fn index(self) -> u64 {
         self.source.index
     }
 
-    /// Opens the draws of one purpose at their beginning. This computes nothing before the first draw.
+    /// Opens the draws of one purpose at their beginning. Nothing is computed before the first draw.
     pub fn open(self, purpose: Purpose) -> Draws<'t> {
         self.open_named(purpose, "")
     }
 
-    /// Opens the draws of purposes that follow each other, at most four, and computes the first of all of them at once: the
+    /// Opens the draws of at most four successive purposes, and computes the first draws of all of them at once: the
     /// generator takes as long for one purpose alone.
     pub fn open_together<const N: usize>(self, purposes: [Purpose; N]) -> [Draws<'t>; N] {
         let words = self.source.words(purposes[0] as u64);
@@ -119,16 +120,16 @@ impl<'t> Streams<'t> {
     }
 }
 
-/// Words that the generator gives at once, two of 32 bits each: four blocks.
+/// Number of words of 64 bits that the generator gives at once: four blocks.
 const AT_ONCE: usize = 32;
 
-/// Words of a block.
+/// Number of words of 64 bits in a block.
 const IN_BLOCK: usize = 8;
 
-/// Where the draws of one trial come from: ChaCha's key and stream.
+/// Source of the draws of one trial: ChaCha's key and stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Source {
-    /// ChaCha's key, which follows from the seed: taken once, not for each purpose.
+    /// ChaCha's key, derived from the seed once, not for each purpose.
     key: [u8; 32],
     index: u64,
 }
@@ -138,7 +139,7 @@ impl Source {
         Self { key: ChaCha8Rng::seed_from_u64(seed).get_seed(), index }
     }
 
-    /// The source under another key, which follows from a name. Without name it is the same.
+    /// Returns the source under another key, which follows from a name. An empty name leaves the source unchanged.
     fn named(mut self, name: &str) -> Self {
         if !name.is_empty() {
             // FNV-1a.
@@ -152,7 +153,7 @@ impl Source {
         self
     }
 
-    /// The words from a block on.
+    /// Returns the words from a block on.
     ///
     /// ChaCha has 2^64 streams of 2^64 blocks per key: the seed makes the key, the trial is the stream.
     fn words(&self, block: u64) -> [u64; AT_ONCE] {

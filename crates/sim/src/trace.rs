@@ -1,11 +1,11 @@
-//! Watching a run: every waveform and every event.
+//! Observers of a run, with every waveform and every event.
 
 use standstill_interface::Phase;
 use standstill_inverter::{Conduction, Gate, Modes};
 
 use crate::physics::motion::Motion;
 
-/// The machine at one time.
+/// Snapshot of the machine at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot {
     /// Time in s since the start of the run.
@@ -14,7 +14,7 @@ pub struct Snapshot {
     pub current: [f64; 3],
     /// Terminal potentials in V against the negative rail.
     pub potential: [f64; 3],
-    /// DC link in V.
+    /// Voltage of the DC link in V.
     pub dc_link: f64,
     /// Electrical angle θ in rad, not wrapped.
     pub angle: f64,
@@ -27,8 +27,9 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Currents in A of each leg's devices, towards the motor. A leg in which none conducts carries nothing: the phase current, if
-    /// there is one, charges the capacitance of its terminal. What a terminal takes to follow a device's potential is left out.
+    /// Returns the currents in A of each leg's devices, towards the motor. A leg in which no device conducts carries
+    /// none: a phase current, if there is one, charges the capacitance of its terminal. The current that charges a
+    /// terminal which follows a device's potential is left out.
     ///
     /// ```
     /// use standstill_inverter::Conduction::{Blocked, LowerSwitch, UpperSwitch};
@@ -52,7 +53,7 @@ impl Snapshot {
     }
 }
 
-/// Something that happens at an instant.
+/// An event at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// The detector gave a command.
@@ -65,21 +66,21 @@ pub enum Event {
     Motion(Motion),
     /// The currents left the motor's flux map; the run ends.
     LeftMap,
-    /// The ADC sampled; phase currents in A and the DC link in V as the drive sees them.
+    /// The ADC sampled: phase currents in A and the DC link's voltage in V as read by the drive.
     Sample([f64; 3], f64),
 }
 
-/// An observer of a run while it goes on.
+/// An observer that receives snapshots and events of a run.
 pub trait Probe {
-    /// Time in s between two snapshots at most; none: snapshots are not wanted and cost nothing.
+    /// Returns the longest time in s between two snapshots; none if no snapshots are wanted, which then cost nothing.
     fn resolution(&self) -> Option<f64>;
-    /// One snapshot. At an instant there are two with the same time: before and after.
+    /// Receives one snapshot. At an instant there are two with the same time: before and after.
     fn snapshot(&mut self, snapshot: &Snapshot);
-    /// One event, at a time in s.
+    /// Receives one event, at a time in s.
     fn event(&mut self, time: f64, event: Event);
 }
 
-/// Watches nothing.
+/// An observer that ignores everything.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoProbe;
 
@@ -91,7 +92,7 @@ impl Probe for NoProbe {
     fn event(&mut self, _: f64, _: Event) {}
 }
 
-/// Keeps everything.
+/// An observer that keeps all snapshots and events.
 #[derive(Clone, Debug)]
 pub struct Trace {
     resolution: f64,
@@ -102,7 +103,7 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// With snapshots at most `resolution` seconds apart.
+    /// Makes an observer with snapshots at most `resolution` seconds apart.
     ///
     /// ```
     /// use standstill_sim::{Event, Probe, Trace};

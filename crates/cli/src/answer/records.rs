@@ -1,4 +1,4 @@
-//! Rows for programs: one list for JSON and CSV.
+//! Rows of results for programs: one list for JSON and CSV.
 
 use std::io;
 
@@ -7,25 +7,25 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use standstill_campaign::Estimate;
 
-/// Rows of one kind, in their order.
+/// Rows with common columns, in their order.
 #[derive(Clone, Debug, Default, Serialize)]
 #[serde(transparent)]
 pub struct Records(pub Vec<Record>);
 
-/// A row: its fields by name, in the order of the columns. A field that does not exist is null, or empty.
+/// A row: its fields by name, in the order of the columns. A missing field is null in JSON and empty in CSV.
 #[derive(Clone, Debug, Default, Serialize)]
 #[serde(transparent)]
 pub struct Record(IndexMap<String, Value>);
 
 impl Record {
-    /// With a field; a number that is none stays empty.
+    /// Adds a field; not-a-number becomes a missing value.
     #[must_use]
     pub fn with(mut self, name: &str, value: impl Serialize) -> Self {
         self.0.insert(name.to_owned(), json!(value));
         self
     }
 
-    /// With an estimate and the ends of its interval: `NAME_UNIT`, `NAME_low_UNIT` and `NAME_high_UNIT`.
+    /// Adds an estimate and the ends of its interval: `NAME_UNIT`, `NAME_low_UNIT` and `NAME_high_UNIT`.
     #[must_use]
     pub fn estimate(self, name: &str, unit: &str, estimate: Option<Estimate>) -> Self {
         let part = |of: fn(&Estimate) -> f64| estimate.as_ref().map(of);
@@ -42,7 +42,7 @@ impl FromIterator<Record> for Records {
 }
 
 impl Records {
-    /// The rows as CSV with a header.
+    /// Returns the rows as CSV with a header.
     pub fn csv(&self) -> io::Result<Vec<u8>> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         if let Some(Record(first)) = self.0.first() {

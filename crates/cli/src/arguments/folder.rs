@@ -1,20 +1,21 @@
-//! The folder of a command's results where the command line names none.
+//! The default folder of a command's results.
 
 use std::path::{Path, PathBuf};
 
 use super::Command;
 use super::values::OUT;
 
-/// Of a command on a scenario's file or a motor; without one the command's name alone.
+/// Returns the default folder of a command on a scenario's file or a motor; without either, from the command's name
+/// alone.
 ///
-/// Two scenarios have two folders, and so have two commands.
+/// Different scenarios have different folders, and so have different commands.
 pub fn default_folder(of: Option<&Path>, command: &str) -> PathBuf {
     let name = of.and_then(Path::file_stem).map(|stem| format!("{}-", stem.to_string_lossy()));
     Path::new("standstill-out").join(name.unwrap_or_default() + command)
 }
 
 impl Command {
-    /// Puts the folder that is meant in place of [`OUT`].
+    /// Replaces the placeholder [`OUT`] by the default folder of the command.
     pub fn name_folder(&mut self) {
         let motor = |motor: &Option<String>| motor.as_ref().map(PathBuf::from);
         let (out, of, command) = match self {

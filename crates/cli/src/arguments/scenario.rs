@@ -98,7 +98,7 @@ pub struct Axes {
     pub points: Option<u32>,
 }
 
-/// KEY=VALUE.
+/// Splits an option's argument `KEY=VALUE` into key and value.
 pub fn assignment(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),

@@ -44,7 +44,7 @@ pub struct Slurm {
     pub format: FormatName,
 }
 
-/// A time as Slurm takes it.
+/// Checks a time limit in Slurm's syntax.
 fn slurm_time(text: &str) -> Result<String, String> {
     let (days, clock) = text.split_once('-').map_or((None, text), |(days, clock)| (Some(days), clock));
     let parts: Vec<&str> = clock.split(':').collect();
@@ -55,7 +55,7 @@ fn slurm_time(text: &str) -> Result<String, String> {
     Err("not a time as Slurm takes it: minutes, minutes:seconds, hours:minutes:seconds, days-hours, days-hours:minutes or days-hours:minutes:seconds".to_owned())
 }
 
-/// A word in a line of directives.
+/// Checks a word for a line of Slurm directives.
 fn directive(text: &str) -> Result<String, String> {
     let fits = |c: char| c.is_ascii_alphanumeric() || "-_.:,".contains(c);
     match text {

@@ -1,4 +1,4 @@
-//! Values of options, and options that several commands have.
+//! Parsers of options' values, and options that several commands have.
 
 use std::ops::RangeInclusive;
 
@@ -7,7 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use standstill_interface::Choice;
 use standstill_plant::MapValues;
 
-/// Folder of the results where the command line names none: the names of the scenario's file, or of the motor, and of the command.
+/// Placeholder of the default folder for results: it is made of the names of the scenario's file or of the motor, and
+/// of the command.
 pub const OUT: &str = "standstill-out/SCENARIO-COMMAND";
 
 /// Whether what is there may go.
@@ -22,7 +23,7 @@ pub fn map_values(text: &str) -> Result<MapValues, String> {
     MapValues::named(text).ok_or_else(|| format!("not one of {}", MapValues::NAMES.join(", ")))
 }
 
-/// No more than a turn either way: more is a mistake.
+/// Parses an angle in degrees of at most one turn in either direction; a larger one is a mistake.
 pub fn degrees(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(angle) if angle.abs() <= 360.0 => Ok(angle.rem_euclid(360.0)),
@@ -30,10 +31,10 @@ pub fn degrees(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Most trials whose rows are kept, or that are held in memory.
+/// Largest number of trials whose rows are kept on disk or in memory.
 pub const MOST_ROWS: u64 = 100_000_000;
 
-/// A whole number in a range; the message has the largest value where it is not that of all numbers.
+/// Parses a whole number in a range; the message names the upper limit unless it is the largest representable number.
 pub fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
     range: RangeInclusive<u64>,
 ) -> impl TypedValueParser<Value = T> {
@@ -46,12 +47,12 @@ pub fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
     }
 }
 
-/// A choice by its name.
+/// Parses a choice by its name.
 pub fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(T::NAMES).try_map(|name| T::named(&name).ok_or("no such choice"))
 }
 
-/// The number of a trial; streams have room for so many.
+/// Parses the number of a trial, up to the largest that random streams can have.
 pub fn trial() -> impl TypedValueParser<Value = u64> {
     whole::<u64>(0..=(1 << 60) - 1)
 }
@@ -60,7 +61,7 @@ pub fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("needed a whole number from 0 to {}", u64::MAX))
 }
 
-/// A number in a range.
+/// Parses a number in a range.
 fn number(range: RangeInclusive<f64>, wrong: &'static str) -> impl TypedValueParser<Value = f64> {
     move |text: &str| {
         let number = text.trim().parse().ok().filter(|number| range.contains(number));

@@ -3,10 +3,10 @@
 use standstill_sim::{Event, Trace};
 use standstill_table::{Column, Format, Kind, TableError, Value};
 
-/// Takes rows.
+/// Receiver of a table's rows.
 type Sink<'a> = &'a mut dyn FnMut(&[Value<'_>]) -> Result<(), TableError>;
 
-/// A column: its name, and for numbers into how many parts text divides their unit.
+/// A column of a trace: its name, and for numbers in text the number of parts into which the unit is divided.
 type Head = (&'static str, Option<f64>);
 
 const MICRO: Option<f64> = Some(1e6);
@@ -21,7 +21,7 @@ pub struct TraceTable {
 }
 
 impl TraceTable {
-    /// Both tables.
+    /// The two tables: waveform and events.
     pub const ALL: [Self; 2] = [
         Self { name: "waveform", columns: &WAVEFORM, rows: waveform },
         Self { name: "events", columns: &EVENTS, rows: events },
@@ -47,7 +47,8 @@ impl TraceTable {
     }
 }
 
-/// A number to the nearest of so many parts of one; −0 becomes 0, which would otherwise print as a negative number.
+/// Rounds a number to the nearest of `parts` parts of one; −0 becomes 0, which would otherwise print as a negative
+/// number.
 fn round(number: f64, parts: f64) -> f64 {
     (number * parts).round() / parts + 0.0
 }
@@ -72,12 +73,14 @@ const WAVEFORM: [Head; 17] = [
     ("i_leg_c_A", NANO),
 ];
 
-/// Currents as all files have them: whole nanoamperes, so that what the integrator leaves of none is none.
+/// Rounds currents to whole nanoamperes, as in all files, so that the integrator's rounding of a zero current becomes
+/// zero.
 fn currents(current: [f64; 3]) -> [Value<'static>; 3] {
     current.map(|current| Value::Number(round(current, 1e9)))
 }
 
-/// Voltages against the negative rail; the winding's currents, and those of each leg's devices, towards the motor.
+/// Writes the rows of the waveform: voltages in V against the negative rail, currents in A of the winding and of each
+/// leg's devices, towards the motor.
 fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     for s in &trace.snapshots {
         let number = |value: f64| Value::Number(value);

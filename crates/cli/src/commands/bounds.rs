@@ -12,7 +12,7 @@ use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::Report;
 use crate::shell::interrupt;
 
-/// A bound's values; none of one that says nothing.
+/// Returns the values of a bound in degrees; none where the bound carries no information.
 fn values(bound: &Bound) -> [Option<f64>; 4] {
     [Some(bound.scheme_deg), Some(bound.all_deg), bound.hybrid_deg, bound.hybrid_all_deg]
         .map(|v| v.and_then(informative))

@@ -1,4 +1,4 @@
-//! `standstill budget`: where the error comes from.
+//! `standstill budget`: the contributions of error sources to the angle error.
 
 use serde_json::json;
 use standstill_analysis::{Budget, PAIRS, Source, TooFew, Trials, trials_of_budget};
@@ -16,7 +16,7 @@ use crate::shell::command_line::quoted;
 /// A part of the error: a source, the method's own bias, or the interaction.
 struct Share {
     source: String,
-    /// The rms with this part alone, and without it.
+    /// Rms error in degrees with this part alone, and without it.
     rms: Option<[Estimate; 2]>,
     share: Estimate,
     total: Option<Estimate>,
@@ -27,7 +27,7 @@ impl Share {
         Self { source: source.to_owned(), rms, share, total }
     }
 
-    /// Each number with its interval, in the digits that the interval allows.
+    /// Returns the cells of the table: each number with its interval, in the digits that the interval supports.
     fn cells(&self) -> Vec<String> {
         let cell =
             |factor: f64, of: Option<Estimate>| of.unwrap_or(Estimate::UNKNOWN).times(factor).to_string();
@@ -45,7 +45,8 @@ impl Share {
     }
 }
 
-/// The sources, the largest share first; then the method's own bias among them, and the interaction last.
+/// Returns the parts of the error: sources and the method's own bias in order of their shares, the largest first, and
+/// the interaction last.
 fn shares(budget: &Budget) -> Vec<Share> {
     let own = &budget.method;
     let mut shares =
@@ -135,7 +136,7 @@ fn table(shares: &[Share]) -> Table {
     Table::new(columns).rows(shares.iter().map(Share::cells))
 }
 
-/// The interval's meaning, and the samples that are left out.
+/// Returns the notes on the intervals, and on the samples that are left out.
 fn notes(budget: &Budget) -> Vec<String> {
     let mut notes = vec![format!(
         "[95 % interval], Sobol' indices at each angle, averaged over it; {} trials",
@@ -150,7 +151,7 @@ fn notes(budget: &Budget) -> Vec<String> {
     notes
 }
 
-/// The meaning of columns and rows, a paragraph each.
+/// Returns the legend of columns and rows, a paragraph each.
 fn legend(budget: &Budget) -> Vec<String> {
     let mut legend = [
         "share: of the mean square, by the source itself; total: with all in which it has a part.",

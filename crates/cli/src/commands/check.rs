@@ -1,4 +1,4 @@
-//! `standstill check`: is this motor suited, and with which settings?
+//! `standstill check`: the suitability of a motor, and the recommended settings.
 
 mod answer;
 mod file;
@@ -19,7 +19,7 @@ use crate::shell::interrupt;
 use crate::shell::progress;
 use crate::shell::terminal::painted;
 
-/// The scenario of what is named.
+/// Makes the scenario of the motor or file that the command line names.
 fn document(options: &Check) -> Result<Document, Error> {
     let shorthands = Shorthands::default()
         .with("--errors", "errors", options.errors.map(Choice::name))
@@ -91,7 +91,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     Ok(report)
 }
 
-/// Keys that the options set.
+/// Returns the scenario keys that the options set.
 fn keys(options: &Check) -> Vec<(String, String)> {
     let Temperatures { winding_temperature, magnet_temperature } = options.temperature;
     let celsius = |value: f64| format!("{value} °C");
@@ -105,7 +105,7 @@ fn keys(options: &Check) -> Vec<(String, String)> {
     shorthands.chain(options.keys.set.iter().cloned()).collect()
 }
 
-/// Options of demands that are not those by default.
+/// Returns the options of demands that differ from the defaults, as on a command line.
 fn demanded(options: &Check) -> String {
     let usual = Demands::default();
     let differing = |name: &str, value: f64, usual: f64| {
@@ -118,7 +118,7 @@ fn demanded(options: &Check) -> String {
         + &current
 }
 
-/// Progress in words: a line that stays, and the step at hand.
+/// Converts progress into text: a line to print, and the name of the present step.
 fn heard(progress: Progress<'_>) -> (Option<String>, Option<String>) {
     match progress {
         Progress::Method(method) => (None, Some(method.name().to_owned())),

@@ -26,13 +26,14 @@ use crate::shell::output::Output;
 use crate::shell::progress;
 use crate::summary::{good_heading, good_interval, right};
 
-/// Angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding twice.
+/// Number of angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding
+/// twice.
 const ANGLES: usize = 16;
 
-/// Angles where a detection is long and the limit costs as many seconds as the trials.
+/// Number of angles where a detection is long and the limit takes as many seconds as the trials.
 const FEW_ANGLES: usize = 8;
 
-/// Whether the motor's data do not tell its poles.
+/// Returns whether the motor's data do not determine its poles.
 fn is_open(motor: &Motor) -> bool {
     motor.has_magnet() && motor.pole_knowledge().is_open()
 }
@@ -41,7 +42,7 @@ fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// A row for programs. What does not exist is null, or empty.
+/// Returns a row for JSON and CSV. A missing value is null, or empty.
 fn record(entry: &Entry, motor: &Motor) -> Record {
     let s = &entry.summary;
     let open = is_open(motor);
@@ -78,7 +79,7 @@ fn record(entry: &Entry, motor: &Motor) -> Record {
     if let Some(note) = motor.map_note() { record.with("map_note", note) } else { record }
 }
 
-/// A row of the table, with so many decimals of currents and energies.
+/// Returns a row of the table; `digits`: decimals of currents and energies.
 fn cells(entry: &Entry, open: bool, digits: [usize; 2]) -> (Tone, Vec<String>) {
     let s = &entry.summary;
     let number = |value: f64, digits: usize| {
@@ -112,7 +113,8 @@ fn cells(entry: &Entry, open: bool, digits: [usize; 2]) -> (Tone, Vec<String>) {
     (tone, cells)
 }
 
-/// The columns; where there is no room, the method stands above its rows, and what tells methods apart the least goes first.
+/// Returns the columns with their ranks: on a narrow terminal the method stands above its rows, and columns that
+/// distinguish methods least are left out first.
 fn columns(entries: &[Entry], open: bool) -> [Column; 17] {
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
     // What happened anywhere keeps its column; what did not, `right %` says as well.
@@ -141,7 +143,7 @@ fn columns(entries: &[Entry], open: bool) -> [Column; 17] {
     ]
 }
 
-/// Why there was no angle, or no pole, and how often; and why there is no limit.
+/// Returns the reasons of starts without an angle or a pole with their counts, and the reason of a missing limit.
 fn reasons(entry: &Entry) -> String {
     let counted = entry.summary.reasons.iter();
     let counted =
@@ -151,7 +153,7 @@ fn reasons(entry: &Entry) -> String {
     all.join("; ")
 }
 
-/// The cells one after the other, as far as nobody interrupts.
+/// Runs the cells one after the other until an interrupt.
 fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<Entry>, Error> {
     let stop = interrupt::flag();
     let bar = progress::bar(cells.iter().map(|cell| cell.trials).sum());

@@ -1,4 +1,4 @@
-//! `standstill completions` and `standstill man`: what shells and `man` want to know of the command line.
+//! `standstill completions` and `standstill man`: shell completions and manual pages of the command line.
 
 use clap::CommandFactory as _;
 
@@ -14,7 +14,7 @@ pub fn completions(options: &Completions) -> Report {
     Report { text: String::from_utf8_lossy(&script).into_owned(), code: 0 }
 }
 
-/// One page a command, as `git` has them.
+/// Writes one manual page for each command, as `git` does.
 pub fn man(options: &Man) -> Result<Report, Error> {
     let mut command = Arguments::command().disable_help_subcommand(true);
     command.build();

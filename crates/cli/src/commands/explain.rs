@@ -1,4 +1,4 @@
-//! `standstill explain`: why trials of a finished run ended as they did.
+//! `standstill explain`: the causes of the outcomes of trials of a finished run.
 
 mod choose;
 mod words;
@@ -28,10 +28,10 @@ use crate::shell::output::Output;
 use crate::shell::progress::Watched;
 use crate::shell::setup::{self, Setup};
 
-/// Time in s between two points of a waveform at most.
+/// Longest time in s between two points of a waveform.
 const RESOLUTION: f64 = 5e-6;
 
-/// A trial, what made it, and its waveforms.
+/// A trial that was repeated, with its causes and its waveforms.
 struct Repeated {
     chosen: Chosen,
     single: Single,
@@ -81,7 +81,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     answer(&run, &plan, &all, lost).report(folder, options.json, made)
 }
 
-/// The plan of the run, if its trials can be had again: the same program and the same files.
+/// Returns the plan of the run if its trials can be repeated: with the same program and the same files.
 fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
     let recorded = &run.summary.run;
@@ -100,7 +100,7 @@ fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     }
 }
 
-/// Runs a trial again, with everything watched, and once without each of its errors.
+/// Repeats a trial with an observer, and once without each of its errors.
 fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Repeated, Halt<Error>> {
     let failed = |error: FileError| Halt::Failed(Error::from(error));
     let trials = Trials::at(plan, chosen.point).map_err(failed)?;
@@ -118,7 +118,7 @@ fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Repeated, Halt
     Ok(Repeated { chosen, single, explained, figure })
 }
 
-/// The trial to the last bit, and its waveforms.
+/// Repeats a trial with the same bits, and records its waveforms.
 pub fn watch(single: &Single) -> Result<(Trial, Trace), standstill_detect::SettingsError> {
     let (case, scenario) = (single.case(), &single.scenario);
     let alone = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut NoProbe);
@@ -177,7 +177,8 @@ fn json_of(one: &Repeated) -> serde_json::Value {
     })
 }
 
-/// The sentence on trials without an axis: their order is that of their numbers.
+/// Returns the sentence on trials without an axis, which are listed in the order of their numbers; none if there are
+/// none.
 fn without_axis(lost: u64, listed: usize) -> Option<String> {
     (lost > 0).then(|| {
         let first = if lost > listed as u64 {

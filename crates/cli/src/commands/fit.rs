@@ -1,4 +1,4 @@
-//! `standstill fit`: from scope traces to a motor.
+//! `standstill fit`: a motor's data identified from scope traces.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -29,13 +29,13 @@ use standstill_report::page::{Column, Table};
 
 const FILES: [&str; 4] = ["motor.toml", "fit.json", "fit.svg", "fit.png"];
 
-/// Information of the readings about a direction over that of the prior, below which the direction is named.
+/// Ratio of the readings' information about a direction to that of the prior, below which the direction is named.
 const HARDLY_IDENTIFIED: f64 = 0.1;
 
-/// Parameters whose non-identifiable directions the text names; fit.json has all.
+/// Parameters whose non-identifiable directions the text names; fit.json contains all.
 const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
 
-/// Keys of a scenario that a fit begins with; it uses no others.
+/// Keys of the drive that a fit uses; it accepts no others.
 const DRIVE_KEYS: [&str; 7] = [
     "inverter.devices",
     "inverter.dead_time",
@@ -46,7 +46,7 @@ const DRIVE_KEYS: [&str; 7] = [
     "inverter.diode_resistance",
 ];
 
-/// Those that state the resistance of the switches.
+/// Keys that state the resistance of the switches.
 const SWITCH_KEYS: [&str; 2] = ["inverter.switch_resistance", "inverter.channel_resistance"];
 
 fn read(path: &Path) -> Result<Record, Error> {
@@ -63,7 +63,7 @@ fn read(path: &Path) -> Result<Record, Error> {
     }
 }
 
-/// The motor and the drive that the fit begins with.
+/// Returns the initial motor and drive of the fit.
 fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
     if let Some((key, _)) = options.set.iter().find(|(key, _)| !DRIVE_KEYS.contains(&key.as_str())) {
         let known = DRIVE_KEYS.join(", ");
@@ -91,12 +91,12 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
     Ok(Start { motor, devices: drive.bridge.devices, dead_time: drive.dead_time.seconds(), switch_is_stated })
 }
 
-/// Whether both paths lead to one file that exists.
+/// Returns whether both paths lead to one existing file.
 fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// No file is read twice, and none that is read is written.
+/// Refuses traces that are given twice, and output files that would replace an input.
 fn distinct(options: &Options) -> Result<(), Error> {
     for (k, trace) in options.traces.iter().enumerate() {
         if options.traces[..k].iter().any(|before| same_file(before, trace)) {
@@ -206,7 +206,7 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
     })
 }
 
-/// A value and its interval in one unit, with digits that the interval leaves a meaning.
+/// Formats a value and its interval in one unit, with the digits that the interval supports.
 fn cells(estimate: &Estimate) -> [String; 2] {
     let share = estimate.name.starts_with("saturation");
     let [low, high] = estimate.interval.unwrap_or([estimate.value; 2]);
@@ -266,7 +266,7 @@ fn ampere(value: f64) -> String {
     format!("{:.3} {}", scale.number(value), scale.unit)
 }
 
-/// The meaning of the numbers.
+/// Returns the sentences that interpret the numbers.
 fn sentences(fit: &Fit) -> Vec<String> {
     let mut said = vec![format!(
         "Residual {} rms, noise and converter {}.",

@@ -15,7 +15,7 @@ use crate::shell::Report;
 use crate::shell::interrupt;
 use crate::shell::output::Output;
 
-/// Most bytes of the shared library: with all that a debugger wants it has some hundred MB.
+/// Largest size of the shared library in bytes: with full debug information it has some hundred MB.
 const MOST_BYTES: u64 = 1 << 30;
 
 pub fn run(options: &Fmu) -> Result<Report, Error> {
@@ -92,8 +92,8 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     Ok(Report { text, code: 0 })
 }
 
-/// Keys that the command line sets and the FMU would not have: a scenario file says more than a motor alone needs, but who types a key means
-/// something by it.
+/// Refuses keys on the command line that the FMU does not have: a scenario file may contain more than a motor alone
+/// needs, but a key typed by the user must have an effect.
 fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(), Error> {
     let Some(key) = given.iter().find(|key| !part.has_use_for(key)) else { return Ok(()) };
     let known: Vec<String> = part.keys().iter().map(|key| format!("`{key}`")).collect();
@@ -118,7 +118,7 @@ fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
     Err(Error::InTheWay { path: out.to_owned(), is: "no FMU", needed: "another name, or an FMU to replace" })
 }
 
-/// The shared library that goes into the FMU.
+/// Returns the path of the shared library for the FMU.
 fn binary(options: &Fmu) -> Result<PathBuf, Error> {
     if let Some(path) = &options.binary {
         return Ok(path.clone());

@@ -1,4 +1,4 @@
-//! `standstill init` and `standstill schema`: to write scenario files and data sheets with.
+//! `standstill init` and `standstill schema`: templates and schema of scenario files and data sheets.
 
 mod vesc;
 
@@ -14,10 +14,10 @@ use crate::arguments::Init;
 use crate::error::Error;
 use crate::shell::Report;
 
-/// The example with every key, but those of the tables: they follow from the registry of keys.
+/// The example with every key except those of the tables, which follow from the registry of keys.
 const SCENARIO: &str = include_str!("init/scenario.toml");
 
-/// The example with every key: each of a table with an example and the begin of its sentence.
+/// Returns the example with every key: each key of a table with an example and the begin of its sentence.
 pub fn scenario() -> String {
     let mut text = String::new();
     for line in SCENARIO.lines() {
@@ -39,7 +39,7 @@ pub fn scenario() -> String {
     text
 }
 
-/// The first sentence about a key, and the names of a choice.
+/// Returns the first sentence about a key, and the names of a choice.
 fn remark(key: &file::Key) -> String {
     let about = key.about.split_whitespace().collect::<Vec<_>>().join(" ");
     // `0: none` is no end.
@@ -54,7 +54,7 @@ fn remark(key: &file::Key) -> String {
     if names.is_empty() { first.to_owned() } else { format!("{first}: {}", names.join(", ")) }
 }
 
-/// A data sheet to fill in.
+/// Template of a data sheet.
 pub const MOTOR: &str = include_str!("init/motor.toml");
 
 pub fn run(options: &Init) -> Result<Report, Error> {
@@ -96,7 +96,7 @@ pub fn run(options: &Init) -> Result<Report, Error> {
     Ok(Report { text, code: 0 })
 }
 
-/// Writes a file that must not be there yet.
+/// Writes a new file; an existing one is refused.
 fn write_new(path: &Path, text: &str) -> Result<(), Error> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let mut file = file.map_err(|error| match error.kind() {

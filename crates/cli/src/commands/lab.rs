@@ -1,4 +1,4 @@
-//! `standstill lab`: a page in the browser on which one sees what a detection does.
+//! `standstill lab`: an interactive page in the browser that shows a detection.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -30,7 +30,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     Ok(Report { text: "The lab has ended.\n".to_owned(), code: 0 })
 }
 
-/// The lab of what the command line names.
+/// Makes the lab of the scenario or folder that the command line names.
 fn bench(options: &Options) -> Result<Bench, Error> {
     let folder = |path: &Path| {
         let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
@@ -50,7 +50,7 @@ fn bench(options: &Options) -> Result<Bench, Error> {
     Ok(bench.advised(Box::new(advice)))
 }
 
-/// The recommendation of `standstill check` for a scenario's motor and drive.
+/// Returns the recommendation of `standstill check` for a scenario's motor and drive.
 fn advice(document: &Document) -> Result<Advice, String> {
     let suitability =
         Suitability::of(document, &Demands::default(), |_| ()).map_err(|error| error.to_string())?;
@@ -75,12 +75,12 @@ fn advice(document: &Document) -> Result<Advice, String> {
     Ok(Advice { keys: Some(std::iter::once(method).chain(of_setting).collect()), text })
 }
 
-/// The page of a run.
+/// Returns the HTML page of a run.
 fn report(folder: &Path, fence: &Path) -> Result<String, String> {
     super::report::html(folder, fence).map_err(|error| error.to_string())
 }
 
-/// Opens the page where that can be done; else the address is printed anyway.
+/// Opens the page in a browser if possible; the address is printed in any case.
 fn open(address: &str) {
     let (program, words): (_, &[&str]) = if cfg!(target_os = "macos") {
         ("open", &[])

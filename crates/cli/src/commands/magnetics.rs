@@ -1,4 +1,4 @@
-//! `standstill magnetics`.
+//! `standstill magnetics`: survey of a motor's or a map's inductances over current.
 
 mod json;
 mod text;
@@ -19,14 +19,14 @@ use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt;
 use crate::shell::output::{Output, file_list};
 
-/// Points from no current to the largest.
+/// Number of current steps from zero to the largest current.
 const STEPS: u16 = 10;
 
 /// The subject of a survey: a motor, or a map without one.
 struct Subject {
     name: String,
     magnetics: MagneticCircuit,
-    /// The largest current in A where none is asked for.
+    /// Default of the largest current in A.
     reach: f64,
     pole_pairs: Option<u32>,
     resistance: Option<f64>,
@@ -104,7 +104,7 @@ impl Subject {
     }
 }
 
-/// Current in A that a map covers in all four directions.
+/// Returns the largest current in A that a map covers in all four directions.
 fn covered([[d_low, d_high], [q_low, q_high]]: [[f64; 2]; 2]) -> f64 {
     (-d_low).min(d_high).min(-q_low).min(q_high)
 }
@@ -159,8 +159,8 @@ const fn name(signature: PolaritySignature) -> &'static str {
     }
 }
 
-/// Of L_dd, L_dq and L_qq in H, if they come from a map; `current` is i_d and i_q in A on one of the axes. A magnet's
-/// temperature changes where on the map a motor is, not how well the map is known.
+/// Returns the standard errors of L_dd, L_dq and L_qq in H, if they come from a map; `current`: i_d and i_q in A on
+/// one of the axes. A magnet's temperature changes the motor's place on the map, not the map's accuracy.
 fn standard_errors(subject: &Subject, current: [f64; 2]) -> Option<[f64; 3]> {
     let (_, map) = subject.map.as_ref()?;
     // Of what was continued nobody knows.
@@ -172,12 +172,12 @@ fn standard_errors(subject: &Subject, current: [f64; 2]) -> Option<[f64; 3]> {
     Some(map.errors.at(current))
 }
 
-/// The largest current in A that was surveyed.
+/// Returns the largest current in A that was surveyed.
 fn reach(survey: &Survey) -> f64 {
     survey.polarity.last().map_or(0.0, |point| point.current)
 }
 
-/// L_d and L_q in H that an infinitely short pulse meets, where eddy currents make a difference.
+/// Returns L_d and L_q in H for an infinitely short pulse, where eddy currents make a difference.
 fn short_pulse(subject: &Subject, survey: &Survey) -> Option<[f64; 2]> {
     let branch = subject.magnetics.eddy_currents()?;
     Some([survey.l_dd * (1.0 - branch.d_depth), survey.l_qq * (1.0 - branch.q_depth)])

@@ -1,4 +1,4 @@
-//! `standstill merge`: the shards of a run put together, as the whole run would have written it.
+//! `standstill merge`: merges the shards of a run into the files of the whole run.
 
 use standstill_campaign::store::Shards;
 

@@ -1,4 +1,4 @@
-//! `standstill motors`.
+//! `standstill motors`: the built-in motors and the origin of their numbers.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! `standstill odds`: the probability of a rare event, and what it looks like.
+//! `standstill odds`: the probability of a rare event, and its typical errors.
 
 mod words;
 
@@ -18,7 +18,7 @@ use crate::shell::Report;
 use crate::shell::progress::Watched;
 use crate::shell::values::probability;
 
-/// Time in s between two points of a waveform at most.
+/// Longest time in s between two points of a waveform.
 const RESOLUTION: f64 = 5e-6;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
@@ -64,16 +64,16 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(trials.scenario(), answer)
 }
 
-/// The knowledge while runs go on.
+/// Intermediate results of the subset simulation's runs.
 #[derive(Default)]
 struct SoFar {
-    /// How the runs that are done ended, and their probabilities.
+    /// Endings of the finished runs, and their probabilities.
     runs: Vec<(End, f64)>,
-    /// The probability of the level to which the one at hand has come.
+    /// Probability of the level that the present run has reached.
     level: Option<f64>,
 }
 
-/// Shows how far runs have come.
+/// Observer that shows the progress of the runs.
 struct Listening<'a> {
     watched: &'a Watched,
     found: Mutex<SoFar>,
@@ -115,8 +115,8 @@ impl Watch for Listening<'_> {
     }
 }
 
-/// The probability so far: the event's once a run reached it; before that it is rarer than the levels, as far as
-/// these lead to it.
+/// Returns the probability so far: the event's once a run has reached it; before that an upper limit by the levels
+/// reached.
 fn known(so_far: &SoFar) -> Option<String> {
     let reached = so_far.runs.iter().filter(|(end, _)| *end == End::Reached);
     let sum: f64 = reached.clone().map(|(_, found)| found).sum();
@@ -139,9 +139,9 @@ fn progress(so_far: &SoFar) -> String {
     known(so_far).map_or_else(|| run.clone(), |known| format!("{run}, {known}"))
 }
 
-/// About how many trials there will be, from the runs that are done.
+/// Estimates the total number of trials, from the finished runs.
 fn expected(settings: &Settings, done: &[(u32, f64)]) -> u64 {
-    /// Where nothing is known yet.
+    /// Number of levels assumed before any run is finished.
     const LEVELS: f64 = 6.0;
     let levels = if done.is_empty() {
         LEVELS
@@ -157,7 +157,7 @@ fn expected(settings: &Settings, done: &[(u32, f64)]) -> u64 {
     trials
 }
 
-/// The waveforms of a start with the event.
+/// Returns the figure with the waveforms of a start with the event, and its caption.
 fn typical(trials: &Trials<'_>, tape: &Tape, event: Event, setting: &str) -> Result<(Figure, String), Error> {
     let scenario = trials.plan().scenario_taped(0, trials.scenario(), tape)?;
     let case = scenario.case_taped(tape);

@@ -1,4 +1,5 @@
-//! A question of a scenario, from its plan to its files: `odds`, `budget`, `require`, `tune`.
+//! The common part of the commands that answer a question of a scenario (`odds`, `budget`, `require`, `tune`), from
+//! plan to files.
 
 mod ends;
 mod identity;
@@ -27,13 +28,13 @@ use crate::shell::output::{Output, remove_stale};
 use crate::shell::progress::Watched;
 use crate::shell::setup::Setup;
 
-/// The document with what the command line sets in it.
+/// Returns the document with the settings of the command line.
 pub fn document(question: &Question) -> Result<Document, Error> {
     let shorthands = Shorthands::default().seed(question.seed);
     scenario::changed(scenario::read(&question.scenario)?, &question.keys, shorthands)
 }
 
-/// The plan of one scenario.
+/// Returns the plan of a scenario without sweep axes.
 pub fn plan(question: &Question) -> Result<Plan, Error> {
     let document = document(question)?;
     let file = document.load()?;
@@ -53,19 +54,20 @@ pub fn plan(question: &Question) -> Result<Plan, Error> {
 /// A question that is being answered.
 pub struct Asked<'a> {
     question: &'a Question,
-    /// The command, and the name of the files.
+    /// Name of the command and of its files.
     name: &'static str,
     plan: &'a Plan,
     identity: Identity,
-    /// A bar, an interrupt's flag, and notes from which `--resume` goes on.
+    /// Progress bar, interrupt flag, and the notes from which `--resume` continues.
     pub watched: Watched,
 }
 
 impl<'a> Asked<'a> {
-    /// A question of about so many trials, of none where that is not known.
+    /// Begins a question of about `trials` trials; 0 if their number is not known.
     ///
     /// # Errors
-    /// Files that cannot be written; notes that are in the way, or of another scenario; the answer to another question.
+    /// Files that cannot be written; existing notes without `--resume`, or of another scenario; the answer to another
+    /// question.
     pub fn new<const N: usize>(
         question: &'a Question,
         name: &'static str,
@@ -86,7 +88,7 @@ impl<'a> Asked<'a> {
         Ok(Self { question, name, plan, identity, watched })
     }
 
-    /// The result of work on as many threads as asked for; none if it was interrupted.
+    /// Returns the result of work on the requested number of threads; none if it was interrupted.
     pub fn run<T: Send>(
         &self,
         work: impl FnOnce() -> Result<T, Halt<FileError>> + Send,
@@ -103,7 +105,7 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// Removes the notes of a question.
+    /// Removes the notes of the question.
     pub fn forget(&self) -> Result<(), Error> {
         match notes_of(self.question, self.name).filter(|notes| notes.exists()) {
             Some(notes) => std::fs::remove_file(&notes).map_err(Error::writing(&notes)),
@@ -111,7 +113,7 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// The report of a question that was not answered.
+    /// Returns the report of a question that was interrupted.
     pub fn interrupted(&self, done: &str) -> Report {
         let kept = notes_of(self.question, self.name).filter(|_| self.watched.has_notes());
         let command = to_resume();
@@ -130,7 +132,7 @@ impl<'a> Asked<'a> {
         Report { text, code: INTERRUPTED }
     }
 
-    /// Writes the answer, of which the numbers are `answer.json`.
+    /// Writes the answer, whose numbers are in `answer.json`.
     pub fn answer(&self, scenario: &Scenario<Method<f64>>, mut answer: Answer) -> Result<Report, Error> {
         let (file, json) = (self.plan.file(), &mut answer.json);
         json["setup"] = super::setup_json(file, &scenario.motor);
@@ -162,12 +164,12 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Where a question that may be interrupted keeps what it has computed; nowhere if no files are wanted.
+/// Returns the path at which an interruptible question stores its results; none if no files are written.
 fn notes_of(question: &Question, name: &str) -> Option<PathBuf> {
     Some(folder(question, name)?.join(format!("{name}.journal")))
 }
 
-/// The notes at this path: new ones, or those of the same question.
+/// Opens the notes at this path: new ones, or those of the same question.
 fn notes(question: &Question, path: PathBuf, asked: &Identity) -> Result<Notes, Error> {
     if let Some(folder) = path.parent() {
         remove_stale(folder);
@@ -193,13 +195,13 @@ fn notes(question: &Question, path: PathBuf, asked: &Identity) -> Result<Notes, 
     Ok(notes)
 }
 
-/// Where files go; none if none are wanted.
+/// Returns the output folder; none if no files are written.
 fn folder(question: &Question, name: &str) -> Option<PathBuf> {
     let default = || (!question.json).then(|| default_folder(Some(&question.scenario), name));
     question.out.clone().or_else(default)
 }
 
-/// Motor, method and errors that an answer speaks of, in a line.
+/// Returns motor, method and errors of an answer in a line, with notes below.
 pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String {
     let notes = pole_note(scenario).map(str::to_owned).into_iter().chain(scenario.motor.map_note());
     let note = notes.fold(String::new(), |all, note| all + "\n(" + &note + ")");
@@ -213,7 +215,7 @@ pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String 
     )
 }
 
-/// The note on poles that the motor's data leave open.
+/// Returns the note on poles that the motor's data do not determine.
 fn pole_note(scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
     scenario.motor.pole_knowledge().note().filter(|_| scenario.motor.has_magnet())
 }

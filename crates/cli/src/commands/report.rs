@@ -1,4 +1,4 @@
-//! `standstill report`: a finished run as one page to mail, and its figures.
+//! `standstill report`: a finished run as one self-contained page, and its figures.
 
 mod page;
 mod study;
@@ -40,8 +40,8 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     Ok(said)
 }
 
-/// The question of these files: the folders of the runs. Their runs may be longer by now, or other ones: then it is for
-/// `report` to make the page anew.
+/// Returns the question that these files answer: the folders of the runs. The runs in these folders may have been
+/// extended or replaced since: `report` then makes the page anew.
 fn asked(options: &Report, out: &Path) -> NotedQuestion {
     let real = |folder: &Path| folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let first = real(&options.folder);
@@ -56,13 +56,13 @@ fn asked(options: &Report, out: &Path) -> NotedQuestion {
     NotedQuestion::place(command, said, options.force.force)
 }
 
-/// The page of a finished run, with nothing written and no file read that is not below `fence`.
+/// Returns the page of a finished run. No file is written, and no file outside `fence` is read.
 pub fn html(folder: &Path, fence: &Path) -> Result<String, Error> {
     let run = FinishedRun { fence: Some(fence.to_owned()), ..FinishedRun::open(folder)? };
     page::answer(&run, Vec::new()).page(drawn(&run)?, &page::made(&run)).html().map_err(Error::Page)
 }
 
-/// The figures with their captions.
+/// Draws the figures and returns them with their names and captions.
 fn drawn(run: &FinishedRun) -> Result<Vec<(String, Figure, String)>, Error> {
     let study = study::study(run, run.cloud()?);
     let captioned = |(name, figure): (String, Figure)| {
@@ -72,7 +72,7 @@ fn drawn(run: &FinishedRun) -> Result<Vec<(String, Figure, String)>, Error> {
     Ok(figures(&study).into_iter().map(captioned).collect())
 }
 
-/// Figures of an earlier report that this one does not have would be taken for its own.
+/// Removes figures of an earlier report that this one does not have, which would be taken for its own.
 fn remove_stale(folder: &Path, own: &[String]) {
     let ours =
         ["error_over_angle.", "distribution.", "sweep_", "wrong_poles_", "heat_", "methods.", "scatter."];

@@ -1,4 +1,4 @@
-//! `standstill reproduce`: the paper, end to end.
+//! `standstill reproduce`: the paper's tables and figures, audited and simulated.
 
 mod tables;
 
@@ -127,7 +127,7 @@ fn write(output: &mut Output, name: &str, content: std::io::Result<Vec<u8>>) -> 
 struct Study {
     file: ScenarioFile,
     scenario: Scenario<Method<f64>>,
-    /// Motor and conditions in words.
+    /// Motor and conditions as text.
     setting: String,
 }
 

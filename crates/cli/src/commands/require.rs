@@ -1,4 +1,4 @@
-//! `standstill require`: what a part must do for limits to hold.
+//! `standstill require`: the value of a key (a part's property) with which limits hold.
 
 mod refused;
 mod tradeoff;
@@ -25,15 +25,15 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::values::shown;
 
-/// How far from the scenario's value is looked, as a factor either way.
+/// Factor by which the default range extends from the scenario's value in both directions.
 const FACTOR: f64 = 30.0;
 
-/// Values of the scan, trials at each, and at most at one.
+/// Number of values of the scan, number of trials at each, and largest number of trials at one value.
 const POINTS: usize = 17;
 const TRIALS: u64 = 1000;
 const MOST: u64 = 300_000;
 
-/// The search for an edge, with all values that were judged.
+/// The search for the edge up to which limits hold, with all values that were judged.
 struct EdgeSearch<'a> {
     bench: Bench<'a>,
     limits: Limits,
@@ -46,7 +46,7 @@ struct EdgeSearch<'a> {
 }
 
 impl EdgeSearch<'_> {
-    /// The edge over the last key, with these values of the keys before it.
+    /// Finds the edge over the last key, with these values of the keys before it.
     fn find(&mut self, before: &[f64]) -> Result<Found, Halt<FileError>> {
         let Self { bench, search, asked, taken, judged, rows, refused, .. } = self;
         let watched = &asked.watched;
@@ -80,7 +80,7 @@ impl EdgeSearch<'_> {
 }
 
 impl EdgeSearch<'_> {
-    /// All trials, those of looks that others superseded among them.
+    /// Returns the total number of trials, including those at values that were judged again with more trials.
     fn trials(&self) -> u64 {
         self.judged.iter().map(|judged| judged.trials).sum()
     }
@@ -148,7 +148,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(&scenario, answer(setting(plan.file(), &scenario), &found, &edge))
 }
 
-/// The range of a key: what is asked for, or about the scenario's value.
+/// Returns the range of a key: the requested one, or the default about the scenario's value.
 fn range(options: &Options, bench: &Bench<'_>, number: usize) -> Result<(f64, f64), Error> {
     let (key, whole) = &bench.keys[number];
     if let Some(text) = options.between.get(number) {
@@ -172,7 +172,7 @@ const fn side(side: Side) -> &'static str {
     }
 }
 
-/// The limits that bind beyond an edge, in words that stand in the JSON.
+/// Returns the limits that bind beyond an edge, as texts for the JSON.
 fn bound(limits: &Limits, bound: &Bound) -> Vec<String> {
     match bound {
         Bound::Limits(numbers) => {
@@ -197,7 +197,7 @@ fn edge_json(limits: &Limits, judged: &[Judged], edge: &Edge) -> serde_json::Val
     })
 }
 
-/// The answer of a stretch: JSON, headline, details and whether it is sure.
+/// Returns headline, details and tone of the answer of a stretch, and writes its numbers into the JSON.
 fn stretched(
     asked: &EdgeSearch<'_>,
     found: &Stretch,

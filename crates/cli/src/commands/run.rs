@@ -1,4 +1,4 @@
-//! `standstill run` and `standstill sweep`: a scenario file, trial by trial, into files.
+//! `standstill run` and `standstill sweep`: the trials of a scenario file, written into files.
 
 pub mod by_host;
 mod earlier;
@@ -51,7 +51,7 @@ pub fn sweep(options: &Sweep) -> Result<Report, Error> {
     carry_out(&options.run, document)
 }
 
-/// The file with what the command line changes of it.
+/// Returns the scenario file's document with the changes of the command line.
 pub fn document(
     path: &Path,
     keys: &Keys,
@@ -65,7 +65,7 @@ pub fn document(
     Ok(document)
 }
 
-/// The document of a run's options.
+/// Returns the document of a run's options.
 fn document_of(options: &Run) -> Result<Document, Error> {
     document(&options.scenario, &options.keys, &options.amount)
 }
@@ -143,7 +143,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     }
 }
 
-/// Says what will be simulated, once nothing stands in its way.
+/// Prints what will be simulated, once nothing prevents the run.
 fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
     if options.results.json || host::current().is_some() {
         return Ok(());
@@ -151,7 +151,7 @@ fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
     crate::shell::terminal::print(&for_reading(opening::text(plan, identity, options.shard) + "\n"))
 }
 
-/// A new journal of rows, or the one that is there, whose rows are added to the statistics.
+/// Opens the journal of rows: a new one, or the existing one, whose rows are added to the statistics.
 fn journal(path: &Path, identity: &Identity, statistics: &mut Statistics) -> Result<Journal, Error> {
     if !path.exists() {
         let folder = path.parent().unwrap_or(path);
@@ -168,12 +168,12 @@ fn journal(path: &Path, identity: &Identity, statistics: &mut Statistics) -> Res
     Ok(journal)
 }
 
-/// Removes a folder that was made for nothing.
+/// Removes the folder if it is empty.
 fn remove_if_empty(folder: &Path) {
     let _ = std::fs::remove_dir(folder);
 }
 
-/// From a journal that is complete to the files; none if interrupted.
+/// Writes the files of a run whose journal is complete; none if interrupted.
 fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>, Error> {
     if options.shard != Shard::WHOLE {
         if options.results.json {
@@ -201,7 +201,7 @@ fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>
     Ok(Some(results.report(&options.results)))
 }
 
-/// Runs what is left; returns whether that was all.
+/// Runs the missing trials. Returns whether all were run.
 fn advance(
     trials: &Trials<'_>,
     earlier: &mut Earlier,
@@ -221,8 +221,8 @@ fn advance(
     Ok(done?)
 }
 
-/// The progress so far: of a run the rms error, in the digits that it has yet. Points were chosen; their error together depends on
-/// the choice.
+/// Returns the progress: of a run without axes the rms error, in the digits that it supports. Points of a sweep were
+/// chosen; an error over all of them would depend on the choice.
 fn so_far(points: usize, point: usize, rows: &[Row], statistics: &mut Statistics) -> String {
     if points > 1 {
         return format!("point {} of {points}", point + 1);
@@ -233,7 +233,7 @@ fn so_far(points: usize, point: usize, rows: &[Row], statistics: &mut Statistics
     format!("rms {}°", statistics.rms().alone())
 }
 
-/// The report if the files in this folder are already those of the run.
+/// Returns the report if the files in this folder are already those of the run.
 fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error> {
     let names = results::names(options);
     let options = &options.results;
@@ -269,7 +269,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     Ok(Some(Report { text, code }))
 }
 
-/// A journal that is there goes only where that is asked for.
+/// Removes an existing journal with `force`, and refuses the run otherwise.
 fn make_way(path: &Path, force: bool) -> Result<(), Error> {
     if Journal::is_busy(path) {
         return Err(Error::Journal(JournalError::Busy(path.to_owned())));

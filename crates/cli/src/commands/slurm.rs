@@ -1,4 +1,4 @@
-//! `standstill slurm`: a script that runs the shards of a scenario as a job array, and puts them together.
+//! `standstill slurm`: a script that runs the shards of a scenario as a job array, and merges them.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -29,12 +29,12 @@ pub fn run(options: &Slurm) -> Result<Report, Error> {
     Ok(Report { text: script(options, &here, &program), code: 0 })
 }
 
-/// A path as a shell takes it.
+/// Quotes a path for a shell.
 fn path(path: &Path) -> String {
     quoted(&path.to_string_lossy())
 }
 
-/// The command line of a task, but for its shard.
+/// Returns the command line of a task, without its shard.
 fn command(options: &Slurm) -> String {
     let sweep =
         !options.axes.vary.is_empty() || options.axes.design.is_some() || options.axes.points.is_some();

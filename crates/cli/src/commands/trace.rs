@@ -1,4 +1,4 @@
-//! `standstill trace`: one trial of a campaign, every waveform of it.
+//! `standstill trace`: one trial of a campaign with all its waveforms.
 
 mod overlay;
 pub mod specimen;
@@ -24,10 +24,10 @@ use crate::shell::asked::NotedQuestion;
 use crate::shell::output::{Output, file_list};
 use crate::shell::{host, interrupt};
 
-/// Time in s between two rows of `waveform.csv` at most; instants have rows of their own.
+/// Longest time in s between two rows of `waveform.csv`; instants have rows of their own.
 const RESOLUTION: f64 = 5e-6;
 
-/// The campaign that a trial is of, with these keys in place of the command line's.
+/// Returns the plan of the trial's campaign, with the keys of `source` instead of the command line's.
 fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
     let shorthands = Shorthands::default()
         .setup(&options.setup)
@@ -142,7 +142,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-/// Writes waveform and events, which say of which trial they are.
+/// Writes waveform and events, with the identity of their trial.
 fn write(
     output: &mut Output,
     options: &Options,
@@ -163,14 +163,14 @@ fn write(
     Ok(())
 }
 
-/// Of which program, scenario and trial files are.
+/// Returns the metadata of files: program, scenario, point and trial.
 fn metadata(identity: &Identity, point: usize, trial: u64) -> Vec<(String, String)> {
     let place = [("point", point.to_string()), ("trial", trial.to_string())];
     let place = place.into_iter().map(|(key, value)| (key.to_owned(), value));
     identity.of.metadata().into_iter().chain(place).collect()
 }
 
-/// The figure's title.
+/// Returns the figure's title.
 fn title(file: &ScenarioFile, record: &Record, options: &Options) -> String {
     let angle = match file.rotor.angle {
         Some(angle) => angle.value().to_string(),
@@ -179,13 +179,13 @@ fn title(file: &ScenarioFile, record: &Record, options: &Options) -> String {
     format!("{}, rotor at {angle}°", trial_of(options))
 }
 
-/// Which trial is asked for.
+/// Returns the phrase for the requested trial.
 fn trial_of(options: &Options) -> String {
     let point = if options.point > 0 { format!(" of point {}", options.point) } else { String::new() };
     format!("trial {}{point}", options.trial)
 }
 
-/// How it ended.
+/// Formats the outcome of the trial.
 fn ended(record: &Record) -> String {
     match (record.estimated_angle_deg(), record.error_deg()) {
         (Some(angle), Some(error)) => format!("found {angle:.3}°, error {error:+.3}°"),
@@ -258,7 +258,7 @@ fn result<S>(
     })
 }
 
-/// Where the energy of a run went, in J.
+/// Returns the energy balance of a run, in J, as JSON.
 fn energies(e: &Ledger) -> serde_json::Value {
     json!({
     "source": e.source,

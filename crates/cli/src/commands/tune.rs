@@ -1,4 +1,4 @@
-//! `standstill tune`: which settings are best.
+//! `standstill tune`: search of the settings that minimise a measure while limits hold.
 
 mod words;
 
@@ -20,11 +20,11 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::progress::Watched;
 
-/// Keys of the drive that an engineer sets; all others are properties of its parts.
+/// Keys of the drive that a user can set; all others are properties of its parts.
 const DRIVE: [&str; 5] =
     ["inverter.carrier", "inverter.dc_link", "inverter.dead_time", "sensors.bandwidth", "sensors.range"];
 
-/// Trials at the last settings.
+/// Default number of trials at the last settings.
 const LAST: u64 = 20_000;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
@@ -76,7 +76,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     question.answer(&scenario, answer(setting(plan.file(), &scenario), &asked, &tuned))
 }
 
-/// The keys and where to look, checked at both ends.
+/// Returns the keys and their ranges, checked at both ends.
 fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     let keys: Vec<String> = options.vary.iter().map(|(key, _)| key.clone()).collect();
     if let Some(twice) = keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
@@ -109,8 +109,8 @@ fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     Ok(ranges)
 }
 
-/// The limits; those that are what the start reaches from trials of it. Of shares that is the upper end of the interval, or
-/// what the search can tell.
+/// Returns the limits; those relative to the initial settings are found by trials of these. For shares such a limit
+/// is the upper end of the interval, or the smallest share that the search can resolve.
 fn limits(
     options: &Options,
     document: &Document,
@@ -140,7 +140,7 @@ fn limits(
     Ok(limits)
 }
 
-/// Values and measures by name, in SI and degrees.
+/// Returns values and measures by name as JSON, in SI and degrees.
 fn json_of(asked: &Asked<'_>, judged: &Judged) -> Value {
     json!({ "settings": settings_json(asked, judged), "measures": measures_json(&judged.measured.0) })
 }

@@ -1,4 +1,4 @@
-//! Where the error comes from.
+//! Figures of an error budget.
 
 use standstill_analysis::Budget;
 use standstill_campaign::Estimate;
@@ -6,17 +6,17 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::parts::WIDTH;
 
-/// Sources that the picture over the angle can tell apart.
+/// Largest number of sources that a reader can distinguish in the picture over the angle.
 const DRAWN: usize = 4;
 
-/// A row of the chart: its name, its share with the interval, and its total with that if it has one.
+/// A row of the chart: its name, its share with the interval, and its total share with the interval if it has one.
 pub struct Bar {
     pub name: String,
     pub share: [f64; 3],
     pub total: Option<[f64; 3]>,
 }
 
-/// Shares in per cent, the largest at the top.
+/// Draws shares in per cent, the largest at the top.
 pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
     const TOTALS: &str = "with all in which it has a part, with its interval";
     let names = bars.iter().rev().map(|bar| bar.name.clone());
@@ -53,7 +53,7 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
     }
 }
 
-/// The contributions over the angle: mean squares, which add up, each with its 95 % interval.
+/// Draws the contributions over the angle: mean squares, which add up, each with its 95 % interval.
 pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
     let parts = &budget.over_angle;
     let x = Axis::new("rotor angle (°)").range(0.0, 360.0).step(60.0);
@@ -86,7 +86,8 @@ pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
     }
 }
 
-/// Estimates of even ranges with those at 0 and 360°, between the last and the first.
+/// Adds values at 0 and 360°, between those of the last and the first range, to estimates of equal ranges of the
+/// angle.
 fn around(mut of: Vec<(f64, Estimate)>) -> Vec<(f64, Estimate)> {
     let (Some((_, first)), Some((_, last))) = (of.first(), of.last()) else { return of };
     let middle = |of: fn(&Estimate) -> f64| (of(first) + of(last)) / 2.0;

@@ -1,4 +1,4 @@
-//! Methods compared.
+//! Figure of a comparison of methods.
 
 use standstill_analysis::Entry;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
@@ -8,25 +8,26 @@ use super::parts::WIDTH;
 use crate::shell::values::range;
 use crate::summary::{FAILING, GOOD, good};
 
-/// Conditions in the order in which they share the room of a method, from top to bottom.
+/// A set of conditions in the space of a method, ordered from top to bottom.
 struct Place {
-    /// Of the method, counted from the bottom, and of the condition within it.
+    /// Vertical position: of the method, counted from the bottom, plus that of the condition within it.
     y: f64,
     label: String,
     style: Style,
 }
 
-/// One set of conditions of all methods: markers, and lines from rms to 95th percentile with a gap after each.
+/// The series of one set of conditions over all methods: markers, and lines from rms to 95th percentile with a gap
+/// after each.
 struct Series {
     label: String,
     style: Style,
     points: Vec<(f64, f64)>,
-    /// Where more than 1 % of starts have no right answer: rings.
+    /// Points at which more than 1 % of starts have no right answer, drawn as rings.
     failing: Vec<(f64, f64, f64, f64)>,
     ways: Vec<(f64, f64)>,
 }
 
-/// Conditions that one panel can tell apart: black crosses are the limits.
+/// Styles of the conditions that a reader can distinguish in one panel: black crosses are the limits.
 const STYLES: [Style; 5] = [Style::Blue, Style::Vermilion, Style::Orange, Style::Green, Style::Purple];
 
 fn condition(entry: &Entry) -> String {
@@ -57,9 +58,9 @@ fn limit(entry: &Entry) -> f64 {
     entry.limit().map_or(f64::NAN, log)
 }
 
-/// Error of each method under each set of conditions on a logarithmic axis: rms, the way to the 95th percentile, and the
-/// Cramér–Rao limit of its samples. In one panel, or in one for each state of the rotor where there would be more
-/// conditions than styles. Where poles are not judged (`open`), a start with an axis is as it should be.
+/// Draws the error of each method under each set of conditions on a logarithmic axis: rms, a line to the 95th
+/// percentile, and the Cramér–Rao limit of its samples. One panel, or one for each state of the rotor where there
+/// would be more conditions than styles. Where poles are not judged (`open`), a start with an axis is correct.
 pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     // A method of which no start found an axis, whatever the conditions, has nothing to draw.
     let has_axis = |method: &str| {
@@ -113,7 +114,7 @@ pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     }
 }
 
-/// Its weight is the height that it should have, in pixels.
+/// Draws a panel, whose weight is its height in pixels.
 fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
     let conditions = conditions(entries);
     let mut methods: Vec<&str> = Vec::new();
@@ -179,7 +180,7 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
     panel
 }
 
-/// 1, 2 and 5 times the powers of ten between two exponents.
+/// Returns ticks at 1, 2 and 5 times the powers of ten between two exponents.
 fn decades(low: f64, high: f64) -> Ticks {
     // The exponents of an error in degrees.
     #[allow(clippy::cast_possible_truncation)]

@@ -1,4 +1,4 @@
-//! One detection: whole, and its pulses close up.
+//! Figures of one detection: the whole of it, and close-ups of its pulses.
 
 use std::collections::BTreeSet;
 
@@ -8,24 +8,24 @@ use standstill_sim::{Event, Snapshot, Trace};
 
 use super::parts::{WIDTH, Window, curve};
 
-/// A pulse carries current where that is more than this share of the largest.
+/// Share of the largest current above which a pulse counts as carrying current.
 const CARRIES: f64 = 0.03;
 
-/// Longest close-up in s, and what it shows before the pulse.
+/// Longest close-up in s, and time in s that it shows before the pulse.
 const LONGEST: f64 = 400e-6;
 const BEFORE: f64 = 20e-6;
 
-/// More samples than this are a cloud.
+/// Largest number of samples that are drawn as marks.
 const MOST_SAMPLES: usize = 400;
 
-/// A stretch in which current flows: its begin and end in s, and the two phases that carry most of it at its largest.
+/// A stretch of time with current: its begin and end in s, and the two phases with the largest currents at its peak.
 struct Pulse {
     from: f64,
     to: f64,
     phases: BTreeSet<usize>,
 }
 
-/// The angle in rad that the detector found, with as many whole turns as the rotor's.
+/// Returns the angle in rad that the detector found, with as many whole turns as the rotor's.
 fn near(estimate: f64, angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     estimate + turn * ((angle - estimate) / turn).round()
@@ -35,7 +35,7 @@ fn largest(snapshot: &Snapshot) -> f64 {
     snapshot.current.iter().fold(0.0, |largest: f64, current| largest.max(current.abs()))
 }
 
-/// All pulses that carry current.
+/// Returns all pulses that carry current.
 fn pulses(trace: &Trace) -> Vec<Pulse> {
     let peak = trace.snapshots.iter().map(largest).fold(0.0, f64::max);
     let carries = |snapshot: &Snapshot| largest(snapshot) > CARRIES * peak;
@@ -54,7 +54,7 @@ fn pulses(trace: &Trace) -> Vec<Pulse> {
 }
 
 impl Window<'_> {
-    /// The drive's samples in it: time, and current of each phase.
+    /// Returns the drive's samples in the window: time in its unit, and current of each phase in A.
     fn samples(&self) -> Vec<(f64, [f64; 3])> {
         let within = |(time, event): &(f64, Event)| match event {
             Event::Sample(current, _) if (self.from..=self.to).contains(time) => {
@@ -65,7 +65,7 @@ impl Window<'_> {
         self.trace.events.iter().filter_map(within).collect()
     }
 
-    /// A panel with the samples as marks, phase by phase.
+    /// Adds the samples to a panel as marks, phase by phase.
     fn with_samples(&self, mut panel: Panel) -> Panel {
         let samples = self.samples();
         if samples.len() > MOST_SAMPLES {
@@ -79,7 +79,7 @@ impl Window<'_> {
         panel
     }
 
-    /// The current out of the DC link: that of the legs whose upper side conducts.
+    /// Adds the current out of the DC link: the sum over the legs whose upper side conducts.
     fn with_link(&self, panel: Panel) -> Panel {
         let link =
             |s: &Snapshot| -> f64 { (0..3).filter(|k| s.modes[*k].is_upper()).map(|k| s.current[k]).sum() };
@@ -90,8 +90,8 @@ impl Window<'_> {
     }
 }
 
-/// A whole detection, and close-ups: of the first pulse that carries current, and of the first on each other line. The
-/// conditions are motor, method and errors; the estimate is an angle in rad.
+/// Draws a whole detection, and close-ups: of the first pulse that carries current, and of the first on each other
+/// pair of phases. `conditions`: motor, method and errors; `estimate`: an angle in rad.
 pub fn detection(trace: &Trace, title: &str, conditions: &str, estimate: Option<f64>) -> Figure {
     let end = trace.snapshots.last().map_or(1e-3, |s| s.time);
     let whole = Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
@@ -127,7 +127,7 @@ pub fn detection(trace: &Trace, title: &str, conditions: &str, estimate: Option<
     }
 }
 
-/// The rotor's angle and what the detector took it for.
+/// Draws the rotor's angle and the detector's estimate.
 fn angles(whole: &Window<'_>, axis: Axis, estimate: Option<f64>) -> Panel {
     let panel = Panel { weight: 0.8, ..Panel::new(axis, Axis::new("electrical angle (°)")) };
     let angle = whole.points(|s| s.angle.to_degrees());
@@ -152,11 +152,12 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
     )
 }
 
-/// Of the longest and the shortest of several detections, above which each has a time axis of its own.
+/// Ratio of the longest to the shortest of several detections, above which each has a time axis of its own.
 const UNLIKE: f64 = 4.0;
 
-/// Detections with several settings: a panel for the currents of each, on one scale; then, laid over one another, how far the rotor
-/// moved if it did, and close up the first pulse of each, all from its own gate edge on, with what the drives read.
+/// Draws detections with several settings: a panel for the currents of each, on one scale; then in common panels the
+/// movement of the rotor, if it moved, and close-ups of the first pulse of each, from its gate edge on, with the
+/// drives' samples.
 pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure {
     let ends = || runs.iter().filter_map(|(_, trace)| trace.snapshots.last()).map(|s| s.time);
     let (longest, shortest) = (ends().fold(0.0, f64::max), ends().fold(f64::INFINITY, f64::min));
@@ -188,7 +189,8 @@ pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure
     Figure { title: title.to_owned(), subtitle: Some(subtitle.to_owned()), width: WIDTH, height, panels }
 }
 
-/// The first pulse of each run, in the phase that carries most of the first run's: a curve and marks for each.
+/// Draws the first pulse of each run, in the phase with the largest current of the first run: a curve and marks for
+/// each.
 fn first_pulses(runs: &[(String, Trace)]) -> Option<Panel> {
     let firsts: Vec<(usize, Pulse)> = runs
         .iter()

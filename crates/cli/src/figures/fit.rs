@@ -1,4 +1,4 @@
-//! Simulation over measurement, and what is left.
+//! Figure of a fit: simulation over measurement, and the residuals.
 
 use standstill_analysis::fit::{Fit, Trace};
 use standstill_interface::Phase;
@@ -6,17 +6,17 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::parts::WIDTH;
 
-/// Points of a channel that are drawn at most; more would only make the file larger.
+/// Largest number of points drawn of a channel; more would only make the file larger.
 const MOST_POINTS: usize = 4000;
 
-/// Rows of some traces, one after the other: where in time, measured, simulated.
+/// Rows of the figure from some traces, one after the other: time, measured and simulated values.
 struct Rows<'a> {
     traces: &'a [Trace],
     unit: f64,
 }
 
 impl Rows<'_> {
-    /// Times of all rows: traces of other files follow each other.
+    /// Returns the times of all rows: traces of other files follow each other.
     fn times(&self) -> Vec<f64> {
         let mut times: Vec<f64> = Vec::new();
         let (mut origin, mut before) = (None, f64::NEG_INFINITY);
@@ -32,7 +32,7 @@ impl Rows<'_> {
         times
     }
 
-    /// A channel's values, and a gap after each trace.
+    /// Returns a channel's values, with a gap after each trace.
     fn channel(&self, k: usize, value: impl Fn(&Trace, usize) -> [f64; 3], thin: bool) -> Vec<(f64, f64)> {
         let times = self.times();
         let every = if thin { times.len().div_ceil(MOST_POINTS) } else { 1 };
@@ -84,7 +84,7 @@ impl Rows<'_> {
     }
 }
 
-/// All pulses, and the one with the largest current close up.
+/// Draws all pulses, and a close-up of the pulse with the largest current.
 pub fn fit(fit: &Fit, title: &str, subtitle: String) -> Figure {
     let largest = |trace: &Trace| trace.simulated.iter().flatten().map(|i| i.abs()).fold(0.0, f64::max);
     let close = fit

@@ -1,4 +1,4 @@
-//! Odds of an event.
+//! Figure of the probability of a rare event.
 
 use standstill_analysis::{Event, Odds};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
@@ -8,8 +8,8 @@ use super::parts::WIDTH;
 /// Magnitude below which the axis takes all values for zero and has a fixed width, in the order parameter's unit.
 const LEAST: f64 = 1e-9;
 
-/// The probability that the order parameter exceeds a value, as each run came by it, and the event's with its interval. Of a likely
-/// event that is what the plain trials say on either side of it.
+/// Draws the probability that the order parameter exceeds a value, as found by each run, and the event's with its
+/// interval. Of a likely event it is the estimate of the plain trials on both sides of the event.
 pub fn odds(odds: &Odds, event: Event, subtitle: String) -> Figure {
     let values = odds.runs.iter().flat_map(|run| run.curve.iter().map(|(value, _)| event.bound() + value));
     let (low, high) = values

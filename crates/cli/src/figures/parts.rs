@@ -1,4 +1,4 @@
-//! Parts that several figures have.
+//! Parts that several figures use.
 
 use standstill_interface::Phase;
 use standstill_inverter::Conduction;
@@ -8,17 +8,17 @@ use standstill_sim::{Snapshot, Trace};
 /// Width of every figure in pixels.
 pub const WIDTH: u32 = 900;
 
-/// A curve with its name in the legend.
+/// Makes a curve with its name in the legend.
 pub fn curve(label: &str, points: Vec<(f64, f64)>, style: Style) -> Layer {
     Layer::Line { label: Some(label.to_owned()), points, style }
 }
 
-/// A waveform between two times in s, over ms or µs.
+/// A window of a waveform between two times in s, drawn over ms or µs.
 pub struct Window<'a> {
     pub trace: &'a Trace,
     pub from: f64,
     pub to: f64,
-    /// Time of the axis's zero in s, and its unit in s.
+    /// Time of the axis's zero in s, and the axis's unit in s.
     pub origin: f64,
     pub unit: f64,
 }
@@ -61,7 +61,8 @@ impl Window<'_> {
         Panel { weight: 0.7, ..Panel::new(axis, Axis::new("")) }.with(Layer::Lanes { lanes, categories })
     }
 
-    /// The modes that legs of this kind have: a MOSFET's channel conducts both ways, an IGBT never backwards.
+    /// Returns the conduction modes that legs of this kind have: a MOSFET's channel conducts both ways, an IGBT never
+    /// backwards.
     pub fn categories(&self) -> Vec<Conduction> {
         let seen = |mode: &Conduction| self.snapshots().any(|s| s.modes.contains(mode));
         let backwards =
@@ -69,7 +70,7 @@ impl Window<'_> {
         Conduction::ALL.into_iter().filter(|mode| !backwards(mode) || seen(mode)).collect()
     }
 
-    /// Stretches of one conduction mode of leg `k`.
+    /// Returns the stretches of time of one conduction mode of leg `k`: begin, end, and number of the mode.
     pub fn spans(&self, k: usize) -> Vec<(f64, f64, usize)> {
         let categories = self.categories();
         let category = |mode| categories.iter().position(|known| *known == mode).unwrap_or(0);

@@ -1,4 +1,4 @@
-//! Requirements of a part.
+//! Figures of requirements.
 
 use standstill_analysis::bracket::{Edge, Found, Side};
 use standstill_analysis::limit::Limits;
@@ -11,7 +11,7 @@ use standstill_scenario as file;
 use super::parts::WIDTH;
 use crate::shell::values::scale as scale_of;
 
-/// A key's axis, and the one unit of it: that which suits `typical`, or else the largest value.
+/// Makes a key's axis with a single unit, which suits `typical`, or else the largest value.
 fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (Axis, Scale) {
     let values: Vec<f64> = values.collect();
     let scale = if file::is_share(key) {
@@ -29,7 +29,8 @@ fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (
     (if log { axis.log10() } else { axis }, scale)
 }
 
-/// Of each value what was judged with the most trials, in their order: looks with fewer were superseded by it.
+/// Returns for each value the result with the most trials, in the order of the values: it supersedes those with
+/// fewer.
 fn latest(judged: &[Judged]) -> Vec<&Judged> {
     let superseded =
         |of: &&Judged| judged.iter().any(|other| other.value == of.value && other.trials > of.trials);
@@ -38,12 +39,13 @@ fn latest(judged: &[Judged]) -> Vec<&Judged> {
     latest
 }
 
-/// The least share of a limit that is drawn as a value: what matters is near the limit, and rare cases would stretch the axis over many
-/// decades.
+/// Smallest share of a limit that is drawn as a value: values near the limit matter, and rare cases would stretch the
+/// axis over many decades.
 const LEAST: f64 = 0.01;
 
-/// The range of the measures over their limits. Values, what shares without a case are at most, and the upper ends that are drawn are in it;
-/// lower ends, which of a share by one case are next to nothing, are cut off.
+/// Returns the axis range of the measures relative to their limits. It contains the values, the upper limits of
+/// shares without a case, and the drawn upper ends of intervals; lower ends, which for a share by one case are near
+/// zero, are cut off.
 fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
     let each = judged.iter().flat_map(|judged| {
         judged.measures.iter().zip(&limits.0).map(|(estimate, limit)| (judged.clear, estimate, limit))
@@ -58,7 +60,7 @@ fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
     (low / 1.5, high * 1.5)
 }
 
-/// The measures at each value, beside their limits.
+/// Draws the measures at each value, beside their limits.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
     let judged = latest(judged);
     let edges = match found {
@@ -122,7 +124,7 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
     }
 }
 
-/// One key over the other.
+/// Draws the trade-off curve of two keys.
 pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: String) -> Figure {
     let (mut x, first) = axis(keys[0], points.iter().map(|point| point.first), None);
     let places: Vec<f64> = points.iter().map(|point| first.number(point.first)).collect();

@@ -1,4 +1,4 @@
-//! One measure over another.
+//! Figure of a search for settings: one measure over another.
 
 use standstill_analysis::limit::Measure;
 use standstill_analysis::tune::{Judged, Question, Tuned, View};
@@ -8,7 +8,7 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use super::parts::WIDTH;
 use crate::shell::values::scale;
 
-/// The measure that was made small over the other one: all settings looked at, the front, start and best.
+/// Draws the minimised measure over another one: all settings tried, the Pareto front, initial and best settings.
 pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     let measures = [asked.against, asked.goal.minimise];
     let largest = |measure: Measure| {
@@ -117,13 +117,13 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     }
 }
 
-/// The least and the largest of the finite numbers.
+/// Returns the smallest and the largest of the finite numbers.
 fn ends(numbers: Vec<f64>) -> (f64, f64) {
     let usable = numbers.into_iter().filter(|number| number.is_finite());
     usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
-/// A range with some room on both sides.
+/// Widens a range on both sides.
 fn around((low, high): (f64, f64)) -> (f64, f64) {
     if low > high {
         return (0.0, 1.0);

@@ -1,4 +1,4 @@
-//! The folder of a finished run, or what is in its place.
+//! The folder of a finished run, and errors for other folders.
 
 use std::path::{Path, PathBuf};
 
@@ -20,11 +20,11 @@ pub struct FinishedRun {
     pub trials: PathBuf,
     pub summary: SummaryFile,
     pub file: ScenarioFile,
-    /// The folder that no file of the scenario may be outside of.
+    /// Folder outside of which no file of the scenario is read; none: no restriction.
     pub fence: Option<PathBuf>,
 }
 
-/// The error of a folder without trials that can be read, with the way out.
+/// Returns the error of a folder without readable trials, with the remedy.
 fn no_trials(folder: &Path, needed: &[&str]) -> Error {
     let other = [Format::Npz, Format::Mat].map(trials_name);
     let found = if let Some(other) = other.into_iter().find(|name| folder.join(name).exists()) {
@@ -44,7 +44,8 @@ fn no_trials(folder: &Path, needed: &[&str]) -> Error {
     }
 }
 
-/// Commands that write other results than a run's, the file that tells each, and its page.
+/// Commands whose results are not those of a run: name of the command, the file by which its results are recognised,
+/// and its page.
 const OTHERS: [(&str, &str, Option<&str>); 8] = [
     ("compare", "comparison.csv", Some("comparison.html")),
     ("budget", "budget.json", Some("budget.html")),
@@ -56,13 +57,13 @@ const OTHERS: [(&str, &str, Option<&str>); 8] = [
     ("trace", "waveform.csv", None),
 ];
 
-/// The command whose results a folder has, and their page.
+/// Returns the command whose results a folder contains, and their page.
 fn answered(folder: &Path) -> Option<(&'static str, Option<PathBuf>)> {
     let (command, _, page) = OTHERS.into_iter().find(|(_, file, _)| folder.join(file).exists())?;
     Some((command, page.map(|page| folder.join(page)).filter(|page| page.exists())))
 }
 
-/// A folder without results, but with what is to become some: how to go on.
+/// Returns an error with the next step for a folder of a run that is not finished.
 fn unfinished(folder: &Path) -> Result<(), Error> {
     let error = |path: &Path, found: String, needed: String| {
         Err(Error::Results { path: path.to_owned(), found, needed })
@@ -114,7 +115,7 @@ fn unfinished(folder: &Path) -> Result<(), Error> {
     }
 }
 
-/// Says that there is more than the results of this folder: trials that are to extend them, or those of a run that takes their place.
+/// Prints that the results of this folder are being extended by new trials, or replaced by another run.
 pub fn say_extension(folder: &Path) {
     let path = folder.join(Shard::WHOLE.file_name());
     let Some((coming, done)) = path.exists().then(|| done(&path)).flatten() else { return };
@@ -131,7 +132,7 @@ pub fn say_extension(folder: &Path) {
     ));
 }
 
-/// Of which run a journal is, and how many of its trials it has.
+/// Returns the run of a journal, and the number of its finished trials as text.
 fn done(journal: &Path) -> Option<(Identity, String)> {
     let mut rows = Rows::open(journal).ok()?;
     while rows.block().ok()?.is_some() {}
@@ -154,7 +155,7 @@ impl FinishedRun {
         Ok(Self { folder: folder.to_owned(), trials, summary, file, fence: None })
     }
 
-    /// The error of a table of trials that is not this run's.
+    /// Returns the error of a table of trials that belongs to another run.
     pub fn foreign(&self, found: String) -> Error {
         Error::Results {
             path: self.trials.clone(),
@@ -163,10 +164,10 @@ impl FinishedRun {
         }
     }
 
-    /// All trials, point by point.
+    /// Reads all trials, point by point.
     ///
     /// # Errors
-    /// A table that cannot be read, or is not this run's.
+    /// A table that cannot be read, or that belongs to another run.
     pub fn trials(&self, mut each: impl FnMut(usize, Row)) -> Result<(), Error> {
         let reader = Reader::open(&self.trials).map_err(Error::Table)?;
         for (key, needed) in self.summary.run.metadata() {
@@ -186,7 +187,7 @@ impl FinishedRun {
         read.map_err(Error::Table)
     }
 
-    /// The errors of all trials, of which only as much is kept as can be drawn.
+    /// Reads the errors of all trials and keeps as many as can be drawn.
     pub fn cloud(&self) -> Result<ErrorCloud, Error> {
         let (mut cloud, mut complete) = (ErrorCloud::new(), true);
         let open = self.summary.run.pole_is_open;
@@ -209,8 +210,8 @@ impl FinishedRun {
 
 const VERDICTS: [Verdict; 4] = [Verdict::Found, Verdict::Undetermined, Verdict::Failed, Verdict::Error];
 
-/// The rows of a table of trials with the numbers of their points. A number that is none is no number; the table has reasons in words
-/// alone, without their kinds.
+/// Reads the rows of a table of trials with the numbers of their points. Missing numbers become not-a-number or none;
+/// the table has reasons as text alone, without their kinds.
 ///
 /// # Errors
 /// A table that cannot be read any further.

@@ -1,4 +1,4 @@
-//! Pages that are older than the data beside them.
+//! Pages that are older than the data beside them: marked as stale.
 
 use std::path::Path;
 
@@ -9,13 +9,13 @@ use crate::shell::asked::rewrite;
 use crate::error::Error;
 use crate::shell::command_line::quoted;
 
-/// Pages in a run's folder: their folder, their name, and the command that makes them of the run's folder.
+/// Pages in a run's folder: their folder, their name, and the command that makes them from the run's folder.
 const PAGES: [(&str, &str, &str); 2] = [
     ("report", "report.html", "standstill report FOLDER"),
     ("report", "comparison.html", "standstill report FOLDER OTHER"),
 ];
 
-/// All of them: those of `explain` have a folder for each choice of trials.
+/// Returns all pages, with those of `explain`, which have a folder for each choice of trials.
 fn pages(folder: &Path) -> Vec<(String, &'static str, String)> {
     let mut pages = PAGES.map(|(place, name, command)| (place.to_owned(), name, command.to_owned())).to_vec();
     let folders = std::fs::read_dir(folder.join("explain")).into_iter().flatten().flatten();
@@ -28,10 +28,10 @@ fn pages(folder: &Path) -> Vec<(String, &'static str, String)> {
     pages
 }
 
-/// Where a page's note stands: before all else that is read.
+/// Text of a page before which its note is inserted: the begin of the visible content.
 const BEFORE: &str = "<header class=\"top\">";
 
-/// The note on a page beside whose run another one, or a longer one, stands now.
+/// Returns the note on a page beside which another run, or an extended one, now is.
 fn note(command: &str) -> String {
     format!(
         "<p class=\"verdict bad\" role=\"alert\"><strong>This page is older than the data beside it: these have been extended, or are of \
@@ -39,7 +39,7 @@ fn note(command: &str) -> String {
     )
 }
 
-/// Writes into the pages of a run's folder that they are of other data; returns what to say of each.
+/// Inserts the note into the stale pages of a run's folder. Returns a message for each.
 ///
 /// # Errors
 /// A page that cannot be written.
@@ -58,7 +58,7 @@ pub fn mark(folder: &Path) -> Result<Vec<String>, Error> {
     Ok(said)
 }
 
-/// The options that a folder's name stands for.
+/// Returns the options of `explain` that a folder's name encodes.
 pub fn options_of(name: &str) -> Option<String> {
     let (of, point) = name
         .split_once("-point-")

@@ -1,4 +1,4 @@
-//! Digests of the tables of a finished run, as they were written.
+//! Digests of the tables of a finished run, to recognise later changes.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,13 +13,13 @@ use crate::shell::command_line::quoted;
 use crate::shell::output::Output;
 use crate::shell::terminal::tell;
 
-/// Size and checksum of each table, by its name.
+/// Size and checksum of each table, by the table's name.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Tables(BTreeMap<String, String>);
 
 impl Tables {
-    /// Of files that are complete.
+    /// Computes the digests of complete files.
     ///
     /// # Errors
     /// A file that cannot be read back.
@@ -28,11 +28,11 @@ impl Tables {
         names.into_iter().map(digest).collect::<Result<_, _>>().map(Self)
     }
 
-    /// Refuses a table that is not as it was written. Of a run by a version without digests (`None`) nobody knows, which is
-    /// said.
+    /// Refuses a table that was changed since it was written. For a run by a version without digests (`None`) a
+    /// message says that this cannot be checked.
     ///
     /// # Errors
-    /// A table that was changed since, cannot be read, or is not of this run; how to have it again.
+    /// A table that was changed, cannot be read, or belongs to another run; the message names the way to restore it.
     pub fn check(of: Option<&Self>, table: &Path) -> Result<(), Error> {
         let Some(Self(digests)) = of else {
             tell(&format!(

@@ -1,7 +1,8 @@
-//! The question that results in a folder answer: those of another one are replaced only where that is asked for.
+//! The question that the results in a folder answer: results of another question are replaced only on request.
 //!
-//! Runs and the answers of `odds`, `budget`, `require` and `tune` say in their JSON of what they are. The files of the other
-//! commands are tables and figures that have no place for it: a note beside them does.
+//! Runs and the answers of `odds`, `budget`, `require` and `tune` contain the identity of their question in their
+//! JSON. The files of the other commands are tables and figures without a place for it: a note beside them contains
+//! it.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -14,10 +15,10 @@ use standstill_plant::Digest;
 
 use crate::error::Error;
 
-/// The note's file, hidden from lists of results.
+/// Name of the note's file, hidden from lists of results.
 pub const NOTE: &str = ".standstill-asked.json";
 
-/// The question of a command.
+/// The question of a command, to be kept in a note.
 #[derive(Clone, Debug)]
 pub struct NotedQuestion {
     command: &'static str,
@@ -25,32 +26,35 @@ pub struct NotedQuestion {
     force: bool,
 }
 
-/// As it is kept: in words, and as a digest of all that the results depend on.
+/// The stored form of a question: as text, and as a digest of all that the results depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Note {
     said: String,
     digest: String,
-    /// The files that answer it, and what each was when it was written: another command may have replaced one since.
+    /// Files that answer the question, and the digest of each when it was written: another command may have replaced
+    /// one since.
     files: BTreeMap<String, String>,
 }
 
 impl NotedQuestion {
-    /// The question of a command on `of`, in words for people; `force` replaces the results of another question.
+    /// Makes the question of a command on `of`, with its text for people; `force` replaces the results of another
+    /// question.
     pub fn new(command: &'static str, said: String, of: &dyn Debug, force: bool) -> Self {
         let all = format!("{} {NUMERICS} {said} {of:?}", env!("CARGO_PKG_VERSION"));
         Self { command, question: Note { said, digest: digest(&all), files: BTreeMap::new() }, force }
     }
 
-    /// The question of a command about a place: it stays the same whatever has become of the place.
+    /// Makes the question of a command about a place: it stays equal when the content of the place changes.
     pub fn place(command: &'static str, said: String, force: bool) -> Self {
         let question = Note { digest: digest(&said), said, files: BTreeMap::new() };
         Self { command, question, force }
     }
 
-    /// Refuses to replace files of these names in a folder unless they are of this very question, or that is asked for.
+    /// Refuses to replace files of these names in a folder unless they answer this question, or replacement is
+    /// requested.
     ///
     /// # Errors
-    /// The file in the way.
+    /// A file of another question.
     pub fn guard(&self, folder: &Path, names: &[&str]) -> Result<(), Error> {
         let there: Vec<&str> = names.iter().copied().filter(|name| folder.join(name).is_file()).collect();
         let Some(mut first) = there.first().copied().filter(|_| !self.force) else { return Ok(()) };
@@ -70,7 +74,8 @@ impl NotedQuestion {
         Err(Error::another_run(folder.join(first), &difference))
     }
 
-    /// The note of a folder with this question in it, and these files, which are still where `staged` says.
+    /// Returns the content of a folder's note with this question and these files added; `staged`: present paths of
+    /// the files.
     pub fn note(&self, folder: &Path, names: &[String], staged: impl Fn(&str) -> PathBuf) -> Vec<u8> {
         let mut all = kept(folder);
         let mut question = self.question.clone();
@@ -86,23 +91,24 @@ impl NotedQuestion {
     }
 }
 
-/// Size and checksum of a file.
+/// Returns size and checksum of a file as text.
 fn content(path: &Path) -> Option<String> {
     Some(Digest::of_file(path).ok()?.to_string())
 }
 
-/// The questions in a folder's note by command; none without a note.
+/// Returns the questions in a folder's note by command; empty without a note.
 fn kept(folder: &Path) -> BTreeMap<String, Note> {
     let text = read_text(&folder.join(NOTE)).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
 }
 
-/// Size and checksum of a text.
+/// Returns size and checksum of a text.
 pub fn digest(text: &str) -> String {
     Digest::of(text.as_bytes()).to_string()
 }
 
-/// Says of a file of some command's that it was changed by this program, if it was as that command wrote it.
+/// Replaces a file's content and updates its digest in the note, if the file was unchanged since its command wrote
+/// it.
 ///
 /// # Errors
 /// A note that cannot be written.

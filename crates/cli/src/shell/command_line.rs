@@ -1,8 +1,8 @@
-//! Command lines as one can type them again, and messages in a line.
+//! Command lines that can be typed again, and messages in one line.
 
 use std::path::Path;
 
-/// The command line that goes on with what this one has begun.
+/// Returns the command line that continues the work of this process.
 pub fn to_resume() -> String {
     let mut command: Vec<String> = std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
     if !command.iter().any(|word| word == "--resume") {
@@ -11,7 +11,7 @@ pub fn to_resume() -> String {
     command.join(" ")
 }
 
-/// A word as a shell takes it.
+/// Quotes a word for a shell where needed.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+%@".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -21,12 +21,12 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// This process's command line as one can type it again; none of another program's.
+/// Returns this process's command line for typing again; empty in a host program.
 pub fn typed() -> String {
     typed_of(None)
 }
 
-/// This process's command line with `scenario.toml` in place of the scenario's file.
+/// Returns this process's command line with `scenario.toml` in place of the scenario's file.
 pub fn typed_of(scenario: Option<&Path>) -> String {
     if super::host::current().is_some() {
         return String::new();
@@ -38,7 +38,7 @@ pub fn typed_of(scenario: Option<&Path>) -> String {
     std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// A command line of this program; what an option has several of, joined by commas, becomes an option each.
+/// Makes a command line of this program; several values of an option, joined by commas, become an option each.
 pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
     let mut words = vec![format!("standstill {name} scenario.toml")];
     for (option, values) in options {
@@ -49,7 +49,7 @@ pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'
     words.join(" ")
 }
 
-/// A message of several lines in one, without the advice at its end.
+/// Joins a message of several lines into one, without the advice at its end.
 pub fn one_line(message: &str) -> String {
     let body = message.split("\n\nUsage:").next().unwrap_or(message);
     let body = body.split("\n\nFor more information").next().unwrap_or(body);

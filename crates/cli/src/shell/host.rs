@@ -1,7 +1,7 @@
-//! A program that carries out commands itself, in a thread of its own, instead of starting `standstill`.
+//! A host: a program that carries out commands itself, in a thread of its own, instead of starting `standstill`.
 //!
-//! Commands learn of it by the thread in which they run: there they put no handler of interrupts in place, take the text
-//! of their scenario from it, and leave the tables of their results with it.
+//! Commands find their host by the thread in which they run: they then install no handler of interrupts, read the
+//! text of their scenario from the host, and leave the tables of their results with it.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ thread_local! {
     static CURRENT: RefCell<Option<Arc<Host>>> = const { RefCell::new(None) };
 }
 
-/// Who carries out one command.
+/// The host of one command.
 ///
 /// ```
 /// use std::{path::PathBuf, sync::Arc};
@@ -37,10 +37,10 @@ thread_local! {
 /// ```
 #[derive(Debug, Default)]
 pub struct Host {
-    /// A scenario by the name that the command line has for it, in place of a file.
+    /// Name of the scenario on the command line, and its text in place of a file.
     pub scenario: Option<(PathBuf, String)>,
-    /// Whether `run`, `sweep` and `trace` write their results into files too, and not only into [`Host::tables`]; `trace`
-    /// always has its result as JSON for its report.
+    /// Whether `run`, `sweep` and `trace` write their results into files too, and not only into [`Host::tables`]; the
+    /// report of `trace` always contains its result as JSON.
     pub files: bool,
     /// Whether progress is shown on a terminal.
     pub bars: bool,
@@ -49,7 +49,7 @@ pub struct Host {
     tables: Mutex<Vec<(String, Columns)>>,
 }
 
-/// The host of this thread.
+/// Returns the host of this thread, if there is one.
 pub(crate) fn current() -> Option<Arc<Host>> {
     CURRENT.with_borrow(Clone::clone)
 }
@@ -59,9 +59,9 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Host {
-    /// Does something as this host's.
+    /// Runs a closure with this host as the thread's host.
     pub(crate) fn run<T>(self: &Arc<Self>, work: impl FnOnce() -> T) -> T {
-        /// Leaves the thread to whose it was before, also if the work panics.
+        /// Restores the thread's previous host, also if the work panics.
         struct Back(Option<Arc<Host>>);
         impl Drop for Back {
             fn drop(&mut self) {
@@ -72,18 +72,18 @@ impl Host {
         work()
     }
 
-    /// Asks the command to end; what can be kept of it is.
+    /// Requests the command to end; results that can be kept are kept.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::SeqCst);
     }
 
-    /// How much of how much is done, in trials or steps; none before the command knows.
+    /// Returns the finished and the total number of trials or steps; none before the command knows them.
     pub fn progress(&self) -> Option<(u64, u64)> {
         let bar = locked(&self.bar).clone()?;
         Some((bar.position(), bar.length()?))
     }
 
-    /// The tables of the results by their names, which are handed over once.
+    /// Takes the tables of the results with their names; a second call returns none.
     pub fn tables(&self) -> Vec<(String, Columns)> {
         std::mem::take(&mut locked(&self.tables))
     }
@@ -92,7 +92,7 @@ impl Host {
         Arc::clone(&self.stop)
     }
 
-    /// The text of the scenario of this name.
+    /// Returns the text of the scenario of this name.
     pub(crate) fn text(&self, name: &Path) -> Option<&str> {
         self.scenario.as_ref().filter(|(own, _)| own == name).map(|(_, text)| text.as_str())
     }
@@ -101,7 +101,7 @@ impl Host {
         locked(&self.tables).push((name.to_owned(), table));
     }
 
-    /// Watches a bar, and hides it unless it is to be seen.
+    /// Keeps a progress bar for [`Host::progress`], and hides it unless bars are shown.
     pub(crate) fn watch(&self, bar: &ProgressBar) {
         if !self.bars {
             bar.set_draw_target(ProgressDrawTarget::hidden());

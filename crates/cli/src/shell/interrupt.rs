@@ -1,4 +1,4 @@
-//! Ctrl-C: finish the block, keep what is done.
+//! Handling of Ctrl-C: the present block of trials is finished and its results are kept.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,8 +9,8 @@ use crate::shell::terminal::tell;
 /// Code of a process ended by an interrupt: 128 + SIGINT.
 pub const INTERRUPTED: u8 = 130;
 
-/// A flag that the first interrupt sets, for work that can be stopped and kept. The second one ends the process at
-/// once and removes what is in the making.
+/// Returns a flag that the first interrupt sets, for work that can be stopped and kept. The second interrupt ends the
+/// process at once and removes unfinished files.
 pub fn flag() -> Arc<AtomicBool> {
     if let Some(host) = host::current() {
         return host.flag();
@@ -24,7 +24,7 @@ pub fn flag() -> Arc<AtomicBool> {
     stop
 }
 
-/// For work too short to keep half of: an interrupt ends the process at once and removes what is in the making.
+/// Makes an interrupt end the process at once and remove unfinished files, for work too short to keep parts of.
 pub fn at_once() {
     handle(|| {
         output::abandon();
@@ -34,7 +34,7 @@ pub fn at_once() {
     });
 }
 
-/// Calls this at the first interrupt; the second one ends the process at once.
+/// Calls a function at the first interrupt; the second one ends the process at once.
 pub fn then(act: impl Fn() + Send + 'static) {
     let seen = AtomicBool::new(false);
     handle(move || {
@@ -47,11 +47,11 @@ pub fn then(act: impl Fn() + Send + 'static) {
     });
 }
 
-/// How long a library may take for a call after an interrupt.
+/// Longest time of a library's call after an interrupt.
 #[cfg(target_os = "linux")]
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(1);
 
-/// Ends the process if a library does not return from a call: the work cannot end then, whatever the flag says.
+/// Ends the process if a library does not return from a call: the flag cannot end such work.
 fn end_if_hanging() {
     #[cfg(target_os = "linux")]
     std::thread::spawn(|| {

@@ -16,13 +16,13 @@ use tempfile::TempDir;
 use crate::error::Error;
 use crate::shell::asked::{NOTE, NotedQuestion};
 
-/// Hidden folders for files in the making begin with this, then the number of their process.
+/// Begin of the names of hidden folders for unfinished files; the number of their process follows.
 const PREFIX: &str = ".standstill-";
 
-/// How many times an interrupt tries to remove a folder that is being filled.
+/// Number of attempts of an interrupt to remove a folder that is being filled.
 const AGAIN: u32 = 100;
 
-/// Folders that an interrupt removes.
+/// The folders that an interrupt removes.
 static UNFINISHED: Mutex<Option<Unfinished>> = Mutex::new(None);
 
 /// Folders that exist only because of a run that is not finished.
@@ -30,7 +30,7 @@ static UNFINISHED: Mutex<Option<Unfinished>> = Mutex::new(None);
 struct Unfinished {
     staging: PathBuf,
     target: PathBuf,
-    /// The topmost folder that had to be made.
+    /// Topmost folder that had to be made.
     made: Option<PathBuf>,
 }
 
@@ -47,7 +47,7 @@ impl Unfinished {
     }
 }
 
-/// Removes what is in the making; for a process that is about to end.
+/// Removes unfinished files; for a process that is about to end.
 pub fn abandon() {
     if let Some(unfinished) = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).take() {
         // Another thread may be making files in it meanwhile.
@@ -60,7 +60,7 @@ pub fn abandon() {
     }
 }
 
-/// A folder in the making.
+/// An output folder whose files are not complete.
 pub struct Output {
     target: PathBuf,
     staging: Option<TempDir>,
@@ -70,8 +70,8 @@ pub struct Output {
 }
 
 impl Output {
-    /// Like [`Output::create`], with a note of the question beside the files: those of another question stay unless it may
-    /// replace them.
+    /// Makes an output as [`Output::create`] does, with a note of the question beside the files: files of another
+    /// question are replaced only if the question may.
     pub fn answering(asked: NotedQuestion, target: &Path, names: &[&str]) -> Result<Self, Error> {
         asked.guard(target, names)?;
         let mut output = Self::create(target, names)?;
@@ -79,7 +79,7 @@ impl Output {
         Ok(output)
     }
 
-    /// Makes the folder if need be and checks that files of these names can be put into it.
+    /// Makes the folder if it is missing, and checks that files of these names can be written into it.
     pub fn create(target: &Path, names: &[&str]) -> Result<Self, Error> {
         // The nearest thing that exists must be a folder: whatever is made below it can be removed again.
         let nearest = target.ancestors().find(|path| path.symlink_metadata().is_ok());
@@ -137,13 +137,13 @@ impl Output {
         Ok(BufWriter::new(file))
     }
 
-    /// Ends a file: only here does a full disk show. The disk has it then.
+    /// Closes a file and synchronises it with the disk: a full disk shows only here.
     pub fn close(&self, name: &str, mut file: BufWriter<File>) -> Result<(), Error> {
         let synced = file.flush().and_then(|()| file.get_ref().sync_all());
         synced.map_err(Error::writing(&self.target.join(name)))
     }
 
-    /// Size and checksum of a file that is complete.
+    /// Returns size and checksum of a complete file.
     ///
     /// # Errors
     /// A file that cannot be read back.
@@ -152,20 +152,20 @@ impl Output {
         digest.map(|digest| digest.to_string()).map_err(|error| Error::Read(self.target.join(name), error))
     }
 
-    /// A whole file at once.
+    /// Writes a whole file at once.
     pub fn file(&mut self, name: &str, content: &[u8]) -> Result<(), Error> {
         let mut file = self.begin(name)?;
         file.write_all(content).map_err(Error::writing(&self.target.join(name)))?;
         self.close(name, file)
     }
 
-    /// A figure, drawn twice: `NAME.svg` and `NAME.png`.
+    /// Writes a figure in two formats: `NAME.svg` and `NAME.png`.
     pub fn figure(&mut self, name: &str, figure: &Figure) -> Result<(), Error> {
         self.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
         self.file(&format!("{name}.png"), &figure.png()?)
     }
 
-    /// Moves all files into place; returns their names.
+    /// Moves all files into place. Returns their names.
     pub fn finish(mut self) -> Result<Vec<String>, Error> {
         if let Some(asked) = self.asked.take() {
             let note = asked.note(&self.target, &self.names, |name| self.staged(name));
@@ -191,7 +191,7 @@ impl Drop for Output {
     }
 }
 
-/// The list of written files.
+/// Returns the list of written files as text.
 pub fn file_list(folder: &Path, files: &[String]) -> String {
     let mut text = format!("Files in {}:\n", folder.display());
     for name in files {
@@ -200,7 +200,7 @@ pub fn file_list(folder: &Path, files: &[String]) -> String {
     text
 }
 
-/// Removes what processes that were killed left behind in this folder.
+/// Removes unfinished files of killed processes from this folder.
 pub fn remove_stale(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {

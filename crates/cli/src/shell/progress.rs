@@ -13,10 +13,10 @@ use standstill_campaign::store::Notes;
 use crate::shell::terminal::tell;
 use crate::shell::{host, interrupt};
 
-/// How long nothing is said without a terminal.
+/// Time between two progress messages without a terminal.
 const EVERY: Duration = Duration::from_secs(10);
 
-/// A bar for this many trials, on standard error; of none where nobody knows how many there will be.
+/// Makes a progress bar for this many trials, on standard error; 0 if their number is not known.
 pub fn bar(trials: u64) -> ProgressBar {
     let rate = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
         // A bar that cannot be written is no reason to stop.
@@ -35,13 +35,13 @@ pub fn bar(trials: u64) -> ProgressBar {
     bar
 }
 
-/// A bar of this length.
+/// Makes a progress bar of this length.
 fn new(length: u64, what: &'static str) -> ProgressBar {
     watched(ProgressBar::new(length), what)
 }
 
-/// A bar that a host watches, or that has its lines where nobody sees it. However its work ends, an interrupt or an error
-/// included, nothing of it stays on the terminal.
+/// Registers a progress bar with the host, or prints its state as lines where there is no terminal. However its work
+/// ends, by an interrupt or an error too, nothing of the bar stays on the terminal.
 fn watched(bar: ProgressBar, what: &'static str) -> ProgressBar {
     let bar = bar.with_finish(ProgressFinish::AndClear);
     if let Some(host) = host::current() {
@@ -52,7 +52,7 @@ fn watched(bar: ProgressBar, what: &'static str) -> ProgressBar {
     bar
 }
 
-/// Says how far a bar is each time so much time has gone by, until it has ended.
+/// Prints a bar's progress at this interval until the bar has ended.
 fn report(bar: &ProgressBar, every: Duration, say: impl Fn(&ProgressBar) + Send + 'static) {
     let bar: WeakProgressBar = bar.downgrade();
     std::thread::spawn(move || {
@@ -66,7 +66,7 @@ fn report(bar: &ProgressBar, every: Duration, say: impl Fn(&ProgressBar) + Send 
     });
 }
 
-/// How far a bar is, in a line.
+/// Formats a bar's progress in a line.
 fn line(bar: &ProgressBar, what: &str) -> String {
     let (done, message) = (bar.position(), bar.message());
     let mut line = match bar.length().filter(|length| *length > 0) {
@@ -80,26 +80,26 @@ fn line(bar: &ProgressBar, what: &str) -> String {
     if message.is_empty() { line } else { line + ", " + &message }
 }
 
-/// Trials of an analysis: shown on a bar, and ended by a flag.
+/// Observer of an analysis's trials: shows them on a bar, and can end them by a flag.
 pub struct Watched {
     pub bar: ProgressBar,
     stop: Arc<AtomicBool>,
-    /// The notes of a question, should it be interrupted.
+    /// Notes of a question, in case of an interrupt.
     notes: Option<Mutex<Notes>>,
 }
 
 impl Watched {
-    /// A bar for about this many trials, of none where that is not known, and an interrupt's flag.
+    /// Makes a bar for about this many trials, 0 if their number is not known, and an interrupt flag.
     pub fn new(trials: u64) -> Self {
         Self { bar: bar(trials), stop: interrupt::flag(), notes: None }
     }
 
-    /// The same, with notes.
+    /// Makes the observer of [`Watched::new`] with notes.
     pub fn noting(trials: u64, notes: Option<Notes>) -> Self {
         Self { notes: notes.map(Mutex::new), ..Self::new(trials) }
     }
 
-    /// Whether an interrupted question can go on from its notes.
+    /// Returns whether an interrupted question can continue from its notes.
     pub fn has_notes(&self) -> bool {
         self.notes.as_ref().is_some_and(|notes| locked(notes).is_begun())
     }
@@ -132,12 +132,12 @@ fn locked(notes: &Mutex<Notes>) -> MutexGuard<'_, Notes> {
     notes.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A bar for this many rows that are written, at most.
+/// Makes a bar for at most this many rows to be written.
 pub fn writing(rows: u64) -> ProgressBar {
     of_rows(rows, " rows written", "{bar:16} {pos}/{len} rows written, {eta} left")
 }
 
-/// A bar for this many rows that are read.
+/// Makes a bar for this many rows to be read.
 pub fn reading(rows: u64) -> ProgressBar {
     of_rows(rows, " rows read", "{bar:16} {pos}/{len} rows read, {eta} left")
 }
@@ -147,7 +147,7 @@ fn of_rows(rows: u64, what: &'static str, template: &str) -> ProgressBar {
     new(rows, what).with_style(style)
 }
 
-/// For work whose length nobody knows.
+/// Makes a spinner for work of unknown length.
 pub fn spinner(what: &'static str) -> ProgressBar {
     let spinner = watched(ProgressBar::new_spinner(), " steps");
     let style = ProgressStyle::with_template("{spinner} {msg}: step {pos}");

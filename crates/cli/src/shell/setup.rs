@@ -1,4 +1,4 @@
-//! The simulated setup: motor, drive and sensors with the values that the scenario makes of them.
+//! The simulated setup in reports: motor, drive and sensors with the values of the scenario.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -8,12 +8,12 @@ use standstill_quantity::{listed, number};
 use standstill_report::page::{Block, Column, Section, Table};
 use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, Values, keys};
 
-/// Motor, method and conditions of a scenario in a line, without the keys of its axes.
+/// Returns motor, method and conditions of a scenario in a line, without the keys of its sweep axes.
 pub fn setting(file: &ScenarioFile) -> String {
     conditions(file, |key| file.axes.contains_key(key))
 }
 
-/// Motor, method and conditions of a scenario in a line, without the keys that are varied.
+/// Returns motor, method and conditions of a scenario in a line, without the keys that are varied.
 pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> String {
     let fixed = |key: &str, text: String| (!is_varied(key)).then_some(text);
     let parts = [
@@ -26,26 +26,26 @@ pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> Stri
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// A scenario as it was written down with its results.
+/// A scenario as stored with its results.
 pub struct Setup<'a> {
-    /// Where its files are looked for: beside this path.
+    /// Path beside which the scenario's files are looked for.
     pub place: &'a Path,
     pub text: &'a str,
-    /// The files that it read and what each was, by path.
+    /// Files that the scenario read, with the digest of each, by path.
     pub files: &'a BTreeMap<String, String>,
-    /// The folder that no file of it may be outside of.
+    /// Folder outside of which no file of the scenario is read; none: no restriction.
     pub fence: Option<&'a Path>,
     /// Keys that have several values.
     pub varied: Vec<String>,
-    /// Texts of the scenario with other values of the varied keys, where these are not its axes.
+    /// Texts of the scenario with other values of the varied keys, where these are not its sweep axes.
     pub others: Vec<&'a str>,
 }
 
-/// Points of a sweep that are all compared. Of more, those with the first and the last of each value of each axis are, and of
-/// an axis with more values so many.
+/// Largest number of points of a sweep that are all compared. Of a larger sweep, the first and the last point of each
+/// value of each axis are compared, for at most this many values of an axis.
 const COMPARED: usize = 256;
 
-/// Different values of a fact that are listed.
+/// Largest number of different values of a fact that are listed.
 const LISTED: usize = 6;
 
 impl Setup<'_> {
@@ -61,7 +61,7 @@ impl Setup<'_> {
         self.varied.iter().any(|varied| varied == key)
     }
 
-    /// Motor, method, errors and rotor.
+    /// Returns motor, method, errors and rotor.
     pub fn heading(&self) -> Option<Vec<(String, String)>> {
         let file = self.document(self.text).and_then(|document| document.load()).ok()?;
         let fact = |name: &str, key: &str, text: &str| {
@@ -75,8 +75,8 @@ impl Setup<'_> {
         ])
     }
 
-    /// Facts of drive and sensors, with the values that they have at the points that are compared, and the motor's data sheet
-    /// where there is one alone.
+    /// Returns the facts of drive and sensors, with their values at the compared points, and the motor's data sheet
+    /// if there is only one motor.
     pub fn section(&self) -> Section {
         Section::new("Motor, drive and sensors", self.blocks())
     }
@@ -122,7 +122,7 @@ impl Setup<'_> {
         blocks
     }
 
-    /// A file that is another one than the results were made with.
+    /// Returns the message on a file that has changed since the results were made.
     fn other_file(&self, plan: &Plan) -> Option<String> {
         let here = plan.files();
         self.files.iter().find_map(|(path, there)| {
@@ -132,7 +132,7 @@ impl Setup<'_> {
         })
     }
 
-    /// The commands that make the same results, and the scenario.
+    /// Returns the commands that make the results again, and the scenario.
     pub fn reproduce(&self, commands: &str) -> Section {
         let files =
             if self.files.is_empty() { "" } else { ", with the motor's own files where it names them" };
@@ -146,8 +146,8 @@ impl Setup<'_> {
     }
 }
 
-/// The points whose values are compared. Along a grid a value of an axis is met first where all other axes have their first
-/// value, and last where they have their last: what an axis changes shows at either.
+/// Returns the points whose values are compared. Along a grid a value of an axis occurs first where all other axes
+/// have their first value, and last where these have their last: a change by the axis shows at one of them.
 fn compared(points: &[Point]) -> BTreeSet<usize> {
     if points.len() <= COMPARED {
         return (0..points.len()).collect();
@@ -166,7 +166,7 @@ fn compared(points: &[Point]) -> BTreeSet<usize> {
     some.copied().collect()
 }
 
-/// Facts of several scenarios: a value that all have, or those that there are, in their order.
+/// Merges the facts of several scenarios: the common value, or the different values in their order.
 fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, String)> {
     let mut values: IndexMap<String, Vec<String>> = IndexMap::new();
     let mut scenarios = 0;
@@ -192,7 +192,7 @@ fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, St
     values.into_iter().map(one).collect()
 }
 
-/// The numbers of drive and sensors that a point of a scenario has.
+/// Returns the numbers of drive and sensors at a point of a scenario.
 fn facts(plan: &Plan, point: usize) -> Vec<(String, String)> {
     let Ok(scenario) = plan.scenario(point) else { return Vec::new() };
     let fact = |key: &Key| {

@@ -1,4 +1,5 @@
-//! Tables as wide as the terminal: prose is broken, then brackets and columns that matter less are left out, then rows are stacked.
+//! Tables within the terminal's width: prose is wrapped, then brackets and less important columns are left out, then
+//! rows are stacked.
 
 use std::fmt::Write as _;
 
@@ -7,23 +8,23 @@ use standstill_report::page::{Column, Kind, Table};
 
 use super::terminal::{colours, paint, paragraph, width, wrapped};
 
-/// Prose is not broken into narrower columns than this.
+/// Smallest column width into which prose is wrapped.
 const NARROWEST: usize = 24;
 
-/// One space stands on either side of a cell.
+/// Width of the spaces on both sides of a cell.
 const AROUND: usize = 2;
 
-/// Columns that are shown, by their places, with the widths of their cells.
+/// Columns that are shown: their indices, and the widths of their cells.
 type Layout = Vec<(usize, usize)>;
 
-/// A table as text.
+/// Formatting of a table as text.
 pub trait Print {
-    /// As wide as the terminal.
+    /// Returns the table as text in the terminal's width.
     fn text(&self) -> String {
         self.within(width(), colours())
     }
 
-    /// In so many columns.
+    /// Returns the table as text of at most `width` characters.
     fn within(&self, width: usize, colours: bool) -> String;
 }
 
@@ -47,7 +48,7 @@ impl Print for Table {
     }
 }
 
-/// A table whose columns and brackets are left out one after the other.
+/// Layout of a table, whose columns and brackets are left out one after the other.
 #[derive(Clone)]
 struct Layouter(Table);
 
@@ -89,7 +90,7 @@ impl Layouter {
         }
     }
 
-    /// Without the brackets of a column.
+    /// Removes the brackets of a column.
     fn cut(&mut self, place: usize) {
         self.0.columns[place].bracket = 0;
         for (_, row) in &mut self.0.rows {
@@ -119,12 +120,12 @@ impl Layouter {
         wrapped(&said, width).join("\n") + "\n"
     }
 
-    /// Width of the widest cell of a column.
+    /// Returns the width of the widest cell of a column.
     fn widest(&self, place: usize) -> usize {
         self.0.rows.iter().map(|(_, row)| measure_text_width(&row[place])).max().unwrap_or_default()
     }
 
-    /// The least widths of these columns.
+    /// Returns the smallest widths of these columns.
     fn least(&self, places: &[usize]) -> Vec<usize> {
         let least = |place: &usize| {
             let column = &self.0.columns[*place];
@@ -135,7 +136,7 @@ impl Layouter {
         places.iter().map(least).collect()
     }
 
-    /// Widths with which these columns fit, if they do.
+    /// Returns widths with which these columns fit; none if they do not.
     fn layout(&self, places: &[usize], width: usize) -> Option<Layout> {
         let mut widths = self.least(places);
         let room =
@@ -193,7 +194,7 @@ impl Layouter {
         text
     }
 
-    /// Cells of several lines side by side; those of titles stand at the bottom.
+    /// Appends cells of several lines side by side; titles are aligned at the bottom.
     fn lines(
         &self,
         text: &mut String,
@@ -214,7 +215,7 @@ impl Layouter {
         }
     }
 
-    /// A line for each cell, where not even the columns that matter fit side by side.
+    /// Returns a line for each cell, where not even the important columns fit side by side.
     fn stacked(&self, width: usize, colours: bool) -> String {
         let titles =
             self.0.columns.iter().map(|column| measure_text_width(&column.title())).max().unwrap_or_default();
@@ -240,12 +241,12 @@ impl Layouter {
     }
 }
 
-/// Where a title may be broken: at spaces and behind the dots of keys.
+/// Splits a title where it may be wrapped: at spaces and after the dots of keys.
 fn pieces(title: &str) -> impl Iterator<Item = &str> {
     title.split(' ').flat_map(|word| word.split_inclusive('.'))
 }
 
-/// A title in lines of at most this width, if its pieces have it.
+/// Wraps a title to lines of at most this width, if its pieces are that short.
 fn broken(title: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in title.split(' ') {

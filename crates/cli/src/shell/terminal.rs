@@ -1,4 +1,4 @@
-//! The terminal that a command speaks to: how wide it is, and whether it has colours.
+//! The terminal of a command: its width and its colours.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -10,13 +10,13 @@ use standstill_report::page::Tone;
 use super::host;
 use crate::error::Error;
 
-/// Columns where there is no terminal.
+/// Width in characters where there is no terminal.
 pub const USUAL: usize = 80;
 
-/// Prose is hard to read in longer lines.
+/// Largest width of prose in characters: longer lines are hard to read.
 const LONGEST_LINE: usize = 100;
 
-/// Columns of the terminal; of what is not written to one, those of `COLUMNS`, or [`USUAL`].
+/// Returns the width of the terminal in characters; without a terminal the value of `COLUMNS`, or [`USUAL`].
 pub fn width() -> usize {
     static WIDTH: OnceLock<usize> = OnceLock::new();
     if host::current().is_some() {
@@ -29,23 +29,23 @@ pub fn width() -> usize {
     })
 }
 
-/// Columns of prose.
+/// Returns the width of prose in characters.
 pub fn prose_width() -> usize {
     width().min(LONGEST_LINE)
 }
 
-/// Whether verdicts are coloured: on a terminal that has colours, unless `NO_COLOR` is set or `CLICOLOR` is 0; anywhere if
-/// `CLICOLOR_FORCE` is set. A host has its own ways.
+/// Returns whether verdicts are coloured: on a terminal with colours, unless `NO_COLOR` is set or `CLICOLOR` is 0;
+/// always if `CLICOLOR_FORCE` is set; never in a host program.
 pub fn colours() -> bool {
     host::current().is_none() && console::colors_enabled()
 }
 
-/// A word of this tone, in its colour if there are colours; the word says the same without.
+/// Returns a word in the colour of this tone, if colours are used; the word has the meaning without them.
 pub fn painted(tone: Tone, word: &str) -> String {
     paint(tone, word, colours())
 }
 
-/// A word of this tone, with or without colours.
+/// Returns a word of this tone, with or without colours.
 pub fn paint(tone: Tone, word: &str, colours: bool) -> String {
     let style = Style::new().force_styling(colours);
     match tone {
@@ -56,7 +56,7 @@ pub fn paint(tone: Tone, word: &str, colours: bool) -> String {
     }
 }
 
-/// Writes to standard output. Whoever reads it may stop reading (`| head`); that is no error.
+/// Writes to standard output. A reader that stops reading (`| head`) is no error.
 pub fn print(text: &str) -> Result<(), Error> {
     match write(text) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -66,7 +66,7 @@ pub fn print(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes to standard output, or where it went when a library was loaded, which may print there what it likes.
+/// Writes to standard output, or to its copy made before a library was loaded, which may itself print there.
 pub fn write(text: &str) -> std::io::Result<()> {
     #[cfg(target_os = "linux")]
     if let Some(mut output) = standstill_foreign::output() {
@@ -76,7 +76,7 @@ pub fn write(text: &str) -> std::io::Result<()> {
     output.write_all(text.as_bytes()).and_then(|()| output.flush())
 }
 
-/// A line on standard error, whether or not anybody reads it.
+/// Writes a line to standard error and ignores failures.
 pub fn tell(line: &str) {
     let _ = std::io::Write::write_fmt(
         &mut std::io::stderr(),
@@ -84,7 +84,7 @@ pub fn tell(line: &str) {
     );
 }
 
-/// Words in lines of at most `width` columns, longer words alone in theirs.
+/// Wraps words to lines of at most `width` characters; longer words have a line of their own.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
@@ -102,7 +102,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// A paragraph as wide as the terminal allows, the first line behind `first`, the others behind as many spaces.
+/// Formats a paragraph in the width of prose, the first line after `first`, the others indented by as many spaces.
 pub fn paragraph(first: &str, text: &str) -> String {
     let indent = measure_text_width(first);
     let mut filled = String::new();
@@ -116,8 +116,8 @@ pub fn paragraph(first: &str, text: &str) -> String {
     filled
 }
 
-/// A command's text as whoever reads it sees it: on a terminal no line is wider than that, nor than `COLUMNS` where it is set. In a
-/// pipe lines stay as they are, for programs that look for one.
+/// Wraps a command's text for its reader: on a terminal to the terminal's width, or to `COLUMNS` where it is set. In
+/// a pipe lines stay as they are, for programs that search them.
 pub fn for_reading(text: String) -> String {
     if Term::stdout().is_term() || std::env::var_os("COLUMNS").is_some() {
         folded(&text, width())
@@ -126,7 +126,7 @@ pub fn for_reading(text: String) -> String {
     }
 }
 
-/// Text for standard error: as wide as the terminal that shows it; in a pipe one line, whatever `COLUMNS` is.
+/// Wraps text for standard error to the width of its terminal; in a pipe it stays one line, whatever `COLUMNS` is.
 pub fn for_reading_of_errors(text: String) -> String {
     match Term::stderr().size_checked() {
         Some((_, columns)) if Term::stderr().is_term() => folded(&text, usize::from(columns).max(20)),
@@ -134,8 +134,8 @@ pub fn for_reading_of_errors(text: String) -> String {
     }
 }
 
-/// Text with its longer lines broken at spaces. What follows stands under the line's own text: behind its label, which two spaces end,
-/// or else further in than its begin.
+/// Wraps text at spaces. Continuation lines are aligned with the line's own text: after its label, which two spaces
+/// end, or else indented more than its begin.
 fn folded(text: &str, width: usize) -> String {
     let mut folded = String::with_capacity(text.len());
     for line in text.lines() {

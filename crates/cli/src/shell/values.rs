@@ -1,4 +1,5 @@
-//! Values for people: in the unit that suits them and in the digits that their intervals support, while files have them in SI.
+//! Formatting of values for people: in a suitable unit and in the digits that their intervals support, while files
+//! have them in SI.
 
 use serde_json::Value;
 use standstill_analysis::limit::Measure;
@@ -9,17 +10,17 @@ use standstill_scenario as file;
 use crate::results::PointSummary;
 use crate::summary::{decimals_of, share_of};
 
-/// How the values of an axis are shown.
+/// Format of the values of a sweep axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
-    /// Key of the axis.
+    /// Key of the sweep axis.
     pub key: String,
-    /// Their unit.
+    /// Unit of the values.
     pub scale: Scale,
 }
 
 impl Shown {
-    /// Those of all axes.
+    /// Returns the formats of all sweep axes.
     pub fn of(points: &[PointSummary]) -> Vec<Self> {
         let keys = points.first().into_iter().flat_map(|point| point.values.keys());
         keys.map(|key| {
@@ -35,7 +36,7 @@ impl Shown {
         .collect()
     }
 
-    /// A value without its unit: six digits are enough to tell points apart.
+    /// Formats a value without its unit: six digits are enough to distinguish points.
     pub fn text(&self, value: &Value) -> String {
         match value {
             Value::String(text) => text.clone(),
@@ -45,7 +46,7 @@ impl Shown {
     }
 }
 
-/// A point by its values.
+/// Describes a point by its values.
 pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
     let values = shown.iter().zip(point.values.values());
     let values: Vec<String> = values
@@ -55,7 +56,7 @@ pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
     values.join(", ")
 }
 
-/// A key's value in its unit.
+/// Formats a key's value in its unit.
 pub fn shown(key: &str, value: f64) -> String {
     if standstill_scenario::is_share(key) {
         return format!("{} %", listed(&[100.0 * value], "").trim_end());
@@ -63,8 +64,8 @@ pub fn shown(key: &str, value: f64) -> String {
     listed(&[value], &standstill_scenario::unit(key).unwrap_or_default()).trim_end().to_owned()
 }
 
-/// A key's value with its interval, in the unit that suits it, in no more digits than two of half the interval's width, or of the
-/// distance to the end that is not open; of whole numbers all.
+/// Formats a key's value with its interval in a suitable unit, in at most two significant digits of half the
+/// interval's width, or of the distance to the end that is not open; whole numbers in full.
 pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<f64>; 2]) -> String {
     let scale = if standstill_scenario::is_share(key) {
         Scale::percent()
@@ -90,22 +91,22 @@ pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<
     format!("{} [{}, {}]", text(value), end(low), end(high))
 }
 
-/// A share in per cent, with its sign.
+/// Formats a share in per cent, with the sign %.
 pub fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::listed(&[100.0 * share], "").trim_end())
 }
 
-/// The unit in which a measure is read.
+/// Returns the unit in which a measure is shown.
 pub fn scale(measure: Measure, largest: f64) -> Scale {
     measure.unit().map_or_else(Scale::percent, |unit| Scale::suiting(unit, largest))
 }
 
-/// A probability with three digits, as people read it: `4.27e-5`, `0.125`.
+/// Formats a probability with three digits: `4.27e-5`, `0.125`.
 pub fn probability(value: f64) -> String {
     probability_to(value, i32::MIN)
 }
 
-/// A probability without the digits below this power of ten.
+/// Formats a probability without the digits below this power of ten.
 fn probability_to(value: f64, last: i32) -> String {
     let digits =
         |most: i32, first: i32| usize::try_from(first.saturating_sub(last).clamp(0, most)).unwrap_or(0);
@@ -120,7 +121,7 @@ fn probability_to(value: f64, last: i32) -> String {
     }
 }
 
-/// An estimate of a probability with its interval, in the digits that this supports.
+/// Formats an estimate of a probability with its interval, in the digits that the interval supports.
 pub fn probability_interval(estimate: &Estimate) -> String {
     let Estimate { value, low, high } = *estimate;
     let last = estimate.last_place().unwrap_or(i32::MIN);
@@ -128,7 +129,7 @@ pub fn probability_interval(estimate: &Estimate) -> String {
     format!("{value} [{low}, {high}]")
 }
 
-/// The least and the largest of several shares of so many starts each, leaving out what is none.
+/// Formats the range of several shares, each of its number of starts, leaving out those that are not finite.
 pub fn range(shares: impl Iterator<Item = (f64, u64)>) -> Option<String> {
     let known: Vec<(f64, u64)> = shares.filter(|(share, _)| share.is_finite()).collect();
     let low = known.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -1,4 +1,4 @@
-//! The points of a sweep in a table, and why their starts were not answered.
+//! The points of a sweep in a table, and the reasons of starts without an answer.
 
 use standstill_campaign::{Occurrence, Summary};
 use standstill_report::page::{Column, Table, Tone};
@@ -7,15 +7,15 @@ use super::{good_heading, good_interval, percent, rank, share};
 use crate::results::{PointSummary, SummaryFile};
 use crate::shell::values::Shown;
 
-/// Points that a terminal shows; of more, only the best and the worst.
+/// Largest number of points that a terminal shows; of more, only the best and the worst.
 const MOST_LINES: usize = 30;
 
-/// The values of a point on its axes.
+/// Formats the values of a point on the sweep axes.
 fn values(shown: &[Shown], point: &PointSummary) -> Vec<String> {
     shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value)).collect()
 }
 
-/// The column of an axis.
+/// Makes the column of a sweep axis.
 fn column(axis: &Shown, points: &[PointSummary]) -> Column {
     let numeric =
         |point: &PointSummary| point.values.get(&axis.key).is_some_and(serde_json::Value::is_number);
@@ -23,7 +23,7 @@ fn column(axis: &Shown, points: &[PointSummary]) -> Column {
     column(axis.key.clone()).unit(axis.scale.unit.clone())
 }
 
-/// A row for each point; a terminal shows of many the best and the worst.
+/// Makes the table with a row for each point; of many points a terminal shows the best and the worst.
 pub fn table(points: &[PointSummary], open: bool) -> Table {
     let shown = Shown::of(points);
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
@@ -74,7 +74,7 @@ pub fn table(points: &[PointSummary], open: bool) -> Table {
     table.excerpt(order, sentence)
 }
 
-/// Why starts were not answered: of a sweep at each point, since its points were chosen.
+/// Makes the table of reasons of starts without an answer: of a sweep at each point, since its points were chosen.
 pub fn reasons(summary: &SummaryFile) -> Table {
     let points = &summary.points;
     let shown = Shown::of(points);

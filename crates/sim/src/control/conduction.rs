@@ -1,4 +1,4 @@
-//! Which devices conduct, and what follows for the machine.
+//! Conduction modes of a run's legs, and their consequences for the machine.
 
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{Conduction, Gate, Port};
@@ -13,27 +13,27 @@ use crate::physics::plane::Plane;
 use crate::step::two_derivative::Here;
 use crate::trace::Event;
 
-/// The share of rated current below which a leg carries none when modes are found: a thousand times the rounding of the
-/// largest currents, and a thousandth of what a step may be off.
+/// Share of the rated current below which a leg counts as currentless when its conduction mode is found: a thousand
+/// times the rounding of the largest currents, and a thousandth of a step's error.
 pub(super) const NO_CURRENT: f64 = 1.25e-10;
 
-/// The machine of one lane.
+/// The quantities of one lane's machine that decide the conduction modes.
 #[derive(Clone, Copy, Debug)]
 pub struct One {
     /// Current in A in the run's plane.
     pub current: Plane,
-    /// Inverse inductance in 1/H there.
+    /// Inverse incremental inductance in 1/H in the run's plane.
     pub inverse_inductance: Symmetric,
     /// Slope of the currents in A/s at constant flux.
     pub drift: Plane,
-    /// DC link in V.
+    /// Voltage of the DC link in V.
     pub dc_link: f64,
-    /// Heading of the run's plane.
+    /// Heading of the run's plane in the stator's plane.
     pub start: Heading,
 }
 
 impl One {
-    /// The machine of a lane.
+    /// Reads the machine of a lane from the bank at `here`.
     pub fn of<V: Wide>(bank: &Bank<'_, V>, here: &Here<V>, lane: usize) -> Self {
         let one = |pack: &V| pack.get(lane);
         let gamma = &here.at.inverse_inductance;
@@ -50,7 +50,8 @@ impl One {
         }
     }
 
-    /// As the bridge sees it, with the winding's resistance in Ω.
+    /// Returns the machine as the bridge sees it at its terminals; `current`: phase currents in A, `resistance`: of
+    /// the winding in Ω.
     pub fn port(&self, current: [f64; 3], resistance: f64) -> Port {
         let held = self.current * resistance - self.drift.through(self.inverse_inductance.inverse());
         let holding: AlphaBeta<f64> = held.to_stator(self.start);
@@ -64,23 +65,23 @@ impl One {
 }
 
 impl<'a> Control<'a> {
-    /// Phase currents in A.
+    /// Returns the present phase currents in A.
     pub(super) fn currents<V: Wide>(&self, bank: &Bank<'a, V>) -> [f64; 3] {
         self.currents_at(bank, &bank.here)
     }
 
-    /// Phase currents in A at another time.
+    /// Returns the phase currents in A at the time of `here`.
     pub(super) fn currents_at<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> [f64; 3] {
         let current = here.at.current.get(self.lane);
         self.axes(bank).map(|axis| axis.dot(current))
     }
 
-    /// The machine as the bridge sees it.
+    /// Returns the machine as the bridge sees it at its terminals.
     pub(super) fn port<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> Port {
         One::of(bank, here, self.lane).port(self.currents_at(bank, here), self.case.motor.resistance)
     }
 
-    /// Which switches are on.
+    /// Returns the present state of each leg's gates.
     pub(super) fn gates<V: Wide>(&self, bank: &Bank<'a, V>) -> [Gate; 3] {
         let time = self.time(bank);
         let of = |k: usize| bank.machine.legs.gates[k].of(self.lane, time);
@@ -108,7 +109,7 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// Ends the mode whose margin reached zero and finds what follows.
+    /// Ends the mode whose guard's margin reached zero, and finds the modes that follow.
     pub(super) fn end_mode<V: Wide>(&mut self, bank: &mut Bank<'a, V>, guard: Guard) -> Result<(), RunError> {
         let passed = self.time(bank);
         match guard {
@@ -147,7 +148,7 @@ impl<'a> Control<'a> {
         self.resolve(bank)
     }
 
-    /// Legs without current begin to conduct where their gates and the machine ask for it.
+    /// Lets legs without current begin to conduct where their gates and the machine's voltages require it.
     pub(super) fn begin_to_conduct<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
         self.found = self.time(bank);
         // Without a voltage between terminals, and nothing that induces one, they stay as they are.
@@ -162,8 +163,8 @@ impl<'a> Control<'a> {
         self.resolve(bank)
     }
 
-    /// Makes the currents of these legs zero, where the step has them zero up to its error: the flux moves as a voltage
-    /// impulse at their terminals would move it.
+    /// Sets the currents of these legs to zero, which the step has at zero up to its error: the flux moves as a
+    /// voltage impulse at the legs' terminals would move it.
     fn make_zero<V: Wide>(&self, bank: &mut Bank<'a, V>, legs: [bool; 3]) {
         let lane = self.lane;
         let all = legs.iter().filter(|leg| **leg).count() >= 2;
@@ -188,7 +189,7 @@ impl<'a> Control<'a> {
         RunError::left_map([d.get(self.lane), q.get(self.lane)])
     }
 
-    /// ψ_d or ψ_q, by its number, went to the other side of zero.
+    /// Handles a sign change of ψ_d (`axis` 0) or ψ_q (`axis` 1) at a kink of the core.
     fn cross_kink<V: Wide>(&mut self, bank: &mut Bank<'a, V>, axis: usize) {
         let flux = &bank.here.at.core_flux;
         let flux = [flux.d.get(self.lane), flux.q.get(self.lane)][axis];
@@ -198,7 +199,7 @@ impl<'a> Control<'a> {
         self.set_sides(bank);
     }
 
-    /// Tells the bank on which sides of its kinks the core is.
+    /// Writes the sides of its kinks on which the core is into the bank's bounds.
     pub(super) fn set_sides<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         if let Some(sides) = &mut bank.bounds.sides {
             for (to, side) in sides.iter_mut().zip(self.sides) {

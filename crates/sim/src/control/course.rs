@@ -1,30 +1,31 @@
-//! A command on its way.
+//! The command that is being carried out.
 
 use standstill_interface::{Nanos, Sampling};
 
-/// A command on its way.
+/// Progress of the command that is being carried out.
 #[derive(Clone, Copy, Debug)]
 pub struct Course {
-    /// When it began.
+    /// Time at which the command began, since the start of the run.
     pub start: Nanos,
-    /// When it ends.
+    /// Time at which the command ends, since the start of the run.
     pub end: Nanos,
-    /// Its samples.
+    /// Instants at which the command asks for samples.
     pub sampling: Sampling,
-    /// Of the trigger after the one that is pending.
+    /// Number of the trigger after the pending one.
     pub number: u32,
-    /// The next trigger: its nominal time after the start, and when it really samples.
+    /// The pending trigger: its nominal time after the command's begin, and its real time with delay and jitter.
     pub pending: Option<(Nanos, Nanos)>,
-    /// How many phases the converter has taken of it already, their currents in A, and the DC link's voltage in V.
+    /// Number of phases of the pending sample that the converter has already taken, the phase currents in A, and the
+    /// voltage of the DC link in V.
     pub taken: usize,
-    /// See `taken`.
+    /// Phase currents in A: see `taken`.
     pub current: [f64; 3],
-    /// See `taken`.
+    /// Voltage of the DC link in V: see `taken`.
     pub dc_link: f64,
 }
 
 impl Course {
-    /// Before the first command.
+    /// Progress before the first command.
     pub const NONE: Self = Self {
         start: Nanos::ZERO,
         end: Nanos::ZERO,
@@ -36,8 +37,8 @@ impl Course {
         dc_link: 0.0,
     };
 
-    /// The converter takes what is there now, all phases at once, or the next one with the others to follow after the skew
-    /// each. When it has all: the currents in A and the DC link in V.
+    /// Converts the present values: all phases at once without skew, else one phase per call, `skew` apart. Returns
+    /// the currents in A and the DC link's voltage in V once the sample is complete.
     pub fn converted(&mut self, current: [f64; 3], dc_link: f64, skew: Nanos) -> Option<([f64; 3], f64)> {
         if skew == Nanos::ZERO {
             return Some((current, dc_link));

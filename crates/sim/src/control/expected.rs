@@ -1,5 +1,5 @@
-//! Expectations of a step after other legs conduct than before: how long it may be, and when a current has carried a terminal
-//! from one bound to the other.
+//! Prediction of the first step after a change of conduction: its length, and the time at which a current has charged
+//! a terminal from one bound to the other.
 
 use standstill_inverter::Modes;
 use standstill_numeric::{Symmetric, Wide};
@@ -12,22 +12,24 @@ use crate::physics::gates::NEVER;
 use crate::physics::plane::Plane;
 use crate::physics::terminals::of_legs;
 
-/// How many times as long as a constant current takes to carry a terminal to its bound a step is tried.
+/// Length of the step to try, relative to the time in which a constant current charges a terminal to its bound.
 const CARRIED: f64 = 1.2;
 
-/// The share that is tried of the longest angle in which cubics locate the end of a leg's mode in a swing.
+/// Share of the longest angle in which cubics locate the end of a leg's mode during an oscillation; a step of this
+/// angle is tried.
 const NEARLY: f64 = 0.95;
 
-/// The angle in rad up to which four powers of time follow a current that swings: they miss x⁵/120 of the charge, 5e-6 of it.
+/// Angle in rad up to which four powers of time approximate an oscillating current: they miss x⁵/120 of the charge,
+/// 5e-6 of it.
 const EXACT: f64 = 0.22;
 
 impl<'a> Control<'a> {
-    /// Axes of the phases.
+    /// Returns the magnetic axes of the phases in the run's plane.
     pub(super) fn axes<V: Wide>(&self, bank: &Bank<'a, V>) -> [Plane; 3] {
         bank.machine.legs.axes.each_ref().map(|axis| axis.get(self.lane))
     }
 
-    /// How fast the current rises in A/s with these potentials in V at the winding.
+    /// Returns the slope of the current in A/s with these potentials in V at the winding.
     pub(super) fn rise<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> Plane {
         let one = One::of(bank, &bank.here, self.lane);
         let mut voltage = one.current * -self.case.motor.resistance;
@@ -37,9 +39,10 @@ impl<'a> Control<'a> {
         voltage.through(one.inverse_inductance) + one.drift
     }
 
-    /// The step to try next where other legs conduct than before: the one that was next when as many terminals floated last. No
-    /// longer than cubics locate the end of a leg's mode in a swing, and little longer than a current takes to carry a terminal to its
-    /// bound while these potentials in V are behind the winding.
+    /// Sets the length of the next step after a change of conduction: the length that was next when the same number
+    /// of terminals floated last. The step is no longer than cubics locate the end of a leg's mode in an oscillation,
+    /// and little longer than a current takes to charge a terminal to its bound while these potentials in V are
+    /// behind the winding.
     pub(super) fn expect<V: Wide>(
         &self,
         bank: &mut Bank<'a, V>,
@@ -89,14 +92,14 @@ impl<'a> Control<'a> {
     }
 }
 
-/// How currents go on in the next moment, in powers of time.
+/// Extrapolation of the currents over the next moment, in powers of time.
 struct Way {
     axes: [Plane; 3],
-    /// The current in A, and its derivatives.
+    /// The current in A and its first three derivatives by time in s.
     current: [Plane; 4],
-    /// At least the square of the frequency at which terminals ring, in 1/s².
+    /// Lower limit of the square of the frequency at which terminals ring, in 1/s².
     square: f64,
-    /// Of a terminal, in F.
+    /// Capacitance of a terminal in F.
     capacitance: f64,
 }
 
@@ -124,8 +127,8 @@ impl Way {
         Self { axes, current: [one.current, rise, second, third], square, capacitance }
     }
 
-    /// In what time in s the current takes a terminal from its potential in V to a bound: at constant current, and as its derivatives
-    /// give it, infinite where they are not exact.
+    /// Returns the times in s in which the current charges a terminal from its potential in V to a bound: with
+    /// constant current, and with the current's derivatives; the second is infinite where they are not exact.
     fn carries(&self, k: usize, potential: f64, [low, high]: [f64; 2]) -> (f64, f64) {
         let [mut i, mut a, mut b, mut c] = self.current.map(|of| self.axes[k].dot(of));
         let mut room = (potential - low) * self.capacitance;

@@ -18,19 +18,20 @@ use crate::physics::legs::Legs;
 struct LegSequencer {
     timing: GateTiming,
     plan: LegPlan,
-    /// Requests of commands that are over, whose edges are still to come.
+    /// Requests of finished commands whose edges are still to come.
     left: VecDeque<(Nanos, Gate)>,
-    /// The next request that is no repetition, as far as it was looked at.
+    /// The next request that differs from the one before, once it was looked up.
     ahead: Option<(Nanos, Gate)>,
-    /// The last request to its driver, and the last one before the command.
+    /// The last request to the leg's driver, and the last one before the present command.
     requested: Gate,
     before: Gate,
-    /// Whether requests may have followed by alternation since the last that was taken from here.
+    /// Whether requests may have followed by alternation since one was last taken from this sequencer.
     alternates: bool,
 }
 
 impl LegSequencer {
-    /// Puts the next request into the place of the one carried out, and lets others follow by alternation where they do.
+    /// Replaces the executed request by the next one, and enables alternation where the requests after that
+    /// alternate.
     fn expect_next<V: Wide>(&mut self, gates: &mut LegGates<V>, lane: usize) {
         let next = self.next();
         gates.expect(lane, next);
@@ -49,7 +50,7 @@ impl LegSequencer {
         }
     }
 
-    /// Learns which requests have followed by alternation.
+    /// Updates the sequencer by the requests that have followed by alternation.
     fn catch_up<V: Wide>(&mut self, gates: &LegGates<V>, lane: usize) {
         if std::mem::take(&mut self.alternates) {
             let (off, gate) = gates.coming(lane);
@@ -58,13 +59,13 @@ impl LegSequencer {
         }
     }
 
-    /// When the request was that switches off at a time in ns.
+    /// Returns the time of the request whose turn-off is at `off` in ns.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a time is a whole number")]
     fn requested_at(&self, off: f64) -> Nanos {
         Nanos(off as u64 - self.timing.turn_off_delay.0)
     }
 
-    /// The next request that is no repetition.
+    /// Returns the next request that differs from the one before, without taking it.
     #[inline]
     fn peek(&mut self) -> Option<(Nanos, Gate)> {
         while self.ahead.is_none() {
@@ -74,7 +75,8 @@ impl LegSequencer {
         self.ahead
     }
 
-    /// The next request that is no repetition: when it switches off, when on, and what, in ns.
+    /// Takes the next request that differs from the one before: its times of turn-off and turn-on in ns, and the
+    /// gate.
     #[inline]
     fn next(&mut self) -> Option<(f64, f64, Gate)> {
         let (at, gate) = self.peek()?;
@@ -89,7 +91,8 @@ impl LegSequencer {
         Some((off.0 as f64, on.0 as f64, gate))
     }
 
-    /// Whether the next request switches off before a gate would come on at a time in ns: such a pulse is lost.
+    /// Returns whether the next request switches off before a gate would turn on at a time in ns: such a pulse is
+    /// lost.
     fn loses(&mut self, on: f64) -> bool {
         self.peek().is_some_and(|(at, _)| (at + self.timing.turn_off_delay).0 as f64 <= on)
     }
@@ -103,7 +106,7 @@ pub struct GateSequencer {
 }
 
 impl GateSequencer {
-    /// Nothing yet.
+    /// Makes a sequencer without requests.
     pub fn new(timings: [GateTiming; 3]) -> Self {
         let leg = |timing| LegSequencer {
             timing,
@@ -117,7 +120,7 @@ impl GateSequencer {
         Self { sequencers: timings.map(leg), start: Nanos::ZERO }
     }
 
-    /// Lays out the next command, which starts where the one before ended.
+    /// Prepares the requests of the next command, which starts where the one before ended.
     pub fn begin<V: Wide>(
         &mut self,
         legs: &mut Legs<V>,
@@ -155,7 +158,7 @@ impl GateSequencer {
         }
     }
 
-    /// A request to a leg has been carried out: the next one is put in its place.
+    /// Replaces a leg's executed request by the next one.
     pub fn carry_out<V: Wide>(&mut self, legs: &mut Legs<V>, lane: usize, k: usize) {
         let (gates, leg) = (&mut legs.gates[k], &mut self.sequencers[k]);
         leg.catch_up(gates, lane);
@@ -163,7 +166,7 @@ impl GateSequencer {
         leg.expect_next(gates, lane);
     }
 
-    /// The requests to the legs just before `at`, a time of this command or its start.
+    /// Returns the requests to the legs just before `at`, a time of this command or its begin.
     pub fn requested(&self, at: Nanos) -> [Gate; 3] {
         self.sequencers
             .each_ref()

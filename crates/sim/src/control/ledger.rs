@@ -1,4 +1,4 @@
-//! Where a run's energy goes, integrated along its steps.
+//! The energy balance of a run, integrated along its steps.
 
 use standstill_numeric::Wide;
 
@@ -8,7 +8,7 @@ use crate::lanes::bank::Bank;
 use crate::ledger::Ledger;
 use crate::step::two_derivative::Here;
 
-/// Shares and weights of Gauss and Legendre's rule with four points over 0 to 1.
+/// Abscissas and weights of Gauss–Legendre quadrature with four points over 0 to 1.
 const GAUSS: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
@@ -16,17 +16,17 @@ const GAUSS: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// The accounts of a run that goes on.
+/// Energy balance of a run that is not over.
 #[derive(Clone, Debug)]
 pub struct Accounts {
-    /// Energies in J that were spent so far.
+    /// Energies in J transferred since the start of the run.
     pub spent: Ledger,
     /// Energies in J that were stored at the start.
     stored: Ledger,
 }
 
 impl Accounts {
-    /// At the start of a run.
+    /// Opens the balance at the start of a run.
     pub fn open<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>) -> Self {
         Self { spent: Ledger::default(), stored: control.moment(bank, &bank.here).energies() }
     }
@@ -53,7 +53,7 @@ impl Accounts {
         each_effect!(moment.machine, span.branch, effect => effect.work(&moment, &span, &mut self.spent));
     }
 
-    /// At its end.
+    /// Closes the balance at the end of a run: adds the changes of stored energies.
     pub fn close<'a, V: Wide>(mut self, control: &Control<'a>, bank: &Bank<'a, V>) -> Ledger {
         self.spent.add(&control.moment(bank, &bank.here).energies(), 1.0);
         self.spent.add(&self.stored, -1.0);
@@ -62,7 +62,7 @@ impl Accounts {
 }
 
 impl<'a> Control<'a> {
-    /// State of this run's machine at `here`, from which its powers and stored energies are computed.
+    /// Returns the state of this run's machine at `here`, from which its powers and stored energies are computed.
     pub(super) fn moment<'s, V: Wide>(
         &'s self,
         bank: &'s Bank<'a, V>,

@@ -9,34 +9,36 @@ use crate::lanes::bank::Bank;
 use crate::physics::motion::{Contact, Motion};
 use crate::trace::Event;
 
-/// How far beyond zero a margin must be to count as crossed: the current of a leg or of a map as a share of the rated one, the
-/// flux as a share of what rated current makes, the angle in rad, and the speed in rad/s.
+/// Tolerances by which a margin must be below zero to count as crossed: of a current (of a leg or a map) as a share
+/// of the rated current; below likewise of the flux as a share of that at rated current, of the angle in rad, and of
+/// the speed in rad/s.
 const CURRENT_SHARE: f64 = 1.25e-11;
-/// Slack of a blocked leg's potential, as a share of the link's voltage.
+/// Tolerance of a blocked leg's potential, as a share of the link's voltage.
 const POTENTIAL_SHARE: f64 = 2e-9;
 const FLUX_SHARE: f64 = 1.25e-11;
 const ANGLE_SLACK: f64 = 1e-12;
 const SPEED_SLACK: f64 = 1e-6;
 
-/// Slack of the torque that starts a rotor: at most this share of its stiction, or of what rated current can do. There
-/// are rotors that a micronewton metre starts.
+/// Tolerance of the torque that starts a rotor: at most this share of its stiction, or of the torque at rated
+/// current. Some rotors start at a micronewton metre.
 const STICTION_SHARE: f64 = 1e-4;
 const TORQUE_SHARE: f64 = 1e-9;
 
-/// How far beyond zero in Wb the flux of a motor with kinks there must be to be on the other side.
+/// Returns the tolerance in Wb by which the flux of a motor with kinks at zero must cross zero to change sides.
 pub(super) fn flux_slack(motor: &Motor) -> f64 {
     FLUX_SHARE * motor.winding.mean_inductance * motor.rated_current
 }
 
-/// How far from zero in A a current may be where it is taken to end: ten times what a step may be off, for the cubic on which
-/// the end was found is that of a longer step; and ten times the slack at least, at half of which the end is looked for.
+/// Returns the magnitude in A below which a current may be set to zero where its mode ends: ten times the error of a
+/// step, because the cubic that located the end belongs to a longer step; and at least ten times the tolerance of the
+/// guard, at half of which the end is located.
 fn ended(case: &Case) -> f64 {
     let winding = &case.motor.winding;
     let least = winding.d_axis_inductance().min(winding.q_axis_inductance());
     10.0 * (case.tolerance.flux / least).max(CURRENT_SHARE * case.motor.rated_current)
 }
 
-/// The end of the play that a rotor in this motion touches.
+/// Returns the end of the brake's play that a rotor in this motion touches.
 fn touched(motion: Motion) -> Contact {
     match motion {
         Motion::AtUpper => Contact::Upper,
@@ -45,7 +47,7 @@ fn touched(motion: Motion) -> Contact {
     }
 }
 
-/// Whether a rotor can move at all.
+/// Returns whether a rotor can move at all.
 pub fn can_move(rotor: RotorState) -> bool {
     match rotor {
         RotorState::Locked => false,
@@ -55,7 +57,7 @@ pub fn can_move(rotor: RotorState) -> bool {
 }
 
 impl<'a> Control<'a> {
-    /// The rotor at its start; `pulled`: whether the branch makes a torque at it, too.
+    /// Sets the rotor's initial motion; `pulled`: whether the branch makes a torque at the initial position, too.
     pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, pulled: bool) {
         let case = &self.case;
         let cogging = case.motor.cogging(case.start_angle);
@@ -81,7 +83,8 @@ impl<'a> Control<'a> {
         self.set_sides(bank);
     }
 
-    /// The slack of the rotor's motion: a torque in N·m while it rests, a speed in rad/s while it slides.
+    /// Returns the tolerance of the motion's guard: a torque in N·m while the rotor rests, a speed in rad/s while it
+    /// slides.
     fn motion_slack(&self) -> f64 {
         if self.motion.moves() {
             return SPEED_SLACK;
@@ -92,7 +95,7 @@ impl<'a> Control<'a> {
         SPEED_SLACK.min((STICTION_SHARE * motor.rotor.friction.stiction).max(TORQUE_SHARE * torque))
     }
 
-    /// How far the rotor may turn from its start in rad, backwards (negative) and forwards.
+    /// Returns the angles in rad from the initial position at which the stops are, backwards (negative) and forwards.
     fn stops(&self) -> [f64; 2] {
         match self.case.rotor {
             RotorState::Braked(play) => [-play.below, play.above],
@@ -100,7 +103,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// The rotor moves so from now on.
+    /// Sets the rotor's motion from now on.
     fn turn<V: Wide>(&mut self, bank: &mut Bank<'a, V>, motion: Motion) {
         self.motion = motion;
         let lane = self.lane;
@@ -119,7 +122,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// The rotor stopped, started, or ran into the end of the brake's play.
+    /// Changes the rotor's motion after it stopped, started, or ran into the end of the brake's play.
     pub(super) fn change_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, stopped: bool) {
         let lane = self.lane;
         // A rotor whose torque falls short by the slack must not leave a stop into it.

@@ -1,4 +1,4 @@
-//! A machine's place among others: its numbers, at rest.
+//! Writes one machine's parameters and its state at rest into its lane of the bank.
 
 use standstill_numeric::{Heading, Wide};
 
@@ -10,7 +10,7 @@ use crate::physics::gates::NEVER;
 use crate::step::error::REMEMBERED;
 
 impl<'a> Control<'a> {
-    /// The machine at rest. Whether its branch makes a torque there.
+    /// Writes the machine at rest into its lane. Returns whether its branch makes a torque there.
     pub(super) fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
         let Case { motor, inverter, start_angle, load_torque, .. } = &self.case;
         let lane = self.lane;
@@ -36,7 +36,7 @@ impl<'a> Control<'a> {
         pulls
     }
 
-    /// Error, length and counts of its steps.
+    /// Writes tolerance, length and counters of the machine's steps into its lane.
     fn put_steps<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         let Case { motor, tolerance, sensors, .. } = &self.case;
         let (lane, longest) = (self.lane, self.longest_step());
@@ -69,9 +69,9 @@ impl<'a> Control<'a> {
         bank.schedule.live |= 1 << lane;
     }
 
-    /// Longest step in ns: the winding's shorter time constant, beyond which values and slopes at both ends say so little of
-    /// what is between that an error of zero may be an accident; a fraction of the ripple's period where a stored voltage
-    /// or a filter follows it, and of a sag.
+    /// Returns the longest step in ns: the winding's shorter time constant, beyond which values and slopes at both
+    /// ends say so little of the values between them that an error of zero may be an accident; where a stored voltage
+    /// or a filter follows the ripple, a fraction of its period; and a fraction of a sag.
     fn longest_step(&self) -> f64 {
         let motor = self.case.motor;
         let winding = &motor.winding;

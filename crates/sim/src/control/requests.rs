@@ -1,26 +1,26 @@
-//! From a command to each leg's requests and their times.
+//! The requests to each leg and their times, computed from a command.
 
 use standstill_interface::{Command, Leg, Nanos};
 use standstill_inverter::Gate;
 
 use crate::case::RunError;
 
-/// Later than any request and any edge.
+/// A time after any request and any edge.
 const NEVER: Nanos = Nanos(u64::MAX);
 
 /// The task of a leg in a stage.
 #[derive(Clone, Copy, Debug)]
 pub enum Task {
-    /// Keeps its gates.
+    /// The leg keeps its gates.
     Keep(Gate),
-    /// In each period it is low for `idle`, high for `on`, and low for the rest.
+    /// In each carrier period the leg is low for `idle`, high for `on`, and low for the rest.
     Modulate { idle: Nanos, on: Nanos },
-    /// It switches once, so long after the begin of the stage.
+    /// The leg switches once, at `at` after the begin of the stage.
     Once { from: Gate, at: Nanos, to: Gate },
 }
 
 impl Task {
-    /// Of a leg that is asked for this, with a carrier of such a period.
+    /// Converts a leg's part of a command into its task, with a carrier of this period.
     pub fn new(leg: Leg<f64>, carrier: Nanos) -> Self {
         let once =
             |from, at, to| if at == Nanos::ZERO { Self::Keep(to) } else { Self::Once { from, at, to } };
@@ -39,7 +39,7 @@ impl Task {
         }
     }
 
-    /// The request at the begin of the stage.
+    /// Returns the request at the begin of the stage.
     fn first(self) -> Gate {
         match self {
             Self::Keep(gate) | Self::Once { from: gate, .. } => gate,
@@ -49,7 +49,7 @@ impl Task {
     }
 }
 
-/// One leg's requests over one command, in order of time. What repeats the request before is no request.
+/// One leg's requests over one command, in order of time. Repetitions of the request before are left out.
 #[derive(Clone, Copy, Debug)]
 pub struct LegPlan {
     /// The leg's tasks in the two stages.
@@ -58,16 +58,16 @@ pub struct LegPlan {
     /// Ends of the two stages.
     ends: [Nanos; 2],
     carrier: Nanos,
-    /// The stage at hand, and whether the next request opens it.
+    /// Number of the present stage, and whether the next request opens it.
     stage: usize,
     opens: bool,
-    /// The next request: when, or never after the last, and which gate.
+    /// The next request: its time ([`NEVER`] after the last one) and its gate.
     at: Nanos,
     gate: Gate,
 }
 
 impl LegPlan {
-    /// Of a leg without requests.
+    /// The plan of a leg without requests.
     pub const NONE: Self = Self {
         tasks: [Task::Keep(Gate::Off); 2],
         start: Nanos::ZERO,
@@ -79,22 +79,22 @@ impl LegPlan {
         gate: Gate::Off,
     };
 
-    /// Of a leg with these tasks in the stages of a command.
+    /// Makes the plan of a leg with these tasks in the two stages of a command.
     pub fn new(tasks: [Task; 2], start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
         Self { tasks, start, ends, carrier, stage: 0, opens: true, at: start, gate: tasks[0].first() }
     }
 
-    /// The plan of a leg that has these gates already: no request comes.
+    /// Returns the plan without its requests, for a leg that has these gates already.
     pub fn without_requests(self) -> Self {
         Self { stage: 2, opens: false, at: NEVER, ..self }
     }
 
-    /// Whether the leg keeps these gates throughout.
+    /// Returns whether the leg keeps this gate throughout the command.
     pub fn keeps(&self, gate: Gate) -> bool {
         self.tasks.iter().all(|task| matches!(task, Task::Keep(kept) if *kept == gate))
     }
 
-    /// The next request, and on to the one after it.
+    /// Takes the next request and advances to the one after it; none after the last.
     #[inline]
     pub fn take(&mut self) -> Option<(Nanos, Gate)> {
         let request = (self.at, self.gate);
@@ -105,7 +105,7 @@ impl LegPlan {
         Some(request)
     }
 
-    /// Steps to the request after this one.
+    /// Advances to the request after this one.
     fn advance(&mut self) {
         if let Some(Task::Modulate { idle, on }) = self.tasks.get(self.stage)
             && *idle > Nanos::ZERO
@@ -137,9 +137,9 @@ impl LegPlan {
         }
     }
 
-    /// While requests alternate by pulse-width modulation: for how long in ns the upper switch is asked for and for how long the
-    /// lower, and the latest time of a request that has another after it and one after that. `at` is the time of the request
-    /// two before the next.
+    /// The alternation of requests by pulse-width modulation: the durations in ns of requests for the upper and for
+    /// the lower switch, and the latest time in ns of a request that has at least two more after it. None if they do
+    /// not alternate. `at`: the time of the request two before the next.
     pub fn alternates(&self, at: Nanos) -> Option<([f64; 2], f64)> {
         let Some(Task::Modulate { idle, on }) = self.tasks.get(self.stage) else { return None };
         let begin = if self.stage == 0 { self.start } else { self.ends[0] };
@@ -152,13 +152,13 @@ impl LegPlan {
         Some(([on as f64, off as f64], last as f64))
     }
 
-    /// Goes on after a request of the stage at hand.
+    /// Continues the plan after a request of the present stage.
     pub fn go_on_after(&mut self, at: Nanos, gate: Gate) {
         (self.at, self.gate, self.opens) = (at, gate, false);
         self.advance();
     }
 
-    /// The request to the leg just before `at`, which lies after the start of the command.
+    /// Returns the request to the leg just before `at`, a time after the start of the command.
     pub fn requested(&self, at: Nanos) -> Gate {
         let before = at - Nanos(1);
         let (stage, stage_start) = if before < self.ends[0] { (0, self.start) } else { (1, self.ends[0]) };
@@ -185,10 +185,10 @@ pub fn on_time(duty: f64, carrier: Nanos) -> Nanos {
     Nanos((duty.clamp(0.0, 1.0) * carrier.0 as f64).round() as u64)
 }
 
-/// Samples that a command may ask for: more than any method needs, fewer than exhaust the memory.
+/// Largest number of samples of a command: more than any method needs, fewer than exhaust the memory.
 const MOST_SAMPLES: u32 = 1 << 20;
 
-/// Whether a command can be carried out.
+/// Checks whether a command can be carried out.
 pub fn validate(command: &Command<f64>, carrier: Nanos) -> Result<(), RunError> {
     let duration = command.duration();
     let sampling = command.sampling;

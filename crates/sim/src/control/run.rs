@@ -1,4 +1,4 @@
-//! One run: after each step it does all that is due at the instant, and returns its next want.
+//! One run: after each step it carries out all that is due at the instant, and returns its next request.
 //!
 //! ```text
 //!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
@@ -20,35 +20,36 @@ use crate::physics::motion::Motion;
 use crate::sensing::{LowPass, Sampler};
 use crate::trace::{Event, Probe};
 
-/// The next want of a run.
+/// The next request of a run to its caller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Want {
-    /// A step of its machine.
+    /// A step of the run's machine.
     Step,
-    /// The next command, to be given with [`Control::command`]; the readings of the last are there.
+    /// The detector's next command, to be given with [`Control::command`]; the readings of the last command are
+    /// ready.
     Command,
-    /// Nothing: it cannot go on.
+    /// Nothing: the run cannot continue.
     Over(RunError),
 }
 
-/// Events between two instants, and within [`NO_TIME`], beyond which the modes are taken to chatter. A segment of a PWM period has
-/// at most a handful.
+/// Largest number of events between two instants, and within [`NO_TIME`], beyond which the modes are taken to
+/// chatter. A segment of a PWM period has at most a handful.
 const MOST_EVENTS: u32 = 1000;
 
-/// Time in ns in which nothing that a machine does has a thousand events.
+/// Time in ns in which no machine has a thousand events.
 const NO_TIME: f64 = 1e3;
 
 /// A run in a lane of a bank.
 pub struct Control<'a> {
     pub(super) case: Case<'a>,
-    /// Its place among the machines side by side.
+    /// Number of the run's lane in the bank.
     pub(super) lane: usize,
     pub(super) probe: Option<&'a mut dyn Probe>,
     pub(super) sequencer: GateSequencer,
-    /// Conduction modes and gates that the observer was shown last.
+    /// Conduction modes and gates that the observer saw last.
     pub(super) shown: (Modes, [Gate; 3]),
     pub(super) motion: Motion,
-    /// Sides of zero of ψ_d and ψ_q where the core has kinks there; else 0.
+    /// Sides of zero of ψ_d and ψ_q, +1 or −1, where the core has kinks there; else 0.
     pub(super) sides: [f64; 2],
     pub(super) course: Course,
     pub(super) sampler: Sampler<'a>,
@@ -56,22 +57,23 @@ pub struct Control<'a> {
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
     events: u32,
-    /// When the first of them was, in ns.
+    /// Time in ns of the first of the counted events.
     counted_from: f64,
     segments: u64,
     all_events: u64,
     pub(super) accounts: Option<Accounts>,
-    /// When the modes of legs without current were found last, in ns.
+    /// Time in ns at which the modes of legs without current were found last.
     pub(super) found: f64,
-    /// Whether the link's voltage has not been looked up since time passed.
+    /// Whether time has passed since the link's voltage was last updated.
     pub(super) stale: bool,
     first: bool,
-    /// Why there is no state that it could begin with.
+    /// Error if the run has no initial state.
     pub(super) nowhere: Option<RunError>,
 }
 
 impl<'a> Control<'a> {
-    /// Puts a case into a lane of a bank of its kind, at rest. Who watches and the ledger are for a machine alone.
+    /// Puts a case into a lane of a bank of its kind, at rest. An observer and a ledger are possible only for a
+    /// machine alone.
     pub fn new<V: Wide>(
         case: Case<'a>,
         bank: &mut Bank<'a, V>,
@@ -113,7 +115,7 @@ impl<'a> Control<'a> {
         control
     }
 
-    /// A copy of the run without observer and ledger.
+    /// Returns a copy of the run without observer and ledger.
     pub fn unwatched(&self) -> Self {
         Self {
             case: self.case.clone(),
@@ -126,18 +128,18 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Time in ns since the start of the run.
+    /// Returns the time in ns since the start of the run.
     pub(super) fn time<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
         bank.here.time.get(self.lane)
     }
 
-    /// The link's voltage at the time at hand.
+    /// Updates the link's voltage to the present time.
     pub(super) fn look_at_link<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         bank.machine.links.look(self.lane, &mut bank.here);
         self.stale = false;
     }
 
-    /// The detector's next command.
+    /// Begins the detector's next command.
     pub fn command<V: Wide>(&mut self, bank: &mut Bank<'a, V>, command: &Command<f64>) -> Want {
         self.readings.clear();
         let carrier = self.case.inverter.carrier_period;
@@ -158,8 +160,8 @@ impl<'a> Control<'a> {
         self.go_on(bank, true)
     }
 
-    /// Goes on after a step that brought the machine to an instant or to the end of a mode, or that could not be taken because
-    /// a blocked leg's potential was out of its bounds.
+    /// Continues after a step that brought the machine to an instant or to the end of a mode, or that could not be
+    /// taken because a blocked leg's potential was out of its bounds.
     pub fn resume<V: Wide>(&mut self, bank: &mut Bank<'a, V>, out_of_bounds: bool) -> Want {
         let lane = self.lane;
         let mut ended = Ok(());
@@ -186,7 +188,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Counts what happens without time passing: terminals that ring and iron that remembers have many ends of modes in a long wait.
+    /// Counts an event, and refuses too many within [`NO_TIME`]. Over a long wait, terminals that ring and iron with
+    /// hysteresis have many ends of modes.
     fn count_event<V: Wide>(&mut self, bank: &Bank<'a, V>) -> Result<(), RunError> {
         let time = self.time(bank);
         if time > self.counted_from + NO_TIME {
@@ -197,8 +200,8 @@ impl<'a> Control<'a> {
         if self.events > MOST_EVENTS { Err(RunError::Chatter) } else { Ok(()) }
     }
 
-    /// Does all that is due, up to where a step is wanted or a command. At each instant: first the samples, then the next
-    /// command, then the gates; `carried_out`: whether a request to a leg may have been carried out since the last was looked for.
+    /// Carries out all that is due, until a step or a command is needed. Order at each instant: samples, next
+    /// command, gates. `carried_out`: whether a request to a leg may have been carried out since the last check.
     fn go_on<V: Wide>(&mut self, bank: &mut Bank<'a, V>, mut carried_out: bool) -> Want {
         let lane = self.lane;
         if std::mem::take(&mut self.first) {
@@ -252,7 +255,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Puts the next requests in the place of those that have been carried out at a time in ns.
+    /// Replaces the requests that have been carried out at a time in ns by the next ones.
     fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
         for k in 0..3 {
             while self.is_carried_out(bank, time, k) {
@@ -261,19 +264,20 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Whether the request to a leg has been carried out at a time in ns as far as it matters.
+    /// Returns whether the request to a leg has been carried out at a time in ns as far as it affects the leg's
+    /// conduction.
     fn is_carried_out<V: Wide>(&self, bank: &Bank<'a, V>, time: f64, k: usize) -> bool {
         let legs = &bank.machine.legs;
         let (direction, both) = (legs.direction(self.lane, k), legs.has_mosfets(self.lane));
         legs.gates[k].is_carried_out(self.lane, time, direction, both)
     }
 
-    /// The request to a leg has been carried out as far as it matters.
+    /// Replaces the executed request to a leg by the next one.
     pub fn carry_out<V: Wide>(&mut self, bank: &mut Bank<'a, V>, k: usize) {
         self.sequencer.carry_out(&mut bank.machine.legs, self.lane, k);
     }
 
-    /// The next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.
+    /// Returns the next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.
     fn next_source_instant(&self, time: f64) -> f64 {
         let Some(sag) = self.case.inverter.link.sag else { return NEVER };
         [0.0, 0.5, 1.0]
@@ -283,7 +287,8 @@ impl<'a> Control<'a> {
             .unwrap_or(NEVER)
     }
 
-    /// Whether nothing happens before the next instant: no current, no motion, and nothing stored that could drive any.
+    /// Returns whether nothing happens before the next instant: no current, no motion, and no stored energy that
+    /// could drive any.
     fn rests<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         bank.machine.legs.idle_lanes() >> self.lane & 1 == 1
             && !self.motion.moves()
@@ -292,7 +297,7 @@ impl<'a> Control<'a> {
             && self.case.inverter.link.sag.is_none()
     }
 
-    /// Lets time pass while nothing happens.
+    /// Advances time to `until` in ns while nothing happens.
     fn wait<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
         self.watch_waiting(bank, until);
         bank.here.time.put(self.lane, until);
@@ -308,7 +313,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// The run at its end.
+    /// Ends the run and returns its result.
     pub fn finish<V: Wide>(&mut self, bank: &mut Bank<'a, V>, error: Option<RunError>) -> Finished {
         let lane = self.lane;
         let turned = bank.here.state.turned.get(lane);

@@ -1,4 +1,4 @@
-//! The samples of a run: when they are due, and what is there then.
+//! The samples of a run: their instants and the values taken there.
 
 use standstill_interface::{Nanos, Reading};
 use standstill_inverter::Gate;
@@ -11,7 +11,7 @@ use crate::sensing::Instant;
 use crate::trace::Event;
 
 impl<'a> Control<'a> {
-    /// The trigger after the one that is pending, or the first.
+    /// Makes the next trigger pending: the one after the pending trigger, or the first.
     pub(super) fn next_trigger(&mut self) {
         let Course { start, end, sampling, number, pending, .. } = self.course;
         let last = pending.map_or(start, |(_, at)| at);
@@ -23,8 +23,9 @@ impl<'a> Control<'a> {
         self.course.number += 1;
     }
 
-    /// Whether samples are read off the steps that pass them: filters follow a step between its ends as exactly as at them, and what
-    /// they show changes nothing. Where a capacitor or a filter stores the link's voltage, or a request matters, steps end at samples.
+    /// Returns whether samples are read off the steps that pass them: filters follow a step between its ends as
+    /// exactly as at its ends, and their outputs change nothing in the machine. Where a capacitor or a filter stores
+    /// the link's voltage, or a sample depends on a request, steps end at samples.
     pub(super) fn reads_within<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         let settings = &self.case.sensors.settings;
         settings.bandwidth.is_some()
@@ -33,7 +34,7 @@ impl<'a> Control<'a> {
             && bank.machine.links.storage.is_none()
     }
 
-    /// Takes the samples that the step just accepted has passed.
+    /// Takes the samples that lie within the step just accepted.
     pub fn sample_within<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let now = self.time(bank);
         while let Some((nominal, at)) = self.course.pending
@@ -60,7 +61,8 @@ impl<'a> Control<'a> {
         self.expect_sample(bank);
     }
 
-    /// Tells the bank when the sensors are read next. After its end the next command may read them at once.
+    /// Writes the time of the next reading of the sensors into the bank's schedule. After its end the next command
+    /// may read them at once.
     pub(super) fn expect_sample<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         let end = self.course.end;
         let next = self.course.pending.map_or(end, |(_, at)| at.min(end));
@@ -90,7 +92,8 @@ impl<'a> Control<'a> {
         self.convert(nominal, self.time(bank), current, dc_link, requested);
     }
 
-    /// The converter takes what is there at a time in ns: currents in A and the link's voltage in V. Whether it has all for a reading.
+    /// Converts the values at a time in ns: currents in A and the link's voltage in V. Returns whether the reading is
+    /// complete.
     fn convert(
         &mut self,
         nominal: Nanos,

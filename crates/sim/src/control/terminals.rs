@@ -9,14 +9,16 @@ use crate::case::RunError;
 use crate::lanes::bank::Bank;
 use crate::step::ends::POTENTIAL_DEEP;
 
-/// Bounds that are closer than this share of the link's voltage are one: a leg between them conducts whichever way its current flows.
+/// Bounds closer together than this share of the link's voltage count as one: a leg between them conducts for either
+/// sign of its current.
 const ONE_BOUND: f64 = 1e-9;
 
-/// Time in s in which a current must become one that counts for its leg to begin to conduct.
+/// Time in s within which a current must exceed the currentless threshold for its leg to begin to conduct.
 const SOON: f64 = 1e-6;
 
 impl<'a> Control<'a> {
-    /// Whether a leg is where its mode ends: its current no more than a step may be off, or its potential that near to a bound.
+    /// Returns whether a leg is at the end of its mode: its current is within a step's error of zero, or its
+    /// potential within [`Self::near`] of a bound.
     pub(super) fn is_at_end<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> bool {
         let direction = bank.machine.legs.direction(self.lane, leg);
         if direction != 0.0 || bank.machine.legs.elastance.is_none() {
@@ -28,14 +30,16 @@ impl<'a> Control<'a> {
         (potential - low).min(high - potential) <= self.near(bank, leg, shortest)
     }
 
-    /// Where a mode that was found at this time has ended at it: the time in s to the next number, 4e-6 ns after 17 s. What becomes of
-    /// currents and potentials within it decides, for no step is shorter. Else zero.
+    /// Returns the shortest step in s where a mode that was found at this time has already ended: the distance to the
+    /// next representable time, 4e-6 ns after 17 s. No step is shorter, so the change of currents and potentials
+    /// within it decides the mode. Zero otherwise.
     pub(super) fn shortest<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
         let time = self.time(bank);
         if self.found == time { (time.next_up() - time) * 1e-9 } else { 0.0 }
     }
 
-    /// Current in A through a leg's device by which its terminal follows the link, with a current of this direction.
+    /// Returns the current in A through a leg's device by which its terminal follows the link, for a current of this
+    /// direction.
     fn following<V: Wide>(&self, bank: &Bank<'a, V>, direction: f64, leg: usize) -> f64 {
         let bridge = &self.case.inverter.bridge;
         let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
@@ -56,7 +60,7 @@ impl<'a> Control<'a> {
         bridge.terminal_capacitance * rise
     }
 
-    /// How near to its bound in V a potential is at it.
+    /// Returns the distance in V from its bound within which a potential counts as at the bound.
     fn near<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> f64 {
         let mut near = bank.bounds.slack.blocked.get(self.lane) * POTENTIAL_DEEP;
         if shortest > 0.0 {
@@ -72,11 +76,12 @@ impl<'a> Control<'a> {
         [low, high]
     }
 
-    /// Finds the conduction modes from gates, potentials and currents. A switch that comes on takes its terminal's
-    /// potential to the nearer of its bounds at once; a current that flows out of the leg at the lower bound, or into it at
-    /// the upper one, flows through a device; all others charge their terminals.
+    /// Finds the conduction modes from gates, potentials and currents. A switch that turns on takes its terminal's
+    /// potential to the nearer of its bounds at once; a current that flows out of the leg at the lower bound, or into
+    /// the leg at the upper one, flows through a device; all other currents charge their terminals.
     ///
-    /// A current that passes through zero within the `shortest` time in s counts as none: how it changes decides, and not its sign.
+    /// A current that passes through zero within the `shortest` time in s counts as zero: its slope decides, and not
+    /// its sign.
     pub(super) fn settle_terminals<V: Wide>(
         &mut self,
         bank: &mut Bank<'a, V>,
@@ -158,7 +163,8 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// A device takes a terminal's potential to another at once, with a charge from the upper rail or the lower one.
+    /// Charges a terminal through a device to the potential `to` in V at once, with a charge from the upper rail or
+    /// from the lower one.
     fn move_terminal<V: Wide>(&mut self, bank: &mut Bank<'a, V>, leg: usize, to: f64, upper: bool) {
         let lane = self.lane;
         let from = bank.here.state.potential[leg].get(lane);

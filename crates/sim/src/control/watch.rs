@@ -1,4 +1,5 @@
-//! Who watches a run, and what follows its steps from within: snapshots, the sensors' filters, the ledger.
+//! The observer of a run, and all that follows its steps from within: snapshots, the sensors' filters, the energy
+//! balance.
 
 use standstill_interface::Phase;
 use standstill_inverter::{Gate, Modes};
@@ -12,7 +13,7 @@ use crate::step::two_derivative::Here;
 use crate::trace::{Event, Snapshot};
 
 impl<'a> Control<'a> {
-    /// Follows the step that was just accepted, of which the bank has the inside at one and two thirds.
+    /// Follows the step that was just accepted; `thirds`: the machines at one and two thirds of the step.
     pub fn follow<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
         if let Some(filter) = &mut self.link_filter {
             let points = [&bank.outcome.begin, &thirds[0], &thirds[1], &bank.outcome.tried.end]
@@ -28,12 +29,13 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// The observer's time in s between two snapshots, if there is one that wants any.
+    /// Returns the observer's longest time in s between two snapshots; none without an observer or if it wants no
+    /// snapshots.
     fn resolution(&self) -> Option<f64> {
         self.probe.as_ref().and_then(|probe| probe.resolution())
     }
 
-    /// Shows the observer the step just accepted, and the gate edges on the way.
+    /// Shows the observer the step just accepted, and the gate edges within it.
     fn watch<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         let Some(resolution) = self.resolution() else { return };
         let (begin, end) =
@@ -64,7 +66,8 @@ impl<'a> Control<'a> {
         self.show_change(bank);
     }
 
-    /// The first gate edge before a time in ns and, leg by leg, after others: its leg, when it is, and the gate since.
+    /// Returns the first gate edge before a time in ns and after a time of each leg: the leg, the time of the edge,
+    /// and the gate from then on.
     fn next_gate<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -112,7 +115,7 @@ impl<'a> Control<'a> {
         self.show_now(bank);
     }
 
-    /// Lets a time pass in which nothing happens, up to a time in ns: for who watches and for the sensors' filters.
+    /// Advances the observer and the sensors' filters over a time in which nothing happens, up to a time in ns.
     pub(super) fn watch_waiting<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
         let begin = self.time(bank);
         let h = (until - begin) * 1e-9;
@@ -154,7 +157,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Shows the machine as it is to who watches.
+    /// Shows the machine's present state to the observer.
     #[inline]
     pub(super) fn show_here<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         if V::ALONE && self.probe.is_some() {
@@ -170,7 +173,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Where the machine is, with the link's voltage of now.
+    /// Returns the present state of the machine with the present voltage of the link.
     fn place<V: Wide>(&self, bank: &Bank<'a, V>) -> Here<V> {
         let mut here = bank.here;
         bank.machine.links.look(self.lane, &mut here);
@@ -185,7 +188,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// The machine as it is now, whether somebody watches or not.
+    /// Returns a snapshot of the machine, with or without an observer.
     pub fn now<V: Wide>(&self, bank: &Bank<'a, V>) -> Snapshot {
         let modes = bank.machine.legs.modes(self.lane, self.time(bank));
         self.snapshot(bank, &self.place(bank), modes, self.gates(bank))
@@ -218,7 +221,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Electromagnetic torque in N·m, also of a locked rotor, whose steps do without.
+    /// Returns the electromagnetic torque in N·m, also of a locked rotor, whose steps do not compute it.
     fn torque<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> f64 {
         let (lane, state, motor) = (self.lane, &here.state, self.case.motor);
         let angle = self.case.start_angle + state.turned.get(lane);

@@ -1,4 +1,4 @@
-//! Arguments of effects: places in a step, one machine at one time, and copies of some lanes.
+//! Arguments of effects: places in a step, one machine at one time; and functions that copy some lanes.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, Wide};
@@ -20,13 +20,13 @@ pub struct Begin<'s, 'a, V: Wide> {
     pub h: V,
     /// The machines.
     pub machine: &'s Machine<'a, V>,
-    /// Their branch, in code for machines with one.
+    /// The machines' branch, in code for machines with one.
     pub branch: Option<&'s Branch<V>>,
     /// The legs during the step.
     pub legs: &'s Conducting<V>,
-    /// State and operating point.
+    /// State and operating point at the beginning.
     pub here: &'s Here<V>,
-    /// Slopes of flux and current.
+    /// Slopes of flux and current at the beginning.
     pub change: &'s Change<V>,
 }
 
@@ -37,31 +37,31 @@ pub struct End<'s, 'a, V: Wide> {
     pub begin: &'s Begin<'s, 'a, V>,
     /// The place at which the core was evaluated.
     pub looked: &'s Looked<V>,
-    /// Slopes of flux and current there.
+    /// Slopes of flux and current at the end.
     pub change: &'s Change<V>,
 }
 
 /// The place at which the core was evaluated, with the linear response there.
 #[derive(Clone, Copy)]
 pub struct Looked<V: Wide> {
-    /// The flux in Wb.
+    /// Flux in Wb at which the core was evaluated.
     pub flux: Plane<V>,
-    /// The current in A.
+    /// Current in A at that flux.
     pub current: Plane<V>,
-    /// The branch.
+    /// The branch at that flux.
     pub branch: Option<BranchPoint<V>>,
-    /// Γ in 1/H.
+    /// Inverse incremental inductance Γ in 1/H at that flux.
     pub gamma: Symmetric<V>,
-    /// Change of the current by an impulse at the blocked leg's terminal.
+    /// Change of the current per unit of impulse at the blocked leg's terminal.
     across: Plane<V>,
-    /// 1 over the change of the leg's own current by that impulse.
+    /// 1 over the change of the blocked leg's own current per unit of that impulse.
     per_impulse: V,
     /// Whether any machine idles.
     pub any_idle: bool,
 }
 
 impl<V: Wide> Looked<V> {
-    /// The place at which the core was just evaluated, with this branch.
+    /// Makes the record of the place `there` at which the core was just evaluated, with this branch.
     #[inline(always)]
     pub fn at(there: &Here<V>, branch: Option<BranchPoint<V>>, legs: &Conducting<V>) -> Self {
         let (terminals, gamma) = (&legs.terminals, there.at.inverse_inductance);
@@ -79,7 +79,7 @@ impl<V: Wide> Looked<V> {
         }
     }
 
-    /// Takes blocked legs' currents to zero, as an impulse at their terminals would.
+    /// Sets blocked legs' currents to zero, as an impulse at their terminals would.
     #[inline(always)]
     pub fn settle(&self, legs: &Conducting<V>, there: &mut Here<V>) {
         let (blocked, at) = (legs.terminals.blocked, &mut there.at);
@@ -94,13 +94,14 @@ impl<V: Wide> Looked<V> {
         at.current = at.current - change;
     }
 
-    /// A flux in Wb without the impulse at a blocked leg's terminal.
+    /// Returns a flux in Wb less the impulse at a blocked leg's terminal.
     #[inline(always)]
     pub fn held(&self, legs: &Conducting<V>, flux: Plane<V>) -> Plane<V> {
         flux - legs.terminals.blocked * (self.across.dot(flux) * self.per_impulse)
     }
 
-    /// Flux in Wb and current in A that make the torque: the branch has no part in it.
+    /// Returns the flux in Wb and the current in A that make the torque: those of the core, without the branch's
+    /// current.
     #[inline(always)]
     pub fn core(&self, flux: Plane<V>, current: Plane<V>) -> [Plane<V>; 2] {
         match &self.branch {
@@ -110,29 +111,29 @@ impl<V: Wide> Looked<V> {
     }
 }
 
-/// A place within a step that was tried.
+/// A place within an attempted step.
 #[derive(Clone, Copy)]
 pub struct Span<'s, 'a, V: Wide> {
     /// The machines.
     pub machine: &'s Machine<'a, V>,
-    /// Their branch as it was where the step begins.
+    /// The machines' branch at the beginning of the step.
     pub branch: Option<&'s Branch<V>>,
-    /// Where the step begins.
+    /// State and operating point at the beginning of the step.
     pub from: &'s Here<V>,
-    /// The step.
+    /// The attempted step.
     pub step: &'s Tried<V>,
     /// Share of the step that has passed.
     pub share: V,
 }
 
 impl<V: Wide> Span<'_, '_, V> {
-    /// The cubic over the step with these values at both ends and these slopes, per second.
+    /// Returns the cubic over the step with these values and these slopes, per second, at both ends.
     #[inline(always)]
     pub fn cubic(&self, value: [V; 2], rise: [V; 2]) -> Cubic<V> {
         Cubic { value, slope: [rise[0] * self.step.h, rise[1] * self.step.h] }
     }
 
-    /// The cubics of the flux's components, in Wb.
+    /// Returns the cubics of the flux's components, in Wb.
     #[inline(always)]
     pub fn flux(&self) -> [Cubic<V>; 2] {
         let [from, to] = [self.from.state.flux, self.step.end.state.flux];
@@ -141,45 +142,45 @@ impl<V: Wide> Span<'_, '_, V> {
     }
 }
 
-/// One machine at one time, for its accounts.
+/// One machine at one time, from which its energy balance is computed.
 #[derive(Clone, Copy)]
 pub struct Moment<'s, 'a, V: Wide> {
-    /// Its case.
+    /// The machine's case.
     pub case: &'s Case<'a>,
     /// The motion of its rotor.
     pub motion: Motion,
-    /// The machines side by side, and its place among them.
+    /// The machines of the bank, and the number of this machine's lane.
     pub machine: &'s Machine<'a, V>,
-    /// See `machine`.
+    /// Number of the machine's lane: see `machine`.
     pub lane: usize,
-    /// State and operating point.
+    /// State and operating point of the machines at this time.
     pub here: &'s Here<V>,
 }
 
 impl<V: Wide> Moment<'_, '_, V> {
-    /// Its number of several.
+    /// Returns this machine's value of a pack of lanes.
     pub fn one(&self, pack: &V) -> f64 {
         pack.get(self.lane)
     }
 
-    /// Its current in A.
+    /// Returns the machine's current in A in the run's plane.
     pub fn current(&self) -> Plane {
         self.here.at.current.get(self.lane)
     }
 
-    /// Its phase currents in A.
+    /// Returns the machine's phase currents in A.
     pub fn phases(&self) -> [f64; 3] {
         self.machine.legs.phases(self.here.at.current).map(|current| self.one(&current))
     }
 
-    /// Energies in J that its effects store, as changes from nothing.
+    /// Returns the energies in J stored in all effects, as changes from zero.
     pub fn energies(&self) -> Ledger {
         let mut stored = Ledger::default();
         each_effect!(self.machine, self.machine.branch.as_ref(), effect => effect.energy(self, &mut stored));
         stored
     }
 
-    /// Powers in W of its effects in each account, at a place within the step just accepted.
+    /// Returns the powers in W of all effects, account by account, at a place within the step just accepted.
     pub fn powers(&self, span: &Span<'_, '_, V>) -> Ledger {
         let mut powers = Ledger::default();
         each_effect!(self.machine, span.branch, effect => effect.power(self, span, &mut powers));
@@ -187,19 +188,19 @@ impl<V: Wide> Moment<'_, '_, V> {
     }
 }
 
-/// Copies numbers of some machines.
+/// Copies numbers of the selected machines.
 #[inline(always)]
 pub fn keep<V: Wide>(of: V::Mask, from: V, to: &mut V) {
     *to = V::choose(of, from, *to);
 }
 
-/// Copies vectors of some machines.
+/// Copies vectors of the selected machines.
 #[inline(always)]
 pub fn keep_plane<V: Wide>(of: V::Mask, from: Plane<V>, to: &mut Plane<V>) {
     *to = Plane::choose(of, from, *to);
 }
 
-/// Copies matrices of some machines.
+/// Copies matrices of the selected machines.
 #[inline(always)]
 pub fn keep_symmetric<V: Wide>(of: V::Mask, from: Symmetric<V>, to: &mut Symmetric<V>) {
     keep(of, from.xx, &mut to.xx);
@@ -207,7 +208,7 @@ pub fn keep_symmetric<V: Wide>(of: V::Mask, from: Symmetric<V>, to: &mut Symmetr
     keep(of, from.yy, &mut to.yy);
 }
 
-/// Copies vectors in the rotor's plane of some machines.
+/// Copies vectors in the rotor's plane of the selected machines.
 #[inline(always)]
 pub fn keep_dq<V: Wide>(of: V::Mask, from: Dq<V>, to: &mut Dq<V>) {
     keep(of, from.d, &mut to.d);

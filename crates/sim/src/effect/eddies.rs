@@ -1,4 +1,4 @@
-//! Eddy currents within a step: the flux that lags behind by them.
+//! Eddy currents within a step: the lagging flux χ.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Wide};
@@ -14,11 +14,11 @@ use crate::physics::state::State;
 use crate::step::error::{Accuracy, relaxing_error};
 use crate::step::two_derivative::Here;
 
-/// Eddy currents over a step.
+/// Quantities of the eddy currents over a step.
 #[derive(Clone, Copy, Default)]
 pub struct EddyStep<V> {
     from: RotorFlux<V>,
-    /// Error of the flux in Wb.
+    /// Error of the lagging flux in Wb.
     off: V,
 }
 
@@ -99,7 +99,7 @@ impl<V: Wide> Effect<V> for Eddies<V> {
     }
 }
 
-/// The winding's flux in the rotor's plane at an end of a step, and how much it changes per step.
+/// The winding's flux in the rotor's plane in Wb at an end of a step, and its slope in Wb per step.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct RotorFlux<T> {
     pub(crate) flux: Dq<T>,
@@ -107,7 +107,8 @@ pub(crate) struct RotorFlux<T> {
 }
 
 impl<V: Wide> RotorFlux<V> {
-    /// At a state, where the flux changes by `flux_rise` in Wb a step in the run's plane, and the angle by `angle_rise` in rad.
+    /// Computes the flux at a state, with slopes `flux_rise` in Wb per step in the run's plane and `angle_rise` in
+    /// rad per step.
     #[inline(always)]
     pub(crate) fn of(machine: &Machine<V>, state: &State<V>, flux_rise: Plane<V>, angle_rise: V) -> Self {
         if machine.rotors.is_none() {
@@ -122,7 +123,8 @@ impl<V: Wide> RotorFlux<V> {
     }
 }
 
-/// χ at the end of a step that is `x` time constants long: the rule with two derivatives, which is linear in χ.
+/// Returns the lagging flux χ in Wb at the end of a step of `x` time constants, by the rule with two derivatives,
+/// which is linear in χ.
 #[inline(always)]
 pub(crate) fn lag_behind<V: Wide>(x: V, lagging: Dq<V>, begin: &RotorFlux<V>, end: &RotorFlux<V>) -> Dq<V> {
     let (half, twelfth, square) = (x * 0.5, x * (1.0 / 12.0), x * x * (1.0 / 12.0));

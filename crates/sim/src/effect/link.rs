@@ -15,36 +15,36 @@ use crate::step::error::Accuracy;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
-/// The flux in Wb that counts for each volt by which the link's voltage was put right: what a volt would make in a third of a
-/// microsecond, for the correction itself is far better, as that of the angle.
+/// Flux error in Wb attributed to each volt by which the link's voltage was corrected: the volt integrated over a
+/// third of a microsecond, because the corrected voltage is far more exact than the correction, as with the angle.
 const SHARE_OF_LINK: f64 = 3e-7;
 
-/// A link over a step.
+/// Quantities of the DC link over a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinkStep<V> {
-    /// Its voltage in V at both ends.
+    /// The link's voltage in V at both ends.
     pub voltage: [V; 2],
-    /// How fast that rises, in V/s, at both ends.
+    /// Slope of the voltage in V/s at both ends.
     pub rise: [V; 2],
-    /// How that changes, in V/s², at the beginning.
+    /// Second derivative of the voltage in V/s² at the beginning.
     bend: V,
-    /// Its integral in V·s as it was predicted.
+    /// Predicted integral of the voltage in V·s.
     pub area: V,
-    /// How much the integral is more than that.
+    /// Corrected integral less the predicted one, in V·s.
     pub more: V,
-    /// How much the voltage was put right.
+    /// Correction of the voltage in V at the end.
     correction: V,
 }
 
 impl<V: Wide> LinkStep<V> {
-    /// The voltage in V at the beginning (0) or the end (1) and how fast it rises, in V/s.
+    /// Returns the voltage in V and its slope in V/s at the beginning (0) or the end (1).
     #[inline(always)]
     pub fn at(&self, end: usize) -> [V; 2] {
         [self.voltage[end], self.rise[end]]
     }
 
-    /// Its integral over a step of `h` seconds, in V·s, less that of the line as which it begins, and less that of the cubic between
-    /// its ends.
+    /// Returns the voltage's integral over a step of `h` seconds, in V·s, less that of its tangent at the beginning,
+    /// and less that of the cubic between its ends.
     #[inline(always)]
     pub fn surplus(&self, h: V) -> [V; 2] {
         let begin = self.voltage[0] * h + self.rise[0] * (h * h * 0.5);
@@ -166,7 +166,7 @@ impl<V: Wide> Effect<V> for Links<V> {
 }
 
 impl<V: Wide> Links<V> {
-    /// Writes the source of a lane at the time there, and the link's voltage where it is the source's.
+    /// Writes the source of a lane at the time of `here`, and the link's voltage where it equals the source's.
     pub fn look(&self, lane: usize, here: &mut Here<V>) {
         let source = self.source_of(lane, here.time.get(lane) * 1e-9);
         here.source.voltage.put(lane, source.voltage);
@@ -176,7 +176,7 @@ impl<V: Wide> Links<V> {
         }
     }
 
-    /// The integral of the voltage in V·s from the beginning of a step to where `there` is within it.
+    /// Returns the integral of the voltage in V·s from the beginning of a step to `there` within it.
     #[inline(always)]
     pub fn area_within(&self, span: &Span<'_, '_, V>, there: &Here<V>) -> V {
         match &self.storage {
@@ -186,14 +186,14 @@ impl<V: Wide> Links<V> {
     }
 }
 
-/// The cubic of a stored voltage over the step.
+/// Returns the cubic of the capacitor's voltage over the step.
 #[inline(always)]
 pub fn stored<V: Wide>(span: &Span<'_, '_, V>) -> Cubic<V> {
     span.cubic([span.from.state.link, span.step.end.state.link], span.step.link.rise)
 }
 
 impl<V: Wide> Storages<V> {
-    /// How fast the voltage rises, in V/s, and how that changes, in V/s².
+    /// Returns the slope of the voltage in V/s and its second derivative in V/s².
     #[inline(always)]
     fn slopes(
         &self,
@@ -207,13 +207,13 @@ impl<V: Wide> Storages<V> {
         (rise, (source.rise - rise) * self.rate - self.taken(rail, current_rise))
     }
 
-    /// How fast the voltage rises, in V/s, under a source's voltage in V.
+    /// Returns the slope of the voltage in V/s for a source's voltage in V.
     #[inline(always)]
     pub fn rise(&self, rail: &Plane<V>, link: V, source: V, current: Plane<V>) -> V {
         (source - link) * self.rate - self.taken(rail, current)
     }
 
-    /// Fall in V/s by the current of the upper rail, Σ rail_k i_k = 3/2 rail · i.
+    /// Returns the fall of the voltage in V/s by the current of the upper rail, Σ rail_k i_k = 3/2 rail · i.
     #[inline(always)]
     fn taken(&self, rail: &Plane<V>, current: Plane<V>) -> V {
         rail.dot(current) * self.elastance * 1.5

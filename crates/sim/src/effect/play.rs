@@ -1,16 +1,17 @@
 //! Hysteresis of the stator's iron: play cells of machines side by side.
 //!
-//! A cell's elastic flux e = ψ − π is where its force is, K e. While it is stuck e changes as ψ does; while it slides |e| stays r
-//! and with n = e/r
+//! The force of a cell follows from its elastic flux e = ψ − π as K e. While the cell is stuck e changes as ψ does;
+//! while it slides |e| stays at r, and with n = e/r
 //! ```text
 //!   de/dt = (1 − n nᵀ) dψ/dt,   dπ/dt = n (n · dψ/dt)
 //! ```
-//! Of this path, a pursuit curve, (1, n) is a ray that turns by a linear equation, `w' = p·ψ'/r, p' = w ψ'/r` with n = p/w. Over a
-//! parabola of ψ its fourth-order Magnus step is the exponential of `G = [0 bᵀ; b cJ]` with b the chord over r, c the area between
-//! path and chord over r², and J a quarter turn; and since G³ = (|b|² − c²) G, that is a formula. |n| = 1 stays, whatever it misses.
+//! Along this path, a pursuit curve, (1, n) is a ray that turns by a linear equation, `w' = p·ψ'/r, p' = w ψ'/r` with
+//! n = p/w. Over a parabola of ψ its fourth-order Magnus step is the exponential of `G = [0 bᵀ; b cJ]`, with b the
+//! chord over r, c the area between path and chord over r², and J a quarter turn. Since G³ = (|b|² − c²) G, the
+//! exponential has a closed form. |n| = 1 holds whatever the formula's error.
 //!
-//! A cell's mode holds over a whole step. It ends where |e| reaches r, or where a sliding cell's flux turns back; steps end there
-//! as at the end of any mode, and at the begin of each step modes are found anew.
+//! A cell keeps its mode over a whole step. The mode ends where |e| reaches r, or where a sliding cell's flux turns
+//! back; steps end there as at the end of any mode, and the modes are found anew at the begin of each step.
 
 mod step;
 
@@ -21,63 +22,64 @@ use super::{BranchPoint, BranchState};
 use crate::physics::plane::Plane;
 use crate::step::hermite::Cubic;
 
-/// Modes that follow from the modes of legs, and those from these: each round they are right to another digit or two.
+/// Iterations between the modes of the cells and the slope of the flux, which depend on each other: each iteration
+/// adds a digit or two.
 const ROUNDS: usize = 4;
 
 /// Parts of a step over which cells slide by one formula each.
 const PARTS: usize = 4;
 
-/// How far beyond its reach a cell may be where it begins to slide, or from where it turned back, as a share of the flux by which a
-/// step may be off: a cell is much softer than the core.
+/// Tolerance by which a cell may be beyond its reach where it begins to slide, or beyond where it turned back, as a
+/// share of the flux error of a step: a cell is much softer than the core.
 const SLACK: f64 = 0.1;
 
-/// So many times this slack a cell may be off where a step was to end there.
+/// Multiple of this tolerance by which a cell may miss the end of its mode where a step was to end there.
 const DEEP: f64 = 10.0;
 
-/// The cells of machines of which each has its own.
+/// The play cells of the machines in the lanes.
 #[derive(Clone, Debug, Default)]
 pub struct Cells<V: Wide> {
-    /// K in 1/H.
+    /// Stiffness K in 1/H.
     stiffness: [V; MOST_CELLS],
-    /// r in Wb; 1 where there is no cell.
+    /// Reach r in Wb; 1 where there is no cell.
     reach: [V; MOST_CELLS],
     /// Inductance in H of the core in its softest direction.
     inductance: V,
-    /// See [`SLACK`]; in Wb.
+    /// Tolerance in Wb: see [`SLACK`].
     slack: V,
-    /// The flux in Wb where the machines were last, and what was elastic of it.
+    /// Flux in Wb at the machines' last accepted state, and the elastic flux of each cell there.
     from: Plane<V>,
     away: BranchState<V>,
     /// Which cells slide.
     slides: [V::Mask; MOST_CELLS],
-    /// Their part, in 1/H, of the Γ that is known of where the machines are.
+    /// The cells' part, in 1/H, of the Γ last evaluated at the machines' present state.
     tangent: Symmetric<V>,
 }
 
-/// Cells after a step, and when their modes end within it.
+/// Cells after a step, and the ends of their modes within it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moved<V: Wide> {
     away: BranchState<V>,
     tangent: Symmetric<V>,
-    /// Who slides on.
+    /// Cells that slide after the step.
     slides: [V::Mask; MOST_CELLS],
-    /// Of a stuck cell r² − |e|² in Wb², of a sliding one n · ψ′ in Wb a step.
+    /// Guard function over the step: of a stuck cell r² − |e|² in Wb², of a sliding one n · ψ′ in Wb per step.
     cubic: [Cubic<V>; MOST_CELLS],
-    /// How far each is from the end of its mode, in Wb: negative beyond.
+    /// Distance of each cell from the end of its mode, in Wb: negative beyond it.
     margin: [V; MOST_CELLS],
-    /// The slack in units of `cubic`.
+    /// Tolerance in the units of `cubic`.
     slack: [V; MOST_CELLS],
-    /// By how much in Wb the step may be off for them.
+    /// Error of the step in Wb caused by the cells.
     off: V,
 }
 
-/// n of a cell; zero where nothing is elastic.
+/// Returns the unit vector n of a cell's elastic flux; zero if that flux is zero.
 #[inline(always)]
 fn direction<V: Wide>(away: &Plane<V>) -> Plane<V> {
     *away * (V::of(1.0) / (away.dot(*away).sqrt() + 1e-300))
 }
 
-/// The direction n after one part of a step, over the chord and the area between path and chord.
+/// Returns the direction n after one part of a step, over the chord `b` and the area `c` between path and chord.
 #[inline(always)]
 fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
     let z = (b.dot(b) - c * c) * 0.25;
@@ -101,13 +103,14 @@ fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
 }
 
 impl<V: Wide> Cells<V> {
-    /// Of machines that are about to come.
+    /// Makes cells for lanes that are still empty.
     pub fn idle() -> Self {
         Self { reach: [V::of(1.0); MOST_CELLS], ..Self::default() }
     }
 
-    /// Puts a machine into a lane, with its flux in Wb in the run's plane, the largest inductance of its core in H, and by how much
-    /// a step may be off in Wb. `last`: along which unit vector its iron was last magnetised; none: it is virgin.
+    /// Puts a machine into a lane, with its flux in Wb in the run's plane, the largest inductance of its core in H,
+    /// and the flux error of a step in Wb. `last`: unit vector of the iron's last magnetisation; none: the iron is
+    /// virgin.
     pub fn put(
         &mut self,
         lane: usize,
@@ -130,8 +133,8 @@ impl<V: Wide> Cells<V> {
         }
     }
 
-    /// Elastic flux of each play (hysteresis) cell in Wb once the stator's flux has reached `flux` in Wb. `along`: initial tangent of the flux path;
-    /// none for a straight path.
+    /// Returns the elastic flux of each play (hysteresis) cell in Wb once the stator's flux has reached `flux` in Wb.
+    /// `along`: initial tangent of the flux path; none for a straight path.
     #[inline(always)]
     pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchState<V> {
         let change = flux - self.from;
@@ -160,7 +163,7 @@ impl<V: Wide> Cells<V> {
         away
     }
 
-    /// Force and stiffness of cells in their modes.
+    /// Returns force and stiffness of the cells in their modes.
     #[inline(always)]
     fn point(&self, elastic: BranchState<V>) -> BranchPoint<V> {
         let mut current = Plane::default();
@@ -183,7 +186,7 @@ impl<V: Wide> Cells<V> {
         sum
     }
 
-    /// Nothing of a step yet.
+    /// Returns the cells at the beginning of a step.
     #[inline(always)]
     fn blank(&self) -> Moved<V> {
         let (zero, away, slides) = (V::of(0.0), self.away, self.slides);
@@ -191,8 +194,9 @@ impl<V: Wide> Cells<V> {
         Moved { away, tangent: self.tangent, slides, cubic, margin: three, slack: three, off: zero }
     }
 
-    /// Cells after a step to where so much is elastic, in Wb, with their part of Γ at its end; `change` and `rise`: of the flux, in Wb
-    /// and at both ends in Wb a step. The core was evaluated `off` in Wb from the end.
+    /// Returns the cells after a step to these elastic fluxes in Wb, with their part of Γ at its end; `change`: of
+    /// the flux in Wb; `rise`: slope of the flux at both ends in Wb per step. The core was evaluated at a distance of
+    /// `off` in Wb from the end.
     #[inline(always)]
     fn moved(
         &self,
@@ -235,8 +239,8 @@ impl<V: Wide> Cells<V> {
         moved
     }
 
-    /// By how much in Wb a step may be off for what its cells do: the path is no parabola, and the core was evaluated `off` in Wb
-    /// from where it ended. `rise`: of the flux at both ends, in Wb a step.
+    /// Estimates the error in Wb of a step caused by its cells: the path is no parabola, and the core was evaluated
+    /// at a distance of `off` in Wb from the end. `rise`: slope of the flux at both ends, in Wb per step.
     #[inline(always)]
     fn off(&self, change: Plane<V>, rise: [Plane<V>; 2], off: Plane<V>) -> V {
         let areas = [rise[0].cross(change) * (1.0 / 6.0), change.cross(rise[1]) * (1.0 / 6.0)];

@@ -14,23 +14,24 @@ use crate::physics::state::State;
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::Here;
 
-/// The shares that count of an angle, and of what a speed makes of it within a step, that were put right at its end. For an
-/// acceleration e^(−x s) the prediction is off by x²/24 and x²/6, what was put right by x³/720 and x⁴/720 while x is small. No step is
-/// longer than the winding's time constant, so torque, of second order in the currents, has x of 2 at most; up to there the share is
-/// at most 0.012 and 0.021. Eight and five times that, for torque that is no single exponential.
+/// Shares of the corrections of the angle, and of the angle that a speed makes within a step, that count as error.
+/// For an acceleration e^(−x s) the prediction errs by x²/24 and x²/6, the corrected value by x³/720 and x⁴/720 while
+/// x is small. No step is longer than the winding's time constant, so torque, of second order in the currents, has x
+/// of 2 at most; up to there the share is at most 0.012 and 0.021. Eight and five times that, for torque that is no
+/// single exponential.
 pub(crate) const SHARE_OF_ANGLE: f64 = 0.1;
 /// See [`SHARE_OF_ANGLE`].
 pub(crate) const SHARE_OF_SPEED: f64 = 0.1;
 
-/// Rotors over a step.
+/// Quantities of the rotors over a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RotorStep<V> {
-    /// Accelerations in rad/s² at both ends, and how they change, in rad/s³.
+    /// Accelerations in rad/s² at both ends, and their slopes in rad/s³.
     pub acceleration: [V; 2],
     jerk: [V; 2],
-    /// How fast the torque rises at both ends, in N·m/s.
+    /// Slope of the torque at both ends, in N·m/s.
     pub torque_rise: [V; 2],
-    /// Correction of the angle in rad, with the share of the speed's that counts.
+    /// Correction of the angle in rad, with the share of the speed's correction that counts.
     correction: V,
 }
 
@@ -141,14 +142,14 @@ impl<V: Wide> Effect<V> for Rotors<V> {
 }
 
 impl<V: Wide> Rotors<V> {
-    /// The torque where flux and current were corrected from these.
+    /// Updates the torque after flux and current were corrected from the values `from`.
     #[inline(always)]
     pub fn follow(&self, looked: &Looked<V>, from: [Plane<V>; 2], there: &mut Here<V>) {
         let change = [looked.core(from[0], from[1]), looked.core(there.state.flux, there.at.current)];
         there.at.torque = there.at.torque + self.torque_change(&there.at, change[0], change[1]);
     }
 
-    /// The torque of what was put right last, and the motion that follows from it.
+    /// Updates the torque by the last corrections, and the motion that follows from it.
     #[inline(always)]
     pub fn finish(
         &self,

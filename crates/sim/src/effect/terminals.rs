@@ -1,7 +1,7 @@
 //! Terminals with a capacitance within a step: the winding rings with them while no device of a leg conducts.
 //!
-//! The two oscillators take the place of the winding's quadrature. `ringing.rs` solves them, `modes.rs` finds them, and
-//! `floating.rs` says whether a swing may end a leg's mode.
+//! Two oscillators replace the winding's quadrature. `ringing.rs` solves them, `modes.rs` finds them, and
+//! `floating.rs` decides whether an oscillation may end a leg's mode.
 
 pub mod floating;
 pub mod modes;
@@ -25,11 +25,11 @@ use crate::physics::state::State;
 use crate::step::error::{Accuracy, ringing_error};
 use crate::step::two_derivative::{Here, Tried};
 
-/// Legs and terminals, whose part of a step is [`TerminalStep`]'s.
+/// Legs and terminals as an effect; their part of a step is [`TerminalStep`].
 impl<V: Wide> Effect<V> for Legs<V> {
     type Step = ();
 
-    /// Where equal leakages of both switches hold them.
+    /// Sets the potentials to half the link's voltage, where equal leakages of both switches hold them.
     fn rest(&self, lane: usize, case: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
         let half = case.inverter.link.source(0.0) / 2.0;
         state.potential.iter_mut().for_each(|potential| potential.put(lane, half));
@@ -53,8 +53,8 @@ impl<V: Wide> Effect<V> for Legs<V> {
         stored.terminal_change += moment.case.inverter.bridge.terminal_capacitance * squares / 2.0;
     }
 
-    /// A conducting leg's drop is −offset + resistance · i. One in which no device conducts carries nothing, or charges its terminal
-    /// through what the winding resists it with.
+    /// Adds the losses of devices and of the ringing. The drop of a conducting leg is −offset + resistance · i. A leg
+    /// in which no device conducts carries nothing, or charges its terminal through the winding's ringing resistance.
     fn power(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, powers: &mut Ledger) {
         let (legs, current) = (&span.step.legs.leg, moment.phases());
         let drop = |k: usize| {
@@ -66,7 +66,8 @@ impl<V: Wide> Effect<V> for Legs<V> {
         powers.copper_loss += moment.case.inverter.bridge.terminal_resistance * squares;
     }
 
-    /// A terminal that follows its device's potential is charged through it, by currents too small to count but for their energy.
+    /// Adds the energy of charging a terminal that follows its device's potential: the currents through the device
+    /// are too small to count but for their energy.
     fn work(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, spent: &mut Ledger) {
         let capacitance = moment.case.inverter.bridge.terminal_capacitance;
         if capacitance == 0.0 {
@@ -84,15 +85,16 @@ impl<V: Wide> Effect<V> for Legs<V> {
     }
 }
 
-/// Terminals over a step.
+/// Quantities of the terminals over a step.
 #[derive(Clone, Copy)]
 pub struct TerminalStep<V> {
     begin: End<V>,
-    /// Voltage in V that the terminals put on the winding at the beginning.
+    /// Voltage in V of the floating terminals on the winding at the beginning.
     floating: Plane<V>,
-    /// Integral of the link's voltage in V·s less those of a line and of a cubic: [`LinkStep::surplus`].
+    /// Integral of the link's voltage in V·s less that of its tangent, and less that of a cubic:
+    /// [`LinkStep::surplus`].
     surplus: [V; 2],
-    /// The oscillators: as they begin, then between both ends.
+    /// The oscillators: extrapolated from the beginning at first, then between both ends.
     pub ringing: Ringing<V>,
 }
 
@@ -102,7 +104,7 @@ fn add<V: Wide>(a: [V; 3], b: [V; 3]) -> [V; 3] {
 }
 
 impl<V: Wide> TerminalStep<V> {
-    /// Where terminals have a capacitance: the oscillators as they begin.
+    /// Returns the oscillators extrapolated from the beginning; none where terminals have no capacitance.
     #[inline(always)]
     pub fn of(begin: &Begin<'_, '_, V>, link: &LinkStep<V>) -> Option<Self> {
         let Begin { h, machine, legs, here, change, .. } = *begin;
@@ -116,7 +118,7 @@ impl<V: Wide> TerminalStep<V> {
         Some(Self { begin: end, floating, surplus: link.surplus(h), ringing })
     }
 
-    /// Writes predicted flux and potentials at the end into `there`.
+    /// Writes predicted flux in Wb and potentials in V at the end into `there`.
     #[inline(always)]
     pub fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) {
         let Begin { h, machine, legs, here, .. } = *begin;
@@ -125,8 +127,8 @@ impl<V: Wide> TerminalStep<V> {
         there.state.potential = add(here.state.potential, machine.legs.charged(legs, mean * h));
     }
 
-    /// Solves the oscillators between both ends, where the machines change so at the end; corrects the potentials. The flux in Wb that
-    /// the prediction misses, and the resistance in Ω that its feedback is left with.
+    /// Solves the oscillators between both ends, with the slopes at the end, and corrects the potentials. Returns the
+    /// flux in Wb that the prediction misses, and the resistance in Ω that is left to its feedback.
     #[inline(always)]
     pub fn correct(
         &mut self,
@@ -152,7 +154,7 @@ impl<V: Wide> TerminalStep<V> {
         (missing, self.ringing.left_to_cubics(&terminals.resistance, h))
     }
 
-    /// Between two ends that are known, with the oscillators of the beginning.
+    /// Returns the solution between two known ends, with the oscillators of the beginning.
     pub fn between(&self, end: &super::End<'_, '_, V>, link: &LinkStep<V>, there: &Here<V>) -> Ringing<V> {
         let begin = end.begin;
         let way = there.state.flux - begin.here.state.flux;
@@ -160,7 +162,8 @@ impl<V: Wide> TerminalStep<V> {
         Ringing::between(self.ringing.modes, begin.h, self.floating, [&self.begin, &last])
     }
 
-    /// Its share of the step's error, relative to the tolerance; the core was evaluated `off` in Wb from the end.
+    /// Returns the terminals' contribution to the step's error, relative to the tolerance; the core was evaluated at
+    /// a distance of `off` in Wb from the end.
     #[inline(always)]
     pub fn error(&self, off: Plane<V>, accuracy: &Accuracy<V>) -> V {
         ringing_error(accuracy, &self.ringing, off)
@@ -177,7 +180,7 @@ pub fn within<V: Wide>(span: &Span<'_, '_, V>, ringing: &Ringing<V>, area: V, th
     there.state.potential = add(from.state.potential, machine.legs.charged(legs, mean * (*h * share)));
 }
 
-/// Puts potentials of conducting legs where their devices have them.
+/// Sets the potentials of conducting legs to those of their devices.
 #[inline(always)]
 pub fn clamp<V: Wide>(machine: &Machine<V>, legs: &Conducting<V>, there: &mut Here<V>) {
     let state = &mut there.state;

@@ -1,4 +1,5 @@
-//! The winding within a step: its flux is the voltage's integral, which is exact, less a quadrature of the drop R i.
+//! The winding within a step: its flux is the integral of the voltage, which is exact, less a quadrature of the drop
+//! R i.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
@@ -12,7 +13,7 @@ use crate::physics::state::State;
 use crate::step::error::{Accuracy, error};
 use crate::step::two_derivative::{Here, Tried};
 
-/// The winding, whose part of a step is [`WindingStep`]'s.
+/// The winding as an effect; its part of a step is [`WindingStep`].
 pub struct Winding;
 
 impl<V: Wide> Effect<V> for Winding {
@@ -43,12 +44,12 @@ impl<V: Wide> Effect<V> for Winding {
     }
 }
 
-/// The winding over a step.
+/// Quantities of the winding over a step.
 #[derive(Clone, Copy)]
 pub struct WindingStep<V> {
-    /// The flux in Wb at the end, were there no drop.
+    /// Flux in Wb at the end without the resistive drop.
     known: Plane<V>,
-    /// The predicted flux in Wb at the end, with blocked legs' currents at zero, and the current in A there.
+    /// Predicted flux in Wb at the end, with blocked legs' currents at zero, and the current in A at that flux.
     pub predicted: [Plane<V>; 2],
 }
 
@@ -66,7 +67,7 @@ impl<V: Wide> WindingStep<V> {
         Self { known, predicted: [there.state.flux, here.at.current] }
     }
 
-    /// The flux in Wb that the prediction misses.
+    /// Returns the flux in Wb that the prediction misses.
     #[inline(always)]
     pub fn missing(&self, end: &End<'_, '_, V>, there: &Here<V>, link: &LinkStep<V>) -> Plane<V> {
         let End { begin, looked, change } = *end;
@@ -83,7 +84,7 @@ impl<V: Wide> WindingStep<V> {
         Plane::choose(legs.idle, through, missing)
     }
 
-    /// Adds the missing flux in Wb, with its feedback by the drop across a resistance in Ω.
+    /// Adds the missing flux in Wb, with its feedback through the drop across a resistance in Ω.
     #[inline(always)]
     pub fn correct(end: &End<'_, '_, V>, missing: Plane<V>, resistance: Symmetric<V>, there: &mut Here<V>) {
         let (looked, legs) = (end.looked, end.begin.legs);
@@ -94,7 +95,8 @@ impl<V: Wide> WindingStep<V> {
         there.at.current = there.at.current + missing.through(looked.gamma);
     }
 
-    /// Its share of the step's error, relative to the tolerance; the core was evaluated `off` in Wb from the end.
+    /// Returns the winding's contribution to the step's error, relative to the tolerance; the core was evaluated at a
+    /// distance of `off` in Wb from the end.
     #[inline(always)]
     pub fn error(end: &End<'_, '_, V>, there: &Here<V>, off: Plane<V>, accuracy: &Accuracy<V>) -> V {
         let End { begin, change, .. } = *end;
@@ -103,7 +105,7 @@ impl<V: Wide> WindingStep<V> {
     }
 }
 
-/// The flux in Wb within a step, where the integral of the link's voltage up to there is `area` in V·s.
+/// Returns the flux in Wb within a step; `area`: integral of the link's voltage up to there in V·s.
 #[inline(always)]
 pub fn flux_within<V: Wide>(span: &Span<'_, '_, V>, area: V) -> Plane<V> {
     let Span { from, step, share, .. } = *span;

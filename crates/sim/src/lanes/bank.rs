@@ -18,22 +18,23 @@ use crate::sensing::{Sensed, SensorSettings};
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::{Here, Tried};
 
-/// Machines of one kind: where they are, until when they step, how long their steps are, and what became of the last.
+/// Machines of one kind in lanes: their states, the instants to which they step, the lengths of their steps, and the
+/// result of the last step.
 #[derive(Clone, Debug)]
 pub struct Bank<'a, V: Wide> {
     /// The machines.
     pub machine: Machine<'a, V>,
-    /// The ends of their modes.
+    /// The bounds at which the machines' modes end.
     pub bounds: Bounds<V>,
-    /// Where they are.
+    /// The machines' present states.
     pub here: Here<V>,
-    /// Sensors with a state.
+    /// The machines' sensors, where these have a state (filters, pick-up).
     pub sensed: Option<Sensed<V>>,
-    /// Until when they step.
+    /// Instants to which the machines step.
     pub schedule: Schedule<V>,
-    /// How long their steps are.
+    /// Control of the length of the steps.
     pub control: StepControl<V>,
-    /// Results of their steps.
+    /// Results of the steps.
     pub outcome: Outcome<V>,
 }
 
@@ -42,41 +43,42 @@ pub struct Bank<'a, V: Wide> {
 pub struct Schedule<V> {
     /// A bit for each machine that steps.
     pub live: u32,
-    /// The next instant of each in ns, gate edges apart.
+    /// Next instant of each machine in ns, apart from gate edges.
     pub stop: V,
-    /// When the sensors of each are read next, or their command ends, in ns.
+    /// Time in ns of each machine's next reading of the sensors or of its command's end, whichever is earlier.
     pub sample: V,
     /// A bit for each machine of which a mode ends at `mode_end`.
     pub to_mode_end: u32,
-    /// In ns.
+    /// Time in ns at which that mode ends.
     pub mode_end: V,
-    /// A bit for each machine that cannot come nearer to it: between `mode_end` and the number before it the mode ends.
+    /// A bit for each machine that cannot come nearer to the end: the mode ends between `mode_end` and the
+    /// representable time before it.
     pub nearest: u32,
-    /// Its guard; none: a margin was negative by rounding only.
+    /// Guard of the mode that ends at `mode_end`; none if a margin was negative by rounding only.
     pub ending_mode: [Option<Guard>; MOST_LANES],
-    /// When a current is expected to have carried a terminal to its bound, in ns, and of which leg.
+    /// Expected time in ns at which a current has charged a terminal to its bound, and the terminal's leg.
     pub expected: V,
-    /// See `expected`.
+    /// Leg of the terminal: see `expected`.
     pub carried: [usize; MOST_LANES],
-    /// A bit for each machine that expected so when its legs last conducted otherwise.
+    /// A bit for each machine that had such an expectation when the conduction of its legs last changed.
     pub swept: u32,
 }
 
-/// Length and error of steps.
+/// Control of the steps' length and error.
 #[derive(Clone, Debug, Default)]
 pub struct StepControl<V: Wide> {
-    /// How exact steps must be.
+    /// Required accuracy of a step.
     pub accuracy: Accuracy<V>,
     /// Length of the step to try next, and of the longest one, in ns.
     pub next: V,
-    /// See `next`.
+    /// Longest step in ns: see `next`.
     pub longest: V,
-    /// The next length where no leg's terminal floated last, one, two, and all: terminals that ring need shorter steps than currents that
-    /// flow.
+    /// Next step length in ns for each number of floating terminals, from none to all three, as last used: terminals
+    /// that ring need shorter steps than currents that flow.
     pub next_by_floating: [V; 4],
-    /// Steps in a row that were not taken.
+    /// Number of successive rejected steps.
     pub refused: V,
-    /// Whether steps are looked at from within: `begin` and `tried` of the outcome are then those of the last.
+    /// Whether the inside of steps is used: `begin` and `tried` of the outcome are then those of the last step.
     pub follow: bool,
     /// Whether the referee takes the steps of a machine alone.
     pub refereed: bool,
@@ -85,47 +87,47 @@ pub struct StepControl<V: Wide> {
 /// Results of steps.
 #[derive(Clone, Debug)]
 pub struct Outcome<V: Wide> {
-    /// Largest phase current in A so far.
+    /// Largest phase current in A since the start of the run.
     pub peak: V,
-    /// Furthest from the start in rad so far.
+    /// Largest distance in rad from the initial position since the start of the run.
     pub moved: V,
-    /// Accepted steps, and all.
+    /// Number of accepted steps, and of all attempted ones.
     pub steps: V,
-    /// See `steps`.
+    /// Number of attempted steps: see `steps`.
     pub evaluations: V,
-    /// Where the last step began.
+    /// State at the beginning of the last step.
     pub begin: Here<V>,
-    /// The branch there.
+    /// The branch at the beginning of the last step.
     pub begin_branch: Option<Branch<V>>,
-    /// The last step.
+    /// The last attempted step.
     pub tried: Tried<V>,
-    /// Its result. Read number by number: what was stored in small pieces and is loaded in a large one would have to wait
-    /// for all that was stored before.
+    /// Result of the last step. It is read number by number: a wide load of values that were stored in small pieces
+    /// would have to wait for all stores before it.
     pub served: Served,
 }
 
-/// Result of a step: a bit for each machine.
+/// Result of a step: a bit mask of the machines for each case.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Served {
-    /// Took the step.
+    /// Machines that took the step.
     pub accepted: u32,
-    /// Is at its next instant, or where a mode ends.
+    /// Machines at their next instant, or where a mode ends.
     pub arrived: u32,
-    /// A blocked leg's potential was out of its bounds before the step.
+    /// Machines of which a blocked leg's potential was out of its bounds before the step.
     pub out_of_bounds: u32,
-    /// Changes too fast for any step, or is no number.
+    /// Machines that change too fast for any step, or have values that are not a number.
     pub broken: u32,
-    /// Of those, who changes no faster than steps can follow, but is beyond the end of a mode in each.
+    /// Broken machines whose slopes steps can follow, but which are beyond the end of a mode in each step.
     pub stuck: u32,
-    /// A request to a leg has been carried out: the next one is wanted.
+    /// Machines of which a request to a leg has been carried out, leg by leg: the next request is needed.
     pub carried_out: [u32; 3],
-    /// A mode ends within the step.
+    /// Machines of which a mode ends within the step.
     crossed: u32,
 }
 
 impl<'a, V: Wide> Bank<'a, V> {
-    /// For machines of the kind of this one, on this kind of inverter; `free`: whether rotors can move, `follow`: whether steps
-    /// are looked at from within.
+    /// Makes a bank for machines of the kind of this motor, on this kind of inverter; `free`: whether rotors can
+    /// move, `follow`: whether the inside of steps is used.
     pub fn like(
         motor: &'a Motor,
         inverter: &Inverter,
@@ -171,7 +173,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
     }
 
-    /// Tries a step of each machine that is live. Where a mode ends within it, the next one will end there.
+    /// Tries a step of each live machine. Where a mode ends within the step, the next step will end there.
     pub fn step(&mut self) {
         if self.machine.is_rare() || self.control.refereed {
             V::compute(StepOf::<_, true>(self));
@@ -186,14 +188,14 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
     }
 
-    /// Lets `h` seconds pass for the sensors of a lane in which nothing happens.
+    /// Advances the sensors of a lane by `h` seconds in which nothing happens.
     pub fn rest_sensors(&mut self, lane: usize, h: f64) {
         if self.sensed.is_some() {
             V::compute(RestOf(self, 1 << lane, h));
         }
     }
 
-    /// Why a machine is broken.
+    /// Returns the error of a broken machine.
     pub fn why_broken(&self, lane: usize) -> RunError {
         if self.outcome.served.stuck >> lane & 1 == 1 { RunError::Stuck } else { RunError::NotFinite }
     }
@@ -203,12 +205,12 @@ impl<'a, V: Wide> Bank<'a, V> {
         V::compute(LookAt(self, 1 << lane));
     }
 
-    /// The machines at a share of the step taken last.
+    /// Returns the machines at a share of the step taken last.
     pub fn within(&self, share: f64) -> Here<V> {
         V::compute(There(self.span(share)))
     }
 
-    /// A place in the step taken last, by its share of it.
+    /// Returns a place in the step taken last, by its share of the step.
     pub fn span(&self, share: f64) -> Span<'_, 'a, V> {
         let Outcome { begin, begin_branch, tried, .. } = &self.outcome;
         let (machine, branch) = (&self.machine, begin_branch.as_ref());
@@ -216,7 +218,7 @@ impl<'a, V: Wide> Bank<'a, V> {
     }
 }
 
-/// Machines evaluated anew at their states: a bit for each.
+/// Evaluation of the selected machines (`u32`: lane mask) at their states.
 struct LookAt<'b, 'a, V: Wide>(&'b mut Bank<'a, V>, u32);
 
 impl<V: Wide> Compute for LookAt<'_, '_, V> {
@@ -235,7 +237,7 @@ impl<V: Wide> Compute for LookAt<'_, '_, V> {
     }
 }
 
-/// Advances the sensors of the selected machines (`u32`: lane mask) by a time in s without current or switching.
+/// Advance of the sensors of the selected machines (`u32`: lane mask) by a time in s without current or switching.
 struct RestOf<'b, 'a, V: Wide>(&'b mut Bank<'a, V>, u32, f64);
 
 impl<V: Wide> Compute for RestOf<'_, '_, V> {
@@ -251,7 +253,7 @@ impl<V: Wide> Compute for RestOf<'_, '_, V> {
     }
 }
 
-/// Machines at a place in a step.
+/// Evaluation of the machines at a place in a step.
 struct There<'b, 'a, V: Wide>(Span<'b, 'a, V>);
 
 impl<V: Wide> Compute for There<'_, '_, V> {

@@ -11,8 +11,9 @@ use crate::physics::plane::Plane;
 use crate::sensing::{SensorSettings, Sensors};
 use crate::trace::{Probe, Snapshot};
 
-/// A machine from rest on, to which whoever has it gives the commands: for programs that do not call a detector but are
-/// called themselves, as in a co-simulation. A copy goes on by itself, to the same bits after the same commands.
+/// A machine, initially at rest, to which the caller gives the commands: for programs that do not call a detector but
+/// are called themselves, as in a co-simulation. A copy continues independently, with the same bits after the same
+/// commands.
 ///
 /// ```
 /// use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
@@ -52,13 +53,14 @@ impl Clone for Driven<'_> {
 }
 
 impl<'a> Driven<'a> {
-    /// A drive at rest, all its switches off.
+    /// Makes a drive at rest with all switches off.
     pub fn new(case: &Case<'a>) -> Self {
         Self::watched(case, None, false, false)
     }
 
-    /// A motor alone at rest, of which potentials that are given ([`Driven::feed`]) hold the terminals. Of the case's inverter
-    /// and sensors nothing is there: neither the link's ripple nor charged terminals or filters.
+    /// Makes a motor alone at rest, whose terminals are held at given potentials ([`Driven::feed`]). The case's
+    /// inverter and sensors are left out: neither the link's ripple nor terminal capacitances or filters have an
+    /// effect.
     pub fn motor(case: &Case<'a>) -> Self {
         let mut alone = case.clone();
         alone.inverter.link = DcLink::stiff(case.inverter.link.voltage);
@@ -69,8 +71,8 @@ impl<'a> Driven<'a> {
         motor
     }
 
-    /// A drive at rest with who watches; `ledger`: whether energies are integrated along, `refereed`: whether the referee takes
-    /// the steps.
+    /// Makes a drive at rest with an observer; `ledger`: whether energies are integrated, `refereed`: whether the
+    /// referee takes the steps.
     pub(super) fn watched(
         case: &Case<'a>,
         probe: Option<&'a mut dyn Probe>,
@@ -86,10 +88,11 @@ impl<'a> Driven<'a> {
         Self { bank, control }
     }
 
-    /// Carries out a command to its end: its readings.
+    /// Carries out a command to its end and returns its readings.
     ///
     /// # Errors
-    /// A command that cannot be, and why the machine could not go on. It is then where that happened.
+    /// The command is invalid, or the machine cannot continue, for the reason given. The machine then stays at the
+    /// instant of the error.
     pub fn carry_out(&mut self, command: &Command<f64>) -> Result<&[Reading<f64>], RunError> {
         let Self { bank, control } = self;
         let mut want = control.command(bank, command);
@@ -124,11 +127,11 @@ impl<'a> Driven<'a> {
         }
     }
 
-    /// Holds the terminals of a [`Driven::motor`] at these potentials in V for a while. What they have in common does not matter:
-    /// the winding has no neutral.
+    /// Holds the terminals of a [`Driven::motor`] at these potentials in V for a duration. A common part of the
+    /// potentials has no effect: the winding's neutral is not connected.
     ///
     /// # Errors
-    /// As [`Driven::carry_out`]; potentials that are no numbers.
+    /// Those of [`Driven::carry_out`]; also potentials that are not finite numbers.
     pub fn feed(&mut self, potential: [f64; 3], duration: Nanos) -> Result<(), RunError> {
         if !potential.iter().all(|potential| potential.is_finite()) {
             return Err(RunError::NotFinite);
@@ -138,17 +141,17 @@ impl<'a> Driven<'a> {
         self.carry_out(&Command::hold(Stage::off(duration), Sampling::NONE)).map(|_| ())
     }
 
-    /// The readings of the last command.
+    /// Returns the readings of the last command.
     pub fn readings(&self) -> &[Reading<f64>] {
         &self.control.readings
     }
 
-    /// The machine now, sensors apart.
+    /// Returns the present state of the machine, without the sensors.
     pub fn now(&self) -> Snapshot {
         self.control.now(&self.bank)
     }
 
-    /// The run's result at its end.
+    /// Ends the run and returns its result.
     pub(super) fn finish(mut self, error: Option<RunError>) -> Finished {
         self.control.finish(&mut self.bank, error)
     }

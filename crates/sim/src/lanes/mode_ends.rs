@@ -1,4 +1,4 @@
-//! Where a mode ends within a step that was tried, and which of them first.
+//! Location of the end of a mode within an attempted step, and choice of the mode that ends first.
 
 use standstill_numeric::{Mask, Wide};
 
@@ -8,12 +8,12 @@ use crate::guard::Guard;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
 
-/// The least share of a step after which a blocked leg's potential is taken to reach its bound: its slope is not known, and a
-/// straight line that begins close to its end says little. A twentieth shortens a step fast enough.
+/// Smallest share of a step after which a blocked leg's potential is taken to reach its bound: its slope is not
+/// known, and a straight line that begins close to the bound says little. A twentieth shortens a step fast enough.
 const LEAST_SHARE: f64 = 0.05;
 
 impl<V: Wide> Bank<'_, V> {
-    /// Keeps of a step what [`Self::find_end`] asks for.
+    /// Keeps the quantities of a step that [`Self::find_end`] uses.
     #[inline(always)]
     pub(super) fn keep_for_ends<const RARE: bool>(&mut self, tried: &Tried<V>) {
         let (begin, to) = (&mut self.outcome.begin, &mut self.outcome.tried);
@@ -50,7 +50,7 @@ impl<V: Wide> Bank<'_, V> {
         }
     }
 
-    /// Finds the mode of a machine that ends first within the step just tried, and when.
+    /// Finds the mode of a machine that ends first within the step just tried, and the time of its end.
     pub(super) fn find_end(&mut self, lane: usize) {
         let mut first = First { share: f64::INFINITY, guard: None };
         self.legs_end(lane, &mut first);
@@ -71,7 +71,7 @@ impl<V: Wide> Bank<'_, V> {
         plan.ending_mode[lane] = guard;
     }
 
-    /// Currents of legs that conduct, potentials of others.
+    /// Examines the currents of conducting legs and the potentials of the others.
     fn legs_end(&self, lane: usize, first: &mut First) {
         let (tried, one) = (&self.outcome.tried, |pack: &V| pack.get(lane));
         // Of two legs that conduct, both currents end at once.
@@ -100,7 +100,7 @@ impl<V: Wide> Bank<'_, V> {
         }
     }
 
-    /// The rotor starts, stops, or reaches the end of the brake's play.
+    /// Examines whether the rotor starts, stops, or reaches the end of the brake's play.
     fn motion_ends(&self, lane: usize, first: &mut First) {
         let (tried, slack, one) = (&self.outcome.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
         first.ends(Guard::Motion, tried.motion.get(lane), one(&slack.motion));
@@ -113,7 +113,7 @@ impl<V: Wide> Bank<'_, V> {
         first.ends(Guard::Stop, Cubic { value: turned.map(|a| a - lower), slope: rise }, one(&slack.stop));
     }
 
-    /// The core's range, its kinks, and the branch beside it.
+    /// Examines the range of the core's flux map, its kinks, and the branch beside it.
     fn core_ends(&self, lane: usize, first: &mut First) {
         let (tried, slack, one) = (&self.outcome.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
         let [begin, end] = tried.margins.each_ref().map(|margins| one(&margins.domain));
@@ -146,9 +146,9 @@ impl<V: Wide> Bank<'_, V> {
     }
 }
 
-/// The mode that ends first, of those looked at so far.
+/// The mode that ends first among those examined so far.
 pub struct First {
-    /// Share of the step.
+    /// Share of the step at which the mode ends.
     share: f64,
     guard: Option<Guard>,
 }
@@ -160,7 +160,8 @@ impl First {
         }
     }
 
-    /// A margin over the step, and how far beyond zero it must be to count as crossed.
+    /// Takes the guard as first if its margin over the step is crossed earlier; `slack`: distance below zero at which
+    /// it counts as crossed.
     pub fn ends(&mut self, guard: Guard, margin: Cubic<f64>, slack: f64) {
         let to = if margin.value[1] < -slack {
             1.0
@@ -173,7 +174,7 @@ impl First {
     }
 }
 
-/// A margin of which no slopes are known.
+/// Returns a margin over the step as a straight line, where its slopes are not known.
 fn straight(begin: f64, end: f64) -> Cubic<f64> {
     Cubic { value: [begin.max(0.0), end], slope: [end - begin.max(0.0); 2] }
 }

@@ -1,4 +1,4 @@
-//! Detectors behind the lanes: whatever they are, and in whichever numbers they compute.
+//! Detectors of the runs in the lanes, of any type and any numeric type.
 
 use standstill_interface::{Abc, Command, Detector, Leg, Outcome, Reading, Real, Stage, Step};
 use standstill_numeric::MOST_LANES;
@@ -6,19 +6,20 @@ use standstill_numeric::MOST_LANES;
 use super::Host;
 use crate::case::{Case, Ended, Finished, Run};
 
-/// Adapter between a detector and the engine: readings and commands in the numbers of each, and the detector's outcome.
+/// Adapter between a detector and the engine: converts readings and commands between their numeric types, and keeps
+/// the detector's outcome.
 pub struct Adapter<T: Real> {
     readings: Vec<Reading<T>>,
     outcome: Option<Outcome<T>>,
 }
 
 impl<T: Real> Adapter<T> {
-    /// For a run that has not begun.
+    /// Makes an adapter for a run that has not begun.
     pub fn new() -> Self {
         Self { readings: Vec::new(), outcome: None }
     }
 
-    /// The detector's command after these readings; `None` if it is done.
+    /// Returns the detector's command after these readings; `None` if the detector is done.
     pub fn step<D: Detector<T> + ?Sized>(
         &mut self,
         detector: &mut D,
@@ -38,7 +39,7 @@ impl<T: Real> Adapter<T> {
         }
     }
 
-    /// The whole of a run that is over. The next one may begin.
+    /// Returns the complete result of a finished run. The next run may begin.
     pub fn run(&mut self, finished: Finished) -> Run<T> {
         let ended = match (finished.ended, self.outcome.take()) {
             (None, Some(outcome)) => Ended::Outcome(outcome),
@@ -49,7 +50,7 @@ impl<T: Real> Adapter<T> {
     }
 }
 
-/// Cases with a detector each, in their lanes.
+/// Cases, each with its detector, in their lanes.
 pub struct Slots<T: Real, D, C, F> {
     cases: C,
     done: F,
@@ -65,7 +66,7 @@ struct Slot<T: Real, D> {
 }
 
 impl<T: Real, D, C, F> Slots<T, D, C, F> {
-    /// For these cases; `done` gets each run with the number of its case.
+    /// Makes the slots for these cases; `done` receives each run with the number of its case.
     pub fn new(cases: C, done: F) -> Self {
         Self { cases, done, begun: 0, lanes: [const { None }; MOST_LANES] }
     }
@@ -104,7 +105,7 @@ where
     }
 }
 
-/// A reading in the detector's numbers.
+/// Converts a reading to the detector's numeric type.
 fn reading_as<T: Real>(reading: &Reading<f64>) -> Reading<T> {
     Reading {
         at: reading.at,
@@ -116,7 +117,7 @@ fn reading_as<T: Real>(reading: &Reading<f64>) -> Reading<T> {
     }
 }
 
-/// A detector's command in double precision.
+/// Converts a detector's command to double precision.
 fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
     Command {
         stage: stage_of(&command.stage),
@@ -125,14 +126,15 @@ fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
     }
 }
 
-/// A stage in double precision. Leg by leg: an array's `map` is not inlined, and costs a short detection two hundredths of its time.
+/// Converts a stage to double precision, leg by leg: an array's `map` is not inlined, and costs a short detection 2 %
+/// of its time.
 #[inline]
 fn stage_of<T: Real>(stage: &Stage<T>) -> Stage<f64> {
     let Abc([a, b, c]) = &stage.legs;
     Stage { legs: Abc([leg_of(a), leg_of(b), leg_of(c)]), duration: stage.duration }
 }
 
-/// A leg in double precision.
+/// Converts a leg's part of a stage to double precision.
 #[inline]
 fn leg_of<T: Real>(leg: &Leg<T>) -> Leg<f64> {
     match *leg {

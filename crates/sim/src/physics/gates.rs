@@ -1,30 +1,31 @@
-//! The gates of several inverters side by side, as numbers.
+//! The gates of several inverters side by side, encoded as numbers.
 //!
-//! A request switches both switches of a leg off at once and the wanted one on after the dead time. Of each leg the last
-//! request that is under way and the one after it are known:
+//! A request turns both switches of a leg off at once, and the requested one on after the dead time. For each leg two
+//! requests are known: the last one under way and the one after it:
 //! ```text
 //!          done            off       on
 //!   … off   │  from (on)    │  off    │  to (on) …
 //!   ────────┴───────────────┴─────────┴──────────► time
 //! ```
-//! A gate whose request is followed by the next before its dead time is over never comes on: its request is then one to switch
-//! off.
+//! A gate whose request is followed by the next before its dead time is over never turns on: its request then becomes
+//! one for both switches off.
 //!
-//! In the middle of a stage with pulse-width modulation requests follow each other at two intervals in turn. These, and until
-//! when they hold, are numbers too, so that the next request follows in all lanes at once.
+//! In the middle of a stage with pulse-width modulation, requests follow each other at two alternating intervals.
+//! These intervals, and the time until which they hold, are numbers too, so that the next request follows in all
+//! lanes at once.
 
 use standstill_inverter::Gate;
 use standstill_numeric::{Mask, Wide};
 
-/// Later than any instant.
+/// A time in ns after any instant.
 pub const NEVER: f64 = f64::INFINITY;
 
-/// Which switch of a leg is on: a bit for each machine.
+/// The switch of a leg that is on: a bit mask of the machines for each switch.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct On<M = u32> {
-    /// The upper one.
+    /// The upper switch.
     pub high: M,
-    /// The lower one.
+    /// The lower switch.
     pub low: M,
 }
 
@@ -51,8 +52,8 @@ impl On {
 }
 
 impl<M: Mask> On<M> {
-    /// Where these gates matter to a leg whose current flows out of it or into it: a current that flows through a diode
-    /// goes on through it whatever the switch beside it does, unless that conducts `both` ways.
+    /// Returns where these gates affect a leg whose current flows out of it or into it: a current through a diode
+    /// continues through the diode whatever the switch in parallel does, unless that switch conducts `both` ways.
     #[inline(always)]
     fn matter(self, out: M, into: M, both: M) -> M {
         (out & self.high) | (into & self.low) | ((both | !(out | into)) & (self.high | self.low))
@@ -62,43 +63,44 @@ impl<M: Mask> On<M> {
 /// The gates of one leg of each machine. Times in ns.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LegGates<V> {
-    /// From when on the gate is `from`, if nothing has changed it by then.
+    /// Time from which on the gate is `from`, unless it changes before.
     done: V,
-    /// When both are switched off by the next request, and when the wanted one comes on.
+    /// Time at which the next request turns both switches off, and time at which its switch turns on.
     off: V,
     on: V,
     from: On,
     to: On,
-    /// From a request for the upper switch to the next, from one for the lower switch, and from switching off to on.
+    /// Duration from a request for the upper switch to the next request, duration from a request for the lower switch
+    /// to the next, and duration from turn-off to turn-on.
     high_for: V,
     low_for: V,
     dead: V,
-    /// Until when requests switch off that may follow so.
+    /// Latest turn-off time of a request that follows by alternation.
     alternates_until: V,
 }
 
-/// Requests for both switches in turn, all of which come on. Times in ns.
+/// Requests for both switches in alternation, all of which turn on. Times in ns.
 #[derive(Clone, Copy, Debug)]
 pub struct Alternation {
-    /// From a request for the upper switch to the one for the lower.
+    /// Duration from a request for the upper switch to the one for the lower.
     pub high_for: f64,
-    /// From there to the next one for the upper.
+    /// Duration from a request for the lower switch to the next one for the upper.
     pub low_for: f64,
-    /// From the time at which a request switches off to the time at which the wanted switch comes on.
+    /// Duration from a request's turn-off to the turn-on of its switch.
     pub dead: f64,
-    /// The last request that follows so switches off no later.
+    /// Latest turn-off time of a request that follows by this alternation.
     pub until: f64,
 }
 
 impl<V: Wide> LegGates<V> {
-    /// Both off, and no request to come.
+    /// Makes gates that are off, without a pending request.
     pub fn new() -> Self {
         let mut gates = Self::default();
         (0..V::LANES).for_each(|lane| gates.clear(lane));
         gates
     }
 
-    /// Requests alternate from the one to come on.
+    /// Lets requests alternate from the pending one on.
     pub fn alternate(&mut self, lane: usize, by: Alternation) {
         self.high_for.put(lane, by.high_for);
         self.low_for.put(lane, by.low_for);
@@ -106,13 +108,13 @@ impl<V: Wide> LegGates<V> {
         self.alternates_until.put(lane, by.until);
     }
 
-    /// The request to come, which switches off at a time in ns.
+    /// Returns the turn-off time in ns and the gate of the pending request.
     pub fn coming(&self, lane: usize) -> (f64, Gate) {
         (self.off.get(lane), self.to.of(lane))
     }
 
-    /// Where a request has been carried out and the next one follows by alternation, it is put in its place. What is left is for
-    /// who knows the requests.
+    /// Replaces executed requests by the next one where it follows by alternation. Returns the lanes of the other
+    /// executed requests, whose successors the caller must give.
     #[inline(always)]
     pub fn follow_on(&mut self, carried_out: V::Mask) -> V::Mask {
         let next = self.off + V::choose(V::Mask::of_bits(self.to.high), self.high_for, self.low_for);
@@ -128,19 +130,19 @@ impl<V: Wide> LegGates<V> {
         carried_out & !follows
     }
 
-    /// Makes it that of a lane, off with no request to come.
+    /// Clears the gates of a lane: off, without a pending request.
     pub fn clear(&mut self, lane: usize) {
         self.done.put(lane, -NEVER);
         self.from.put(lane, Gate::Off);
         self.expect(lane, None);
     }
 
-    /// Whether no request is to come.
+    /// Returns whether no request is pending.
     pub fn waits(&self, lane: usize) -> bool {
         self.off.get(lane) == NEVER
     }
 
-    /// The next request: when it switches off, when on, and what.
+    /// Sets the pending request: its turn-off time in ns, its turn-on time in ns, and its gate; none for no request.
     pub fn expect(&mut self, lane: usize, request: Option<(f64, f64, Gate)>) {
         let (off, on, gate) = request.unwrap_or((NEVER, NEVER, Gate::Off));
         self.off.put(lane, off);
@@ -149,25 +151,25 @@ impl<V: Wide> LegGates<V> {
         self.alternates_until.put(lane, -NEVER);
     }
 
-    /// When the gate of the request to come comes on in ns, if it is one.
+    /// Returns the turn-on time in ns of the pending request's gate; none if the request is for both switches off.
     pub fn comes_on(&self, lane: usize) -> Option<f64> {
         (self.to.of(lane) != Gate::Off).then(|| self.on.get(lane))
     }
 
-    /// The gate of the request to come stays off: the request after it comes too early.
+    /// Cancels the turn-on of the pending request, because the request after it comes too early.
     pub fn lose(&mut self, lane: usize) {
         let off = self.off.get(lane);
         self.expect(lane, Some((off, off, Gate::Off)));
     }
 
-    /// The request to come becomes the one under way. The caller gives the one after it next.
+    /// Makes the pending request the one under way. The caller gives the one after it next.
     pub fn carry_out(&mut self, lane: usize) {
         let to = self.to.of(lane);
         self.done.put(lane, if to == Gate::Off { -NEVER } else { self.on.get(lane) });
         self.from.put(lane, to);
     }
 
-    /// Which switches are on at times in ns.
+    /// Returns the switches that are on at times in ns.
     #[inline(always)]
     pub fn at(&self, time: V) -> On<V::Mask> {
         let (from, to) = (self.from.masks::<V::Mask>(), self.to.masks::<V::Mask>());
@@ -177,7 +179,7 @@ impl<V: Wide> LegGates<V> {
         On { high: (first & from.high) | (second & to.high), low: (first & from.low) | (second & to.low) }
     }
 
-    /// The gate of one lane at a time in ns.
+    /// Returns the gate of one lane at a time in ns.
     pub fn of(&self, lane: usize, time: f64) -> Gate {
         if time < self.off.get(lane) {
             if time < self.done.get(lane) { Gate::Off } else { self.from.of(lane) }
@@ -188,8 +190,8 @@ impl<V: Wide> LegGates<V> {
         }
     }
 
-    /// The next edge after times in ns that may change what a leg with its current in these directions does, where its
-    /// switches conduct `both` ways or only forwards; some change nothing, none is missing.
+    /// Returns the next edge after times in ns that may affect a leg with its current in these directions, where its
+    /// switches conduct `both` ways or only forwards. Some of these edges change nothing; none is missing.
     #[inline(always)]
     pub fn next_edge(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V {
         let from = self.from.masks::<V::Mask>().matter(out, into, both);
@@ -197,15 +199,15 @@ impl<V: Wide> LegGates<V> {
         V::choose(from & self.done.above(time), self.done.least(later), later)
     }
 
-    /// Where the request to come has been carried out at times in ns as far as it matters to a leg with its current in these
-    /// directions.
+    /// Returns the lanes where the pending request has been carried out at times in ns as far as it affects a leg
+    /// with its current in these directions.
     #[inline(always)]
     pub fn carried_out(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V::Mask {
         let to = self.to.masks::<V::Mask>().matter(out, into, both);
         !self.on.above(time) | (!self.off.above(time) & !self.done.above(time) & !to)
     }
 
-    /// The next edge of a lane after a time in ns, and its gate from then on.
+    /// Returns the next edge of a lane after a time in ns, and its gate from then on.
     pub fn next_of(&self, lane: usize, time: f64) -> (f64, Gate) {
         let (done, off, on) = (self.done.get(lane), self.off.get(lane), self.on.get(lane));
         if time < done && done < off {
@@ -217,7 +219,8 @@ impl<V: Wide> LegGates<V> {
         }
     }
 
-    /// [`Self::carried_out`] of one lane: +1 for current into the motor, −1 for current out of it, 0 for none.
+    /// Returns [`Self::carried_out`] of one lane; `direction`: +1 for current into the motor, −1 for current out of
+    /// it, 0 for none.
     pub fn is_carried_out(&self, lane: usize, time: f64, direction: f64, both: bool) -> bool {
         let to = self.to.of(lane);
         let matters = match to {

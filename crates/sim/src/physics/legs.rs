@@ -1,4 +1,4 @@
-//! The legs of several inverters side by side as the windings see them.
+//! The legs of several inverters side by side, as seen from the windings.
 
 #[cfg(test)]
 mod tests;
@@ -10,7 +10,7 @@ use super::gates::{LegGates, On};
 use super::plane::Plane;
 use super::terminals::of_legs;
 
-/// The legs: their devices, their gates, and which way their currents flow.
+/// The legs of the inverters: their devices, their gates, and the directions of their currents.
 #[derive(Clone, Debug, Default)]
 pub struct Legs<V: Wide> {
     /// Magnetic axes of the phases in the run's plane.
@@ -18,75 +18,76 @@ pub struct Legs<V: Wide> {
     /// Drop in V and resistance in Ω of switches and of diodes.
     switch: [V; 2],
     diode: [V; 2],
-    /// Drop and resistance of the device that carries a leg's current against its switch while that is on.
+    /// Drop in V and resistance in Ω of the device that carries a leg's current in the reverse direction of its
+    /// switch while that switch is on.
     reverse: [V; 2],
     /// A bit for each machine with MOSFETs.
     mosfets: u32,
-    /// How far beyond the rails in V the potential of a leg with both switches off may be.
+    /// Voltage in V by which the potential of a leg with both switches off may be beyond the rails.
     beyond: V,
-    /// 1 over the capacitance of each terminal in 1/F, where terminals have any. A leg in which no device conducts then carries
-    /// the current that charges it; no leg is blocked.
+    /// 1 over the capacitance of each terminal in 1/F, where terminals have a capacitance. A leg in which no device
+    /// conducts then carries the current that charges its terminal; no leg is blocked.
     pub elastance: Option<V>,
-    /// The resistance in Ω that this current meets, where one phase against the two others resists so much. Each terminal has it for
-    /// itself, so that what is met changes nowhere suddenly: a device begins to conduct, or ends, where its leg's current is zero, and
-    /// with it the drop of that leg. The same in all directions, as a winding resists what rings in all of them, would jump there, and
-    /// neither mode could last.
+    /// Resistance in Ω for this charging current, defined as the resistance of one phase against the two others. Each
+    /// terminal has its own resistance, so that no voltage jumps: a device begins or ceases to conduct where its
+    /// leg's current, and with it the leg's drop, is zero. An isotropic resistance of the winding would make the drop
+    /// jump there, and neither mode could last.
     ringing: V,
-    /// Leg by leg.
+    /// Gates, leg by leg.
     pub gates: [LegGates<V>; 3],
-    /// A bit for each machine of which the leg's current flows out of it, into the motor.
+    /// For each leg, a bit for each machine whose current flows out of the leg, into the motor.
     pub out: [u32; 3],
-    /// A bit for each machine of which it flows into the leg. Without either the leg is blocked.
+    /// For each leg, a bit for each machine whose current flows into the leg. A leg without either bit is blocked.
     pub into: [u32; 3],
-    /// Voltage in V of terminals that are fed from elsewhere: the legs are then not there.
+    /// Voltage in V of terminals held by an external source: the legs then have no effect.
     pub fed: Option<Plane<V>>,
 }
 
-/// A leg with current, `u = rail · U_dc + offset − resistance · i`; of one without, zeros.
+/// Terminal voltage of a leg with current, `u = rail · U_dc + offset − resistance · i`; all zeros for a leg without.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Leg<V> {
-    /// 1 at the positive rail, 0 at the negative.
+    /// Share of the link's voltage: 1 at the positive rail, 0 at the negative.
     pub rail: V,
-    /// In V.
+    /// Constant part of the voltage in V.
     pub offset: V,
-    /// In Ω.
+    /// Resistance in Ω.
     pub resistance: V,
-    /// +1 for current into the motor, −1 for current out of it, 0 for none.
+    /// Direction of the current: +1 into the motor, −1 out of it, 0 for none.
     pub direction: V,
 }
 
 /// The legs at one time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Conducting<V: Wide> {
-    /// Leg by leg.
+    /// Terminal voltage, leg by leg.
     pub leg: [Leg<V>; 3],
-    /// Where they carry current.
+    /// Lanes where each leg carries current.
     pub flows: [V::Mask; 3],
-    /// Where none does.
+    /// Lanes where no leg carries current.
     pub idle: V::Mask,
-    /// Which switches are on.
+    /// Switches that are on, leg by leg.
     pub on: [On<V::Mask>; 3],
-    /// All together, with the winding's resistance.
+    /// All legs together, with the winding's resistance.
     pub terminals: Terminals<V>,
 }
 
-/// Legs and winding resistance as a winding without neutral sees them.
+/// Legs and winding resistance as seen from a winding without neutral.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Terminals<T> {
-    /// Voltage per volt of the link.
+    /// Part of the terminals' voltage vector that is proportional to the link: in V per V of the link.
     pub rail: Plane<T>,
-    /// Voltage in V on top.
+    /// Constant part of the terminals' voltage vector in V.
     pub offset: Plane<T>,
     /// Resistance of devices and winding in Ω.
     pub resistance: Symmetric<T>,
     /// Axis of the leg that is blocked while the others conduct; zero if there is none.
     pub blocked: Plane<T>,
-    /// 1 if there is none, else 0.
+    /// 1 if no leg is blocked while others conduct, else 0.
     pub none_blocked: T,
 }
 
-/// Between which potentials a leg can be blocked, from below and from above, each as its share of the link's voltage and V on
-/// top.
+/// Lower and upper limit of the potential at which a leg can be blocked, each as a share of the link's voltage plus a
+/// constant in V.
 #[derive(Clone, Copy, Debug)]
 pub struct Range<V> {
     low: [V; 2],
@@ -94,7 +95,7 @@ pub struct Range<V> {
 }
 
 impl<V: Lane> Range<V> {
-    /// The bounds in V at a link voltage in V.
+    /// Returns the limits in V at a link voltage in V.
     #[inline(always)]
     pub fn at(&self, link: V) -> [V; 2] {
         [self.low[0] * link + self.low[1], self.high[0] * link + self.high[1]]
@@ -102,7 +103,8 @@ impl<V: Lane> Range<V> {
 }
 
 impl<V: Wide> Legs<V> {
-    /// All blocked and off, of rotors at zero; whether their terminals have a capacitance.
+    /// Makes legs that are all blocked and off, for rotors at zero; `capacitive`: whether terminals have a
+    /// capacitance.
     pub fn idle(capacitive: bool) -> Self {
         let elastance = capacitive.then_some(V::of(0.0));
         let mut legs = Self { elastance, gates: [LegGates::new(); 3], ..Self::default() };
@@ -112,14 +114,14 @@ impl<V: Wide> Legs<V> {
         legs
     }
 
-    /// The run's plane of a lane has this heading in the stator's.
+    /// Sets the phase axes of a lane whose run's plane has this heading in the stator's plane.
     pub fn put_axes(&mut self, lane: usize, start: Heading) {
         for (to, axis) in self.axes.iter_mut().zip(AXES) {
             to.put(lane, Plane::from_stator(axis, start));
         }
     }
 
-    /// Puts a bridge into a lane, all off.
+    /// Puts a bridge into a lane, with all switches off.
     pub fn put_bridge(&mut self, lane: usize, bridge: &Bridge) {
         let Devices { kind, switch_drop, switch_resistance, diode_drop, diode_resistance } = bridge.devices;
         let reverse = bridge.devices.reverse();
@@ -141,7 +143,8 @@ impl<V: Wide> Legs<V> {
         self.put(lane, [Conduction::Blocked; 3]);
     }
 
-    /// The legs of a lane conduct so from now on. One leg alone carries nothing, unless the others have a capacitance.
+    /// Sets the conduction modes of a lane's legs from now on. A single conducting leg carries no current, unless the
+    /// others' terminals have a capacitance.
     pub fn put(&mut self, lane: usize, modes: Modes) {
         let conducting = modes.iter().filter(|mode| **mode != Conduction::Blocked).count();
         let flows = conducting > 1 || self.elastance.is_some();
@@ -152,17 +155,17 @@ impl<V: Wide> Legs<V> {
         }
     }
 
-    /// +1 for current into the motor, −1 for current out of it, 0 for none.
+    /// Returns the direction of a leg's current: +1 into the motor, −1 out of it, 0 for none.
     pub fn direction(&self, lane: usize, k: usize) -> f64 {
         f64::from(self.out[k] >> lane & 1) - f64::from(self.into[k] >> lane & 1)
     }
 
-    /// Whether a lane's switches are MOSFETs: all edges of their gates then matter.
+    /// Returns whether a lane's switches are MOSFETs: then all edges of their gates affect conduction.
     pub fn has_mosfets(&self, lane: usize) -> bool {
         self.mosfets >> lane & 1 == 1
     }
 
-    /// A bit for each machine without current.
+    /// Returns a bit for each machine without current.
     pub fn idle_lanes(&self) -> u32 {
         if self.elastance.is_some() || self.fed.is_some() {
             0
@@ -171,7 +174,7 @@ impl<V: Wide> Legs<V> {
         }
     }
 
-    /// Conduction modes of a lane at a time in ns.
+    /// Returns the conduction modes of a lane at a time in ns.
     pub fn modes(&self, lane: usize, time: f64) -> Modes {
         let kind = if self.has_mosfets(lane) { DeviceKind::Mosfet } else { DeviceKind::Igbt };
         std::array::from_fn(|k| match self.direction(lane, k) {
@@ -181,14 +184,14 @@ impl<V: Wide> Legs<V> {
         })
     }
 
-    /// Current in A of each phase.
+    /// Returns the current in A of each phase.
     #[inline(always)]
     pub fn phases(&self, current: Plane<V>) -> [V; 3] {
         let [a, b, c] = &self.axes;
         [a.dot(current), b.dot(current), c.dot(current)]
     }
 
-    /// The next gate edges after times in ns that may change what the legs do.
+    /// Returns the next gate edges after times in ns that may affect the legs.
     #[inline(always)]
     pub fn next_edge(&self, time: V) -> V {
         let mut edge = V::of(f64::INFINITY);
@@ -199,13 +202,14 @@ impl<V: Wide> Legs<V> {
         edge
     }
 
-    /// Where a request of each leg has been carried out at times in ns.
+    /// Returns, leg by leg, the lanes where a request has been carried out at times in ns.
     #[inline(always)]
     pub fn carried_out(&self, time: V) -> [V::Mask; 3] {
         [self.carried_out_of(0, time), self.carried_out_of(1, time), self.carried_out_of(2, time)]
     }
 
-    /// Puts the requests that follow by alternation in the place of those carried out; what is left of these.
+    /// Replaces executed requests by the next ones where they follow by alternation. Returns the lanes of the other
+    /// executed requests.
     #[inline(always)]
     pub fn follow_on(&mut self, carried_out: [V::Mask; 3]) -> [V::Mask; 3] {
         let [a, b, c] = &mut self.gates;
@@ -223,7 +227,7 @@ impl<V: Wide> Legs<V> {
         [V::Mask::of_bits(self.out[k]), V::Mask::of_bits(self.into[k])]
     }
 
-    /// The legs at times in ns, with windings of such a resistance in Ω.
+    /// Returns the legs at times in ns, with windings of such a resistance in Ω.
     #[inline(always)]
     pub fn at<const RARE: bool>(&self, time: V, winding: V) -> Conducting<V> {
         let capacitive = self.elastance_if::<RARE>().is_some();
@@ -286,7 +290,7 @@ impl<V: Wide> Legs<V> {
         (leg, flows, on)
     }
 
-    /// Where devices of the one leg that is blocked begin to conduct.
+    /// Returns the potentials at which devices of the one blocked leg begin to conduct.
     #[inline(always)]
     pub fn range_of_blocked(&self, at: &Conducting<V>) -> Range<V> {
         let [a, b, c] = [!at.flows[0], !at.flows[1], !at.flows[2]];
@@ -296,7 +300,7 @@ impl<V: Wide> Legs<V> {
         })
     }
 
-    /// Where devices of a leg with such gates begin to conduct.
+    /// Returns the potentials at which devices of a leg with such gates begin to conduct.
     #[inline(always)]
     pub fn range(&self, on: &On<V::Mask>) -> Range<V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));

@@ -1,4 +1,4 @@
-//! DC links side by side.
+//! DC links of several machines side by side.
 
 use std::f64::consts::TAU;
 
@@ -18,37 +18,37 @@ pub struct Links<V: Wide> {
 
 #[derive(Clone, Debug, Default)]
 struct Ripples<V: Wide> {
-    /// In V.
+    /// Amplitude in V.
     amplitude: V,
-    /// In rad/s.
+    /// Angular frequency in rad/s.
     frequency: V,
-    /// In rad.
+    /// Phase in rad.
     phase: V,
-    /// 1 over the square of the frequency.
+    /// 1 over the square of the angular frequency, in s²/rad².
     per_square: V,
 }
 
 #[derive(Clone, Debug, Default)]
 struct Sags<V: Wide> {
-    /// Half the depth in V.
+    /// Half of the sag's depth in V.
     half: V,
-    /// In s.
+    /// Start in s since the start of the run.
     start: V,
-    /// 1/duration in 1/s.
+    /// 1 over the sag's duration in 1/s.
     rate: V,
 }
 
-/// Capacitors behind source resistances.
+/// Capacitors of the links, fed through source resistances.
 #[derive(Clone, Debug, Default)]
 pub struct Storages<V: Wide> {
-    /// 1/(R C) in 1/s.
+    /// Rate of charging 1/(R C) in 1/s.
     pub rate: V,
-    /// 1/C in 1/F.
+    /// Elastance 1/C in 1/F.
     pub elastance: V,
 }
 
 impl<V: Wide> Links<V> {
-    /// For links of the same kind as this one, which stands in all lanes.
+    /// Makes links of the kind of this one, which is in all lanes.
     pub fn like(link: &DcLink) -> Self {
         let mut links = Self {
             voltage: V::of(0.0),
@@ -62,14 +62,15 @@ impl<V: Wide> Links<V> {
         links
     }
 
-    /// Whether a link is of this kind.
+    /// Returns whether a link is of this kind.
     pub fn fits(&self, link: &DcLink) -> bool {
         self.ripple.is_some() == (link.ripple != 0.0)
             && self.sag.is_some() == link.sag.is_some()
             && self.storage.is_some() == link.storage.is_some()
     }
 
-    /// Whether their voltage can change so much between two instants that legs without current begin to conduct.
+    /// Returns whether the links' voltage can change so much between two instants that legs without current begin to
+    /// conduct.
     pub const fn vary(&self) -> bool {
         self.sag.is_some() || self.storage.is_some()
     }
@@ -95,7 +96,7 @@ impl<V: Wide> Links<V> {
         }
     }
 
-    /// The sources at times in s.
+    /// Returns the sources at times in s.
     #[inline(always)]
     pub fn source(&self, t: V) -> Source<V> {
         let ripple = self.ripple.as_ref().map(|ripple| [ripple.amplitude, ripple.frequency, ripple.phase]);
@@ -103,7 +104,7 @@ impl<V: Wide> Links<V> {
         Source::at(self.voltage, ripple, sag, t)
     }
 
-    /// The source of one lane at a time in s: the bits of [`Self::source`].
+    /// Returns the source of one lane at a time in s, with the bits of [`Self::source`].
     pub fn source_of(&self, lane: usize, t: f64) -> Source<f64> {
         let one = |packs: [&V; 3]| packs.map(|pack| pack.get(lane));
         let ripple =
@@ -112,8 +113,8 @@ impl<V: Wide> Links<V> {
         Source::at(self.voltage.get(lane), ripple, sag, t)
     }
 
-    /// The source's voltage integrated over a step of `h` seconds, in V·s, from what it is at both ends. Exact for a
-    /// ripple; of a sag the cubic through two values and two slopes.
+    /// Returns the integral of the source's voltage over a step of `h` seconds, in V·s, from its values and slopes at
+    /// both ends. Exact for a ripple; of a sag that of the cubic through two values and two slopes.
     #[inline(always)]
     pub fn area(&self, h: V, begin: Source<V>, end: Source<V>) -> V {
         match (&self.ripple, &self.sag) {
@@ -125,7 +126,8 @@ impl<V: Wide> Links<V> {
     }
 }
 
-/// The integral over `h` of the cubic with these values and slopes at its ends: h/2 (y₀ + y₁) + h²/12 (y₀′ − y₁′).
+/// Returns the integral over `h` of the cubic with these values and slopes at its ends: h/2 (y₀ + y₁) + h²/12 (y₀′ −
+/// y₁′).
 #[inline(always)]
 pub fn hermite_area<T: Lane>(h: T, value: [T; 2], slope: [T; 2]) -> T {
     h * 0.5 * (value[0] + value[1]) + h * h * (1.0 / 12.0) * (slope[0] - slope[1])

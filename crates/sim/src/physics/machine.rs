@@ -24,85 +24,86 @@ use crate::effect::{Branch, BranchPoint, CoreBranch, keep_symmetric};
 /// Machines of one kind, each with numbers of its own.
 #[derive(Clone, Debug)]
 pub struct Machine<'a, V: Wide> {
-    /// The magnetic circuits by their numbers, and as they are.
+    /// The magnetic circuits: their parameters in lanes, and each machine's circuit itself.
     pub circuits: Circuits<V>,
-    /// See `circuits`.
+    /// Each machine's magnetic circuit: see `circuits`.
     pub cores: [&'a MagneticCircuit; MOST_LANES],
-    /// Of the winding in Ω.
+    /// Resistance of the winding in Ω.
     pub resistance: V,
     /// The DC side.
     pub links: Links<V>,
     /// The legs in their modes.
     pub legs: Legs<V>,
-    /// Heading of the run's plane in the stator's: where the rotors were at their start.
+    /// Heading of the run's plane in the stator's plane: the initial position of the rotors.
     pub start: Heading<V>,
-    /// The branch beside their cores, if they have one.
+    /// The branch beside the machines' cores, if they have one.
     pub branch: Option<Branch<V>>,
-    /// The rotors; none: all are locked.
+    /// The rotors; none if all are locked.
     pub rotors: Option<Rotors<V>>,
 }
 
 /// Rotors that can move.
 #[derive(Clone, Debug, Default)]
 pub struct Rotors<V: Wide> {
-    /// 1 while it moves, else 0.
+    /// 1 while the rotor moves, else 0.
     pub moving: V,
-    /// Dry friction torque in N·m against its motion, positive backwards.
+    /// Dry friction torque in N·m against the motion, positive backwards.
     pub dry_friction: V,
     /// Torque in N·m that the load exerts against forward motion.
     pub load: V,
-    /// Angle at the start in rad.
+    /// Initial electrical angle in rad.
     pub start: V,
-    /// 3/2 p.
+    /// Torque factor 3/2 p, with p pole pairs.
     torque_factor: V,
-    /// p/J in 1/(kg m²).
+    /// Factor from torque to electrical acceleration, p/J in 1/(kg m²).
     per_inertia: V,
     /// Viscous friction in N·m per rad/s electrical.
     viscous: V,
-    /// Cogging torque in N·m and its periods in an electrical revolution.
+    /// Amplitude of the cogging torque in N·m, and its number of periods in an electrical revolution.
     cogging: [V; 2],
 }
 
-/// A machine at one state.
+/// Operating point of a machine at one state.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Operating<T> {
-    /// Current in A.
+    /// Current of the winding in A.
     pub current: Plane<T>,
     /// Inverse incremental inductance Γ in 1/H.
     pub inverse_inductance: Symmetric<T>,
-    /// ∂i/∂θ in A/rad at constant ψ in the run's plane.
+    /// Derivative of the current by the angle, ∂i/∂θ in A/rad at constant ψ in the run's plane.
     pub turning: Plane<T>,
     /// Slope of the current in A/s by eddy currents, at constant ψ.
     pub relaxing: Plane<T>,
-    /// ∂W/∂θ as a torque's slope over the flux: ∂²W/∂θ∂ψ in A/rad, for the slope of the torque.
+    /// ∂²W/∂θ∂ψ in A/rad, the slope of ∂W/∂θ over the flux, from which the torque's slope follows.
     pub energy_turn: Plane<T>,
-    /// ∂²W/∂θ² in J per 3/2 and rad², at constant ψ.
+    /// ∂²W/∂θ² in J/rad², divided by 3/2, at constant ψ.
     pub energy_bend: T,
     /// Electromagnetic torque in N·m, cogging included.
     pub torque: T,
-    /// How the cogging torque changes with the angle, in N·m/rad.
+    /// Slope of the cogging torque over the angle, in N·m/rad.
     pub cogging_slope: T,
-    /// Flux in Wb at which the core is: that of the winding but for harmonics.
+    /// Flux of the core in Wb: that of the winding but for harmonics.
     pub core_flux: Dq<T>,
-    /// Current in A of the core, by which its map is read.
+    /// Current of the core in A, with which its flux map is read.
     pub core_current: Dq<T>,
-    /// How far the winding's flux is ahead of χ, in Wb in the rotor's plane.
+    /// Difference of the winding's flux and the lagging flux χ, in Wb in the rotor's plane.
     pub lag: Dq<T>,
 }
 
-/// How a machine changes at one state with its legs in their modes.
+/// Slopes of a machine at one state with its legs in their modes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Change<T> {
-    /// dψ/dt in V.
+    /// Slope of the flux, dψ/dt in V.
     pub flux: Plane<T>,
-    /// di/dt in A/s.
+    /// Slope of the current, di/dt in A/s.
     pub current: Plane<T>,
-    /// Potential in V of the leg that is blocked while the others conduct; meaningless if there is none.
+    /// Potential in V of the leg that is blocked while the others conduct; meaningless if no leg is.
     pub blocked_potential: T,
 }
 
 impl<'a, V: Wide> Machine<'a, V> {
-    /// Machines of the same kind as this motor, which is in all lanes, on this kind of inverter; `free`: whether rotors can move.
+    /// Makes machines of the kind of this motor, which is in all lanes, on this kind of inverter; `free`: whether
+    /// rotors can move.
     pub fn like(motor: &'a Motor, inverter: &Inverter, free: bool) -> Self {
         let link = &inverter.link;
         let (zero, one) = (V::of(0.0), V::of(1.0));
@@ -156,7 +157,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Whether a machine is of this kind.
+    /// Returns whether a machine is of this kind.
     pub fn fits(&self, motor: &Motor, inverter: &Inverter, free: bool) -> bool {
         self.circuits.fits(&motor.magnetics)
             && self.links.fits(&inverter.link)
@@ -164,7 +165,7 @@ impl<'a, V: Wide> Machine<'a, V> {
             && self.legs.elastance.is_some() == (inverter.bridge.terminal_capacitance > 0.0)
     }
 
-    /// How far rotors have turned, as a heading.
+    /// Returns the angle by which rotors have turned, as a heading.
     #[inline(always)]
     fn turned(&self, state: &State<V>) -> Heading<V> {
         if self.rotors.is_some() {
@@ -174,7 +175,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Currents, inductances and torque at a state, with this branch.
+    /// Returns currents, inductances and torque at a state, with this branch.
     #[inline(always)]
     pub fn operating(&self, state: &State<V>, branch: Option<&BranchPoint<V>>) -> Operating<V> {
         let zero = V::of(0.0);
@@ -239,13 +240,13 @@ impl<'a, V: Wide> Machine<'a, V> {
         at_state
     }
 
-    /// [`Self::branch`] in code for machines that may have one; none in code for machines without.
+    /// Returns [`Self::branch`] in code for machines that may have one; none in code for machines without.
     #[inline(always)]
     pub fn branch_if<const RARE: bool>(&self) -> Option<&Branch<V>> {
         if RARE { self.branch.as_ref() } else { None }
     }
 
-    /// Finds the modes in which the branch of some machines begins a step.
+    /// Finds the modes in which the branch of the selected machines begins a step.
     #[inline(always)]
     pub fn find_modes(&mut self, of: V::Mask, legs: &Conducting<V>, at: &mut Operating<V>, state: &State<V>) {
         let Some(mut branch) = self.branch.take() else { return };
@@ -259,13 +260,13 @@ impl<'a, V: Wide> Machine<'a, V> {
         self.branch = Some(branch);
     }
 
-    /// Slope of the currents in A/s at constant flux.
+    /// Returns the slope of the currents in A/s at constant flux.
     #[inline(always)]
     pub fn drift(&self, at: &Operating<V>, speed: V) -> Plane<V> {
         if self.rotors.is_some() { at.turning * speed + at.relaxing } else { at.relaxing }
     }
 
-    /// How flux and currents change at a state.
+    /// Returns the slopes of flux and currents at a state.
     #[inline(always)]
     pub fn change<const RARE: bool>(
         &self,
@@ -304,18 +305,20 @@ impl<'a, V: Wide> Machine<'a, V> {
         Change { flux, current, blocked_potential: short * -1.5 }
     }
 
-    /// Whether anything follows the flux that steps of terminals that ring do not solve with them.
+    /// Returns whether eddy currents or a branch react to the flux, which steps with ringing terminals do not solve
+    /// together with the oscillation.
     #[inline(always)]
     pub fn lags(&self) -> bool {
         self.circuits.eddies().is_some() || self.branch.is_some()
     }
 
-    /// Whether any part of a step is there that only code for rare kinds of machines has.
+    /// Returns whether the machines have terminals with a capacitance or a branch, whose steps only the code for rare
+    /// kinds contains.
     pub fn is_rare(&self) -> bool {
         self.legs.elastance.is_some() || self.branch.is_some()
     }
 
-    /// Whether anything but a voltage can change the currents.
+    /// Returns whether anything but a voltage can change the currents.
     #[inline(always)]
     pub fn drifts(&self) -> bool {
         self.rotors.is_some() || self.circuits.eddies().is_some()
@@ -333,13 +336,14 @@ fn minus<V: Wide>(a: &Symmetric<V>, b: &Symmetric<V>) -> Symmetric<V> {
 }
 
 impl<V: Wide> Rotors<V> {
-    /// Acceleration in rad/s² (electrical).
+    /// Returns the acceleration in rad/s² (electrical).
     #[inline(always)]
     pub fn acceleration(&self, torque: V, speed: V) -> V {
         (torque - self.load - self.dry_friction - speed * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// How much the torque in N·m changes where the flux in Wb and the current in A are put right, at the same angle.
+    /// Returns the change of the torque in N·m by corrections of the flux in Wb and the current in A, at constant
+    /// angle.
     #[inline(always)]
     pub fn torque_change(
         &self,
@@ -351,13 +355,13 @@ impl<V: Wide> Rotors<V> {
             * self.torque_factor
     }
 
-    /// How fast it changes in rad/s³ where the torque changes by so much in N·m/s.
+    /// Returns the slope of the acceleration in rad/s³ for a slope of the torque in N·m/s.
     #[inline(always)]
     pub fn jerk(&self, torque_rise: V, acceleration: V) -> V {
         (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// How fast the torque changes in N·m/s. The branch has no part in it.
+    /// Returns the slope of the torque in N·m/s. The branch contributes nothing to it.
     #[inline(always)]
     pub fn torque_rise(
         &self,

@@ -10,7 +10,7 @@ pub const RESTING_SPEED: f64 = 1e-9;
 pub enum Motion {
     /// Locked by a brake: never moves.
     Held,
-    /// Free, but the torque does not exceed the stiction.
+    /// Free but at rest: the torque does not exceed the stiction.
     Resting,
     /// Free and moving forwards, or about to.
     Forward,
@@ -20,23 +20,24 @@ pub enum Motion {
     Floating,
     /// At the forward end of the brake's play, pressed against it or held by friction.
     AtUpper,
-    /// At the backward end.
+    /// At the backward end of the brake's play, pressed against it or held by friction.
     AtLower,
 }
 
 /// Which end of the brake's play the rotor touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contact {
-    /// Neither.
+    /// Neither end.
     None,
-    /// The forward one.
+    /// The forward end.
     Upper,
-    /// The backward one.
+    /// The backward end.
     Lower,
 }
 
 impl Motion {
-    /// The motion of a rotor that is not held, at this speed under this torque in N·m (everything but friction).
+    /// Returns the motion of a rotor that is not held, at this speed in rad/s under this torque in N·m (all torques
+    /// except friction).
     pub fn resolve(rotor: &Rotor, speed: f64, torque: f64, contact: Contact) -> Self {
         let rests = speed.abs() <= RESTING_SPEED;
         if rests && contact == Contact::Upper && torque >= -rotor.friction.stiction {
@@ -56,12 +57,12 @@ impl Motion {
         }
     }
 
-    /// Whether angle and speed change.
+    /// Returns whether angle and speed change.
     pub const fn moves(self) -> bool {
         matches!(self, Self::Forward | Self::Backward | Self::Floating)
     }
 
-    /// Friction torque in N·m against the motion at mechanical speed in rad/s, positive backwards.
+    /// Returns the friction torque in N·m against the motion at mechanical speed in rad/s, positive backwards.
     pub fn friction(self, rotor: &Rotor, mechanical_speed: f64) -> f64 {
         let dry = match self {
             Self::Forward => rotor.friction.coulomb,
@@ -71,9 +72,9 @@ impl Motion {
         dry + rotor.friction.viscous * mechanical_speed
     }
 
-    /// How far the motion is from changing, positive while it holds, as a constant and the factors of the speed, of the
-    /// electromagnetic torque, cogging included, and of the magnitude of what is left of it beside the load: a torque in N·m when
-    /// resting, a speed in rad/s when sliding.
+    /// Returns the coefficients of the motion's margin, positive while the motion lasts: a constant and the factors
+    /// of the speed, of the electromagnetic torque, cogging included, and of the magnitude of torque less load. The
+    /// margin is a torque in N·m when resting, a speed in rad/s when sliding.
     pub fn limits(self, rotor: &Rotor, load: f64) -> [f64; 4] {
         let stiction = rotor.friction.stiction;
         match self {
@@ -86,7 +87,7 @@ impl Motion {
         }
     }
 
-    /// The angles in rad electrical at which the rotor may run into an end of the brake's play.
+    /// Returns the angles in rad electrical at which the rotor may run into an end of the brake's play.
     pub const fn way(self, [lower, upper]: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Forward => [f64::NEG_INFINITY, upper],

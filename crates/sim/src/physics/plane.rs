@@ -1,18 +1,18 @@
-//! The plane in which a run computes.
+//! Vectors in the coordinate plane of a run.
 
 use std::ops::{Add, Mul, Sub};
 
 use standstill_interface::{AlphaBeta, Arithmetic, Dq};
 use standstill_numeric::{Heading, Lane, Symmetric, Wide};
 
-/// A vector in the plane of a run: the stator's plane, turned once and for all by the angle at which the rotor starts. While
-/// the rotor has not moved, its first axis is d and its second q, so a locked rotor costs no rotation; the legs' axes are
-/// constants of the run.
+/// A vector in the plane of a run: the stator's plane, turned by the rotor's initial angle. While the rotor has not
+/// moved, the first axis is d and the second q, so a locked rotor needs no rotation; the legs' axes are constants of
+/// the run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane<T = f64> {
-    /// Along the d-axis of the rotor at its start.
+    /// Component along the d-axis of the rotor at its initial position.
     pub x: T,
-    /// A quarter turn ahead.
+    /// Component along the axis a quarter turn ahead of it.
     pub y: T,
 }
 
@@ -25,56 +25,56 @@ impl<T: Default> Default for Plane<T> {
 }
 
 impl<T: Arithmetic> Plane<T> {
-    /// From its two components.
+    /// Makes a vector from its two components.
     #[inline(always)]
     pub const fn new(x: T, y: T) -> Self {
         Self { x, y }
     }
 
-    /// Dot product.
+    /// Returns the dot product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> T {
         self.x * other.x + self.y * other.y
     }
 
-    /// The third component of the cross product.
+    /// Returns the third component of the cross product.
     #[inline(always)]
     pub fn cross(self, other: Self) -> T {
         self.x * other.y - self.y * other.x
     }
 
-    /// Turned a quarter turn forwards.
+    /// Returns the vector turned by a quarter turn forwards.
     #[inline(always)]
     pub fn quarter_turn(self) -> Self {
         Self::new(-self.y, self.x)
     }
 
-    /// A symmetric matrix times this vector.
+    /// Returns a symmetric matrix times this vector.
     #[inline(always)]
     pub fn through(self, m: Symmetric<T>) -> Self {
         Self::new(m.xx * self.x + m.xy * self.y, m.xy * self.x + m.yy * self.y)
     }
 
-    /// In the plane of a rotor that has turned by this much since its start.
+    /// Converts the vector to the plane of a rotor that has turned by `turned` since its start.
     #[inline(always)]
     pub fn to_rotor(self, turned: Heading<T>) -> Dq<T> {
         AlphaBeta::new(self.x, self.y).park_by(turned.sin, turned.cos)
     }
 
-    /// From there.
+    /// Converts a vector from the plane of a rotor that has turned by `turned` since its start.
     #[inline(always)]
     pub fn from_rotor(v: Dq<T>, turned: Heading<T>) -> Self {
         let AlphaBeta { alpha, beta } = v.unpark_by(turned.sin, turned.cos);
         Self::new(alpha, beta)
     }
 
-    /// In the stator's plane, for a rotor that started at this heading.
+    /// Converts the vector to the stator's plane, for a rotor that started at this heading.
     #[inline(always)]
     pub fn to_stator(self, start: Heading<T>) -> AlphaBeta<T> {
         Dq::new(self.x, self.y).unpark_by(start.sin, start.cos)
     }
 
-    /// From there.
+    /// Converts a vector from the stator's plane, for a rotor that started at this heading.
     #[inline(always)]
     pub fn from_stator(v: AlphaBeta<T>, start: Heading<T>) -> Self {
         let Dq { d, q } = v.park_by(start.sin, start.cos);
@@ -83,7 +83,7 @@ impl<T: Arithmetic> Plane<T> {
 }
 
 impl<V: Wide> Plane<V> {
-    /// The vector in a lane.
+    /// Returns the vector in a lane.
     pub fn get(&self, lane: usize) -> Plane {
         Plane::new(self.x.get(lane), self.y.get(lane))
     }
@@ -96,7 +96,7 @@ impl<V: Wide> Plane<V> {
 }
 
 impl<T: Lane> Plane<T> {
-    /// Where the mask holds this vector, elsewhere another.
+    /// Returns vector `yes` in the lanes of the mask, vector `no` elsewhere.
     #[inline(always)]
     pub fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
         Self::new(T::choose(mask, yes.x, no.x), T::choose(mask, yes.y, no.y))

@@ -1,4 +1,4 @@
-//! The state: numbers that change smoothly between two instants.
+//! State variables: they change smoothly between two instants.
 
 use standstill_interface::Dq;
 
@@ -9,7 +9,7 @@ use super::plane::Plane;
 pub struct State<T = f64> {
     /// Flux linkage ψ of the winding in Wb, in the run's plane.
     pub flux: Plane<T>,
-    /// How far the rotor has turned since its start, in rad electrical.
+    /// Angle by which the rotor has turned since its start, in rad electrical.
     pub turned: T,
     /// Electrical speed ω in rad/s.
     pub speed: T,

@@ -1,15 +1,16 @@
 //! Terminals with a capacitance, of several machines side by side.
 //!
-//! While no device of a leg conducts, its current charges what its terminal has against the negative rail, and its
-//! potential is a state; while one conducts, the potential is the device's. Nothing is blocked, and nothing is implicit.
+//! While no device of a leg conducts, the leg's current charges its terminal's capacitance against the negative rail,
+//! and the terminal's potential is a state; while one conducts, the potential is the device's. No leg is blocked, and
+//! no equation is implicit.
 
 use standstill_numeric::{Symmetric, Wide};
 
 use super::legs::{Conducting, Legs};
 use super::plane::Plane;
 
-/// The winding's matrix of three legs' resistances in Ω, or of their terminals' elastances in 1/F: `Σ ⅔ w a ⊗ a` over their
-/// axes a, on top of what is there `beside` them.
+/// Returns the matrix in the winding's plane of three legs' resistances in Ω, or of their terminals' elastances in
+/// 1/F: `Σ ⅔ w a ⊗ a` over their axes a, added to the matrix `beside`.
 #[inline(always)]
 pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V>) -> Symmetric<V> {
     let mut sum = beside;
@@ -23,13 +24,14 @@ pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V
 }
 
 impl<V: Wide> Legs<V> {
-    /// [`Self::elastance`] in code for terminals that may have a capacitance; none in code for terminals without.
+    /// Returns [`Self::elastance`] in code for terminals that may have a capacitance; none in code for terminals
+    /// without.
     #[inline(always)]
     pub fn elastance_if<const RARE: bool>(&self) -> Option<V> {
         if RARE { self.elastance } else { None }
     }
 
-    /// The voltage in V that legs in which no device conducts put on the winding.
+    /// Returns the voltage in V that legs without a conducting device put on the winding.
     #[inline(always)]
     pub fn floating(&self, legs: &Conducting<V>, potential: &[V; 3]) -> Plane<V> {
         let zero = V::of(0.0);
@@ -40,7 +42,7 @@ impl<V: Wide> Legs<V> {
         sum
     }
 
-    /// How fast that voltage falls with the current, in 1/F: `dw/dt = −K i`.
+    /// Returns the matrix K in 1/F by which that voltage falls with the current: `dw/dt = −K i`.
     #[inline(always)]
     pub fn charging(&self, legs: &Conducting<V>) -> Symmetric<V> {
         let zero = V::of(0.0);
@@ -50,8 +52,8 @@ impl<V: Wide> Legs<V> {
         of_legs(&self.axes, &each, none)
     }
 
-    /// Changes in V that a charge in A·s, in the run's plane, makes to potentials of legs in which no device conducts; of the others
-    /// nothing.
+    /// Returns the changes in V by a charge in A·s, in the run's plane, of the potentials of legs without a
+    /// conducting device; zero for the others.
     #[inline(always)]
     pub fn charged(&self, legs: &Conducting<V>, charge: Plane<V>) -> [V; 3] {
         let zero = V::of(0.0);
@@ -60,7 +62,8 @@ impl<V: Wide> Legs<V> {
         three!(k => V::choose(legs.flows[k], zero, -(charge[k] * elastance)))
     }
 
-    /// The potentials in V, with those of conducting legs as their devices have them at a link voltage in V and these currents.
+    /// Returns the potentials in V, in which those of conducting legs follow from their devices at a link voltage in
+    /// V and these currents in A.
     #[inline(always)]
     pub fn potentials(&self, legs: &Conducting<V>, potential: [V; 3], link: V, current: Plane<V>) -> [V; 3] {
         let current = self.phases(current);

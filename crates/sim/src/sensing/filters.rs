@@ -8,13 +8,13 @@ use crate::effect::terminals::swing::{Powers, decayed, scaled, sum};
 /// First-order low-pass filters of the three phases.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Filters<V> {
-    /// 1 over their time constants in 1/s.
+    /// 1 over the filters' time constants in 1/s.
     rate: [V; 3],
-    /// In A.
+    /// Outputs of the filters in A.
     pub output: [V; 3],
 }
 
-/// Oscillations of the phases' currents over a step: two, and the share of each that a phase has.
+/// Oscillations of the phases' currents over a step: two oscillations, and each phase's share of them.
 pub type Rings<'o, V> = (&'o [Oscillation<V>; 2], &'o [[V; 3]; 2]);
 
 impl<V: Wide> Filters<V> {
@@ -26,7 +26,8 @@ impl<V: Wide> Filters<V> {
         }
     }
 
-    /// Advances those that are `taken` over `h` seconds of such inputs in A: cubics over a step, and what oscillates beside them.
+    /// Advances the filters of the lanes in `taken` over `h` seconds with these inputs in A: cubics over the step,
+    /// plus oscillations.
     #[inline(always)]
     pub fn advance(&mut self, taken: V::Mask, h: V, input: &[Powers<V>; 3], rings: Option<Rings<'_, V>>) {
         for k in 0..3 {
@@ -36,8 +37,8 @@ impl<V: Wide> Filters<V> {
         }
     }
 
-    /// Outputs of phases of a lane in such a step, side by side: of as many from phase `first` on as there are lanes, after these
-    /// shares of it, over which its oscillations are those.
+    /// Returns the filter outputs of a lane in such a step, side by side: of as many phases from `first` on as there
+    /// are lanes, each after its share of the step, with the step's oscillations over that share.
     #[inline(always)]
     pub fn within(
         &self,
@@ -73,8 +74,8 @@ impl<V: Wide> Filters<V> {
     }
 }
 
-/// A filter's output after a step `a` time constants long: exactly, up to rounding, for a cubic, and for what oscillates beside
-/// it, each with its share, to which a filter answers by `a/(a + σ) z (e^(σ s) − e^(−a s))`.
+/// Returns a filter's output after a step `a` time constants long, exact up to rounding, for a cubic and for
+/// oscillations with a share each, to which a filter responds by `a/(a + σ) z (e^(σ s) − e^(−a s))`.
 #[inline(always)]
 fn after<V: Wide>(output: V, a: V, input: &Powers<V>, rings: Option<(&[Oscillation<V>; 2], [V; 2])>) -> V {
     let (decay, means) = means(a);
@@ -92,10 +93,11 @@ fn after<V: Wide>(output: V, a: V, input: &Powers<V>, rings: Option<(&[Oscillati
     output
 }
 
-/// Up to so many time constants the weights are summed from the last one on, beyond from the first.
+/// Number of time constants up to which the weights are computed from the last one on, beyond which from the first.
 const SUMMED: f64 = 1.0;
 
-/// e^(−a), and ∫ e^(−a (1 − s)) sⁿ ds over a step for n from 0 to 3: n! φ_(n+1)(−a), with φ_(n+1)(−a) = (1/n! − φ_n(−a))/a.
+/// Returns e^(−a), and ∫ e^(−a (1 − s)) sⁿ ds over a step for n from 0 to 3: n! φ_(n+1)(−a), with φ_(n+1)(−a) = (1/n!
+/// − φ_n(−a))/a.
 #[inline(always)]
 fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     let far = a.above(V::of(SUMMED));
@@ -114,7 +116,7 @@ fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     (V::choose(far, decay_beyond, decay), all)
 }
 
-/// [`means`] of short steps: φ₄ from its series, the others from it.
+/// Returns [`means`] of short steps: φ₄ from its series, the others from φ₄.
 #[inline(always)]
 fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);
@@ -129,7 +131,7 @@ fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     (one - a * first, [first, second, third * 2.0, last * 6.0])
 }
 
-/// [`means`] of long steps, from the first one on.
+/// Returns [`means`] of long steps, from the first one on.
 #[inline(always)]
 fn beyond<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);

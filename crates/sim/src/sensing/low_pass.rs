@@ -1,4 +1,4 @@
-//! The filter of the link's sensor.
+//! The low-pass filter of the link's sensor.
 
 use standstill_numeric::exp;
 
@@ -18,7 +18,7 @@ impl LowPass {
         self.output
     }
 
-    /// Advances over `h` seconds of input with values `x` at 0, h/3, 2h/3 and h.
+    /// Advances the filter over `h` seconds of input with values `x` at 0, h/3, 2h/3 and h.
     pub fn advance(&mut self, h: f64, x: [f64; 4]) {
         let r = h / self.time_constant;
         if r < 0.01 {

@@ -15,33 +15,36 @@ use crate::physics::legs::Conducting;
 /// `± amplitude · e^(−t/decay) · cos(2π frequency t)`, positive for an edge upwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PickUp {
-    /// In A.
+    /// Amplitude in A.
     pub amplitude: f64,
     /// Time constant in s.
     pub decay: f64,
-    /// In Hz.
+    /// Frequency in Hz.
     pub frequency: f64,
 }
 
-/// The pick-up of all edges so far, of machines side by side. As all of them ring at one frequency, their sum is one complex number.
+/// The pick-up of all edges so far, of machines side by side. All edges ring at one frequency, so their sum is one
+/// complex number.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PickedUp<V> {
-    /// In A.
+    /// Amplitude per edge in A.
     amplitude: V,
-    /// How fast it decays, in 1/s, and how fast it turns, in rad/s.
+    /// Rate of decay in 1/s, and angular frequency in rad/s.
     decay: V,
     turn: V,
-    /// Where the potential of each leg was last, as a share of the link: 0 and 1 at the rails, a half where it floats.
+    /// Last potential of each leg as a share of the link's voltage: 0 and 1 at the rails, a half where the leg
+    /// floats.
     levels: [V; 3],
-    /// Real and imaginary part in A.
+    /// Real and imaginary part of the present pick-up in A.
     phasor: [V; 2],
 }
 
-/// In A, below what any reading shows: numbers that go on to decay would become subnormal.
+/// Amplitude in A below the resolution of any reading, at which pick-up is set to zero: numbers that continue to
+/// decay would become subnormal.
 const NOTHING: f64 = 1e-30;
 
 impl<V: Wide> PickedUp<V> {
-    /// Puts what rings so into a lane, at rest.
+    /// Puts pick-up with these parameters into a lane, at rest.
     pub fn put(&mut self, lane: usize, of: PickUp) {
         self.amplitude.put(lane, of.amplitude);
         self.decay.put(lane, 1.0 / of.decay);
@@ -50,13 +53,13 @@ impl<V: Wide> PickedUp<V> {
         self.phasor.iter_mut().for_each(|part| part.put(lane, 0.0));
     }
 
-    /// Its current in a lane, in A.
+    /// Returns the present pick-up of a lane in A.
     pub fn at(&self, lane: usize) -> f64 {
         self.phasor[0].get(lane)
     }
 
-    /// Its current in a lane, in A, after shares of a step of `h` seconds in which potentials move so; over the shares the step's
-    /// oscillations are those.
+    /// Returns the pick-up of a lane in A after shares of a step of `h` seconds in which potentials move like this,
+    /// with the step's oscillations over those shares.
     #[inline(always)]
     pub fn within(
         &self,
@@ -78,12 +81,12 @@ impl<V: Wide> PickedUp<V> {
         then.phasor[0]
     }
 
-    /// A leg's potential moves by a share of the link at once.
+    /// Adds the pick-up of a leg's potential that jumps by a share of the link's voltage.
     pub fn jump(&mut self, lane: usize, share: f64) {
         self.phasor[0].put(lane, self.at(lane) + self.amplitude.get(lane) * share);
     }
 
-    /// The legs are these from now on, where they are `taken`: of terminals without a capacitance.
+    /// Adds the pick-up of the legs' new potentials in the lanes of `taken`, for terminals without a capacitance.
     #[inline(always)]
     pub fn follow(&mut self, taken: V::Mask, legs: &Conducting<V>) {
         let (zero, half, one) = (V::of(0.0), V::of(0.5), V::of(1.0));
@@ -103,7 +106,7 @@ impl<V: Wide> PickedUp<V> {
         }
     }
 
-    /// Lets `h` seconds pass where they are `taken`, in which potentials move so.
+    /// Advances the lanes of `taken` by `h` seconds in which potentials move like this.
     #[inline(always)]
     pub fn advance(&mut self, taken: V::Mask, h: V, moves: Option<(&Moves<V>, &[Oscillation<V>; 2])>) {
         let zero = V::of(0.0);
@@ -125,17 +128,18 @@ impl<V: Wide> PickedUp<V> {
     }
 }
 
-/// By how many links the potentials of all terminals move a step: a cubic over it, and so much of each of the step's oscillations.
+/// Movement of the sum of all terminals' potentials per step, as a multiple of the link's voltage: a cubic over the
+/// step, and a share of each of the step's oscillations.
 #[derive(Clone, Copy, Debug)]
 pub struct Moves<V> {
-    /// The cubic.
+    /// Cubic part of the movement.
     pub cubic: Powers<V>,
-    /// Of the oscillations.
+    /// Shares of the oscillations.
     pub shares: [V; 2],
 }
 
 impl<V: Wide> Moves<V> {
-    /// The moves of a lane in all lanes, each over a share of the step.
+    /// Copies the movement of a lane to all lanes, each over a share of the step.
     #[inline(always)]
     fn of_lane(&self, lane: usize, share: V) -> Self {
         let one = |number: &V| V::of(number.get(lane));
@@ -144,8 +148,8 @@ impl<V: Wide> Moves<V> {
         Self { cubic: scaled(&cubic, share, share), shares }
     }
 
-    /// ∫ e^(z (1 − s)) x(s) ds over a step: n! φ_(n+1)(z) for a power of s, with φ_(n+1) = (φ_n − 1/n!)/z, and for an oscillation
-    /// w e^(σ s) and its conjugate w (e^σ − e^z)/(σ − z) each.
+    /// Returns the response ∫ e^(z (1 − s)) x(s) ds over a step: n! φ_(n+1)(z) for a power of s, with φ_(n+1) = (φ_n
+    /// − 1/n!)/z, and for an oscillation w e^(σ s) and its conjugate w (e^σ − e^z)/(σ − z) each.
     #[inline(always)]
     fn answer(&self, z: [V; 2], grown: [V; 2], of: &[Oscillation<V>; 2]) -> [V; 2] {
         let (zero, one) = (V::of(0.0), V::of(1.0));
@@ -177,13 +181,13 @@ impl<V: Wide> Moves<V> {
     }
 }
 
-/// The product of two complex numbers.
+/// Returns the product of two complex numbers.
 #[inline(always)]
 fn times<V: Lane>([a, b]: [V; 2], [x, y]: [V; 2]) -> [V; 2] {
     [a * x - b * y, a * y + b * x]
 }
 
-/// Their quotient.
+/// Returns the quotient of two complex numbers.
 #[inline(always)]
 fn over<V: Lane>([a, b]: [V; 2], [x, y]: [V; 2]) -> [V; 2] {
     let per = V::of(1.0) / (x * x + y * y);

@@ -1,4 +1,4 @@
-//! Taking samples: from what is there to what the drive reads.
+//! Sampling: from physical values to the drive's readings.
 
 use standstill_interface::{Abc, Counts, Nanos, Reading, Real, Sensed};
 use standstill_inverter::Gate;
@@ -6,7 +6,7 @@ use standstill_inverter::Gate;
 use super::{Arrangement, Channels, Sensors};
 use crate::{Draws, Purpose, Streams};
 
-/// Takes the samples of one run.
+/// The sampler of one run: takes its samples.
 #[derive(Clone, Debug)]
 pub struct Sampler<'t> {
     sensors: Sensors,
@@ -21,7 +21,7 @@ pub struct Sampler<'t> {
 pub struct Instant {
     /// Currents in A through the sensors, behind their filters if they have any.
     pub current: [f64; 3],
-    /// DC link in V, likewise.
+    /// Voltage of the DC link in V, behind its sensor's filter if it has one.
     pub dc_link: f64,
     /// The request to each leg just before the trigger's nominal time.
     pub requested: [Gate; 3],
@@ -34,7 +34,7 @@ impl<'t> Sampler<'t> {
         Self { sensors: *sensors, channels: Channels::of(sensors), noise, link_noise, jitter }
     }
 
-    /// When a trigger at `nominal` really samples, within its command.
+    /// Returns the real sampling instant of a trigger at `nominal`, with delay and jitter, within its command.
     pub fn instant(&mut self, nominal: Nanos, command_start: Nanos, command_end: Nanos) -> Nanos {
         let jitter = self.sensors.settings.jitter.0;
         let late = nominal.0 + self.sensors.settings.sample_delay.0;
@@ -43,7 +43,7 @@ impl<'t> Sampler<'t> {
         Nanos(moved.clamp(command_start.0, command_end.0))
     }
 
-    /// One sample; `at` is the trigger's nominal time after the start of its command.
+    /// Takes one sample; `at`: the trigger's nominal time after the start of its command.
     #[inline(always)]
     pub fn read<T: Real>(&mut self, at: Nanos, there: &Instant) -> Reading<T> {
         let s = &self.sensors.settings;

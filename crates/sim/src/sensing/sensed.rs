@@ -1,4 +1,4 @@
-//! Sensors of machines side by side over a step: filters and pick-up follow it from its beginning to its end.
+//! Sensors with a state of machines side by side: filters and pick-up follow each step from its beginning to its end.
 
 use standstill_numeric::{Compute, Wide};
 
@@ -12,33 +12,33 @@ use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
 use crate::step::two_derivative::{Here, Tried};
 
-/// Sensors that remember what was before.
+/// Sensors whose readings depend on the past.
 #[derive(Clone, Debug)]
 pub struct Sensed<V: Wide> {
-    /// Their filters.
+    /// Filters of the sensors.
     pub filters: Option<Filters<V>>,
-    /// Their pick-up.
+    /// Pick-up of the sensors.
     pub picked_up: Option<PickedUp<V>>,
-    /// Whether they see the currents of lower devices alone.
+    /// Whether the sensors measure the currents of lower devices alone.
     shunts: bool,
     passed: Passed<V>,
 }
 
-/// The numbers of a step that sensors need.
+/// The quantities of a step that the sensors need.
 #[derive(Clone, Debug, Default)]
 struct Passed<V: Wide> {
     taken: V::Mask,
-    /// When it began, in ns.
+    /// Beginning of the step in ns.
     time: V,
-    /// In s.
+    /// Length of the step in s.
     h: V,
     legs: Conducting<V>,
-    /// Currents in A at both ends, and how fast they rise, in A/s.
+    /// Currents in A at both ends, and their slopes in A/s.
     current: [Plane<V>; 2],
     rise: [Plane<V>; 2],
-    /// Where terminals have a capacitance: how they ring.
+    /// Oscillation of the currents where terminals have a capacitance.
     ringing: Option<Oscillating<V>>,
-    /// The sensors at its beginning, and what their filters are given in it.
+    /// The sensors at the beginning of the step, and the inputs of their filters during it.
     filters: Option<Filters<V>>,
     picked_up: Option<PickedUp<V>>,
     input: [Powers<V>; 3],
@@ -50,14 +50,14 @@ struct Passed<V: Wide> {
 #[derive(Clone, Copy, Debug)]
 struct Oscillating<V> {
     of: [Oscillation<V>; 2],
-    /// From an oscillation to current.
+    /// Vector from a modal oscillation to the current in A.
     to: [Plane<V>; 2],
-    /// By how many links an ampere moves a terminal in a second.
+    /// Voltage by which an ampere moves a terminal in a second, as a multiple of the link's voltage.
     per_charge: V,
 }
 
 impl<V: Wide> Sensed<V> {
-    /// Of sensors of this kind; none where no sensor remembers anything.
+    /// Makes sensors of this kind; none where no sensor has a state.
     pub fn like(settings: &SensorSettings) -> Option<Self> {
         let there = settings.bandwidth.is_some() || settings.pick_up.is_some();
         there.then(|| Self {
@@ -68,7 +68,7 @@ impl<V: Wide> Sensed<V> {
         })
     }
 
-    /// Whether sensors are of the kind of these.
+    /// Returns whether sensors are of the kind of these.
     pub fn fits(of: Option<&Self>, settings: &SensorSettings) -> bool {
         let Some(sensed) = of else { return settings.bandwidth.is_none() && settings.pick_up.is_none() };
         sensed.filters.is_some() == settings.bandwidth.is_some()
@@ -86,7 +86,7 @@ impl<V: Wide> Sensed<V> {
         }
     }
 
-    /// Their outputs in a lane in A, at these currents in A.
+    /// Returns the sensors' outputs of a lane in A, at these currents in A.
     pub fn at(&self, lane: usize, current: [f64; 3]) -> [f64; 3] {
         let mut shown = current;
         if let Some(filters) = &self.filters {
@@ -96,12 +96,14 @@ impl<V: Wide> Sensed<V> {
         shown.map(|shown| shown + added)
     }
 
-    /// Outputs of a lane's phases in A behind their filters, each at a time in ns within the step that was followed last.
+    /// Returns the outputs of a lane's phases in A behind their filters, each at a time in ns within the step
+    /// followed last.
     pub fn within(&self, lane: usize, times: [f64; 3]) -> [f64; 3] {
         V::compute(Within(&self.passed, lane, times))
     }
 
-    /// Keeps of a step what is asked for, before its end becomes the place of those that took it.
+    /// Keeps the quantities of a step that the sensors need, before its end becomes the present state of the machines
+    /// that took it.
     #[inline(always)]
     pub fn keep<const RARE: bool>(
         &mut self,
@@ -129,12 +131,13 @@ impl<V: Wide> Sensed<V> {
         }
     }
 
-    /// Follows the step that was kept, of legs with these axes.
+    /// Follows the step that was kept, with legs of these axes.
     pub fn follow(&mut self, axes: &[Plane<V>; 3]) {
         V::compute(Follow(self, axes));
     }
 
-    /// Lets `h` seconds pass where they are `taken`, in which no current flows and no potential moves; the legs are those.
+    /// Advances the lanes of `taken` by `h` seconds in which no current flows and no potential moves; `legs`: the
+    /// legs meanwhile.
     #[inline(always)]
     pub fn rest(&mut self, taken: V::Mask, h: V, legs: &Conducting<V>) {
         let none = [V::of(0.0); 4];
@@ -148,7 +151,7 @@ impl<V: Wide> Sensed<V> {
     }
 }
 
-/// Outputs of a lane's phases, each at its time.
+/// Evaluation of the outputs of a lane's phases, each at its time in ns.
 struct Within<'s, V: Wide>(&'s Passed<V>, usize, [f64; 3]);
 
 impl<V: Wide> Compute for Within<'_, V> {
@@ -187,7 +190,7 @@ impl<V: Wide> Compute for Within<'_, V> {
     }
 }
 
-/// Sensors follow a step.
+/// Advance of the sensors over the step that was kept.
 struct Follow<'s, V: Wide>(&'s mut Sensed<V>, &'s [Plane<V>; 3]);
 
 impl<V: Wide> Compute for Follow<'_, V> {

@@ -1,4 +1,4 @@
-//! The machines within a step.
+//! Dense output: the machines within a step.
 
 use standstill_numeric::Wide;
 
@@ -7,8 +7,8 @@ use crate::effect::winding::flux_within;
 use crate::effect::{CoreBranch, Effect, Looked, Span, terminals};
 
 impl<V: Wide> Span<'_, '_, V> {
-    /// The machines there, as exactly as at the end of the step: the flux from the voltage and the integral of the currents' cubic, the
-    /// currents from the core.
+    /// Returns the machines at this place of the step, as exactly as at its end: the flux from the voltage and the
+    /// integral of the currents' cubic, the currents from the core.
     #[inline(always)]
     pub fn there(&self) -> Here<V> {
         let Span { machine, branch, from, step, share } = *self;

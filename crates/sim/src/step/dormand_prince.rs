@@ -1,15 +1,16 @@
 //! The Dormand–Prince method of order 5(4): one smooth step.
 //!
-//! Coefficients are those of Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section II.6 (DOPRI5).
+//! The coefficients are from Hairer, Nørsett and Wanner, *Solving Ordinary Differential Equations I*, section II.6
+//! (DOPRI5).
 
 use std::array::from_fn;
 
 use standstill_numeric::Lane;
 
-/// Derivatives that a step needs: six within it and the one at its end.
+/// Number of derivatives that a step needs: six within it and the one at its end.
 pub const STAGES: usize = 7;
 
-/// Share of the step at which each derivative is taken, and the weights of those before it.
+/// Share of the step at which each derivative is taken, and the weights of the derivatives before it.
 const STAGE: [(f64, [f64; STAGES - 1]); STAGES] = [
     (0.0, [0.0; 6]),
     (0.2, [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
@@ -23,7 +24,7 @@ const STAGE: [(f64, [f64; STAGES - 1]); STAGES] = [
 /// One step from `start` over `h`, not yet accepted; of one machine or of several side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct Attempt<const N: usize, T = f64> {
-    /// Length in s.
+    /// Length of the step in s.
     pub h: T,
     /// State at the beginning.
     pub start: [T; N],
@@ -34,7 +35,7 @@ pub struct Attempt<const N: usize, T = f64> {
 }
 
 impl<const N: usize, T: Lane> Attempt<N, T> {
-    /// A step of which nothing is known yet.
+    /// Makes a step that has not been taken.
     #[inline(always)]
     pub fn new(start: [T; N], h: T) -> Self {
         Self { h, start, end: start, slopes: [[T::of(0.0); N]; STAGES] }
@@ -54,7 +55,7 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
         self
     }
 
-    /// The state after the step with these weights of its slopes.
+    /// Returns the state after the step with these weights of its slopes.
     #[inline(always)]
     fn after(&self, weights: &[f64; STAGES - 1]) -> [T; N] {
         from_fn(|n| {
@@ -68,8 +69,8 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
         })
     }
 
-    /// The largest component of the error estimate, each relative to its tolerance: at most 1 to be accepted. Not a
-    /// number if any of them is none.
+    /// Returns the largest component of the error estimate, each relative to its tolerance: at most 1 to be accepted.
+    /// Not a number if any component is.
     #[inline(always)]
     pub fn error(&self, tolerance: &[f64; N]) -> T {
         let [k1, _, k3, k4, k5, k6, k7] = &self.slopes;

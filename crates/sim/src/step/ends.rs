@@ -11,12 +11,12 @@ use crate::guard::{Bounds, PerGuard};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
 
-/// So many times the slack of a blocked leg's potential, which is two billionths of the link's voltage, it may be beyond its
-/// bound where the leg is then taken to conduct: what the leg conducts late grows with the square.
+/// Multiple of the slack of a blocked leg's potential (2e-9 of the link's voltage) by which the potential may be
+/// beyond its bound where the leg is taken to conduct: the error of conducting late grows with the square.
 pub const POTENTIAL_DEEP: f64 = 2e3;
 
 impl<V: Wide> Tried<V> {
-    /// No step: room for those to come. Trying one here would compile the whole of it once more.
+    /// Makes an empty record of a step. Trying a step here would compile the whole of it once more.
     pub fn none(here: &Here<V>) -> Self {
         let zero = V::of(0.0);
         Self {
@@ -40,7 +40,7 @@ impl<V: Wide> Tried<V> {
         }
     }
 
-    /// Where something ends within the step, or before it.
+    /// Finds the smallest margins within the step and before it, by which modes end.
     #[inline(always)]
     pub(super) fn look_for_ends<const RARE: bool>(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
         let mut least = V::of(f64::INFINITY);
@@ -88,7 +88,7 @@ impl<V: Wide> Tried<V> {
         (self.least_margin, self.blocked_at_begin, self.least_at_mode_end) = (least, at_begin, at_mode_end);
     }
 
-    /// Where a leg's current falls at the beginning of the step and rises at its end.
+    /// Returns the lanes where a leg's current falls at the beginning of the step and rises at its end.
     #[inline(always)]
     fn may_dip(&self) -> V::Mask {
         let mut turns = V::of(f64::NEG_INFINITY);
@@ -100,7 +100,7 @@ impl<V: Wide> Tried<V> {
         turns.above(V::of(0.0))
     }
 
-    /// The least of the legs' currents where they dip, with their slack.
+    /// Returns the smallest of the legs' currents in A at their minima, with the slack added.
     #[inline(always)]
     fn dips(&self, bounds: &Bounds<V>) -> V {
         let mut least = V::of(f64::INFINITY);
@@ -111,8 +111,8 @@ impl<V: Wide> Tried<V> {
         least
     }
 
-    /// The least of the legs' margins with terminals that ring: of conducting legs the least current, of others the least distance to a bound, where
-    /// they may reach it.
+    /// Returns the smallest of the legs' margins with ringing terminals: of conducting legs the smallest current in
+    /// A, of others the smallest distance in V to a bound, where they may reach it.
     #[inline(always)]
     fn dips_or_swings(&self, floating: &Floating<V>, bounds: &Bounds<V>) -> V {
         let far = V::of(f64::INFINITY);
@@ -128,14 +128,14 @@ impl<V: Wide> Tried<V> {
         least
     }
 
-    /// The largest angle in rad by which terminals of a lane ring in the step.
+    /// Returns the largest angle in rad by which the ringing modes of a lane turn in the step.
     pub fn turned(&self, lane: usize) -> f64 {
         let squares = self.floating.as_ref().map(|floating| floating.ringing.turned);
         let squares = squares.map_or([0.0; 2], |squares| squares.map(|square| square.get(lane)));
         squares[0].max(squares[1]).sqrt()
     }
 
-    /// The current of a leg over the step in the direction of its mode.
+    /// Returns the current of a leg in A over the step, positive in the direction of its mode.
     #[inline(always)]
     pub fn leg_current(&self, leg: usize) -> Cubic<V> {
         let direction = self.legs.leg[leg].direction;
@@ -145,7 +145,7 @@ impl<V: Wide> Tried<V> {
         }
     }
 
-    /// The margin of the rotor's motion over the step, as far as it follows from the torque.
+    /// Returns the margin of the rotor's motion over the step, as far as it follows from the torque.
     #[inline(always)]
     fn torque_margin(&self, machine: &Machine<V>, bounds: &Bounds<V>) -> Cubic<V> {
         let [_, by_speed, by_torque, by_size] = bounds.motion;

@@ -2,12 +2,12 @@
 
 use standstill_numeric::{Lane, Wide};
 
-/// Values at the beginning and at the end, and slopes there times the step's length.
+/// Cubic polynomial over a step: values at the beginning and at the end, and slopes there times the step's length.
 #[derive(Clone, Copy, Debug)]
 pub struct Cubic<T> {
-    /// At the beginning and at the end.
+    /// Values at the beginning and at the end.
     pub value: [T; 2],
-    /// Slopes per step.
+    /// Slopes per step at the beginning and at the end.
     pub slope: [T; 2],
 }
 
@@ -19,7 +19,7 @@ impl<T: Lane> Default for Cubic<T> {
 }
 
 impl<V: Wide> Cubic<V> {
-    /// The cubic of a lane.
+    /// Returns the cubic of a lane.
     pub fn get(&self, lane: usize) -> Cubic<f64> {
         let one = |pair: &[V; 2]| pair.each_ref().map(|number| number.get(lane));
         Cubic { value: one(&self.value), slope: one(&self.slope) }
@@ -27,7 +27,8 @@ impl<V: Wide> Cubic<V> {
 }
 
 impl<T: Lane> Cubic<T> {
-    /// Its coefficients, the constant first: a, s, 3 (b − a) − 2 s − e, s + e − 2 (b − a) for values a and b and slopes s and e.
+    /// Returns the coefficients, the constant first: a, s, 3 (b − a) − 2 s − e, s + e − 2 (b − a) for values a and b
+    /// and slopes s and e.
     #[inline(always)]
     pub fn powers(&self) -> [T; 4] {
         let ([a, b], [s, e]) = (self.value, self.slope);
@@ -35,28 +36,29 @@ impl<T: Lane> Cubic<T> {
         [a, s, rise * 3.0 - s - s - e, s + e - rise - rise]
     }
 
-    /// Its value at a share of the step.
+    /// Returns the value at a share of the step.
     #[inline(always)]
     pub fn at(&self, x: T) -> T {
         let [a, s, c, d] = self.powers();
         a + x * (s + x * (c + x * d))
     }
 
-    /// Its slope per step at a share of the step.
+    /// Returns the slope per step at a share of the step.
     #[inline(always)]
     pub fn rise(&self, x: T) -> T {
         let [_, s, c, d] = self.powers();
         s + x * (c + c + x * (d * 3.0))
     }
 
-    /// Its integral from the beginning to a share of the step, per step.
+    /// Returns the integral from the beginning to a share of the step, per step.
     #[inline(always)]
     pub fn area(&self, x: T) -> T {
         let [a, s, c, d] = self.powers();
         x * (a + x * (s * 0.5 + x * (c * (1.0 / 3.0) + x * (d * 0.25))))
     }
 
-    /// About the lowest value within the step, where it falls at its beginning and rises at its end; else infinite.
+    /// Returns approximately the lowest value within the step, where the cubic falls at its beginning and rises at
+    /// its end; else infinity.
     #[inline(always)]
     pub fn dip(&self) -> T {
         let zero = T::of(0.0);
@@ -68,8 +70,9 @@ impl<T: Lane> Cubic<T> {
 }
 
 impl Cubic<f64> {
-    /// The share of the step at which it falls to `level`, between two shares: above it at the first and below it at the
-    /// second. To rounding of the share: by Newton's rule, by bisection where that leaves the bracket.
+    /// Returns the share of the step at which the cubic falls to `level`, between two shares: it is above the level
+    /// at the first and below at the second. Exact to rounding: by Newton's rule, by bisection where that leaves the
+    /// bracket.
     pub fn falls_to(&self, level: f64, from: f64, to: f64) -> f64 {
         let [a, s, c, d] = self.powers();
         let a = a - level;
@@ -105,9 +108,9 @@ impl Cubic<f64> {
     }
 }
 
-/// A share of a step by which the root of a cubic is off before the last round of Newton's rule.
+/// Error of a cubic's root, as a share of the step, before the last iteration of Newton's rule.
 const CLOSE: f64 = 1e-8;
-/// Rounds in which even bisection finds a root to that.
+/// Number of iterations in which even bisection finds a root to that error.
 const MOST_ROUNDS: u32 = 60;
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
-//! Another way to take the same step: the method of Dormand and Prince over the same equations, one machine at a time.
+//! An independent method for the step: the method of Dormand and Prince over the same equations, one machine at a
+//! time.
 //!
-//! It shares neither the quadrature nor the prediction nor the error estimate of the engine's own step, so it can judge
-//! whether that step is right. It evaluates the core seven times a step.
+//! The referee shares neither the quadrature nor the prediction nor the error estimate of the engine's own step, so
+//! it can judge whether that step is right. It evaluates the core seven times a step.
 
 use standstill_interface::Dq;
 use standstill_numeric::Wide;
@@ -17,12 +18,12 @@ use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::dormand_prince::Attempt;
 
-/// Numbers of a state, without its branch and with it.
+/// Count of a state's numbers, without its branch and with it.
 const OWN: usize = 10;
 const NUMBERS: usize = OWN + size_of::<BranchState<f64>>() / size_of::<f64>();
 
-/// A speed in rad/s, and a link voltage in V, that are off by this many times the tolerance of the angle or the flux matter as
-/// much within a tenth of a millisecond.
+/// Tolerance of the speed in rad/s and of the link's voltage in V, per unit of the tolerance of the angle and of the
+/// flux: such errors matter as much within a tenth of a millisecond.
 const PER_SECOND: f64 = 1e4;
 
 fn numbers<V: Wide>(state: &State<V>, pinned: &BranchState<V>) -> [V; NUMBERS] {
@@ -36,7 +37,7 @@ fn numbers<V: Wide>(state: &State<V>, pinned: &BranchState<V>) -> [V; NUMBERS] {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Tries a step to times in ns.
+    /// Tries a step to times in ns with the referee's method.
     pub fn refereed(
         machine: &Machine<V>,
         bounds: &Bounds<V>,
@@ -85,7 +86,7 @@ impl<V: Wide> Tried<V> {
     }
 }
 
-/// How far each number of a state may be off.
+/// Returns the tolerance of each number of a state.
 fn tolerances<V: Wide>(accuracy: &Accuracy<V>) -> [f64; NUMBERS] {
     let (flux, angle) = (1.0 / accuracy.per_flux.get(0), 1.0 / accuracy.per_angle.get(0));
     let (speed, volt) = (angle * PER_SECOND, flux * PER_SECOND);
@@ -93,7 +94,7 @@ fn tolerances<V: Wide>(accuracy: &Accuracy<V>) -> [f64; NUMBERS] {
     std::array::from_fn(|n| own.get(n).copied().unwrap_or(flux))
 }
 
-/// The state that the numbers are at a time in s. Without a capacitor the link follows its source.
+/// Returns the state with these numbers at a time in s. Without a capacitor the link follows its source.
 fn state_of<V: Wide>(machine: &Machine<V>, time: V, y: &[V; NUMBERS]) -> State<V> {
     let [x, y, turned, speed, mut link, d, q, a, b, c, ..] = *y;
     if machine.links.storage.is_none() {
@@ -103,12 +104,12 @@ fn state_of<V: Wide>(machine: &Machine<V>, time: V, y: &[V; NUMBERS]) -> State<V
     State { flux: Plane::new(x, y), turned, speed, link, lagging, potential: [a, b, c] }
 }
 
-/// The fluxes in Wb that are pinned in the branch.
+/// Returns the pinned fluxes of the branch in Wb.
 fn pinned_of<V: Wide>(y: &[V; NUMBERS]) -> BranchState<V> {
     std::array::from_fn(|k| Plane::new(y[OWN + 2 * k], y[OWN + 1 + 2 * k]))
 }
 
-/// How a state, and the fluxes that are pinned in the branch, change at a time in s.
+/// Returns the slopes of a state, and of the pinned fluxes of the branch, at a time in s.
 fn slope<V: Wide>(
     machine: &Machine<V>,
     legs: &Conducting<V>,

@@ -1,12 +1,13 @@
 //! The step: a method of order four with two derivatives and one evaluation of the core.
 //!
-//! The voltage between two instants is known and is integrated exactly. Only the drop R i needs a quadrature,
-//! `∫i ≈ h/2 (i₀ + i₁) + h²/12 (i₀′ − i₁′)`, whose slopes `i′ = Γ ψ′ + …` cost nothing beside the currents. The flux at the
-//! end is first predicted; there the core is evaluated; and what the quadrature then misses is put right by one linear
-//! step with Γ, which also takes the current of a blocked leg to zero. Angle, speed and the link's voltage are carried by
-//! the same rule.
+//! The voltage between two instants is known and is integrated exactly. Only the drop R i needs a quadrature, `∫i ≈
+//! h/2 (i₀ + i₁) + h²/12 (i₀′ − i₁′)`, whose slopes `i′ = Γ ψ′ + …` cost nothing beside the currents. The flux at the
+//! end is first predicted; there the core is evaluated; and the difference to the quadrature is corrected by one
+//! linear step with Γ, which also takes the current of a blocked leg to zero. Angle, speed and the link's voltage are
+//! integrated by the same rule.
 //!
-//! The error is estimated from what the currents' values and slopes at both ends say of their third derivative.
+//! The error is estimated from the third derivative of the currents that follows from their values and slopes at both
+//! ends.
 
 use standstill_inverter::Source;
 use standstill_numeric::Wide;
@@ -25,59 +26,62 @@ use crate::physics::state::State;
 use crate::step::error::Accuracy;
 use crate::step::hermite::Cubic;
 
-/// Machines at a time: their states and what follows from them.
+/// Machines at one time: their states and operating points.
 #[derive(Clone, Copy, Debug)]
 pub struct Here<V: Wide> {
-    /// In ns since the start of the run.
+    /// Time in ns since the start of the run.
     pub time: V,
-    /// The states.
+    /// States of the machines.
     pub state: State<V>,
-    /// The operating point that follows.
+    /// The operating points that follow from the states.
     pub at: Operating<V>,
-    /// The DC sources.
+    /// Voltages and slopes of the DC sources.
     pub source: Source<V>,
 }
 
-/// A step that was tried.
+/// An attempted step.
 #[derive(Clone, Copy, Debug)]
 pub struct Tried<V: Wide> {
-    /// Its length in s.
+    /// Length of the step in s.
     pub h: V,
-    /// The legs meanwhile.
+    /// The legs during the step.
     pub legs: Conducting<V>,
-    /// Where it ends.
+    /// The machines at the end of the step.
     pub end: Here<V>,
-    /// How the machines change at its beginning and at its end.
+    /// Slopes of the machines at the beginning and at the end of the step.
     pub change: [Change<V>; 2],
-    /// The links.
+    /// The links over the step.
     pub link: LinkStep<V>,
-    /// The rotors, where they can move.
+    /// The rotors over the step, where they can move.
     pub rotor: Option<RotorStep<V>>,
-    /// The terminals, where they have a capacitance.
+    /// The terminals over the step, where they have a capacitance.
     pub floating: Option<Floating<V>>,
-    /// The branch beside the core, where there is one.
+    /// The branch beside the core over the step, where there is one.
     pub branch: Option<BranchStep<V>>,
     /// Currents of the phases, or of the devices that feed them, in A at both ends.
     pub phases: [[V; 3]; 2],
-    /// Margins at both ends.
+    /// Margins of the guards at both ends.
     pub margins: [Margins<V>; 2],
-    /// How fast the phase currents rise, in A a step, at both ends.
+    /// Slopes of the phase currents, in A per step, at both ends.
     pub phase_rise: [[V; 3]; 2],
     /// The torque in N·m at both ends.
     pub torque: [V; 2],
-    /// The margin of the rotor's motion over it, as far as that follows from the torque.
+    /// Margin of the rotor's motion over the step, as far as it follows from the torque.
     pub motion: Cubic<V>,
-    /// Its error relative to the tolerance: at most 1 to be accepted; not a number if anything is none.
+    /// Error of the step relative to the tolerance: at most 1 to be accepted; not a number if any part is.
     pub error: V,
-    /// The least margin of blocked legs at its beginning, with their slack: negative where one was out of its bounds before.
+    /// Smallest margin of blocked legs at the beginning of the step, with the slack added: negative where a leg was
+    /// out of its bounds before.
     pub blocked_at_begin: V,
-    /// The least of all margins in the step and at its end, with their slack: negative where something ends within it.
+    /// Smallest of all margins in the step and at its end, with the slack added: negative where a mode ends within
+    /// the step.
     pub least_margin: V,
-    /// The least margin of blocked legs at its end, with what is near enough where a leg is taken to conduct.
+    /// Smallest margin of blocked legs at the end of the step, with the larger slack within which a leg is taken to
+    /// conduct.
     pub least_at_mode_end: V,
 }
 
-/// Effects over a step, as both ways to take one leave them.
+/// Effects over a step, as both methods of a step leave them.
 #[derive(Clone, Copy)]
 pub(super) struct Parts<V: Wide> {
     pub link: LinkStep<V>,
@@ -164,7 +168,7 @@ impl<V: Wide> Tried<V> {
         Self::between::<RARE>(&end, bounds, there, Parts { link, rotor, ringing, branch: branched }, error)
     }
 
-    /// The whole step up to its end, with the modes that end within it.
+    /// Completes the step up to its end, with the modes that end within it.
     #[inline(always)]
     pub(super) fn between<const RARE: bool>(
         of: &End<'_, '_, V>,

@@ -8,7 +8,7 @@ use super::normal::{
 };
 use super::{AT_ONCE, IN_BLOCK, Purpose, Source, Tape};
 
-/// The draws of one trial and purpose, in their order. Each takes one number, an angle two.
+/// The draws of one trial and purpose, in their order. Each draw takes one number, an angle two.
 ///
 /// ```
 /// use standstill_sim::{Purpose, Streams};
@@ -23,7 +23,7 @@ use super::{AT_ONCE, IN_BLOCK, Purpose, Source, Tape};
 #[derive(Clone, Debug)]
 pub struct Draws<'t> {
     seeded: Seeded,
-    /// The tape and the number of a strip of it.
+    /// The tape and the number of the strip on it.
     strip: Option<(&'t Tape, usize)>,
     /// Number of the next draw.
     next: u64,
@@ -35,14 +35,14 @@ impl<'t> Draws<'t> {
         Self { seeded: Seeded::new(source, purpose), strip, next: 0 }
     }
 
-    /// Draws whose first words are given, as the seed gives them.
+    /// Loads the first words of the draws, computed from the seed elsewhere.
     #[inline(always)]
     pub(super) fn beginning_with(mut self, words: &[u64]) -> Self {
         self.seeded.take(words, 0);
         self
     }
 
-    /// A standard normal.
+    /// Draws a standard normal.
     #[inline]
     pub fn normal(&mut self) -> f64 {
         let number = self.advance();
@@ -52,7 +52,7 @@ impl<'t> Draws<'t> {
         }
     }
 
-    /// As many standard normals as there is room for.
+    /// Draws standard normals until `out` is full.
     #[inline]
     pub fn normals(&mut self, out: &mut [f64]) {
         let most = out.len() as u64;
@@ -68,7 +68,7 @@ impl<'t> Draws<'t> {
         }
     }
 
-    /// A standard normal of which only draws within ±`most` count, by its quantile: what was drawn keeps its rank.
+    /// Draws a standard normal truncated to ±`most`, by its quantile: the draw keeps its rank.
     pub fn normal_within(&mut self, most: f64) -> f64 {
         let normal = self.normal();
         let outside = lower_tail(most);
@@ -81,7 +81,7 @@ impl<'t> Draws<'t> {
         size.clamp(0.0, most).copysign(normal)
     }
 
-    /// A uniform number in [0, 1): an odd multiple of 2^-49.
+    /// Draws a uniform number in [0, 1): an odd multiple of 2^-49.
     #[inline]
     pub fn uniform(&mut self) -> f64 {
         let number = self.advance();
@@ -91,12 +91,12 @@ impl<'t> Draws<'t> {
         }
     }
 
-    /// A uniform number in this range.
+    /// Draws a uniform number in this range.
     pub fn uniform_in(&mut self, range: Range<f64>) -> f64 {
         range.start + (range.end - range.start) * self.uniform()
     }
 
-    /// A whole number from 0 to `last`, each with the same probability to `last`/2^48.
+    /// Draws an integer from 0 to `last`, each with the same probability up to a relative error of `last`/2^48.
     #[inline]
     pub fn integer(&mut self, last: u64) -> u64 {
         let product = u128::from(value(self.uniform())) * (u128::from(last) + 1);
@@ -106,8 +106,8 @@ impl<'t> Draws<'t> {
         integer
     }
 
-    /// A uniform angle in rad in [0, 2π): the direction of two normals. Unlike a share of a turn it has no ends where
-    /// neighbouring directions are far apart on a tape.
+    /// Draws a uniform angle in rad in [0, 2π): the direction of two normals. Unlike a share of a turn it has no ends
+    /// where neighbouring directions are far apart on a tape.
     pub fn angle(&mut self) -> f64 {
         let (x, y) = (self.normal(), self.normal());
         let angle = standstill_numeric::atan2(y, x);
@@ -123,16 +123,16 @@ impl<'t> Draws<'t> {
     }
 }
 
-/// Draws by their numbers, from the seed.
+/// Draws by their numbers, computed from the seed.
 #[derive(Clone, Debug)]
 struct Seeded {
     source: Source,
     purpose: Purpose,
-    /// The draws at hand.
+    /// The draws computed last.
     block: [f64; AT_ONCE],
-    /// Their numbers.
+    /// The numbers of these draws.
     numbers: Range<u64>,
-    /// Whether they are normals; otherwise uniforms.
+    /// Whether these draws are normals; otherwise uniforms.
     are_normals: bool,
 }
 
@@ -167,7 +167,7 @@ impl Seeded {
         self.at_hand(number)
     }
 
-    /// The normals with these numbers, if all of them have been computed.
+    /// Returns the normals with these numbers, if all of them have been computed.
     #[inline]
     fn normals_at_hand(&self, numbers: Range<u64>) -> Option<&[f64]> {
         let Range { start, end } = self.numbers;
@@ -178,7 +178,7 @@ impl Seeded {
         self.block.get(place(numbers.start)?..place(numbers.end)?)
     }
 
-    /// The normal that a strip of a tape has or gets.
+    /// Returns a normal of a tape's strip, and appends it to the strip if it is missing.
     fn taped(&mut self, (tape, strip): (&Tape, usize), number: u64) -> f64 {
         let place = usize::try_from(number).expect("a tape fits into the memory");
         tape.read(strip, place, |number| self.normal(number))
@@ -192,9 +192,10 @@ impl Seeded {
         self.block[place]
     }
 
-    /// Computes the uniforms about this number.
+    /// Computes the uniforms of the block that contains this number.
     ///
-    /// The first block of each purpose is at the place that the purpose has; the others follow far behind, four by four.
+    /// The first block of each purpose is at the place of the purpose's discriminant; the others follow far behind,
+    /// four by four.
     #[cold]
     fn load(&mut self, number: u64) {
         const FIRST: u64 = IN_BLOCK as u64;
@@ -211,7 +212,7 @@ impl Seeded {
         self.numbers = numbers;
     }
 
-    /// Has the uniforms of these words, which are those from a number on.
+    /// Stores the uniforms of these words, the first of which has number `from`.
     fn take(&mut self, words: &[u64], from: u64) {
         for (uniform, word) in self.block.iter_mut().zip(words) {
             *uniform = uniform_of_word(*word);

@@ -11,22 +11,22 @@ use multiversion::multiversion;
 use self::coefficients::{FAR_TAIL, MIDDLE, NEAR_TAIL};
 use super::AT_ONCE;
 
-/// Number of values that a draw has.
+/// Number of values that a draw can have.
 const VALUES: f64 = (1_u64 << 48) as f64;
 
-/// The uniform number in (0, 1) that a random word gives.
+/// Returns the uniform number in (0, 1) of a random word.
 #[inline(always)]
 pub(super) fn uniform_of_word(word: u64) -> f64 {
     uniform_of_value(word >> 16)
 }
 
-/// The uniform number of value k.
+/// Returns the uniform number of value k.
 #[inline(always)]
 fn uniform_of_value(value: u64) -> f64 {
     (value as f64 + 0.5) / VALUES
 }
 
-/// The value k of a uniform number.
+/// Returns the value k of a uniform number.
 #[inline]
 pub(super) fn value(uniform: f64) -> u64 {
     // Between 0 and 2^48.
@@ -35,29 +35,29 @@ pub(super) fn value(uniform: f64) -> u64 {
     value
 }
 
-/// Φ(−z).
+/// Returns the lower tail probability Φ(−z).
 pub(super) fn lower_tail(z: f64) -> f64 {
     0.5 * standstill_numeric::erfc(z * FRAC_1_SQRT_2)
 }
 
-/// The uniform number of the value that a standard normal belongs to: Φ(z), rounded.
+/// Returns the uniform number of the value to which a standard normal belongs: Φ(z), rounded.
 pub(super) fn uniform_of_normal(normal: f64) -> f64 {
     let below = uniform_of_value(value(lower_tail(normal.abs())).min((1 << 47) - 1));
     if normal < 0.0 { below } else { 1.0 - below }
 }
 
-/// Furthest from ½ at which [`central`] holds.
+/// Largest distance of a uniform number from ½ at which [`central`] holds.
 const CENTRAL: f64 = 0.425;
 
-/// The standard normal of a uniform number, Φ⁻¹(u): algorithm AS 241 of M. J. Wichura, "The percentage points of the normal
-/// distribution", Applied Statistics 37 (1988), pp. 477–484, to about 1 part in 10^16 but for rounding.
+/// Returns the standard normal of a uniform number, Φ⁻¹(u): algorithm AS 241 of M. J. Wichura, "The percentage points
+/// of the normal distribution", Applied Statistics 37 (1988), pp. 477–484, to about 1 part in 10^16 but for rounding.
 #[inline]
 pub(super) fn normal_of_uniform(uniform: f64) -> f64 {
     let off = uniform - 0.5;
     if off.abs() <= CENTRAL { central(off) } else { tail(uniform) }
 }
 
-/// The standard normals of uniform numbers, to the bits of [`normal_of_uniform`].
+/// Replaces uniform numbers by their standard normals, with the bits of [`normal_of_uniform`].
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
 pub(super) fn normals_of_uniforms(numbers: &mut [f64; AT_ONCE]) {
     let uniforms = *numbers;
@@ -89,13 +89,13 @@ pub(super) fn normals_of_uniforms(numbers: &mut [f64; AT_ONCE]) {
     }
 }
 
-/// Numbers in the tails that are computed together.
+/// Count of numbers in the tails that are computed together.
 const SIDE_BY_SIDE: usize = 8;
 
-/// A probability above which the coefficients of the near tail hold for certain: they do to e^−25.
+/// Probability above which the coefficients of the near tail hold for certain: they hold down to e^−25.
 const FAR: f64 = 2e-11;
 
-/// [`tail`] above [`FAR`], without a branch.
+/// Returns [`tail`] for probabilities above [`FAR`], without a branch.
 #[inline(always)]
 fn near_tail(uniform: f64) -> f64 {
     let beyond = 1.0 - uniform;
@@ -104,25 +104,25 @@ fn near_tail(uniform: f64) -> f64 {
     ratio(NEAR_TAIL, r - 1.6).copysign(uniform - 0.5)
 }
 
-/// A polynomial with the constant first.
+/// Evaluates a polynomial with the constant first.
 #[inline(always)]
 fn polynomial(coefficients: [f64; 8], x: f64) -> f64 {
     coefficients.into_iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
-/// A ratio of polynomials.
+/// Evaluates a ratio of polynomials.
 #[inline(always)]
 fn ratio([above, below]: [[f64; 8]; 2], x: f64) -> f64 {
     polynomial(above, x) / polynomial(below, x)
 }
 
-/// Φ⁻¹(½ + off) near the middle.
+/// Returns Φ⁻¹(½ + off) near the middle.
 #[inline(always)]
 fn central(off: f64) -> f64 {
     off * ratio(MIDDLE, CENTRAL * CENTRAL - off * off)
 }
 
-/// Φ⁻¹ in the tails.
+/// Returns Φ⁻¹ of a uniform number in the tails.
 fn tail(uniform: f64) -> f64 {
     let probability = uniform.min(1.0 - uniform);
     let r = (-standstill_numeric::ln(probability)).sqrt();
@@ -156,7 +156,7 @@ mod coefficients {
         ],
     ];
 
-    /// For √(−ln p) up to 5.
+    /// Coefficients of the near tail: √(−ln p) up to 5.
     pub const NEAR_TAIL: [[f64; 8]; 2] = [
         [
             1.42343711074968357734,
@@ -180,7 +180,7 @@ mod coefficients {
         ],
     ];
 
-    /// Beyond.
+    /// Coefficients of the far tail: √(−ln p) above 5.
     pub const FAR_TAIL: [[f64; 8]; 2] = [
         [
             6.65790464350110377720,

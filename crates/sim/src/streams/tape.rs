@@ -1,16 +1,16 @@
-//! Draws that are given from outside.
+//! Draws given by the caller.
 
 use std::cell::RefCell;
 use std::ops::Range;
 
 use super::{Draws, Purpose, Source};
 
-/// The draws of one trial as standard normals, purpose by purpose. Rare-event simulation and sensitivity analysis give
-/// them; a tape that is empty at first holds afterwards what the trial drew.
+/// The draws of one trial as standard normals, purpose by purpose. Rare-event simulation and sensitivity analysis set
+/// them; a tape that is empty at first contains the trial's draws afterwards.
 ///
-/// A uniform number is read from a normal as Φ(z), an angle as the direction of two normals. Draws that nobody reads
-/// stay as they are. Where a trial reads beyond the end, the tape grows by the draws that its own seed and number have
-/// there: new standard normals, independent of all others.
+/// A uniform number is read from a normal as Φ(z), an angle as the direction of two normals. Draws that are not read
+/// stay as they are. Where a trial reads beyond the end of the tape, the draws that the tape's own seed and number
+/// give there are appended: new standard normals, independent of all others.
 #[derive(Debug, PartialEq)]
 pub struct Tape {
     source: Source,
@@ -29,17 +29,18 @@ impl Clone for Tape {
 pub struct Strip {
     /// Purpose of the draws.
     pub purpose: Purpose,
-    /// Their name, where a purpose has several.
+    /// Name of the draws, where a purpose has several.
     pub name: String,
     /// The draws.
     pub normals: Vec<f64>,
-    /// How many of them have been read at most since the tape was made or [`Tape::rewind`] was called.
+    /// Number of draws read since the tape was made or [`Tape::rewind`] was called.
     pub read: usize,
 }
 
 impl Strip {
-    /// Moves each draw x to √(1 − s²) x + s ξ with a draw ξ of its own: again a standard normal. The step s is `width` times the
-    /// draw's deviation, or `width` where none is given, and at most 1. Whether any draw was there to be moved.
+    /// Moves each draw x to √(1 − s²) x + s ξ with a new draw ξ: again a standard normal. The step s is `width` times
+    /// the draw's deviation, or `width` where no deviation is given, and at most 1. Returns whether there was any
+    /// draw to move.
     pub fn step(&mut self, width: f64, deviations: &[f64], draws: &mut Draws) -> bool {
         for (k, x) in self.normals.iter_mut().enumerate() {
             let step = (width * deviations.get(k).copied().unwrap_or(1.0)).min(1.0);
@@ -48,7 +49,7 @@ impl Strip {
         !self.normals.is_empty()
     }
 
-    /// Puts these draws, which are there afterwards, to their mean.
+    /// Sets these draws to their mean, zero, and appends them if they are missing.
     pub fn silence(&mut self, draws: Range<usize>) {
         self.normals.resize(self.normals.len().max(draws.end), 0.0);
         self.normals[draws].fill(0.0);
@@ -56,43 +57,43 @@ impl Strip {
 }
 
 impl Tape {
-    /// A tape without draws. What it grows by are the draws of trial `index` under `seed`.
+    /// Makes a tape without draws. Draws of trial `index` under `seed` are appended as they are read.
     pub fn new(seed: u64, index: u64) -> Self {
         Self { source: Source::new(seed, index), strips: RefCell::default() }
     }
 
-    /// Lets the tape grow by the draws of another trial from now on.
+    /// Sets the trial whose draws are appended from now on.
     pub fn grow_from(&mut self, seed: u64, index: u64) {
         self.source = Source::new(seed, index);
     }
 
-    /// Number of the trial whose draws it grows by.
+    /// Returns the number of the trial whose draws are appended.
     pub fn index(&self) -> u64 {
         self.source.index
     }
 
-    /// The draws of one purpose, to be read, given or changed.
+    /// Returns the draws of one purpose, to be read, given or changed.
     pub fn normals(&mut self, purpose: Purpose) -> &mut Vec<f64> {
         self.normals_named(purpose, "")
     }
 
-    /// The draws of one purpose that have a name.
+    /// Returns the draws of one purpose under a name.
     pub fn normals_named(&mut self, purpose: Purpose, name: &str) -> &mut Vec<f64> {
         &mut self.strip_named(purpose, name).normals
     }
 
-    /// The draws of one purpose and name, with how many of them were read.
+    /// Returns the draws of one purpose and name, with the number of draws read.
     pub fn strip_named(&mut self, purpose: Purpose, name: &str) -> &mut Strip {
         let number = self.strip(purpose, name);
         &mut self.strips.get_mut()[number]
     }
 
-    /// All draws, to be changed. They stand in the order in which they were first asked for.
+    /// Returns all draws, to be changed, in the order in which they were first requested.
     pub fn strips(&mut self) -> &mut [Strip] {
         self.strips.get_mut()
     }
 
-    /// Sets the counts of draws that were read to zero, before the next trial.
+    /// Sets the numbers of read draws to zero, before the next trial.
     pub fn rewind(&mut self) {
         for strip in self.strips.get_mut() {
             strip.read = 0;
@@ -103,7 +104,7 @@ impl Tape {
         self.source
     }
 
-    /// The number of a strip, which is made if there is none.
+    /// Returns the number of a strip, which is made if it is missing.
     pub(super) fn strip(&self, purpose: Purpose, name: &str) -> usize {
         let mut strips = self.strips.borrow_mut();
         let found = strips.iter().position(|strip| strip.purpose == purpose && strip.name == name);
@@ -113,7 +114,7 @@ impl Tape {
         })
     }
 
-    /// A draw of a strip, which grows up to there by what `seeded` gives for each number.
+    /// Returns a draw of a strip; missing draws up to it are appended from `seeded`.
     pub(super) fn read(&self, strip: usize, number: usize, mut seeded: impl FnMut(u64) -> f64) -> f64 {
         let strip = &mut self.strips.borrow_mut()[strip];
         for missing in strip.normals.len()..=number {

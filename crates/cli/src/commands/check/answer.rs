@@ -1,4 +1,4 @@
-//! The answer of `check` for programs, and the command that goes on.
+//! The answer of `check` as JSON, and the commands that follow it.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use super::file::Written;
 use super::words::{Checked, settings};
 use crate::shell::command_line::quoted;
 
-/// Lines that say how to go on.
+/// Returns the lines with the next steps.
 pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
     let found = asked.found;
     let mut lines = Vec::new();
@@ -56,12 +56,12 @@ pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
     lines
 }
 
-/// The question once more.
+/// Returns the command line of this `check`.
 fn again(asked: &Checked<'_>) -> String {
     format!("  standstill check {}{}{}", quoted(asked.named), set(&asked.keys), asked.options)
 }
 
-/// The run of the recommended settings without a file.
+/// Returns the command line that runs the recommended settings without a file.
 fn in_a_line(asked: &Checked<'_>) -> String {
     let mut all = asked.keys.clone();
     if !all.iter().any(|(key, _)| key == "rotor.state") {
@@ -78,7 +78,7 @@ fn in_a_line(asked: &Checked<'_>) -> String {
     format!("  standstill run {}{}", quoted(asked.named), set(&all))
 }
 
-/// Keys as options.
+/// Returns keys as options of a command line.
 fn set(keys: &[(String, String)]) -> String {
     keys.iter().fold(String::new(), |mut line, (key, value)| {
         let _ = write!(line, " -s {}", quoted(&format!("{key}={value}")));
@@ -86,7 +86,7 @@ fn set(keys: &[(String, String)]) -> String {
     })
 }
 
-/// Its keys as a scenario has them.
+/// Returns the keys of a setting as in a scenario.
 fn keys(setting: &Setting) -> Vec<(String, String)> {
     let method = ("detector.method".to_owned(), setting.method.name().to_owned());
     let others = setting.keys.iter().map(|(key, value)| (format!("detector.{key}"), value.clone()));
@@ -97,7 +97,7 @@ fn object(setting: &Setting) -> Value {
     keys(setting).into_iter().map(|(key, value)| (key, value.into())).collect::<Map<String, Value>>().into()
 }
 
-/// All of it.
+/// Returns the whole answer as JSON.
 pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> Value {
     let found = asked.found;
     let has_poles = found.has_magnet && !found.pole_is_open();

@@ -1,4 +1,4 @@
-//! The scenario that `check` writes: what it recommends, ready to be run.
+//! The scenario file that `check` writes: the recommended settings, ready to be run.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -11,24 +11,24 @@ use crate::arguments::Check;
 use crate::error::Error;
 use crate::shell::terminal::wrapped;
 
-/// Columns of its comment.
+/// Width of the file's comment in columns.
 const COLUMNS: usize = 98;
 
-/// How the line of its comment begins that says where it is from.
+/// Begin of the comment line that names the file's origin.
 const WRITTEN: &str = "Written by `standstill check";
 
-/// The outcome of writing it.
+/// The outcome of writing the scenario file.
 pub enum Written {
-    /// It is there.
+    /// The file was written, or exists with the same content.
     Done(PathBuf),
-    /// Another one is there and stays.
+    /// Another file exists at this path and was not replaced.
     InTheWay(PathBuf),
-    /// Nobody asked for it, and it cannot be written.
+    /// The file was not requested explicitly, and it cannot be written.
     Failed(String),
 }
 
 impl Written {
-    /// Where it is.
+    /// Returns the path of the file; none if it was not written.
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Done(path) => Some(path),
@@ -37,7 +37,8 @@ impl Written {
     }
 }
 
-/// Writes it beside the scenario that was asked about, or where the option says. A file that says something else is not replaced.
+/// Writes the scenario file beside the scenario of the question, or to the path of the option. A file with other
+/// content is not replaced.
 pub fn write(
     options: &Check,
     asked: &Document,
@@ -78,10 +79,10 @@ pub fn write(
     }
 }
 
-/// Refuses a place that `--write` names where nothing can be written, before anything is computed.
+/// Refuses a path of `--write` that cannot be written, before anything is computed.
 ///
 /// # Errors
-/// A folder that is not there; a file that is there, without `--force`.
+/// The folder does not exist, or the file exists and `--force` is not given.
 pub fn free(options: &Check) -> Result<(), Error> {
     let Some(path) = &options.write else { return Ok(()) };
     let refused = |is, needed| Err(Error::InTheWay { path: path.clone(), is, needed });
@@ -97,13 +98,13 @@ pub fn free(options: &Check) -> Result<(), Error> {
     Ok(())
 }
 
-/// `check-` and what was asked about.
+/// Returns the name of the file: `check-` and the name of the motor or scenario.
 fn name(motor: &str) -> String {
     let stem = Path::new(motor).file_stem().unwrap_or_default().to_string_lossy();
     format!("check-{stem}.toml")
 }
 
-/// The motor's path from the root, for a file in another folder.
+/// Makes the path of the document's motor absolute, for a file in another folder.
 fn from_anywhere(document: &mut Document, folder: &Path) -> Result<(), Error> {
     for key in ["motor", "motor.base"] {
         let Some(Value::String(name)) = document.get(key) else { continue };

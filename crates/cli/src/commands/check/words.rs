@@ -1,4 +1,4 @@
-//! The answer of `check` for people.
+//! The answer of `check` as text and tables.
 
 use std::fmt::Write as _;
 
@@ -10,23 +10,23 @@ use standstill_plant::{DataSheet, Entry, Motor, PoleKnowledge, Source};
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::ErrorSet;
 
-/// The question with its answer.
+/// The question of `check` with its answer.
 pub struct Checked<'a> {
     pub motor: &'a Motor,
-    /// As whoever asks named it.
+    /// Name of the motor or file on the command line.
     pub named: &'a str,
     pub errors: ErrorSet,
     pub sheet: &'a DataSheet,
     pub demands: &'a Demands,
     pub found: &'a Suitability,
-    /// Keys that were set beside what was named.
+    /// Keys set on the command line beside the motor or file.
     pub keys: Vec<(String, String)>,
-    /// Options of the demands, as they were given.
+    /// Options of the demands as given on the command line.
     pub options: String,
 }
 
 impl Checked<'_> {
-    /// The verdict's tone and word.
+    /// Returns the verdict's tone and word.
     pub fn word(&self) -> (Tone, &'static str) {
         match self.found.suited() {
             Suited::Yes => (Tone::Good, "suited"),
@@ -35,7 +35,7 @@ impl Checked<'_> {
         }
     }
 
-    /// The verdict in a sentence.
+    /// Returns the verdict in a sentence.
     pub fn head(&self) -> String {
         let found = self.found;
         let what = if found.pole_is_open() { "rotor's axis" } else { "rotor position" };
@@ -59,7 +59,7 @@ impl Checked<'_> {
         )
     }
 
-    /// Why.
+    /// Returns the reasons of the verdict.
     pub fn reasons(&self) -> Vec<String> {
         let mut reasons = vec![saliency(self.found, self.demands, self.errors), poles(self.found)];
         reasons.extend(condition(self));
@@ -68,12 +68,12 @@ impl Checked<'_> {
     }
 }
 
-/// A share in per cent.
+/// Formats a share in per cent.
 fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::rounded(share, 2))
 }
 
-/// All of it, with the lines that say how to go on.
+/// Returns the whole answer as blocks, with the lines of the next steps.
 pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     let found = asked.found;
     let reasons = asked.reasons().into_iter().chain(assumptions(asked.sheet)).collect();
@@ -103,7 +103,7 @@ fn recommendation(candidate: &Candidate) -> String {
     said + "."
 }
 
-/// How far a demand is kept.
+/// Formats the margin by which a demand is met.
 fn kept(demand: Demand, margin: f64) -> String {
     match demand {
         Demand::Error | Demand::Movement | Demand::Time => {
@@ -115,7 +115,7 @@ fn kept(demand: Demand, margin: f64) -> String {
     }
 }
 
-/// Results of fresh starts.
+/// Returns the sentence on the results of additional starts with new random numbers; none without them.
 fn confirmed(found: &Suitability) -> Option<String> {
     let (fresh, candidate) = (found.confirmed()?, found.recommended()?);
     let (locked, free) = (candidate.locked.trials > 0, candidate.free.max_moved_deg > 0.0);
@@ -149,7 +149,7 @@ fn confirmed(found: &Suitability) -> Option<String> {
     ))
 }
 
-/// A small share.
+/// Formats a small share.
 fn share(value: f64) -> String {
     match value {
         v if v < 1e-9 => "one in a billion".to_owned(),
@@ -158,7 +158,7 @@ fn share(value: f64) -> String {
     }
 }
 
-/// The changes that were tried where nothing suffices.
+/// Returns the changes that were tried where no settings suffice.
 fn advice(found: &Suitability) -> Vec<Block> {
     if found.advice.is_empty() {
         return Vec::new();
@@ -188,7 +188,7 @@ fn advice(found: &Suitability) -> Vec<Block> {
     [Block::Text(head), Block::List(list)].into_iter().chain(not_enough).collect()
 }
 
-/// A method with its keys.
+/// Formats a method with its keys.
 pub fn setting(setting: &Setting) -> String {
     match keys(setting) {
         keys if keys.is_empty() => setting.method.to_string(),
@@ -202,7 +202,7 @@ fn keys(setting: &Setting) -> String {
     keys.join(", ")
 }
 
-/// The verdict on a method in a table.
+/// Formats the verdict on a method for a table.
 pub fn verdict(candidate: &Candidate) -> String {
     let keys = keys(&candidate.setting);
     let at = if keys.is_empty() { String::new() } else { format!("{keys}: ") };
@@ -227,7 +227,8 @@ const fn short(demand: Demand) -> &'static str {
     }
 }
 
-/// The condition beside the sheet, the assumption of a single number, and the way to measure it.
+/// Returns the sentence on the saturation that the verdict assumes and the data sheet does not state, and on the way
+/// to measure it; none without such a condition.
 fn condition(asked: &Checked<'_>) -> Option<String> {
     let Some(Condition::Saturation { least, most, minus_d }) = &asked.found.condition else { return None };
     Some(format!(
@@ -238,8 +239,8 @@ fn condition(asked: &Checked<'_>) -> Option<String> {
     ))
 }
 
-/// Assumptions of the verdict: numbers that the sheet leaves out, and those that it calls assumed. A built-in
-/// motor's are listed by `standstill motors`.
+/// Returns the assumptions of the verdict: numbers that the sheet leaves out, and those that it marks as assumed. A
+/// built-in motor's are listed by `standstill motors`.
 fn assumptions(sheet: &DataSheet) -> Vec<String> {
     let list = |head: &str, entries: &[Entry]| {
         let values: Vec<String> =
@@ -278,12 +279,12 @@ fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
 }
 
-/// How many times, with a digit after the point where that matters.
+/// Formats a factor, with one decimal where that matters.
 fn factor(value: f64) -> String {
     if value < 9.95 { format!("{value:.1}") } else { format!("{value:.0}") }
 }
 
-/// A current in A, of motors of milliamperes as well.
+/// Formats a current in A, also for motors of some milliamperes.
 fn amperes(value: f64) -> String {
     if value > 0.0 { standstill_quantity::number(1, value) } else { "–".to_owned() }
 }
@@ -307,7 +308,7 @@ fn cells(candidate: &Candidate) -> (Tone, Vec<String>) {
     (tone, cells)
 }
 
-/// The sentences on motors without a saliency.
+/// Sentences on motors without saliency.
 const SAME: &str = " L_d and L_q are the same: there is no axis to find. Many sheets print one inductance: measure both, at two terminals while the shaft is turned by hand.";
 
 fn saliency(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> String {
@@ -377,7 +378,7 @@ fn poles(suitability: &Suitability) -> String {
     )
 }
 
-/// The settings that matter, by name; those of the poles where there are some that are known.
+/// Returns the relevant settings by name; those of the polarity test only if the motor has known poles.
 pub fn settings(method: &Method<f64>, has_poles: bool) -> Vec<(&'static str, String)> {
     let mut all = Vec::new();
     method.describe(&mut |name, value| all.push((name, value.to_string())));

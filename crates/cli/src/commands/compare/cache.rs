@@ -1,7 +1,8 @@
-//! Limits that were computed before: one may take minutes, and the same scenario has the same limit.
+//! Cache of Cramér–Rao limits: one may take minutes, and equal scenarios have equal limits.
 //!
-//! A limit is kept under all that it depends on, which stands in the file in full: the program down to its build, its
-//! numerics, the angles, and the whole scenario. So it is never stale; what another program or scenario kept is not found.
+//! A cache entry contains all that the limit depends on in full: the program down to its build, the version of its
+//! numerics, the angles, and the whole scenario. An entry is therefore never stale; an entry of another program or
+//! scenario is not found.
 
 use std::fs;
 use std::io::Write as _;
@@ -18,17 +19,17 @@ use standstill_scenario::Scenario;
 
 use crate::shell::host;
 
-/// A limit as it is kept. Not all of its numbers are finite, and JSON has no others: they are kept as their bits.
+/// A cached limit. Its numbers are stored as bits, because some may be infinite or not a number, which JSON lacks.
 #[derive(Serialize, Deserialize)]
 struct Kept {
-    /// All that it depends on.
+    /// All that the limit depends on.
     of: String,
-    /// None: the method has no limit.
+    /// Bits of the limit's four values; none if the method has no limit.
     bound: Option<[Option<u64>; 4]>,
 }
 
-/// Where limits are kept: the user's folder for what may be removed at any time. None where there is no such folder, and for
-/// a host, whose build nobody knows.
+/// Returns the folder of the cache, inside the user's cache folder. None where there is no such folder, and for a
+/// host program, whose build is not known.
 fn folder() -> Option<PathBuf> {
     if host::current().is_some() {
         return None;
@@ -40,7 +41,7 @@ fn folder() -> Option<PathBuf> {
     Some(base.join("standstill").join("limits"))
 }
 
-/// The scenario, program and angles that a limit depends on.
+/// Returns the identity of scenario, program and angles, on which a limit depends.
 fn identity(scenario: &Scenario<Method<f64>>, angles: usize) -> Option<String> {
     let program = fs::metadata(std::env::current_exe().ok()?).ok()?;
     let built = program.modified().ok()?.duration_since(UNIX_EPOCH).ok()?.as_nanos();
@@ -48,7 +49,7 @@ fn identity(scenario: &Scenario<Method<f64>>, angles: usize) -> Option<String> {
     Some(format!("{version} {NUMERICS} {length} {built}, {angles} angles: {scenario:?}"))
 }
 
-/// The limit of a scenario: one that was kept, or else what is computed, which is kept if it can be.
+/// Returns the limit of a scenario from the cache, or else computes it and stores it if possible.
 pub fn limit<E>(
     scenario: &Scenario<Method<f64>>,
     angles: usize,
@@ -74,7 +75,7 @@ pub fn limit<E>(
     Ok(found)
 }
 
-/// As a whole or not at all: another process may be reading.
+/// Writes a cache entry completely or not at all, because another process may be reading.
 fn write(path: &std::path::Path, kept: &Kept) -> std::io::Result<()> {
     let folder = path.parent().unwrap_or(path);
     fs::create_dir_all(folder)?;

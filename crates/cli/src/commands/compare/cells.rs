@@ -1,4 +1,4 @@
-//! The cells of `compare`: one scenario, with each method under each set of conditions.
+//! The cells of `compare`: one scenario with each method under each set of conditions.
 
 use std::path::Path;
 
@@ -13,9 +13,9 @@ use crate::arguments::Compare;
 use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
 
-/// A row of the table before it is run.
+/// A row of the comparison before its trials are run: method, conditions and number of trials.
 pub struct Cell {
-    /// The method's name, or the library's.
+    /// Name of the method or of the library.
     pub method: String,
     pub rotor: Rotor,
     pub errors: ErrorSet,
@@ -23,7 +23,7 @@ pub struct Cell {
     pub scenario: Scenario<Method<f64>>,
 }
 
-/// Each once, in the order in which they were first given.
+/// Returns each item once, in the order of their first occurrence.
 fn each_once<T: Copy + PartialEq>(given: &[T]) -> Vec<T> {
     let mut once = Vec::new();
     for item in given {
@@ -34,7 +34,7 @@ fn each_once<T: Copy + PartialEq>(given: &[T]) -> Vec<T> {
     once
 }
 
-/// The scenario that all cells have in common.
+/// Makes the scenario that all cells have in common.
 fn document(options: &Compare) -> Result<Document, Error> {
     let pulse = options.pulse.map(|pulse| format!("{pulse} µs"));
     let shorthands = Shorthands::default()
@@ -50,7 +50,7 @@ fn document(options: &Compare) -> Result<Document, Error> {
     scenario::document(&options.source, Shipped::Empty, shorthands)
 }
 
-/// A document and what is compared of it.
+/// A document, and the motor and seed of its comparison.
 pub struct Comparison {
     document: Document,
     pub motor: Motor,
@@ -137,7 +137,7 @@ impl Comparison {
         document.scenario_of(&self.motor)
     }
 
-    /// The methods that have a setting, with the value that it has here.
+    /// Returns the methods that have a setting, with the value given here.
     fn concerned(&self, key: &str, value: &Value) -> Vec<MethodName> {
         let has = |method: &MethodName| {
             let mut document = Document::parse(Path::new("scenario"), "")?;
@@ -149,7 +149,7 @@ impl Comparison {
         MethodName::ALL.into_iter().filter(has).collect()
     }
 
-    /// A setting was given that this method has no use for, or settings were that no method has a use for.
+    /// Returns the error of a setting that this method does not have, or of settings that no method has.
     fn no_use(&self, method: Option<MethodName>) -> Error {
         let table = self.document.get("detector").and_then(Value::as_table);
         let keys = table.into_iter().flatten().map(|(key, value)| (format!("detector.{key}"), value));

@@ -1,33 +1,33 @@
-//! Which trials are explained.
+//! Selection of the trials to be explained.
 
 use crate::arguments::Explain as Options;
 use crate::error::Error;
 use crate::results::FinishedRun;
 
-/// Wrong poles that are explained where nobody says how many.
+/// Number of wrong poles that are explained by default.
 const WRONG_POLES: usize = 10;
 
-/// A trial of a run.
+/// A selected trial of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chosen {
-    /// Its point of the axes.
+    /// Number of the sweep's point.
     pub point: usize,
-    /// Its number there.
+    /// Number of the trial at this point.
     pub trial: u64,
-    /// How far off it was: 180° and its axis error where it found nothing at all.
+    /// Magnitude of the axis error in degrees, by which trials are ordered; 180° without an axis.
     far: f64,
 }
 
-/// The trials that are explained.
+/// The selection of trials to be explained.
 pub struct Choice {
     pub chosen: Vec<Chosen>,
-    /// Trials without an axis among those that were asked for by their errors: none is worse than another.
+    /// Number of trials without an axis among those selected by their errors: none is worse than another.
     pub lost: u64,
     /// Name of the output folder of these trials.
     pub name: String,
 }
 
-/// The trials that are asked for: one by its number, those with the largest errors, or the wrong poles.
+/// Selects the requested trials: one by its number, those with the largest errors, or the wrong poles.
 pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     let identity = &run.summary.run;
     let points = usize::try_from(identity.points).unwrap_or(usize::MAX);
@@ -81,7 +81,7 @@ pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     Ok(Choice { chosen: all, lost, name: format!("{kind}-{most}{}", of_point(options)) })
 }
 
-/// The point that was asked for, as part of a name.
+/// Returns the requested point as part of a folder's name; empty if none is given.
 fn of_point(options: &Options) -> String {
     options.point.map_or_else(String::new, |point| format!("-point-{point}"))
 }

@@ -1,4 +1,4 @@
-//! A trial in words.
+//! The explanation of a trial as text and tables.
 
 use std::fmt::Write as _;
 
@@ -14,16 +14,17 @@ use crate::answer::verdict;
 use crate::commands::trace::specimen;
 use crate::summary::{decimals_of, fixed};
 
-/// Errors that terminals list, those with the largest effect first.
+/// Number of errors that terminals list, those with the largest effect first.
 const LISTED: usize = 12;
 
-/// The meaning of deviations of draws that are not normal.
+/// Footnote on deviations of draws that are not normal.
 const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
 
 /// Footnote of the table of causes where a converter rounds.
 const ROUNDED: &str = " its part: mean and 95 % interval over 16 places of the converter's codes; within rounding: zero lies in that interval, and what the trial does then is the converter's.";
 
-/// An error's part with half its interval, as far as there is one, in no more digits than two of that.
+/// Formats an error's part with half of its interval, if there is one, in at most two significant digits of that
+/// half.
 fn part(part: &Estimate) -> String {
     let half = part.high - part.value;
     // Three suffice but for what they would show as zero.
@@ -37,7 +38,7 @@ fn part(part: &Estimate) -> String {
     if half > 0.0 { format!("{value} ± {half:.decimals$}°") } else { format!("{value}°") }
 }
 
-/// How a trial ended, in a few words.
+/// Formats the outcome of a trial in a few words.
 fn ended(record: &Record) -> String {
     match (record.error_deg(), record.axis_error_deg()) {
         (Some(error), _) if error.abs() > 90.0 => {
@@ -49,7 +50,7 @@ fn ended(record: &Record) -> String {
     }
 }
 
-/// The evidence of the readings for both poles.
+/// Formats the evidence of the readings for both poles.
 fn evidence(record: &Record) -> Option<String> {
     let Ended::Outcome(outcome) = record.run.ended else { return None };
     let findings = outcome.findings();
@@ -73,7 +74,7 @@ fn evidence(record: &Record) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// A trial as a verdict, the errors that were drawn for it, and a table of what each of them did.
+/// Returns the blocks of a trial: a verdict, the errors drawn for it, and a table of each error's effect.
 pub fn blocks(plan: &Plan, of: &Repeated) -> Vec<Block> {
     let (explained, single) = (&of.explained, &of.single);
     let record = &explained.record;

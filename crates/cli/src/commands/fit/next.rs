@@ -1,4 +1,4 @@
-//! Sentences of a fit on currents that were not reached and on slow probes, and the next steps.
+//! Sentences of a fit on currents outside the measured range and on slow probes, and the next steps.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -10,10 +10,10 @@ use standstill_quantity::{Quantity, number};
 use crate::arguments::Fit as Options;
 use crate::shell::terminal::paragraph;
 
-/// The axes, as people say them.
+/// Names of the rotor's axes.
 const AXES: [&str; 3] = ["+d", "−d", "q"];
 
-/// To so many digits, with its unit.
+/// Rounds a value to `digits` significant digits.
 fn rounded(value: f64, digits: i32) -> f64 {
     let scale = format!("{value:.0$e}", usize::try_from(digits - 1).unwrap_or(0));
     scale.parse().unwrap_or(value)
@@ -23,7 +23,7 @@ fn amperes(value: f64) -> String {
     Quantity::<Ampere>::si(rounded(value, 2)).to_string()
 }
 
-/// Up to which currents saturation is measured, and what is stated beyond them.
+/// Returns the sentence on the currents up to which saturation is measured, and on the saturation stated beyond them.
 pub(super) fn saturation(fit: &Fit) -> Option<String> {
     let beyond = fit.extrapolated();
     if beyond.is_empty() {
@@ -42,7 +42,7 @@ pub(super) fn saturation(fit: &Fit) -> Option<String> {
     Some(text)
 }
 
-/// The sentence on slow probes.
+/// Returns the sentence on slow probes.
 pub(super) fn probe(fit: &Fit) -> Option<String> {
     let lag = fit.parameters.iter().find(|estimate| estimate.name == "probe_lag")?.value;
     Some(format!(
@@ -63,7 +63,7 @@ fn pulse(fit: &Fit, axis: usize, Pulse { legs, duration, current }: Pulse) -> St
     )
 }
 
-/// The next steps: the last lines.
+/// Returns the next steps: the last lines of the text.
 pub(super) fn steps(fit: &Fit, options: &Options) -> String {
     let traces: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
     let mut again = format!("standstill fit {}", traces.join(" "));

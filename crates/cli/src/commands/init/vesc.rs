@@ -1,8 +1,8 @@
 //! A data sheet from a motor configuration that VESC Tool saved as XML.
 //!
-//! The configuration is a table of texts. What counts of it, after the firmware's own use (`datatypes.h`, `mcpwm_foc.c`):
-//! `foc_motor_r` in Ω and `foc_motor_l` = (L_d + L_q)/2 in H of a phase, `foc_motor_ld_lq_diff` = L_q − L_d in H,
-//! `foc_motor_flux_linkage` in Wb, `si_motor_poles`, and `l_current_max` in A, the peak of a phase.
+//! The configuration is a table of texts. The relevant keys, by the firmware's own use (`datatypes.h`,
+//! `mcpwm_foc.c`), are: `foc_motor_r` in Ω and `foc_motor_l` = (L_d + L_q)/2 in H of a phase, `foc_motor_ld_lq_diff`
+//! = L_q − L_d in H, `foc_motor_flux_linkage` in Wb, `si_motor_poles`, and `l_current_max` in A, the peak of a phase.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,10 +12,10 @@ use standstill_files::read_at_most;
 
 use crate::error::Error;
 
-/// Nominal voltage of a cell by `si_battery_type`.
+/// Nominal voltage in V and name of a battery's cell by `si_battery_type`.
 const CELLS: [(f64, &str); 3] = [(3.6, "lithium-ion"), (3.2, "lithium iron phosphate"), (2.0, "lead-acid")];
 
-/// Keys of injection that firmware has and no motor: named, so that nobody misses them.
+/// Keys of the firmware's injection, which a data sheet cannot contain: the text names them as ignored.
 const INJECTION: [&str; 8] = [
     "foc_sensor_mode",
     "foc_hfi_voltage_start",
@@ -27,14 +27,15 @@ const INJECTION: [&str; 8] = [
     "foc_hfi_amb_current",
 ];
 
-/// Most bytes of a configuration, which has some ten thousand: whether one attribute of an element is that of another, the parser finds out
-/// in a time that grows with the square of their number.
+/// Largest size of a configuration in bytes; usual ones have some ten thousand: the parser's search for repeated
+/// attributes takes a time that grows with the square of their number.
 const MOST_BYTES: u64 = 1 << 18;
 
-/// Most elements, attributes and texts, of some thousand: the parser takes twenty times the memory of an element's text.
+/// Largest number of elements, attributes and texts; usual configurations have some thousand: the parser takes twenty
+/// times the memory of an element's text.
 const MOST_NODES: u32 = 20_000;
 
-/// What was read.
+/// The settings read from the file.
 struct Settings<'a> {
     path: &'a Path,
     texts: BTreeMap<String, String>,
@@ -53,7 +54,7 @@ impl Settings<'_> {
         }
     }
 
-    /// A number above zero that must be there.
+    /// Returns a positive number, or an error if it is missing or not positive.
     fn needed(&self, key: &str) -> Result<f64, Error> {
         match self.number(key)? {
             Some(number) if number > 0.0 => Ok(number),
@@ -89,7 +90,7 @@ fn read(path: &Path) -> Result<Settings<'_>, Error> {
     Ok(settings)
 }
 
-/// The data sheet's text, and what is to be said of it.
+/// Returns the text of the data sheet, and the remarks on it.
 pub fn sheet(path: &Path) -> Result<(String, String), Error> {
     let settings = read(path)?;
     let [r, l, flux] =
@@ -177,17 +178,17 @@ pub fn sheet(path: &Path) -> Result<(String, String), Error> {
     Ok((text, said))
 }
 
-/// A text as TOML has it.
+/// Formats a text as a TOML string.
 fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// A number without what arithmetic left behind its twelfth digit.
+/// Rounds a number to twelve digits, to remove rounding errors.
 fn digits(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
 
-/// The DC link's voltage, and why.
+/// Returns the DC link's voltage in V, and its origin.
 fn link(settings: &Settings<'_>) -> Result<(f64, String), Error> {
     let kind = settings.number("si_battery_type")?.unwrap_or(0.0);
     let (volts, name) =

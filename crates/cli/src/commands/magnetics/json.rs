@@ -1,4 +1,4 @@
-//! A survey of a core, for programs.
+//! The survey of a core as JSON.
 
 use serde_json::json;
 use standstill_plant::{FluxMap, MapReport, Survey};

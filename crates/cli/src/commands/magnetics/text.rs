@@ -1,4 +1,4 @@
-//! A survey of a core, for people.
+//! The survey of a core as text.
 
 use std::fmt::Write as _;
 
@@ -24,7 +24,7 @@ const fn meaning(signature: PolaritySignature) -> &'static str {
     }
 }
 
-/// Time constants and torque, where resistance and pole pairs are known.
+/// Returns the text on time constants and torque, where resistance and pole pairs are known.
 fn motor_text(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     if let Some(r) = subject.resistance {
@@ -39,7 +39,7 @@ fn motor_text(subject: &Subject, survey: &Survey) -> String {
     text
 }
 
-/// Effects beside the core's table: harmonics, eddy currents, hysteresis.
+/// Returns the text on effects beside the core's table: harmonics, eddy currents, hysteresis.
 fn beside_the_core(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     let harmonics = subject.magnetics.harmonics();
@@ -152,7 +152,7 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
     text
 }
 
-/// The inductances of a polarity test, in so many decimals of currents and inductances.
+/// Returns the table of a polarity test's inductances; `current`, `inductance`: numbers of decimals.
 fn polarity(survey: &Survey, current: usize, inductance: usize) -> String {
     let rows = survey.polarity.iter().map(|p| {
         vec![
@@ -166,7 +166,7 @@ fn polarity(survey: &Survey, current: usize, inductance: usize) -> String {
     Table::new(titles.map(Column::number)).rows(rows).text()
 }
 
-/// The side that the file does not have, by each kind of core.
+/// Returns the text on the side of the map that the file does not contain, as continued by each kind of core.
 fn continued_text(map: &FluxMap, continued: &Continuation, reach: f64) -> String {
     let [low, high] = continued.measured.map(short);
     let mut text =

@@ -1,4 +1,4 @@
-//! Odds as an answer.
+//! The answer of `odds` as text, tables and JSON.
 
 use serde_json::json;
 use standstill_analysis::subset::{End, Run};
@@ -10,10 +10,10 @@ use standstill_report::page::{Block, Column, Section, Table, Tone};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::shell::values::{probability, probability_interval};
 
-/// Draws of a sector that are listed.
+/// Number of draws that are listed for a sector.
 const LISTED: usize = 6;
 
-/// Angles, sign, share and draws of a sector, in words.
+/// Formats angles, sign, share and draws of a sector.
 fn cells(sector: &Sector) -> Vec<String> {
     let sign = match sector.positive {
         Some(true) => "+",
@@ -47,7 +47,7 @@ fn method(odds: &Odds) -> String {
     if odds.probability.value > 0.0 { format!("{interval}, {how}") } else { how }
 }
 
-/// One in so many starts, in the digits that the interval supports, three at most.
+/// Formats a probability as one in a number of starts, in the digits that the interval supports, three at most.
 fn one_in(p: &Estimate) -> Option<String> {
     const NAMES: [(f64, &str); 3] = [(1e12, " million million"), (1e9, " billion"), (1e6, " million")];
     let often = Estimate { value: 1.0 / p.value, low: 1.0 / p.high, high: 1.0 / p.low };
@@ -58,7 +58,7 @@ fn one_in(p: &Estimate) -> Option<String> {
     Some(format!("one in {}{name} starts", rounded(often / unit, 0)))
 }
 
-/// Of which starts the probability is the share, where the event alone does not say it.
+/// Returns the phrase on the starts of which the probability is a share.
 fn share_of(event: Event) -> String {
     match event {
         Event::Error(bound) => format!(
@@ -98,7 +98,7 @@ fn run((number, run): (usize, &Run)) -> Record {
         .with("end", end)
 }
 
-/// The runs, for a page.
+/// Returns the table of the runs, for a page.
 fn runs(odds: &Odds) -> Table {
     let columns = ["run", "probability", "own variation", "levels", "trials"].map(Column::number);
     let more = [Column::number("moves taken").unit("%"), Column::number("ancestors")];
@@ -140,7 +140,7 @@ fn sector(sector: &Sector) -> serde_json::Value {
     })
 }
 
-/// The answer but for its figures.
+/// Returns the answer without its figures.
 pub(super) fn answer(setting: String, event: Event, odds: &Odds, anatomy: &Anatomy) -> Answer {
     let found = odds.probability;
     let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();

@@ -1,4 +1,4 @@
-//! The two ends between which a command looks for a key's value: `--between` of `require`, `--vary` of `tune`.
+//! The range in which a command searches a key's value: `--between` of `require`, `--vary` of `tune`.
 
 use standstill_analysis::limit::Limits;
 use standstill_analysis::require::Bench;
@@ -11,19 +11,19 @@ use crate::shell::values::shown;
 
 /// A key whose values are numbers.
 pub struct Key<'a> {
-    /// The option that names it, as messages repeat it.
+    /// Text of the option that names the key, for messages.
     pub option: String,
     pub name: &'a str,
     pub whole: bool,
-    /// The form that the option needs, with an example.
+    /// Syntax that the option needs, with an example.
     pub needed: &'static str,
 }
 
 impl Key<'_> {
-    /// `FROM:TO` in SI, each a value that the scenario can have.
+    /// Parses `FROM:TO` in SI, each a value that the scenario can have.
     ///
     /// # Errors
-    /// No two numbers, the first not below the second, or a value that the key cannot have.
+    /// The text is not two numbers, the first is not below the second, or the key cannot have a value.
     pub fn ends(&self, text: &str, document: &Document) -> Result<(f64, f64), Error> {
         let (from, to) = text.split_once(':').ok_or_else(|| self.refused())?;
         let (from, to) = (self.end(from.trim(), document)?, self.end(to.trim(), document)?);
@@ -51,7 +51,7 @@ impl Key<'_> {
             .map_err(|error| self.impossible((text, number), plain, document, error))
     }
 
-    /// A value that cannot be. Where its unit was left out, that is the likeliest reason.
+    /// Returns the error of an impossible value. A missing unit is named as the likeliest reason.
     fn impossible(
         &self,
         (text, number): (&str, f64),
@@ -82,14 +82,15 @@ impl Key<'_> {
     }
 }
 
-/// Whether a scenario can be run with a value.
+/// Checks whether a scenario can be run with a value.
 fn possible(document: &Document, key: &str, value: Value) -> Result<(), FileError> {
     let mut tried = document.clone();
     tried.set_value(key, value, Origin::CommandLine)?;
     Plan::new(tried)?.scenario(0).map(|_| ())
 }
 
-/// Which values a key may have instead of one that cannot be, as far as the scenario's own goes: `needed at least 2 µs`.
+/// Returns the range of values that a key may have, on the side of the scenario's own value, after another was
+/// refused: `needed at least 2 µs`.
 pub fn allowed(document: &Document, key: &str, refused: f64) -> Option<String> {
     let none = Limits(Vec::new());
     let own = Bench::new(document, &none, &[key.to_owned()]).ok()?.nominal(0)?;

@@ -1,4 +1,4 @@
-//! The identity of a question, as its answer keeps it.
+//! The identity of a question, which its answer contains.
 
 use std::path::Path;
 
@@ -10,27 +10,27 @@ use standstill_scenario::Plan;
 
 use crate::error::Error;
 
-/// The scenario of a question, and its options.
+/// The identity of a question: its scenario, and its options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// The scenario, its seed, the program.
+    /// Identity of scenario, seed and program.
     pub of: store::Identity,
-    /// The command's own options, as far as they are set.
+    /// Options of the command that are set.
     pub options: IndexMap<String, String>,
 }
 
-/// The key of an answer's JSON under which it stands.
+/// Key of the identity in an answer's JSON.
 pub const KEY: &str = "question";
 
 impl Identity {
-    /// The identity of a question on a scenario with these options.
+    /// Makes the identity of a question on a scenario with these options.
     pub fn new<const N: usize>(plan: &Plan, options: [(&str, Option<String>); N]) -> Result<Self, Error> {
         let of = Sweep { plan, shard: Shard::WHOLE, threads: None }.identity()?;
         let set = options.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?)));
         Ok(Self { of, options: set.collect() })
     }
 
-    /// All differences from another question, in words; none: they are the same.
+    /// Returns all differences from another question in words; none if both are equal.
     fn difference(&self, other: &Self) -> Option<String> {
         let of = |question: &Self, name: &str| {
             question.options.get(name).map_or_else(|| "not set".to_owned(), |value| format!("`{value}`"))
@@ -44,11 +44,11 @@ impl Identity {
         (!all.is_empty()).then(|| all.join("; "))
     }
 
-    /// Refuses to replace the answer to another question, or a file that is none. The same question may be asked again: its
-    /// answer is the same.
+    /// Refuses to replace the answer to another question, or a file that is no answer. An equal question may be asked
+    /// again: its answer is equal.
     ///
     /// # Errors
-    /// The file in the way.
+    /// The file at this path belongs to another question, or is no answer.
     pub fn guard(&self, path: &Path) -> Result<(), Error> {
         #[derive(Deserialize)]
         struct Answered {

@@ -1,4 +1,4 @@
-//! A finished run as an answer.
+//! The answer of `report`: a finished run.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::shell::command_line::quoted;
 use crate::shell::setup::{Setup, setting};
 use crate::summary;
 
-/// The answer of a run with these figures. Terminals have the verdict alone: `run` printed the results.
+/// Makes the answer of a run with these figures. Terminals show the verdict alone: `run` printed the results.
 pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answer {
     let (tone, headline, details) = verdict(&run.summary);
     let json = json!({ "headline": headline, "details": details, "run": run.summary.run });
@@ -31,7 +31,7 @@ pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answ
     }
 }
 
-/// The origin of a run.
+/// Returns the origin of a run's page.
 pub fn made(run: &FinishedRun) -> Made<'_> {
     let identity = &run.summary.run;
     let setup = Setup {
@@ -57,7 +57,7 @@ pub fn made(run: &FinishedRun) -> Made<'_> {
     Made { setup: Some(setup), subtitle, facts: facts.collect(), command: commands(run), asked: None }
 }
 
-/// How many trials there are, of a sweep at each point.
+/// Formats the number of trials, of a sweep at each point.
 fn trials(summary: &SummaryFile) -> String {
     let all = summary.trials();
     let each = || summary.points.iter().map(|point| point.summary.trials);
@@ -68,7 +68,7 @@ fn trials(summary: &SummaryFile) -> String {
     }
 }
 
-/// The sentence under a figure.
+/// Returns the caption of a figure.
 pub fn caption(name: &str, figure: &Figure) -> String {
     let mut layers = figure.panels.iter().flat_map(|panel| &panel.layers);
     let text = match name.split('_').next() {
@@ -87,7 +87,7 @@ pub fn caption(name: &str, figure: &Figure) -> String {
     text.to_owned()
 }
 
-/// The commands that make the run and this page.
+/// Returns the commands that make the run and this page.
 fn commands(run: &FinishedRun) -> String {
     let trials = run.trials.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let format = if trials.ends_with("parquet") { " --format parquet" } else { "" };

@@ -1,4 +1,4 @@
-//! From the results of a run to what its figures are drawn from.
+//! Conversion of a run's results into the data of its figures.
 
 use standstill_campaign::{Summary, binomial_interval};
 use standstill_report::study::{Coordinate, Design, ErrorCloud, Study, StudyAxis, StudyPoint};
@@ -10,7 +10,7 @@ use crate::shell::setup::setting;
 use crate::shell::values::Shown;
 use crate::summary::rank;
 
-/// A positive axis that spans more than this is read on a logarithmic scale.
+/// Ratio of largest to smallest value above which a positive sweep axis is drawn on a logarithmic scale.
 const LONG: f64 = 30.0;
 
 pub fn study(run: &FinishedRun, cloud: ErrorCloud) -> Study {
@@ -62,7 +62,7 @@ fn axis(shown: &Shown, spec: &AxisSpec, points: &[PointSummary]) -> StudyAxis {
     StudyAxis { key: shown.key.clone(), label: String::new(), unit: shown.scale.unit.clone(), logarithmic }
 }
 
-/// Where poles are `open`, an axis is all that is asked of a start.
+/// Converts a point of a sweep; where poles are `open`, only the axis is judged.
 fn point(coordinates: Vec<Coordinate>, s: &Summary, open: bool) -> StudyPoint {
     let judged = |count: u64| if open { 0 } else { count };
     StudyPoint {

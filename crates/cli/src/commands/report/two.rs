@@ -1,8 +1,8 @@
 //! `standstill report A B`: two finished runs side by side.
 //!
-//! A trial's angle, drive and sensors follow from the seed and its number alone. Where two runs share the seed, they are compared
-//! trial by trial: at the points that both have, over the trials that both have, and errors where both found an axis. What the random
-//! numbers do to both alike makes no difference.
+//! A trial's angle, drive and sensors follow from the seed and its number alone. Two runs with the same seed are
+//! compared trial by trial: at the points and over the trials that both have, and the errors where both found an
+//! axis. Effects of the random numbers that are common to both cancel.
 
 mod difference;
 mod judged;
@@ -35,28 +35,28 @@ use crate::shell::values::{Shown, describe};
 
 const CASES: [&str; 3] = ["wrong poles", "undetermined", "failed"];
 
-/// Both runs.
+/// The two runs and their common points.
 struct Two<'a> {
     runs: [&'a FinishedRun; 2],
     points: Vec<Common>,
-    /// Why their trials cannot be compared one by one, if they cannot.
+    /// Reason why the runs' trials cannot be compared one by one, if they cannot.
     unpaired: Option<String>,
 }
 
-/// A point that both have.
+/// A sweep point that both runs have.
 struct Common {
     name: String,
-    /// Its place in each run.
+    /// Index of the point in each run.
     places: [usize; 2],
-    /// How many trials each has.
+    /// Number of trials of each run.
     counts: [u64; 2],
-    /// Of the trials that are compared.
+    /// Summaries of the compared trials of each run.
     summaries: [Summary; 2],
-    /// The trials that both have, if they are compared one by one.
+    /// Trials that both runs have, if they are compared one by one.
     pairs: Option<Vec<(Trial, Trial)>>,
 }
 
-/// Compares two finished runs; the files go to `out`.
+/// Compares two finished runs; the files are written to `out`.
 pub fn run(
     options: &Report,
     second: &Path,
@@ -72,7 +72,8 @@ pub fn run(
     answer.report(out, options.json, Made { asked, ..Made::default() })
 }
 
-/// The points that both runs have, by their places; of runs without axes the one there is. None: they have none in common.
+/// Returns the points that both runs have, by their indices; of two runs without axes the only one. None if there is
+/// no common point.
 fn common([a, b]: [&FinishedRun; 2]) -> Option<Vec<[usize; 2]>> {
     let [a, b] = [a, b].map(|run| &run.summary.points);
     if a.is_empty() && b.is_empty() {
@@ -170,14 +171,14 @@ impl<'a> Two<'a> {
         Answer { json, csv: Some(records), ..answer }
     }
 
-    /// The conditions of both, and the trials of which their errors are, in a line.
+    /// Returns the conditions of both runs and the note of [`Self::fewer`] in a line.
     fn conditions(&self) -> String {
         let [a, b] = self.runs.map(|run| setting(&run.file));
         let made = if a == b { a } else { format!("A: {a}; B: {b}") };
         std::iter::once(made).chain(self.fewer()).collect::<Vec<_>>().join("; ")
     }
 
-    /// Of which trials errors are, where these are not all.
+    /// Returns the note on the trials over which errors are computed, where these are not all.
     fn fewer(&self) -> Option<String> {
         let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
         let axes: usize = self.points.iter().filter_map(Common::errors).map(|both| both.len()).sum();
@@ -207,12 +208,12 @@ impl<'a> Two<'a> {
         Ok(pairs)
     }
 
-    /// All measures at all points.
+    /// Returns all measures at all points.
     fn rows(&self) -> Vec<Compared> {
         self.points.iter().flat_map(Common::rows).collect()
     }
 
-    /// Pairing, trials and programs of both.
+    /// Returns the notes on pairing, trials and programs of both runs.
     fn notes(&self) -> Vec<String> {
         let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
         let mut notes = vec![match &self.unpaired {
@@ -255,7 +256,8 @@ impl<'a> Two<'a> {
 }
 
 impl Common {
-    /// The errors of the trials in which both found an axis; none where they are not compared one by one.
+    /// Returns the errors in degrees of the trials in which both runs found an axis; none where trials are not
+    /// compared one by one.
     fn errors(&self) -> Option<Vec<(f64, f64)>> {
         let error = |(a, b): &(Trial, Trial)| Some((a.error_deg?, b.error_deg?));
         self.pairs.as_ref().map(|pairs| pairs.iter().filter_map(error).collect())

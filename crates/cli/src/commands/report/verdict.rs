@@ -1,4 +1,4 @@
-//! The verdict on a run in a line, and its grounds.
+//! The verdict on a run in a line, and its reasons.
 
 use standstill_campaign::Summary;
 use standstill_quantity::at_most;
@@ -10,25 +10,25 @@ use crate::shell::values::describe;
 use crate::shell::values::range;
 use crate::summary::{FAILING, GOOD, good, rank, share_of};
 
-/// More starts than this without an answer are worth a warning.
+/// Share of starts without an answer above which they are worth a warning.
 const OFTEN: f64 = 0.01;
 
-/// The upper end of a share.
+/// Formats the upper end of a share's interval in per cent.
 fn percent(limit: f64) -> String {
     format!("{} %", at_most(limit))
 }
 
-/// A share of so many starts.
+/// Formats a share of a number of starts in per cent.
 fn counted(share: f64, starts: u64) -> String {
     format!("{} %", share_of(share, starts))
 }
 
-/// The rms error in degrees, in no more digits than its interval has.
+/// Formats the rms error in degrees, in no more digits than its interval supports.
 fn rms(s: &Summary) -> String {
     format!("{}° rms", s.rms_deg.alone())
 }
 
-/// The tone, the headline and the details.
+/// Returns the verdict's tone, headline and details.
 pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let (tone, headline, mut details) =
         summary.whole().map_or_else(|| of_sweep(summary), |s| of_run(summary, s));
@@ -45,7 +45,7 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     (tone, headline, details)
 }
 
-/// How many starts had no answer and why mostly, where these are many.
+/// Returns the number of starts without an answer and their most frequent reason, where these are many.
 fn silence(s: &Summary) -> Option<String> {
     let silent = s.undetermined + s.failed;
     if silent as f64 <= OFTEN * s.trials as f64 {
@@ -64,13 +64,13 @@ fn silence(s: &Summary) -> Option<String> {
     Some(format!("{silent} of {} starts {what}{why}", s.trials))
 }
 
-/// How far poles are judged.
+/// Extent to which poles are judged.
 #[derive(Clone, Copy, PartialEq)]
 enum Poles {
     Known,
-    /// As all cores that fit the map say.
+    /// Poles are judged by the assumption of all cores that fit the map.
     Assumed,
-    /// Not at all: of a start, its axis counts.
+    /// Poles are not judged: only the axis of a start counts.
     Open,
 }
 
@@ -83,23 +83,23 @@ impl Poles {
         }
     }
 
-    /// The share of starts that are as they should be, as far as that is judged.
+    /// Returns the share of correct starts, as far as they are judged.
     fn right(self, s: &Summary) -> f64 {
         good(s, self == Self::Open)
     }
 
-    /// These starts in words.
+    /// Returns the phrase for correct starts.
     const fn did(self) -> &'static str {
         if matches!(self, Self::Open) { "with an axis" } else { "answered rightly" }
     }
 
-    /// A count of wrong poles, with what it rests on.
+    /// Adds the assumption on which a count of wrong poles rests.
     fn qualified(self, text: String) -> String {
         if self == Self::Assumed { format!("{text} (poles as assumed)") } else { text }
     }
 }
 
-/// The demands on a start, each with whether it is met and the numbers that say so.
+/// Returns the demands on a start, each with its verdict and the numbers behind it.
 fn demands(s: &Summary, judged: Poles) -> Vec<(bool, String)> {
     let allowed = |share: f64| format!("{} % allowed", 100.0 * share);
     let mut all = Vec::new();
@@ -186,7 +186,8 @@ fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
     (tone, sentence(parts), details)
 }
 
-/// Axes are varied on purpose: a share of the starts at all points together says how the points were chosen.
+/// Returns the verdict on a sweep. Axes are varied on purpose: a share over all points together would depend on the
+/// choice of the points.
 fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let (points, judged) = (&summary.points, Poles::of(summary));
     let open = judged == Poles::Open;
@@ -272,7 +273,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     (tone, sentence([answered, poles, rms]), details)
 }
 
-/// The parts that there are, the first with a capital letter.
+/// Joins the existing parts, the first with a capital letter.
 fn sentence<const N: usize>(parts: [Option<String>; N]) -> String {
     let text = parts.into_iter().flatten().collect::<Vec<_>>().join("; ");
     let mut letters = text.chars();

@@ -10,14 +10,14 @@ use crate::answer::{Record, Records};
 use crate::shell::table::Print as _;
 use crate::shell::terminal::paragraph;
 
-/// Disagreements of one place of the paper, in words.
+/// Formats the disagreements at one place of the paper.
 fn disagreements(findings: &[Finding], place: &str) -> String {
     let notes: Vec<&str> =
         findings.iter().filter(|f| f.place == place && !f.agrees).map(|f| f.note.as_str()).collect();
     notes.join("; ")
 }
 
-/// Table 1, for programs and for people.
+/// Builds table 1 as rows and as text.
 pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Table) {
     let build = |(k, row): (usize, &SimulatedRow)| {
         let published = TABLE_1[k].lines_mh;
@@ -59,7 +59,7 @@ pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Tabl
     (Records(records), Table::new(titles.map(Column::number)).rows(cells))
 }
 
-/// Table 2, for programs and for people.
+/// Builds table 2 as rows and as text.
 pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Table) {
     let build = |(k, row): (usize, &SimulatedRow)| {
         let published = TABLE_2[k];
@@ -118,7 +118,7 @@ pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Tabl
     (Records(records), Table::new(titles.map(Column::number)).rows(cells))
 }
 
-/// The audit in words: what does not agree.
+/// Returns the text of the audit: the disagreements.
 pub fn audit_text(findings: &[Finding]) -> String {
     let agree = findings.iter().filter(|f| f.agrees).count();
     let rows = findings
@@ -136,7 +136,7 @@ fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
 }
 
-/// Both tables in words.
+/// Returns the text of both tables.
 pub fn tables_text(first: &Table, second: &Table) -> String {
     format!("{}{}\n{}{}\n", paragraph("", FIRST), first.text(), paragraph("", SECOND), second.text())
 }

@@ -1,4 +1,4 @@
-//! Two keys: how much of one buys how much of the other.
+//! The trade-off curve of two keys.
 
 use serde_json::json;
 use standstill_analysis::Halt;
@@ -16,7 +16,8 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::values::{shown, shown_interval};
 
-/// Values of the first key, and the width that the second key's interval may have: curves need less than single answers.
+/// Number of values of the first key, and relative width of the second key's interval: curves need less than single
+/// answers.
 const VALUES: usize = 9;
 const WIDTH: f64 = 0.1;
 

@@ -1,4 +1,4 @@
-//! The part of starts without an answer in a limit on the root mean square, in which each counts as 90°.
+//! The contribution of starts without an answer, each counted as 90°, to a limit on an rms error.
 
 use std::fmt;
 
@@ -13,10 +13,11 @@ use crate::shell::values::percent;
 use crate::shell::values::probability;
 use standstill_analysis::require::Judged;
 
-/// Starts without an answer that decide a limit: at the edge most of the mean square, or of its interval's upper end, is theirs.
+/// Starts without an answer that decide a limit: at the edge they make most of the mean square, or of the upper end
+/// of its interval.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unanswered {
-    /// The limit itself, or only how well it is known.
+    /// Text for what they decide: `limit`, or `interval` if they affect only the interval of its measure.
     decide: &'static str,
     trials: u64,
     share: f64,
@@ -27,8 +28,8 @@ pub struct Unanswered {
 }
 
 impl Unanswered {
-    /// Remark for the value judged closest to the edge, among those judged with the final number of trials; none if these starts do not decide the
-    /// limit.
+    /// Returns the remark for the value judged closest to the edge, among those judged with the final number of
+    /// trials; none if these starts do not decide the limit.
     pub fn of(limits: &Limits, judged: &[Judged], edge: &Edge) -> Option<Self> {
         let last = judged.iter().filter(|judged| judged.trials == edge.trials);
         let apart = |judged: &&Judged| (judged.value - edge.value).abs();
@@ -40,7 +41,7 @@ impl Unanswered {
         Self::in_measure(rms, share, at.trials).or_else(open)
     }
 
-    /// Of a root mean square and a share.
+    /// Makes the remark for an rms error and a share of starts without an answer; none if these do not decide.
     pub fn in_measure(rms: &Estimate, share: &Estimate, trials: u64) -> Option<Self> {
         let decide = match part(rms, share)? {
             Part::Value => "limit",
@@ -78,7 +79,7 @@ impl fmt::Display for Unanswered {
     }
 }
 
-/// The sentence on trials that are too few to show that the limits hold, whatever they are.
+/// Returns the sentence on trials that are too few to show that the limits hold, whatever their results.
 pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     let needed = limits.least_trials();
     (needed > edge.trials).then(|| {
@@ -90,7 +91,7 @@ pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     })
 }
 
-/// The sentence on an interval that is wider than asked for, with the trials that would help.
+/// Returns the sentence on an interval that is wider than requested, with the trials that would suffice.
 pub fn wide(width: f64, needed: Option<u64>) -> String {
     let wide = format!("the interval is wider than {} of the value", percent(width));
     match needed {

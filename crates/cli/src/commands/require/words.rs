@@ -1,4 +1,4 @@
-//! Edges in words.
+//! The answer of `require` as text.
 
 use standstill_analysis::bracket::{Bound, Edge, Search, Side, Stretch};
 use standstill_analysis::limit::Limits;
@@ -8,7 +8,7 @@ use super::{EdgeSearch, bound, side};
 use crate::shell::values::shown;
 use crate::shell::values::shown_interval;
 
-/// The answer: up to an edge, from one on, or between two.
+/// Returns the answer: up to an edge, from one on, or between two.
 pub fn sentence(key: &str, whole: bool, limits: &Limits, edges: &[Edge]) -> String {
     let of = |edge: &Edge| shown_interval((key, whole), edge.value, edge.interval);
     match edges {
@@ -18,7 +18,7 @@ pub fn sentence(key: &str, whole: bool, limits: &Limits, edges: &[Edge]) -> Stri
     }
 }
 
-/// Trials, binding limits, and doubts of the edges.
+/// Returns the details: trials, binding limits, and doubts of the edges.
 pub fn details(asked: &EdgeSearch<'_>, found: &Stretch) -> Vec<String> {
     let (key, limits) = (&asked.bench.keys[0].0, &asked.limits);
     let mut counts: Vec<String> = found.edges.iter().map(|edge| edge.trials.to_string()).collect();
@@ -53,7 +53,7 @@ pub fn details(asked: &EdgeSearch<'_>, found: &Stretch) -> Vec<String> {
     notes
 }
 
-/// The sentences on one edge.
+/// Returns the sentences on one edge.
 fn about(asked: &EdgeSearch<'_>, edge: &Edge) -> Vec<String> {
     let (key, limits, search) = (&asked.bench.keys[0].0, &asked.limits, &asked.search);
     let too_few = unanswered::too_few(limits, edge);
@@ -70,7 +70,7 @@ const fn end_of(side: Side) -> &'static str {
     }
 }
 
-/// The limits that do not hold beyond an edge.
+/// Returns the phrase on the limits that do not hold beyond an edge.
 fn binding(limits: &Limits, edge: &Edge) -> String {
     let beyond = match edge.side {
         Side::Largest => "above",
@@ -84,7 +84,7 @@ fn binding(limits: &Limits, edge: &Edge) -> String {
     }
 }
 
-/// Which end of an interval is open, and why.
+/// Returns the sentence on the open end of an interval, and its reason.
 fn open(key: &str, search: &Search, edge: &Edge) -> Option<String> {
     let (low, high) = search.range;
     let ends = match edge.side {

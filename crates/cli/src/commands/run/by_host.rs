@@ -1,4 +1,5 @@
-//! A run whose trials a host carries out itself, such as with a detector of its own; results as those of `standstill run`.
+//! A run whose trials a host program carries out itself, such as with a detector of its own; the results are like
+//! those of `standstill run`.
 
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -19,32 +20,32 @@ use crate::shell::command_line;
 use crate::shell::host::Host;
 use crate::shell::progress;
 
-/// Trials that are begun at a time, for each thread.
+/// Number of trials that are begun at a time, for each thread.
 const BLOCK: u64 = 16;
 
-/// A function that carries out a trial: it gets the scenario, with the trial's draws, and the trial's number.
+/// A function that carries out a trial: it receives the scenario, with the trial's draws, and the trial's number.
 pub type Trial<'a, E> = &'a (dyn Fn(&Scenario<Method<f64>>, u64) -> Result<Hosted, E> + Sync);
 
-/// A trial that a host carried out.
+/// A trial that a host program carried out.
 #[derive(Debug)]
 pub struct Hosted {
-    /// As files of trials have it.
+    /// Row of the trial, as in files of trials.
     pub row: Row,
-    /// The evidence for the pole.
+    /// Evidence for the pole, if the method measures it.
     pub evidence: Option<PoleEvidence<f64>>,
 }
 
-/// Columns behind a trial's, as the `result.json` of a trace calls them.
+/// Additional columns after a trial's, with the names in the `result.json` of a trace.
 const EVIDENCE: [&str; 2] = ["pole_evidence_deviations", "pole_evidence_needed"];
 
-/// Why a run by a host has no results.
+/// Reason why a run by a host has no results.
 #[derive(Debug)]
 pub enum Stopped<E> {
-    /// It is wrong, in a line.
+    /// The run's command line or scenario is wrong; the message is one line.
     Wrong(String),
-    /// This trial could not be carried out: the first of those.
+    /// A trial that could not be carried out: the first such trial, and its error.
     Trial(u64, E),
-    /// [`Host::stop`].
+    /// The host stopped the run by [`Host::stop`].
     Asked,
 }
 
@@ -55,11 +56,12 @@ impl<E> From<Error> for Stopped<E> {
 }
 
 impl Host {
-    /// Carries out a command line `run …` with trials by `trial`, whose detector is `class` (`module.Class@digest`): the record names it,
-    /// and nothing but a host runs that record. The summary in JSON; the rows are in [`Host::tables`].
+    /// Carries out a command line `run …` with trials by `trial`, whose detector is `class` (`module.Class@digest`):
+    /// the run's record names it, and only a host program can continue that record. Returns the summary as JSON; the
+    /// rows are in [`Host::tables`].
     ///
     /// # Errors
-    /// A mistake in the scenario, a record of another class, and the error of the first trial that has one.
+    /// A mistake in the scenario, a record of another class, or the error of the first trial that failed.
     pub fn trials<E: Send>(
         self: &Arc<Self>,
         words: impl IntoIterator<Item = OsString>,

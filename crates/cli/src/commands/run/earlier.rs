@@ -1,4 +1,4 @@
-//! A run with fewer trials, from which `--resume` goes on: its files, its journals, or its statistics.
+//! Earlier results of a run with fewer trials, which `--resume` extends: its files, its journals, or its statistics.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -16,27 +16,27 @@ use crate::results::SummaryFile;
 use crate::results::trials_name;
 use crate::shell::terminal::tell;
 
-/// Rows that wait to be taken, block by block.
+/// Number of blocks of rows that wait in the channel, and rows of a block.
 const WAITING: usize = 64;
 const BLOCK: usize = 256;
 
 /// Rows and statistics of earlier runs in a folder.
 #[derive(Default)]
 pub struct Found {
-    /// Rows.
+    /// Rows of earlier runs.
     pub rows: Earlier,
-    /// Statistics alone.
+    /// Statistics of earlier runs without rows.
     pub tallies: Vec<Tallied>,
-    /// Trials of the longest of those runs.
+    /// Number of trials of the longest of those runs.
     pub trials: u64,
-    /// Trials in all of the one that was finished.
+    /// Total number of trials of the finished run in the folder; none without one.
     finished: Option<u64>,
-    /// Journals that are of no more use once the longer run is done.
+    /// Journals that are not needed any more once the longer run is done.
     journals: Vec<PathBuf>,
 }
 
 impl Found {
-    /// The rows and statistics of this run with fewer trials in a folder. A journal that is in the way is put aside.
+    /// Finds the rows and statistics of this run with fewer trials in a folder. A journal in the way is renamed.
     pub fn of(folder: &Path, identity: &Identity) -> Result<Self, Error> {
         let mut found = Self::default();
         let journal = folder.join(identity.shard.file_name());
@@ -67,7 +67,7 @@ impl Found {
         Ok(found)
     }
 
-    /// A journal, if it is of an earlier run.
+    /// Adds a journal if it is of an earlier part of this run. Returns whether it is.
     fn journal(&mut self, path: &Path, identity: &Identity) -> Result<bool, Error> {
         let Some(earlier) = head(path).ok().filter(|earlier| earlier.begins(identity)) else {
             return Ok(false);
@@ -91,8 +91,8 @@ impl Found {
         Ok(true)
     }
 
-    /// The files of a finished run: all trials that found an angle. Of the others the files say why in words alone; they are
-    /// run again.
+    /// Adds the files of a finished run: all trials that found an angle. For the others the files contain reasons in
+    /// words alone; they are run again.
     fn files(&mut self, folder: &Path, identity: &Identity) -> Result<(), Error> {
         let Ok(summary) = SummaryFile::read(folder) else { return Ok(()) };
         if !summary.run.begins(identity) {
@@ -121,7 +121,7 @@ impl Found {
         Ok(())
     }
 
-    /// The sentence on the run that was there, once its files are in place.
+    /// Returns the sentence on the earlier run, once the new files are in place.
     pub fn said(&self, folder: &Path) -> String {
         let now = SummaryFile::read(folder).ok().map(|summary| summary.trials());
         match (self.finished, now) {
@@ -135,7 +135,7 @@ impl Found {
         }
     }
 
-    /// Removes the journals that were put aside.
+    /// Removes the renamed journals.
     pub fn remove(&self) {
         for path in &self.journals {
             let _ = std::fs::remove_file(path);
@@ -143,15 +143,16 @@ impl Found {
     }
 }
 
-/// Whether a table says that it is of this run.
+/// Returns whether a table's metadata are those of this run.
 fn is_of(reader: &Reader, run: &Identity) -> bool {
     run.metadata().iter().all(|(key, value)| reader.metadata.get(key) == Some(value))
 }
 
-/// The extension of a journal that was put aside, after its number of trials.
+/// Extension of a renamed journal, after its number of trials.
 const EARLIER: &str = "earlier";
 
-/// Rows of trials that found an angle with their points, read by a thread of its own; where they cannot be read any further, they end.
+/// Reads the rows of trials that found an angle, with their points, in a thread of its own; reading errors end the
+/// rows.
 fn found(reader: Reader) -> Receiver<Vec<(usize, Row)>> {
     let (to, from) = sync_channel(WAITING);
     std::thread::spawn(move || {

@@ -1,13 +1,13 @@
-//! `--isolate`: trials of a library in processes of their own, each with simulator and library inside.
+//! `--isolate`: trials of a library in processes of their own, each with simulator and library.
 //!
 //! ```text
 //!   a thread of the run ── scenario, once ──► standstill worker       point and trial, a line each
 //!                       ── "2 815" ─────────►  simulator + library
 //!                       ◄── record, a line ──
 //! ```
-//! A worker that ends instead has lost its trial: the next one is another process. Before the first trial a worker is asked to
-//! describe the library, and to make a detector at each point: what crashes then is said as any other mistake is. The process of
-//! the run itself never loads the library.
+//! A worker that ends before its answer has lost its trial: a new process runs the next one. Before the first trial a
+//! worker describes the library and makes a detector at each point: a crash there is reported as any other mistake
+//! is. The process of the run itself never loads the library.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -24,15 +24,15 @@ use standstill_scenario::{Document, FileError, Lost, Plan, Record, Remote};
 use crate::error::Error;
 use crate::shell::{Report, host};
 
-/// The mark before a line of a worker's own, among those that its library prints.
+/// Mark at the begin of a worker's own lines, to distinguish them from the library's output.
 const MARK: &str = "\u{1}standstill ";
 
-/// Processes that run trials.
+/// The pool of processes that run trials.
 #[derive(Debug)]
 pub struct Workers {
-    /// The first line that each reads: the scenario's file, and its text with all changes.
+    /// First line of input of each worker: the path of the scenario's file, and its text with all changes.
     scenario: String,
-    /// Digests of all files that the run reads, by their paths: a worker that reads others has another run.
+    /// Digests of all files that the run reads, by their paths: a worker that reads other files has another run.
     files: BTreeMap<String, String>,
     free: Mutex<Vec<Worker>>,
 }
@@ -45,7 +45,7 @@ struct Worker {
     output: BufReader<ChildStdout>,
 }
 
-/// The plan of a document whose trials run in processes of their own.
+/// Makes the plan of a document whose trials run in processes of their own.
 pub fn plan(document: &Document) -> Result<Plan, Error> {
     let mut workers = Workers::of(document)?;
     let limit = document.load()?.detector.call_limit()?;
@@ -57,7 +57,7 @@ pub fn plan(document: &Document) -> Result<Plan, Error> {
 }
 
 impl Workers {
-    /// For the trials of a document with a library.
+    /// Makes the pool for the trials of a document with a library.
     fn of(document: &Document) -> Result<Self, Error> {
         let refused = |found: &str, needed: &str| {
             Err(Error::Arguments(format!("--isolate: found {found}; needed {needed}")))
@@ -86,7 +86,7 @@ impl Workers {
         free.map_or_else(|| Worker::new(&self.scenario), Ok)
     }
 
-    /// Whether detectors can be made at all points; what a worker says who tries.
+    /// Checks with a worker that detectors can be made at all points. The error is the worker's.
     fn check(&self) -> Result<(), FileError> {
         let refused = |key: &str, message: String| FileError::Key {
             place: String::new(),
@@ -113,7 +113,7 @@ impl Workers {
     }
 }
 
-/// A worker's answer on the library at a path.
+/// Returns a worker's description of the library at a path.
 fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     let failed = |found: String| LoadError::new(found, "one that can be loaded".to_owned());
     let request = json!({ "inspect": path, "limit": limit.as_secs_f64() });
@@ -132,12 +132,12 @@ fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     }
 }
 
-/// The libraries that one has loaded itself, as `described` writes them.
+/// Returns the libraries that a library has loaded itself, from the answer of [`described`].
 fn loads(said: &Value) -> Vec<PathBuf> {
     said["loads"].as_array().into_iter().flatten().filter_map(Value::as_str).map(PathBuf::from).collect()
 }
 
-/// A level as `described` writes it.
+/// Parses a level as written by [`described`].
 fn level(of: &Value) -> Option<Level> {
     #[allow(clippy::cast_possible_truncation, reason = "it was a single one")]
     match of.as_array().map(Vec::as_slice) {
@@ -152,7 +152,7 @@ fn level(of: &Value) -> Option<Level> {
     }
 }
 
-/// A worker's answer on a library that it has loaded.
+/// Returns a worker's description of a library, as JSON.
 fn described(path: &str) -> String {
     let path = PathBuf::from(path);
     let read = read_at_most(&path, MOST_BYTES).map_err(|error| {
@@ -176,14 +176,14 @@ fn described(path: &str) -> String {
     }
 }
 
-/// The subject of a worker's answer.
+/// The kind of a worker's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Answer {
-    /// It has its scenario, and a detector could be made.
+    /// The worker has its scenario, and a detector could be made.
     Ready,
-    /// It has loaded a library.
+    /// The worker has loaded a library.
     Library,
-    /// It cannot do what it was asked.
+    /// The worker cannot do what was requested.
     Refused,
     /// No trial can be run.
     Error,
@@ -192,7 +192,7 @@ enum Answer {
 }
 
 impl Worker {
-    /// A process that reads this first.
+    /// Starts a process with this first line of input.
     fn new(first: &str) -> std::io::Result<Self> {
         let mut child = Command::new(std::env::current_exe()?)
             .arg("worker")
@@ -207,7 +207,7 @@ impl Worker {
         Ok(Self { child, input, output: BufReader::new(output) })
     }
 
-    /// Its next answer; nothing if it ends before.
+    /// Returns the worker's next answer; none if the process ends before.
     fn answer(&mut self) -> Option<(Answer, String)> {
         let mut line = Vec::new();
         loop {
@@ -230,7 +230,7 @@ impl Worker {
         }
     }
 
-    /// It has read these files: whether they are those of the run.
+    /// Checks that the files read by the worker are those of the run.
     fn begin(digests: &str, files: &BTreeMap<String, String>) -> Result<(), String> {
         let own: BTreeMap<String, String> = serde_json::from_str(digests).unwrap_or_default();
         let other = files.iter().chain(&own).find(|(path, _)| files.get(*path) != own.get(*path));
@@ -240,7 +240,7 @@ impl Worker {
         Ok(())
     }
 
-    /// Asks for a trial; nothing if the process ends before it answers.
+    /// Requests a trial; none if the process ends before it answers.
     fn ask(
         &mut self,
         files: &BTreeMap<String, String>,
@@ -263,7 +263,7 @@ impl Worker {
         }
     }
 
-    /// Waits for its end, and says why it came.
+    /// Waits for the process to end, and returns the reason.
     fn ending(self) -> String {
         let Self { mut child, input, .. } = self;
         drop(input);
@@ -271,7 +271,7 @@ impl Worker {
     }
 }
 
-/// Why a process ended.
+/// Returns the reason of a process's end.
 #[cfg(target_os = "linux")]
 fn ending(status: std::process::ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt as _;
@@ -303,7 +303,7 @@ impl Drop for Workers {
     }
 }
 
-/// The process itself.
+/// Runs the worker process.
 pub fn worker() -> Result<Report, Error> {
     // An interruption is its parent's to answer: this one ends with its input.
     let _ = ctrlc::set_handler(|| ());
@@ -355,17 +355,17 @@ pub fn worker() -> Result<Report, Error> {
     Ok(Report { text: String::new(), code: 0 })
 }
 
-/// A line to the parent.
+/// Writes a line to the parent process.
 fn say(answer: &str) -> std::io::Result<()> {
     crate::shell::terminal::write(&format!("{MARK}{answer}\n"))
 }
 
-/// Digests of all files that a plan reads, by their paths.
+/// Returns the digests of all files that a plan reads, by their paths.
 fn digests(plan: &Plan) -> BTreeMap<String, String> {
     plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect()
 }
 
-/// Libraries that misbehave end this process.
+/// Makes a misbehaving library end this process; `limit`: longest time of a call.
 fn isolate(limit: Duration) {
     #[cfg(target_os = "linux")]
     standstill_foreign::isolate(limit);

@@ -1,4 +1,4 @@
-//! The lines before the first trial: motor, method, conditions and trials.
+//! The text before the first trial: motor, method, conditions and trials.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use standstill_scenario::{DesignKind, Plan};
 use crate::shell::setup::setting;
 use crate::shell::terminal::paragraph;
 
-/// Motor, method, conditions and trials in a few lines.
+/// Returns motor, method, conditions and trials in a few lines.
 pub fn text(plan: &Plan, identity: &Identity, shard: Shard) -> String {
     let file = plan.file();
     let mut said = format!("Simulating {}: ", setting(file));

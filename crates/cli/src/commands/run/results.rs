@@ -30,32 +30,32 @@ use crate::shell::terminal::paragraph;
 use crate::shell::{host, progress};
 use crate::summary;
 
-/// Names of the files.
+/// Returns the names of the files.
 pub fn names(options: &Run) -> Vec<&'static str> {
     let trials = (options.rows == Rows::All).then(|| trials_name(options.results.format.into()));
     trials.into_iter().chain([SUMMARY]).filter(|_| files_wanted()).collect()
 }
 
-/// Files that are in place.
+/// The files that were written, and the run's summary.
 pub struct Results {
     summary: SummaryFile,
     pub json: String,
     files: Vec<String>,
 }
 
-/// Statistics of the points, one after the other.
+/// Statistics of a sweep's points, one after the other.
 pub struct Points {
     pub axes: Vec<AxisColumn>,
     pub coordinates: Vec<Point>,
     limit: f64,
-    /// Without axes.
+    /// Statistics of a run without axes.
     all: Statistics,
     current: Option<(usize, Statistics)>,
     done: Vec<PointSummary>,
 }
 
 impl Points {
-    /// Of nothing yet.
+    /// Makes empty statistics of a run.
     pub fn of(identity: &Identity) -> Result<Self, Error> {
         let file = Document::parse(Path::new("scenario"), &identity.scenario)?.load()?;
         let coordinates = file.points()?;
@@ -85,7 +85,7 @@ impl Points {
         }
     }
 
-    /// Ends the point at hand.
+    /// Ends the present point.
     pub fn close(&mut self) {
         if let Some((point, statistics)) = self.current.take() {
             self.done(point, &statistics);
@@ -195,7 +195,7 @@ impl Results {
         Ok(Self { summary, json, files })
     }
 
-    /// The text, or the JSON.
+    /// Returns the report, as text or as JSON.
     pub fn report(self, options: &Options) -> Report {
         let Self { summary: file, json, files } = self;
         let code = u8::from(file.errors() > 0);
@@ -223,7 +223,7 @@ impl Results {
     }
 }
 
-/// Why rows are no longer written.
+/// Reason why the writing of rows ended.
 enum Stopped {
     Interrupted,
     Failed(Error),

@@ -1,4 +1,4 @@
-//! One trial with several settings, side by side.
+//! One trial with several settings in one figure.
 
 use std::collections::BTreeMap;
 
@@ -21,13 +21,13 @@ use crate::shell::setup::Setup;
 use crate::shell::setup::conditions;
 use standstill_scenario::Verdict;
 
-/// Settings that one picture can tell apart.
+/// Largest number of settings that a reader can distinguish in one picture.
 const MOST: usize = 6;
 
-/// A setting: what tells it from the others, and all keys.
+/// A setting: its distinguishing name, and all its keys.
 pub type Setting = (String, Vec<(String, String)>);
 
-/// All combinations of the keys that are given a list; one without a name where none is.
+/// Returns all combinations of the keys that are given a list; a single nameless one if no key is.
 pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
     let mut all: Vec<Setting> = vec![(String::new(), Vec::new())];
     for (key, value) in &keys.set {
@@ -58,7 +58,7 @@ pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
     Ok(all)
 }
 
-/// A value as people read it: micro with its sign.
+/// Formats a value for reading: the prefix micro as µ.
 fn shown(value: &str) -> String {
     let (digits, unit) = value
         .split_at(value.find(|c: char| !c.is_ascii_digit() && !".+-eE".contains(c)).unwrap_or(value.len()));
@@ -68,7 +68,7 @@ fn shown(value: &str) -> String {
     }
 }
 
-/// A setting's name for tables and figures.
+/// Formats a setting's name for tables and figures.
 fn for_reading(name: &str) -> String {
     let part = |part: &str| match part.split_once(" = ") {
         Some((key, value)) => format!("{key} = {}", shown(value)),
@@ -77,7 +77,7 @@ fn for_reading(name: &str) -> String {
     name.split(", ").map(part).collect::<Vec<_>>().join(", ")
 }
 
-/// The members of `[a, b]`, with or without quotes.
+/// Parses the members of `[a, b]`, with or without quotes; none if the text is no list.
 fn list(text: &str) -> Option<Vec<String>> {
     let inside = text.trim().strip_prefix('[')?.strip_suffix(']')?;
     let members = inside.split(',').map(|member| member.trim().trim_matches('"').to_owned());
@@ -191,7 +191,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     Ok(Report { text: format!("{text}\n{}", file_list(&options.out, &files)), code })
 }
 
-/// Keys that are not the same in all settings.
+/// Returns the keys whose values differ between settings.
 fn varied(settings: &[Setting]) -> Vec<String> {
     let is_varied = |key: &&String| {
         let mut values = settings.iter().map(|(_, set)| set.iter().find(|(known, _)| known == *key));

@@ -1,4 +1,4 @@
-//! Which trial a trace shows, and what was drawn for it.
+//! The trial that a trace shows, and the values drawn for it.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use standstill_scenario::{Plan, Single, specimen, written};
 use standstill_sim::{Case, RotorState};
 
-/// The trial and the values of its point; nothing of a scenario without axes at its first trial.
+/// Returns the trial and the values of its point; an empty text for the first trial of a scenario without axes.
 pub fn heading(plan: &Plan, single: &Single) -> String {
     let values: Vec<String> = plan.points()[single.point]
         .values
@@ -21,14 +21,14 @@ pub fn heading(plan: &Plan, single: &Single) -> String {
     format!("trial {}{point}\n", single.trial)
 }
 
-/// The number of a point and its values, as they are set.
+/// Returns the number of a point and its values, as given in the scenario, as JSON.
 pub fn point_json(plan: &Plan, point: usize) -> Value {
     let values = plan.points()[point].values.iter();
     let values: Map<String, Value> = values.map(|(key, value)| (key.clone(), json!(value))).collect();
     json!({ "number": point, "values": values })
 }
 
-/// The values that were drawn, in SI; angles in degrees.
+/// Returns the drawn values as JSON, in SI; angles in degrees.
 pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
     let Case { inverter, sensors, .. } = case;
     let tolerances: Map<String, Value> =
@@ -52,7 +52,7 @@ pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
     })
 }
 
-/// The values that were drawn, in words.
+/// Returns the drawn values as text.
 pub fn text(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> String {
     let lines = specimen(case, drawn);
     let width = lines.iter().map(|(name, _)| name.len()).max().unwrap_or_default();

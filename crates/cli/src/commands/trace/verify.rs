@@ -1,4 +1,4 @@
-//! The numerical error of a run: the same run again by the referee, at a tighter tolerance.
+//! The numerical error of a run: the run is repeated by the referee, at a tighter tolerance.
 
 use std::fmt::Write as _;
 
@@ -9,36 +9,36 @@ use standstill_scenario::Record;
 use standstill_scenario::Single;
 use standstill_sim::{Ended, Event, Run, Tolerance, Trace, referee, run};
 
-/// How much tighter.
+/// Factor of the referee's tolerance to the usual one.
 const TIGHTER: f64 = 1e-3;
 
-/// The numerical error beside what it has to be small against.
+/// The numerical error, and the quantities that it must be small against.
 pub struct NumericalError {
     tolerance: f64,
-    /// The samples in both runs, and the largest difference of their currents in A.
+    /// Samples of both runs, and the largest difference of their currents in A.
     samples: Vec<Pair>,
     current: f64,
-    /// Difference of the axes in degrees, and of the polarity margins in A, if both runs have them.
+    /// Difference of the axes in degrees, and of the polarity margins in A, if both runs found them.
     angle: Option<f64>,
     margin: Option<f64>,
-    /// The polarity margin and the sensors' noise in A.
+    /// Polarity margin of the usual run and noise of the sensors, in A.
     polarity_margin: Option<f64>,
     noise: f64,
 }
 
-/// One sample in both runs: when, and phase currents in A.
+/// One sample in both runs: time in s, and phase currents in A.
 struct Pair {
     time: f64,
     usual: [f64; 3],
     tight: [f64; 3],
 }
 
-/// A run and its samples: when, and phase currents in A.
+/// A run and its samples: time in s, and phase currents in A.
 type Attempt = (Run<f64>, Vec<(f64, [f64; 3])>);
 
-/// Runs the detection as any and by the referee at a tighter tolerance, both with the same draws.
+/// Runs the detection as usual and by the referee at a tighter tolerance, both with equal draws.
 ///
-/// The converters are left out: they would round both to the same code, or rarely to two neighbouring ones.
+/// The converters are left out: they would round both currents to one code, or rarely to two neighbouring ones.
 pub fn numerical_error(single: &Single) -> Result<NumericalError, SettingsError> {
     let scenario = &single.scenario;
     let attempt = |tolerance: Tolerance, refereed: bool| -> Result<Attempt, SettingsError> {
@@ -90,7 +90,7 @@ impl Pair {
 }
 
 impl NumericalError {
-    /// Each sample with the numerical error of its currents.
+    /// Returns each sample with the numerical error of its currents, as CSV.
     pub fn csv(&self) -> String {
         let mut text = String::from("t_s,i_a_A,i_b_A,i_c_A,error_a_A,error_b_A,error_c_A\n");
         for pair in &self.samples {

@@ -1,4 +1,4 @@
-//! Settings in words.
+//! The answer of `tune` as text and tables.
 
 use standstill_analysis::limit::{Limit, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
@@ -21,7 +21,7 @@ fn number(value: f64, digits: usize, scale: &Scale) -> String {
     if value.is_finite() { format!("{:.digits$}", scale.number(value) + 0.0) } else { "–".to_owned() }
 }
 
-/// An estimate with its interval, in this unit.
+/// Formats an estimate with its interval, in this unit.
 fn interval(estimate: &Estimate, scale: &Scale) -> String {
     let digits = digits(estimate, scale);
     let [value, low, high] =
@@ -35,14 +35,14 @@ fn with_unit(measure: Measure, estimate: &Estimate) -> String {
     format!("{}{gap}{}", interval(estimate, &scale), scale.unit)
 }
 
-/// Measures in a line.
+/// Formats measures in a line.
 pub fn measures(all: &[(Measure, Estimate)]) -> String {
     let one =
         |(measure, estimate): &(Measure, Estimate)| format!("{measure} {}", with_unit(*measure, estimate));
     all.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
-/// Settings in a line.
+/// Formats settings in a line.
 pub fn settings(asked: &Asked<'_>, values: &[f64]) -> String {
     let pairs = asked.ranges.iter().zip(values);
     pairs
@@ -55,7 +55,7 @@ fn value_of(key: &str, value: f64) -> String {
     if value.is_nan() { "not known".to_owned() } else { shown(key, value) }
 }
 
-/// Settings as lines of a scenario.
+/// Formats settings as lines of a scenario file.
 pub fn toml(asked: &Asked<'_>, judged: &Judged) -> String {
     let line = |(range, value): (&standstill_analysis::tune::Range, &f64)| {
         let text = shown(&range.key, *value);
@@ -65,7 +65,7 @@ pub fn toml(asked: &Asked<'_>, judged: &Judged) -> String {
     asked.ranges.iter().zip(&judged.values).map(line).collect()
 }
 
-/// The answer in a line.
+/// Returns the answer in a line.
 pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     let minimise = asked.goal.minimise;
     let [start, best] =
@@ -94,7 +94,7 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     (tone, found)
 }
 
-/// The limits as they are read, those of the start in few digits.
+/// Formats the limits; those relative to the initial settings in few digits.
 pub fn limits(asked: &Asked<'_>) -> String {
     let one = |limit: &Limit| {
         let scale = scale(limit.measure, limit.most);
@@ -106,7 +106,7 @@ pub fn limits(asked: &Asked<'_>) -> String {
     asked.goal.limits.0.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// The grounds of the answer.
+/// Returns the reasons of the answer.
 pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     let minimise = asked.goal.minimise;
     let apart = tuned.differences.get(minimise);
@@ -161,12 +161,12 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     details
 }
 
-/// The name of the last settings.
+/// Returns the name of the last settings.
 pub fn last(tuned: &Tuned) -> &'static str {
     if tuned.is_found() { "best" } else { "nearest" }
 }
 
-/// Start and best, measure by measure.
+/// Returns the table of initial and best settings, measure by measure.
 pub fn table(asked: &Asked<'_>, tuned: &Tuned) -> Table {
     let keys = asked.ranges.iter().enumerate().map(|(k, range)| {
         let of = |judged: &Judged| value_of(&range.key, judged.values[k]);

@@ -24,8 +24,8 @@ impl<V: Wide> Effect<V> for Cells<V> {
         self.blank()
     }
 
-    /// Corrects the current, which the cells' stiffness carried on from where the core was evaluated: a sliding cell turns all along the
-    /// way.
+    /// Corrects the current, which was extrapolated from the core's evaluation with the cells' stiffness alone: a
+    /// sliding cell turns all along the path.
     #[inline(always)]
     fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, moved: &mut Moved<V>) {
         let (begin, looked) = (end.begin, end.looked);
@@ -88,7 +88,7 @@ impl<V: Wide> CoreBranch<V> for Cells<V> {
         found
     }
 
-    /// A cell at its reach slides if the flux takes it further.
+    /// Lets a cell at its reach slide if the flux takes it further.
     #[inline(always)]
     fn find_modes(&mut self, of: V::Mask, flux: Plane<V>, mut rise: impl FnMut(Symmetric<V>) -> Plane<V>) {
         let zero = V::of(0.0);
@@ -157,7 +157,7 @@ impl<V: Wide> CoreBranch<V> for Cells<V> {
 }
 
 impl<V: Wide> Cells<V> {
-    /// Cells after a step to where so much is elastic, in Wb.
+    /// Returns the cells after a step to these elastic fluxes in Wb.
     #[inline(always)]
     fn moved_by(
         &self,
@@ -172,21 +172,21 @@ impl<V: Wide> Cells<V> {
         self.moved((elastic, point.stiffness), change, rise, off)
     }
 
-    /// Their energy over 3/2, in J.
+    /// Returns the cells' stored energy divided by 3/2, in J.
     pub(super) fn energy(&self, lane: usize, flux: Plane<V>) -> f64 {
         let elastic = self.away_at(flux, None);
         let energy = |k: usize| (self.stiffness[k] * elastic[k].dot(elastic[k])).get(lane) / 2.0;
         (0..MOST_CELLS).map(energy).sum()
     }
 
-    /// Their heat over 3/2, in W, where so much is elastic in Wb and the flux rises so in V.
+    /// Returns the cells' loss divided by 3/2, in W, for these elastic fluxes in Wb and this slope of the flux in V.
     pub(super) fn loss(&self, lane: usize, elastic: &BranchState<V>, rise: Plane<V>) -> f64 {
         let lost = |k: usize| V::only(self.slides[k], self.stiffness[k] * elastic[k].dot(rise)).get(lane);
         (0..MOST_CELLS).map(lost).sum()
     }
 }
 
-/// Why a machine cannot begin with the current that its iron is left with.
+/// Converts the missing solution for the current of the iron's remanence into an error of the run.
 fn without_a_state(error: &NoConvergence) -> RunError {
     match error.beyond {
         Some(_) => RunError::left_map([error.current.d, error.current.q]),

@@ -1,4 +1,4 @@
-//! Terminals within a step that was tried: whether what rings in it may end a mode.
+//! Floating terminals within an attempted step: whether their oscillation may end a mode.
 
 use standstill_numeric::{Lane, Mask, Wide};
 
@@ -8,33 +8,36 @@ use crate::physics::machine::{Change, Machine};
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
-/// Terminals within a step that was tried.
+/// Floating terminals within an attempted step.
 #[derive(Clone, Copy, Debug)]
 pub struct Floating<V: Wide> {
-    /// How they ring.
+    /// Oscillation of the terminals with the winding.
     pub ringing: Ringing<V>,
-    /// Their potentials in V at both ends, and how fast they rise, in V a step.
+    /// Potentials of the terminals in V at both ends, and their slopes in V per step.
     pub potential: [[V; 3]; 2],
-    /// See `potential`.
+    /// Slopes of the potentials in V per step: see `potential`.
     pub rise: [[V; 3]; 2],
-    /// Between which potentials in V no device of a leg conducts, at both ends.
+    /// Range of potentials in V in which no device of a leg conducts, at both ends.
     pub range: [[[V; 2]; 3]; 2],
-    /// Legs that swing within their modes, however often in the step.
+    /// Legs whose oscillation stays within their modes, whatever its number of periods in the step.
     pub safe: [V::Mask; 3],
-    /// How far potentials swing, as a share of a large swing: one of a quarter of the link's voltage, or more.
+    /// Amplitude of the potentials as a share of a large oscillation: one of a quarter of the link's voltage, or
+    /// more.
     pub size: V,
 }
 
-/// The square of the angle by which a mode may turn in a step where a swing may end a leg's mode: up to there the cubics of
-/// currents and potentials say when. A smaller swing may turn by more: a cubic misses a share of it that grows with the fourth power,
-/// θ⁴/384: 1e-3 of a swing at 0.77 rad.
+/// Square of the angle in rad by which a mode may turn in a step where an oscillation may end a leg's mode: up to
+/// there the cubics of currents and potentials locate that end. With a smaller oscillation the angle may be larger: a
+/// cubic misses a share of the amplitude that grows with the fourth power, θ⁴/384: 1e-3 at 0.77 rad.
 pub const SEEN: f64 = 0.6;
 
-/// [`SEEN`] where eddy currents lag behind terminals that ring: up to there the cubic of the flux is as exact as all else.
+/// [`SEEN`] where there are both eddy currents and terminals that ring: up to this angle the cubic of the flux is as
+/// exact as all else.
 pub const LAGGED: f64 = 0.09;
 
 impl<V: Wide> Floating<V> {
-    /// Of a step of `h` seconds between two places, where the machines change so and the devices carry these currents in A.
+    /// Describes the terminals in a step of `h` seconds between two places, with these slopes of the machines and
+    /// these currents of the devices in A.
     #[inline(always)]
     pub fn new(
         machine: &Machine<V>,
@@ -77,7 +80,8 @@ impl<V: Wide> Floating<V> {
         }
     }
 
-    /// Above 1 where a leg's mode may end in a step that is too long to say when, or eddy currents lag behind in one.
+    /// Returns a value above 1 where a leg's mode may end in a step too long to locate that end, or where a step with
+    /// eddy currents is too long.
     #[inline(always)]
     pub fn too_long(&self, lagged: bool) -> V {
         let (most, size) = if lagged { (LAGGED, V::of(1.0)) } else { (SEEN, self.size) };
@@ -86,7 +90,7 @@ impl<V: Wide> Floating<V> {
         V::choose(all_safe, V::of(0.0), turned * turned * size)
     }
 
-    /// How far a terminal's potential is from its lower and its upper bound in V over the step.
+    /// Returns the distance in V of a terminal's potential from its lower and its upper bound over the step.
     #[inline(always)]
     pub fn sides(&self, k: usize) -> [Cubic<V>; 2] {
         let of =
@@ -94,7 +98,7 @@ impl<V: Wide> Floating<V> {
         sides(&of)
     }
 
-    /// [`Self::sides`] of one lane.
+    /// Returns [`Self::sides`] of one lane.
     pub fn sides_of(&self, k: usize, lane: usize) -> [Cubic<f64>; 2] {
         sides(&[0, 1].map(|e: usize| {
             let [low, high] = &self.range[e][k];
@@ -103,7 +107,8 @@ impl<V: Wide> Floating<V> {
     }
 }
 
-/// How far a potential is from its bounds over a step: at both ends potential, rise, lower and upper bound.
+/// Returns the distances in V of a potential from its bounds over a step, from potential, slope, lower and upper
+/// bound at both ends.
 #[inline(always)]
 fn sides<T: Lane>([begin, end]: &[[T; 4]; 2]) -> [Cubic<T>; 2] {
     let signs = [1.0, -1.0];
@@ -117,7 +122,7 @@ fn sides<T: Lane>([begin, end]: &[[T; 4]; 2]) -> [Cubic<T>; 2] {
     })
 }
 
-/// How fast potentials rise, in V a step.
+/// Returns the slopes of the potentials in V per step.
 #[inline(always)]
 fn change_of_potential<V: Wide>(
     machine: &Machine<V>,

@@ -1,4 +1,4 @@
-//! The two ways in which terminals ring with a winding.
+//! The two eigenmodes of terminals that ring with a winding.
 
 #[cfg(test)]
 mod tests;
@@ -7,24 +7,25 @@ use standstill_numeric::{Symmetric, Wide};
 
 use crate::physics::plane::Plane;
 
-/// A mode rings where the square of its frequency is more than this share of the other's: the rest is rounding.
+/// Ratio of the squares of both modes' frequencies above which a mode counts as ringing: below it is rounding.
 const RINGS: f64 = 1e-9;
 
-/// The two modes of machines side by side.
+/// The two eigenmodes of machines side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct Modes<V> {
-    /// RᵀG: from flux in Wb to ξ; the columns of its transpose from I to current in A.
+    /// Matrix RᵀG: maps flux in Wb to ξ; the columns of its transpose map the modal currents I to the current in A.
     pub to: [Plane<V>; 2],
-    /// RᵀG⁻¹: from current to I; its transpose from ξ to flux.
+    /// Matrix RᵀG⁻¹: maps current in A to I; its transpose maps ξ to flux in Wb.
     pub back: [Plane<V>; 2],
-    /// ω² in 1/s².
+    /// Square of each mode's angular frequency, ω² in 1/s².
     pub square: [V; 2],
-    /// RᵀG R G R: how one mode's current drops in the other's, in 1/s.
+    /// Matrix RᵀG R G R of the modal damping and coupling by the resistance, in 1/s.
     pub damping: [[V; 2]; 2],
 }
 
 impl<V: Wide> Modes<V> {
-    /// With this inverse inductance in 1/H, terminals that charge so in 1/F, and resistance in Ω.
+    /// Finds the modes for this inverse inductance in 1/H, inverse capacitance of the terminals in 1/F, and
+    /// resistance in Ω.
     #[inline(always)]
     pub fn of(gamma: Symmetric<V>, charging: Symmetric<V>, resistance: &Symmetric<V>) -> Self {
         let (zero, one) = (V::of(0.0), V::of(1.0));
@@ -61,11 +62,12 @@ impl<V: Wide> Modes<V> {
         Self { to, back, square, damping }
     }
 
-    /// How far the phases' currents and the terminals' potentials swing about what is slow in the next `h` seconds, and where in
-    /// that they are: from a current in A and how fast it rises in A/s.
+    /// Bounds the oscillation of the phases' currents and the terminals' potentials about their slow parts in the
+    /// next `h` seconds, and their present deviation from these: from a current in A and its slope in A/s.
     ///
-    /// A mode's amplitude is the root of I² + η²/ω², η = I′ + D I. Resistance takes from the sum of both squares, so that neither
-    /// grows beyond its root; and what one drops in the other makes that grow by D₁₂ times the first at most.
+    /// A mode's amplitude is the root of I² + η²/ω², η = I′ + D I. Resistance reduces the sum of both modes' squares,
+    /// so neither amplitude exceeds the root of that sum; and the first mode's current makes the second grow by D₁₂
+    /// times the first at most.
     #[inline(always)]
     pub fn swing(
         &self,
@@ -104,15 +106,15 @@ impl<V: Wide> Modes<V> {
     }
 }
 
-/// How far currents and potentials swing. See [`Modes::swing`].
+/// Bounds of the oscillation of currents and potentials. See [`Modes::swing`].
 #[derive(Clone, Copy, Debug)]
 pub struct Swing<V> {
-    /// How far currents swing at most, in A.
+    /// Largest oscillation of the currents, in A.
     pub current: [V; 3],
-    /// How far they are from what is slow, in A.
+    /// Present deviation of the currents from their slow parts, in A.
     pub ahead: [V; 3],
-    /// How far potentials swing at most, in V.
+    /// Largest oscillation of the potentials, in V.
     pub potential: [V; 3],
-    /// How far they are from what is slow, in V.
+    /// Present deviation of the potentials from their slow parts, in V.
     pub away: [V; 3],
 }

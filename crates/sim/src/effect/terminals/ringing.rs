@@ -23,48 +23,52 @@ use crate::physics::legs::Terminals;
 use crate::physics::machine::{Change, Operating};
 use crate::physics::plane::Plane;
 
-/// From this square of the angle by which a mode turns in a step it is solved as what swings about a polynomial.
+/// Square of the angle in rad that a mode turns in a step from which on it is solved as an oscillation about a
+/// polynomial.
 const TURNS: f64 = 0.25;
 
-/// Up to this square of the angle a cubic follows what swings, within 3e-7 of it.
+/// Square of the angle in rad up to which a cubic approximates an oscillation, within 3e-7 of it.
 const FOLLOWED: f64 = 0.01;
 
-/// Up to this share of a mode's frequency its damping is solved with it, so that it swings; cubics carry what is beyond.
+/// Largest damping, as a share of a mode's frequency, that is solved together with the mode, so that it oscillates;
+/// cubics carry the damping beyond it.
 const MOST_DAMPED: f64 = 0.9;
 
-/// So many steps in a row may be off alike before they are off by the tolerance, where no damping takes it from them.
+/// Number of successive steps with equal errors that together reach the tolerance, where no damping reduces the
+/// errors.
 pub const ALIKE: f64 = 80.0;
 
-/// About so many times the tolerance a swing that is damped may be off in all, 5e-8 of rated current with the usual one: the errors of its
-/// steps decay with it.
+/// Total error of a damped oscillation in multiples of the tolerance, about 5e-8 of rated current with the usual one:
+/// the errors of its steps decay with it.
 const DAMPED: f64 = 5.0;
 
-/// The fourth-order term that a cubic lacks: as of the currents of any other step (`error.rs`).
+/// Returns the fourth-order term that a cubic lacks: as for the currents of any other step (`error.rs`).
 #[inline(always)]
 fn fourth_order<V: Wide>(of: &Powers<V>) -> V {
     let (second, third) = ((of[2] + of[3]).abs(), of[3].abs());
     third * third / (second + third + 1e-30)
 }
 
-/// Force and remainder at an end of a step.
+/// Force F and nonlinear remainder of the current at an end of a step.
 #[derive(Clone, Copy, Debug)]
 pub struct End<V> {
-    /// F in V.
+    /// Force F in V.
     pub force: Plane<V>,
-    /// How fast it rises, in V/s.
+    /// Slope of the force in V/s.
     pub force_rise: Plane<V>,
     /// The current in A.
     pub current: Plane<V>,
-    /// How fast it rises, in A/s.
+    /// Slope of the current in A/s.
     pub current_rise: Plane<V>,
-    /// dψ/dt in V.
+    /// Slope of the flux, dψ/dt in V.
     pub flux_rise: Plane<V>,
-    /// ψ − ψ₀ in Wb.
+    /// Change of the flux since the beginning of the step, ψ − ψ₀ in Wb.
     pub flux: Plane<V>,
 }
 
 impl<V: Wide> End<V> {
-    /// Where the machines change so; the link's voltage in V and how fast it rises, in V/s; ψ − ψ₀ in Wb.
+    /// Computes force and current from the slopes of the machines; the link's voltage in V and its slope in V/s; ψ −
+    /// ψ₀ in Wb.
     #[inline(always)]
     pub(super) fn of(
         terminals: &Terminals<V>,
@@ -84,45 +88,46 @@ impl<V: Wide> End<V> {
     }
 }
 
-/// A step of the modes.
+/// The solution of both modes over a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Ringing<V> {
-    /// The modes.
+    /// The two eigenmodes.
     pub modes: Modes<V>,
-    /// Angles squared by which they turn in the whole step.
+    /// Squares of the angles in rad by which the modes turn in the whole step.
     pub turned: [V; 2],
-    /// η per step at its beginning.
+    /// η per step at the beginning of the step.
     velocity: [V; 2],
-    /// Force per step, without what damps.
+    /// Force per step, without its part that damps.
     force: [Powers<V>; 2],
-    /// J.
+    /// Nonlinear remainder J of the modal currents.
     remainder: [Powers<V>; 2],
-    /// δ times the step's length.
+    /// Damping δ times the step's length.
     damping: [V; 2],
-    /// Of the first mode's mean current, what drops in the second one's; where that does not ring.
+    /// Coupling of the first mode's mean current into the second mode where the second does not ring.
     across: V,
-    /// How they have turned at its end; of a step of which only its beginning is known, nothing.
+    /// Rotation of the modes at the end of the step; unset if only the step's beginning is known.
     turn: [Turn<V>; 2],
 }
 
-/// How a mode turns over a step or a share of it.
+/// Rotation of a mode over a step or a share of it.
 #[derive(Clone, Copy, Debug)]
 struct Turn<V> {
-    /// Of the square of the angle as it turns while it decays.
+    /// Stumpff's functions of the square of the damped mode's angle.
     stumpff: [V; 6],
-    /// e^(−y).
+    /// Decay factor e^(−y).
     decay: V,
 }
 
 impl<V: Wide> Ringing<V> {
-    /// The step of `h` seconds of which only its beginning is known: force and remainder go on as they begin. `w` in V at its
-    /// beginning.
+    /// Returns the solution for a step of `h` seconds of which only the beginning is known: force and remainder are
+    /// extrapolated. `w`: voltage in V of the floating terminals at the beginning.
     #[inline(always)]
     pub fn ahead(modes: Modes<V>, h: V, w: Plane<V>, begin: &End<V>) -> Self {
         Self::new::<false>(modes, h, w, [begin, begin])
     }
 
-    /// The step of `h` seconds from one end to the other; `w` in V at its beginning.
+    /// Returns the solution for a step of `h` seconds from one end to the other; `w`: voltage in V of the floating
+    /// terminals at the beginning.
     #[inline(always)]
     pub fn between(modes: Modes<V>, h: V, w: Plane<V>, ends: [&End<V>; 2]) -> Self {
         Self::new::<true>(modes, h, w, ends)
@@ -176,20 +181,20 @@ impl<V: Wide> Ringing<V> {
         step
     }
 
-    /// How a mode has turned after a share of the step.
+    /// Returns a mode's rotation after a share of the step.
     #[inline(always)]
     fn turn_after(&self, m: usize, share: V) -> Turn<V> {
         let (turned, damping) = (self.turned[m] * share * share, self.damping[m] * share);
         Turn { stumpff: stumpff(turned - damping * damping), decay: decayed(damping) }
     }
 
-    /// At its end: ψ − ψ₀ in Wb, and the mean of the current in A.
+    /// Returns ψ − ψ₀ in Wb at the end of the step, and the mean of the current in A.
     #[inline(always)]
     pub fn at_end(&self) -> [Plane<V>; 2] {
         self.turned_by(V::of(1.0), &self.turn)
     }
 
-    /// Flux and mean current after a share of the step.
+    /// Returns ψ − ψ₀ in Wb and the mean current in A after a share of the step.
     #[inline(always)]
     pub fn after(&self, share: V) -> [Plane<V>; 2] {
         self.turned_by(share, &pair!(m => self.turn_after(m, share)))
@@ -203,7 +208,8 @@ impl<V: Wide> Ringing<V> {
         [back[0] * first + back[1] * second, to[0] * mean_first + to[1] * mean_second]
     }
 
-    /// ξ and the mean of I of a mode after a share of the step; `dropped`: what drops of the other's current.
+    /// Returns ξ and the mean of I of a mode after a share of the step; `dropped`: drop caused by the other mode's
+    /// current.
     #[inline(always)]
     fn mode(&self, m: usize, share: V, dropped: V, turn: &Turn<V>) -> (V, V) {
         let mut force = scaled(&self.force[m], share, share);
@@ -225,7 +231,8 @@ impl<V: Wide> Ringing<V> {
         (V::choose(far, flux, near[0]), V::choose(far, mean, near[1]))
     }
 
-    /// The resistance in Ω that is left to cubics of one in Ω: all but what damps the modes in their own solution.
+    /// Returns the part of a resistance in Ω that is left to cubics: all but the part that damps the modes in their
+    /// own solution.
     #[inline(always)]
     pub(super) fn left_to_cubics(&self, resistance: &Symmetric<V>, h: V) -> Symmetric<V> {
         // Of a step without length there is no damping.
@@ -240,7 +247,7 @@ impl<V: Wide> Ringing<V> {
         left
     }
 
-    /// The oscillating parts of the modes' currents within the step.
+    /// Returns the oscillating parts of the modes' currents within the step.
     #[inline(always)]
     pub fn oscillations(&self) -> [Oscillation<V>; 2] {
         let [first, mut second] = pair!(m => self.oscillation(m));
@@ -257,8 +264,8 @@ impl<V: Wide> Ringing<V> {
         [first, second]
     }
 
-    /// Oscillating part of a mode's current: the modal current less the polynomial about which it oscillates. Zero where the mode turns so little in
-    /// a step that a cubic describes it.
+    /// Returns the oscillating part of a mode's current: the modal current less the polynomial about which it
+    /// oscillates. Zero where the mode turns so little in a step that a cubic describes it.
     #[inline(always)]
     fn oscillation(&self, m: usize) -> Oscillation<V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
@@ -275,7 +282,7 @@ impl<V: Wide> Ringing<V> {
         Oscillation { phasor, turns: [zero - damping, angle], over: [decay * cos, decay * (sin * angle)] }
     }
 
-    /// Error of the currents between the ends as far as their remainders are no cubics, as the flux in Wb that belongs to it.
+    /// Returns the error of the currents between the ends as far as their remainders are no cubics, as a flux in Wb.
     #[inline(always)]
     pub fn error_between(&self) -> V {
         let mut all = V::of(0.0);
@@ -286,8 +293,8 @@ impl<V: Wide> Ringing<V> {
         all
     }
 
-    /// Error of a step in Wb as far as force and remainder are no cubics: as a share of what [`ALIKE`] steps in a row may
-    /// be off alike.
+    /// Returns the error of a step in Wb as far as force and remainder are no cubics, scaled so that [`ALIKE`] steps
+    /// in a row with this error stay within the tolerance.
     #[inline(always)]
     pub fn error(&self) -> V {
         let mut all = V::of(0.0);
@@ -306,19 +313,19 @@ impl<V: Wide> Ringing<V> {
     }
 }
 
-/// Re z e^(σ s), s from 0 to 1 over a step.
+/// An oscillation Re z e^(σ s), s from 0 to 1 over a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Oscillation<V> {
-    /// z.
+    /// Complex amplitude z.
     pub phasor: [V; 2],
-    /// σ.
+    /// Complex rate σ per step.
     pub turns: [V; 2],
-    /// e^σ.
+    /// Factor e^σ over the whole step.
     pub over: [V; 2],
 }
 
 impl<V: Wide> Oscillation<V> {
-    /// That of a lane in all lanes, each over a share of the step.
+    /// Copies the oscillation of a lane to all lanes, each over a share of the step.
     #[inline(always)]
     pub fn of_lane(&self, lane: usize, share: V) -> Self {
         let [decay, turn] = pair!(n => share * self.turns[n].get(lane));

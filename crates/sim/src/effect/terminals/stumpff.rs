@@ -1,11 +1,12 @@
-//! Stumpff's functions c_k(x) = Σ (−x)^j / (k + 2j)!: what an oscillator makes of a force that is a power of time.
+//! Stumpff's functions c_k(x) = Σ (−x)^j / (k + 2j)!: the response of an oscillator to a force that is a power of
+//! time.
 
 use standstill_numeric::{PER_FACTORIAL, Wide, eight, sin_cos};
 
-/// Up to this argument they are summed, beyond they follow from sine and cosine.
+/// Argument up to which the series is summed; beyond it the functions follow from sine and cosine.
 const SUMMED: f64 = 1.0;
 
-/// c_k up to [`SUMMED`], where what is left out is less than rounding.
+/// Returns c_k for arguments up to [`SUMMED`], where the truncated terms are less than rounding.
 #[inline(always)]
 fn series<V: Wide>(x: V, x2: V, x4: V, k: usize) -> V {
     let c = PER_FACTORIAL;
@@ -13,7 +14,7 @@ fn series<V: Wide>(x: V, x2: V, x4: V, k: usize) -> V {
     eight(x, x2, x4, even)
 }
 
-/// c₀ to c₅ at arguments of at least zero: the squares of angles in rad.
+/// Returns c₀ to c₅ for non-negative arguments: squares of angles in rad.
 #[inline(always)]
 pub fn stumpff<V: Wide>(x: V) -> [V; 6] {
     let x2 = x * x;

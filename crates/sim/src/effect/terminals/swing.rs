@@ -1,4 +1,4 @@
-//! One mode of what rings over a step, with force and remainder that are cubics (`ringing.rs`):
+//! One ringing mode over a step, with force and remainder that are cubics (`ringing.rs`):
 //!
 //! ```text
 //!   ξ′ = η + f − 2 y ξ,   η′ = −θ² (ξ + J),   I = ξ + J
@@ -8,22 +8,22 @@ use standstill_numeric::{Lane, PER_FACTORIAL, Wide, eight, four};
 
 use crate::step::hermite;
 
-/// The powers of a cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
+/// Coefficients of a cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
 pub type Powers<V> = [V; 4];
 
-/// From values and slopes per step at both ends.
+/// Returns the coefficients of the cubic with these values and slopes per step at both ends.
 #[inline(always)]
 pub fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Powers<V> {
     hermite::Cubic { value, slope }.powers()
 }
 
-/// The cubic, or the straight line as which it begins.
+/// Returns the cubic's coefficients, or those of its tangent at the beginning.
 #[inline(always)]
 pub fn over<V: Wide, const CUBIC: bool>(value: [V; 2], slope: [V; 2]) -> Powers<V> {
     if CUBIC { cubic(value, slope) } else { [value[0], slope[0], V::of(0.0), V::of(0.0)] }
 }
 
-/// The cubic over a share of the step, as a multiple of `first`.
+/// Returns the coefficients of the cubic over a share of the step, times `first`.
 #[inline(always)]
 pub fn scaled<V: Wide>(of: &Powers<V>, share: V, first: V) -> Powers<V> {
     let [a, b, c, d] = *of;
@@ -41,8 +41,8 @@ pub fn at_end<V: Wide>(of: &Powers<V>) -> V {
     of[0] + of[1] + of[2] + of[3]
 }
 
-/// The polynomial about which I swings: of `I″ + 2 y I′ + θ² I = f′ + J″ + 2 y J′`, whose right side is a parabola for cubics f and
-/// J, the solution that is one, too.
+/// Returns the polynomial about which I oscillates: the parabola that solves `I″ + 2 y I′ + θ² I = f′ + J″ + 2 y J′`,
+/// whose right side is a parabola for cubics f and J.
 #[inline(always)]
 pub fn about<V: Lane>(turned: V, damping: V, f: &Powers<V>, j: &Powers<V>) -> [V; 3] {
     let twice = damping + damping;
@@ -57,18 +57,18 @@ pub fn about<V: Lane>(turned: V, damping: V, f: &Powers<V>, j: &Powers<V>) -> [V
     [zeroth, first, second]
 }
 
-/// A swing over a step in which it turns by little or is not damped.
+/// Solution of an oscillation over a step in which it turns by little or is not damped.
 pub struct Near<V> {
     pub turned: V,
     pub damping: V,
-    /// e^(−y).
+    /// Decay factor e^(−y).
     pub decay: V,
     pub stumpff: [V; 6],
 }
 
 impl<V: Wide> Near<V> {
-    /// ξ at its end and the mean of I, with η at its beginning; where it is damped what `e^(y s)` makes of force and remainder is taken
-    /// for cubics.
+    /// Returns ξ at the end of the step and the mean of I, with η at its beginning; with damping, force and remainder
+    /// times `e^(y s)` are approximated by cubics.
     #[inline(always)]
     pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>, damped: V::Mask) -> [V; 2] {
         let (turned, y) = (self.turned, self.damping);
@@ -94,7 +94,8 @@ impl<V: Wide> Near<V> {
     }
 }
 
-/// The cubic that is e^(y s) times another at both ends, as steep as it is there; itself where nothing damps.
+/// Returns the cubic with the values and slopes of e^(y s) times another at both ends; the other itself without
+/// damping.
 #[inline(always)]
 fn grown<V: Wide>(of: &Powers<V>, y: V, decay: V, damped: V::Mask) -> Powers<V> {
     let [a, b, c, d] = *of;
@@ -110,9 +111,10 @@ fn grown<V: Wide>(of: &Powers<V>, y: V, decay: V, damped: V::Mask) -> Powers<V> 
     ]
 }
 
-/// A damped swing over a step.
+/// Solution of a damped oscillation over a step.
 pub struct Far<V> {
-    /// θ², y, e^(−y), and cos w and sin w over w, w² = θ² − y².
+    /// Squared angle θ² of the mode in the step, damping y, decay factor e^(−y), cos w, and (sin w)/w, with w² = θ² −
+    /// y².
     pub turned: V,
     pub damping: V,
     pub decay: V,
@@ -121,7 +123,8 @@ pub struct Far<V> {
 }
 
 impl<V: Wide> Far<V> {
-    /// ξ at its end and the mean of I, with η at its beginning: a parabola, and what swings about it and decays.
+    /// Returns ξ at the end of the step and the mean of I, with η at its beginning: a parabola plus a decaying
+    /// oscillation about it.
     #[inline(always)]
     pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>) -> [V; 2] {
         let (turned, damping, decay) = (self.turned, self.damping, self.decay);
@@ -140,7 +143,7 @@ impl<V: Wide> Far<V> {
     }
 }
 
-/// e^(−x) for x of at least zero. From 64 on what is left is no more than rounding.
+/// Returns e^(−x) for non-negative x. From 64 on the result is below rounding.
 #[inline(always)]
 pub fn decayed<V: Wide>(x: V) -> V {
     let part = x.least(V::of(64.0)) * (-1.0 / 128.0);

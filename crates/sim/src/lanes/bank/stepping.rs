@@ -1,4 +1,4 @@
-//! A step of all machines of a bank, and what becomes of it.
+//! A step of all machines of a bank, and its acceptance or rejection.
 
 use standstill_numeric::{Compute, Mask, Wide};
 
@@ -10,26 +10,31 @@ use crate::physics::gates::NEVER;
 use crate::physics::machine::Machine;
 use crate::step::two_derivative::{Here, Tried};
 
-/// So many steps in a row that are not taken end a run: each is shorter than the one before, or is cut where a mode ends.
+/// Largest number of successive rejected steps, which ends a run: each is shorter than the one before, or is cut
+/// where a mode ends.
 const MOST_REFUSED: f64 = 200.0;
 
-/// The share of the tolerance that the next step is to take, and how many times as long as this one it is at most.
+/// Share of the tolerance at which the next step's error aims, and the largest ratio of the next step's length to
+/// this one's.
 const HALF: f64 = 0.5;
 /// See [`HALF`].
 const LONGER_AT_MOST: f64 = 4.0;
-/// [`LONGER_AT_MOST`] where terminals ring: the error depends on where in its period a swing is, and is small by accident twice in each.
+/// [`LONGER_AT_MOST`] where terminals ring: the error depends on the phase of the oscillation, and is small by
+/// accident twice in each period.
 const LONGER_WHERE_IT_RINGS: f64 = 1.5;
-/// A step that is tried again is at most this share of the one before, 0.7 being what a fourth power makes of four times the
-/// tolerance, and at least a tenth of it: the error's order is not reached where the error is large.
+/// Bounds of the length of a step that is tried again, as shares of the rejected one: at most 0.7, which a fourth
+/// power makes of four times the tolerance, and at least a tenth: the error's order does not hold where the error is
+/// large.
 const SHORTER_AT_LEAST: f64 = 0.7;
 /// See [`SHORTER_AT_LEAST`].
 const SHORTER_AT_MOST: f64 = 0.1;
 
-/// A step in ns below which nothing can be resolved.
+/// Shortest step in ns: nothing can be resolved below it.
 const SHORTEST: f64 = 1e-6;
 
 impl<V: Wide> Bank<'_, V> {
-    /// Steps that would pass where a terminal is expected to reach its bound end there.
+    /// Shortens steps that would pass the time at which a terminal is expected to reach its bound, so that they end
+    /// there.
     #[inline(always)]
     fn end_as_expected(&mut self, live: V::Mask, free_end: V) {
         let plan = &mut self.schedule;
@@ -46,8 +51,8 @@ impl<V: Wide> Bank<'_, V> {
     }
 }
 
-/// A step of each machine. Terminals that ring and a branch beside the core take more room than all else of a step: `RARE` is false
-/// where no machine has either, and the step then does without.
+/// A step of each machine. Terminals that ring and a branch beside the core take more room than the rest of a step:
+/// `RARE` is false where no machine has either, and their code is then left out.
 pub(super) struct StepOf<'b, 'a, V: Wide, const RARE: bool>(pub(super) &'b mut Bank<'a, V>);
 
 impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
@@ -163,8 +168,8 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
     }
 }
 
-/// Makes the end of a step the place of those that took it. What does not change in machines of this kind is left as it is;
-/// `kinks`: whether the core's flux is asked for.
+/// Makes the end of a step the present state of the machines that took it. Quantities that are constant in machines
+/// of this kind are not copied; `kinks`: whether the core's flux is needed.
 #[inline(always)]
 pub(super) fn take<V: Wide>(
     machine: &Machine<V>,

@@ -1,9 +1,9 @@
-//! By how much two runs differ, with 95 % intervals.
+//! Differences of two runs, with 95 % intervals.
 
 use standstill_campaign::{Estimate, correlated_difference, paired_difference};
 pub use standstill_campaign::{independent_difference as independent, paired_rms};
 
-/// Of pairs of trials with the same random numbers: in how many something happened in one alone.
+/// Counts of pairs of trials with common random numbers in which a case occurred in one of them alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Rates {
     pub only_a: u64,
@@ -12,14 +12,15 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// The rate of B less that of A: pairs in which both or none had it say nothing.
+    /// Returns the rate of B less that of A: pairs in which both or neither had the case carry no information.
     pub fn difference(self) -> Estimate {
         paired_difference([self.only_a, self.only_b], self.pairs)
     }
 }
 
-/// A percentile of the magnitude of the second errors less that of the first, over pairs. To first order an order statistic is off by
-/// how many values are beyond the percentile, so that two are as correlated as being beyond them is.
+/// Returns a percentile of the magnitude of the second errors less that of the first, over pairs. To first order the
+/// error of an order statistic follows from the number of values beyond the percentile, so two percentiles are as
+/// correlated as the indicators of being beyond them.
 pub fn paired_percentile(pairs: &[(f64, f64)], [a, b]: [Estimate; 2]) -> Estimate {
     let share = |of: &dyn Fn(&(f64, f64)) -> bool| {
         pairs.iter().filter(|pair| of(pair)).count() as f64 / pairs.len() as f64

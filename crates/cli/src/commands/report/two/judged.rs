@@ -1,4 +1,4 @@
-//! Which of two runs does better, in a line.
+//! Verdict on which of two runs is better, in a line.
 
 use standstill_campaign::{Apart, Estimate, Judgement, Summary, binomial_interval};
 use standstill_report::page::Tone;
@@ -11,7 +11,7 @@ use crate::shell::values::range;
 use crate::summary::{GOOD, right};
 
 impl Common {
-    /// The differences, B less A, that decide which does better; `rows` are its measures.
+    /// Returns the differences, B less A, that decide which run is better; `rows`: measures of all points.
     fn apart(&self, rows: &[Compared]) -> Apart {
         let of_starts = |case: fn(&Trial) -> bool, count: fn(&Summary) -> u64| {
             let Some(pairs) = self.pairs.as_ref().filter(|pairs| !pairs.is_empty()) else {
@@ -33,7 +33,7 @@ impl Common {
     }
 }
 
-/// The difference in a line; first how many starts were answered rightly, where that is not nearly all.
+/// Returns the difference in a line; first the shares of right answers, where these are not nearly all.
 pub fn headline(rows: &[Compared], points: &[Common]) -> (Tone, String) {
     let apart = difference(rows, points);
     let shares = |run: usize| {
@@ -72,7 +72,7 @@ fn difference(rows: &[Compared], points: &[Common]) -> String {
     }
 }
 
-/// Both errors, and their difference where there are both.
+/// Formats both errors, and their difference where both exist.
 fn measured(one: &Compared) -> String {
     let cells = one.cells();
     let value = |of: usize| cells[2 + of].split(" [").next().unwrap_or_default().to_owned();

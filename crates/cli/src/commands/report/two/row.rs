@@ -4,23 +4,23 @@ use standstill_campaign::Estimate;
 
 use crate::answer::Record;
 
-/// The measures in degrees; the others are shares.
+/// Names of the measures in degrees; the others are shares.
 pub const RMS: &str = "rms";
 pub const P95: &str = "p95";
 
-/// The measure that counts.
+/// Name of the measure that is a count.
 const TRIALS: &str = "trials";
 
-/// A measure at a point.
+/// A measure of both runs at a point.
 #[derive(Debug)]
 pub struct Compared {
     pub point: String,
     pub measure: &'static str,
-    /// Of A and of B.
+    /// Values of A and of B.
     pub of: [Estimate; 2],
-    /// B less A.
+    /// Difference, B less A.
     pub apart: Estimate,
-    /// Trials compared one by one; none where the runs have their own random numbers.
+    /// Number of trials compared one by one; none where the runs have independent random numbers.
     pub pairs: Option<u64>,
 }
 
@@ -35,13 +35,13 @@ impl Compared {
         Self { point: point.to_owned(), measure, of, apart, pairs }
     }
 
-    /// How many trials each run has at a point, and how many of them are compared one by one.
+    /// Makes the row with the number of each run's trials at a point, and the number compared one by one.
     pub fn trials(point: &str, counts: [u64; 2], pairs: Option<u64>) -> Self {
         let count = |n: u64| Estimate { value: n as f64, ..Estimate::UNKNOWN };
         Self::new(point, TRIALS, counts.map(count), Estimate::UNKNOWN, pairs)
     }
 
-    /// For programs.
+    /// Returns the row for JSON and CSV.
     pub fn record(&self) -> Record {
         Record::default()
             .with("point", &self.point)
@@ -52,7 +52,7 @@ impl Compared {
             .with("pairs", self.pairs)
     }
 
-    /// In degrees or per cent.
+    /// Returns the factor from the measure's value to degrees or per cent.
     pub fn factor(&self) -> f64 {
         if self.is_angle() { 1.0 } else { 100.0 }
     }
@@ -83,7 +83,7 @@ impl Compared {
         ]
     }
 
-    /// Which is larger; which is better, all measures of a point say together.
+    /// Returns which of both values is larger. Which run is better follows from all measures of a point together.
     pub fn verdict(&self) -> &'static str {
         if self.apart.low.is_nan() || self.apart.high.is_nan() {
             return "cannot be compared";

@@ -7,7 +7,7 @@ use toml::Value as Toml;
 use crate::results::FinishedRun;
 use crate::shell::values::shown as shown_value;
 
-/// Keys of the scenarios whose values differ: key, A, B.
+/// Returns the keys of the scenarios whose values differ: key, value of A, value of B.
 pub fn settings(runs: [&FinishedRun; 2]) -> Vec<[String; 3]> {
     let [a, b] = runs.map(|run| {
         let table: toml::Table = toml::from_str(&run.summary.run.scenario).unwrap_or_default();
@@ -25,7 +25,7 @@ pub fn settings(runs: [&FinishedRun; 2]) -> Vec<[String; 3]> {
         .collect()
 }
 
-/// Values by their keys, those of tables within tables too.
+/// Collects values by their keys, those of nested tables too.
 fn flatten(before: &str, value: &Toml, into: &mut BTreeMap<String, String>) {
     match value {
         Toml::Table(table) => {

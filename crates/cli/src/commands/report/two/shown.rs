@@ -1,4 +1,4 @@
-//! Two runs as a figure.
+//! Figure of two runs.
 
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
@@ -7,9 +7,9 @@ use standstill_campaign::Estimate;
 use super::row::Compared;
 use super::{CASES, Common};
 
-/// Above the rms error of both, then the difference, below what went wrong.
+/// Draws the rms errors of both runs at the top, then their difference, and the rates of failures at the bottom.
 pub fn figure(rows: &[Compared], points: &[Common], names: &[String; 2], conditions: &str) -> Figure {
-    /// More names than this would stand on one another.
+    /// Largest number of names on the axis; more would overlap.
     const NAMED: usize = 6;
     let names = [format!("A: {}", names[0]), format!("B: {}", names[1])];
     let rms: Vec<&Compared> = rows.iter().filter(|row| row.is_rms()).collect();

@@ -1,4 +1,4 @@
-//! The trials of a run, as far as they are compared.
+//! The trials of a run, reduced to the values that are compared.
 
 use standstill_campaign::{Statistics, Summary};
 use standstill_scenario::Verdict;
@@ -10,21 +10,21 @@ use crate::results::FinishedRun;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     pub start_deg: f64,
-    /// Of the axis.
+    /// Error of the axis in degrees.
     pub error_deg: Option<f64>,
     pub verdict: Verdict,
     pub pole_correct: Option<bool>,
 }
 
 impl Trial {
-    /// Wrong pole, undetermined, no angle at all.
+    /// Returns which of three cases the trial is: wrong pole, undetermined, no angle.
     pub fn cases(&self) -> [bool; 3] {
         let is = |verdict| self.verdict == verdict;
         [self.pole_correct == Some(false), is(Verdict::Undetermined), is(Verdict::Failed)]
     }
 }
 
-/// The figures by which two runs are compared, of some trials.
+/// Returns the summary of some trials by which two runs are compared.
 pub fn summary<'a>(trials: impl Iterator<Item = &'a Trial>, limit_deg: f64) -> Summary {
     let mut statistics = Statistics::with_limit(limit_deg);
     for trial in trials {
@@ -33,7 +33,7 @@ pub fn summary<'a>(trials: impl Iterator<Item = &'a Trial>, limit_deg: f64) -> S
     statistics.summary()
 }
 
-/// All trials of a run, point by point.
+/// Reads all trials of a run, point by point.
 pub fn of_run(run: &FinishedRun) -> Result<Vec<Vec<Trial>>, Error> {
     let mut points: Vec<Vec<Trial>> = Vec::new();
     run.trials(|point, row| {
