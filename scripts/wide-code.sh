@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Looks for code that fell out of the functions compiled for wide registers: bash scripts/wide-code.sh BINARY
+# BINARY: the program, or libstandstill_sim.rlib, whose release build has all of that code.
 #
 # A method of an effect that is not inlined, or a closure in one, is compiled without AVX: each of its operations is then a call of
 # an intrinsic, and a detection takes up to three times as long. Both leave symbols of their own. Code for one lane or for one machine may have
@@ -12,7 +13,7 @@ stray() {
     local method='effect::(Effect|CoreBranch)<.*>>::(predict|correct|error|within|keep|find_modes|at|take|room|set_stiffness)'
     local part='standstill_sim::effect::(context::(Looked|Span|keep)|winding::|eddies::|rotor::|play::|link::|terminals::)'
     # The accounts and the start of one machine are no wide code.
-    local alone='effect::(Effect|CoreBranch)<.*>>::(rest|energy|power|work|between|slope|start|like|ends|pinned_at|pinned_rise)'
+    local alone='effect::(Effect|CoreBranch)<.*>>::(rest|energy|power|work|between|slope|start|like|ends|pinned_at|pinned_rise)|::without_a_state'
     grep -E "$intrinsic|$register|$method|$part" | grep -vE "$alone" || true
 }
 
@@ -23,7 +24,7 @@ t <standstill_sim::physics::links::Links<V> as standstill_sim::effect::Effect<V>
 t <standstill_sim::physics::links::Links<V> as standstill_sim::effect::Effect<V>>::power'
 [ "$(stray <<<"$planted" | wc -l)" = 3 ] || { echo "wide-code.sh does not find what it looks for"; exit 2; }
 
-symbols=$(nm -C "$1" | cut -d ' ' -f 2-)
+symbols=$(nm -C "$1" 2>/dev/null | cut -d ' ' -f 2-)
 grep -q 'with_features' <<<"$symbols" || { echo "$1 has no symbols of wide code"; exit 2; }
 found=$(stray <<<"$symbols")
 if [ -n "$found" ]; then
