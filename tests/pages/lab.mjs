@@ -255,6 +255,8 @@ async function link({ address }) {
 
 async function point({ address }) {
   const page = await open(`${address}#detector.method=bipolar`, 'point');
+  // What `check` recommends stands above and moves the cloud down, out of the window.
+  await page.locator('#cloud').scrollIntoViewIfNeeded();
   const box = await page.locator('#cloud').boundingBox();
   const place = await page.evaluate(() => {
     const { a } = globalThis.lab.cloud.sides;
