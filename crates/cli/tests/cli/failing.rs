@@ -14,16 +14,19 @@ fn said(arguments: &[&str], at: &Path) -> String {
 
 const SCENARIO: &str = "errors = \"default\"\ndetector.method = \"bipolar\"\ntrials = 30\n";
 
-/// What a page shows: neither its scripts nor their data.
+/// The words of a page, without its scripts, their data, and the coordinates of its drawings.
 fn shown(page: &str) -> String {
     let body = page.split("<body").nth(1).expect("a body");
-    let parts = body.split("<script").enumerate();
+    without(&without(body, "script"), "svg")
+}
+
+/// A page without elements of this name.
+fn without(page: &str, name: &str) -> String {
+    let end = format!("</{name}>");
+    let begin = format!("<{name}");
+    let parts = page.split(&begin).enumerate();
     parts
-        .map(
-            |(k, part)| {
-                if k == 0 { part } else { part.split_once("</script>").map_or("", |(_, after)| after) }
-            },
-        )
+        .map(|(k, part)| if k == 0 { part } else { part.split_once(&end).map_or("", |(_, after)| after) })
         .collect()
 }
 
