@@ -83,7 +83,7 @@ impl Answer {
     }
 
     /// Writes the requested files. Returns the text or the JSON to be printed.
-    pub fn report(self, folder: Option<PathBuf>, as_json: bool, made: Made<'_>) -> Result<Report, Error> {
+    pub fn report(self, folder: Option<PathBuf>, as_json: bool, made: &Made<'_>) -> Result<Report, Error> {
         let (code, json) = (self.code, format!("{:#}\n", self.json));
         let mut text = if as_json { String::new() } else { self.text() };
         if let Some(folder) = folder {
@@ -103,7 +103,7 @@ impl Answer {
         names
     }
 
-    fn files(mut self, folder: &std::path::Path, json: &str, made: Made<'_>) -> Result<Vec<String>, Error> {
+    fn files(mut self, folder: &std::path::Path, json: &str, made: &Made<'_>) -> Result<Vec<String>, Error> {
         let names = self.names();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let mut output = match &made.asked {
@@ -120,7 +120,7 @@ impl Answer {
         }
         let html = format!("{}.html", self.name);
         let figures = std::mem::take(&mut self.figures);
-        output.file(&html, self.page(figures, &made).html().map_err(Error::Page)?.as_bytes())?;
+        output.file(&html, self.page(figures, made).html().map_err(Error::Page)?.as_bytes())?;
         output.finish()
     }
 
@@ -182,11 +182,11 @@ fn blocks(text: &mut String, all: &[Block]) {
                 text.extend(details.iter().map(|detail| format!("  {detail}\n")));
             }
             Block::Facts(facts) => {
-                text.extend(facts.iter().map(|(name, value)| format!("  {name:<24} {value}\n")))
+                text.extend(facts.iter().map(|(name, value)| format!("  {name:<24} {value}\n")));
             }
             Block::List(sentences) => {
                 gap(text);
-                text.extend(sentences.iter().map(|sentence| paragraph("  – ", sentence)))
+                text.extend(sentences.iter().map(|sentence| paragraph("  – ", sentence)));
             }
             Block::Text(prose) => {
                 gap(text);

@@ -116,7 +116,9 @@ impl Bench<'_> {
     pub fn located(&self, mut objections: Vec<String>) -> Vec<String> {
         if let Some(share) = self.most_saturation {
             let with = format!(", with a saturation of {} %", standstill_quantity::rounded(share, 2));
-            objections.iter_mut().for_each(|objection| *objection += &with);
+            for objection in &mut objections {
+                *objection += &with;
+            }
         }
         objections
     }

@@ -76,7 +76,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     };
     let verdict = verdict(Tone::Neutral, headline, Vec::new());
     let answer = Answer::new("bounds", "Cramér–Rao limit".to_owned(), String::new(), verdict, blocks);
-    Answer { json, ..answer }.report(None, options.json, Made::default())
+    Answer { json, ..answer }.report(None, options.json, &Made::default())
 }
 
 const TURNS: &str =

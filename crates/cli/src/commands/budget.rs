@@ -14,7 +14,7 @@ use crate::shell::Report;
 use crate::shell::command_line::quoted;
 
 /// A part of the error: a source, the method's own bias, or the interaction.
-struct Share {
+struct Part {
     source: String,
     /// Rms error in degrees with this part alone, and without it.
     rms: Option<[Estimate; 2]>,
@@ -22,7 +22,7 @@ struct Share {
     total: Option<Estimate>,
 }
 
-impl Share {
+impl Part {
     fn new(source: &str, rms: Option<[Estimate; 2]>, share: Estimate, total: Option<Estimate>) -> Self {
         Self { source: source.to_owned(), rms, share, total }
     }
@@ -47,16 +47,16 @@ impl Share {
 
 /// Returns the parts of the error: sources and the method's own bias in order of their shares, the largest first, and
 /// the interaction last.
-fn shares(budget: &Budget) -> Vec<Share> {
+fn shares(budget: &Budget) -> Vec<Part> {
     let own = &budget.method;
     let mut shares =
-        vec![Share::new("method", Some([own.alone_deg, own.without_deg]), own.share, Some(own.share))];
+        vec![Part::new("method", Some([own.alone_deg, own.without_deg]), own.share, Some(own.share))];
     shares.extend(budget.items.iter().map(|item| {
         let rms = [item.alone_deg, item.without_deg];
-        Share::new(&item.source.key, Some(rms), item.share, Some(item.total))
+        Part::new(&item.source.key, Some(rms), item.share, Some(item.total))
     }));
     shares.sort_by(|a, b| b.share.value.total_cmp(&a.share.value));
-    shares.push(Share::new("interaction", None, budget.interaction, None));
+    shares.push(Part::new("interaction", None, budget.interaction, None));
     shares
 }
 
@@ -95,7 +95,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 
 fn answer(setting: String, budget: &Budget) -> Answer {
     let shares = shares(budget);
-    let records: Records = shares.iter().map(Share::record).collect();
+    let records: Records = shares.iter().map(Part::record).collect();
     let json = json!({
         "rms_deg": budget.rms_deg.value,
         "rms_low_deg": budget.rms_deg.low,
@@ -106,7 +106,7 @@ fn answer(setting: String, budget: &Budget) -> Answer {
         "dropped": budget.dropped,
     });
     let three = |e: &Estimate| [e.value, e.low, e.high];
-    let bar = |share: &Share| Bar {
+    let bar = |share: &Part| Bar {
         name: share.source.clone(),
         share: three(&share.share),
         total: share.total.as_ref().map(three),
@@ -124,7 +124,7 @@ fn answer(setting: String, budget: &Budget) -> Answer {
     Answer { json, csv: Some(records), ..answer }
 }
 
-fn table(shares: &[Share]) -> Table {
+fn table(shares: &[Part]) -> Table {
     let columns = [
         Column::word("source"),
         // Intervals go before any of the columns does.
@@ -133,7 +133,7 @@ fn table(shares: &[Share]) -> Table {
         Column::number("without").unit("°").rank(2).bracket(5),
         Column::number("total").unit("%").rank(3).bracket(5),
     ];
-    Table::new(columns).rows(shares.iter().map(Share::cells))
+    Table::new(columns).rows(shares.iter().map(Part::cells))
 }
 
 /// Returns the notes on the intervals, and on the samples that are left out.
@@ -179,7 +179,7 @@ mod tests {
     fn law_eighty_columns_have_all_columns_of_a_budget_and_its_shares_have_their_intervals() {
         let estimate = |value: f64| Estimate { value, low: value - 0.0213, high: value + 0.0213 };
         let row = |source| {
-            Share::new(
+            Part::new(
                 source,
                 Some([estimate(0.645), estimate(0.638)]),
                 estimate(0.408),

@@ -84,7 +84,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     let answer = Answer::new("check", title, String::new(), verdict, words::blocks(&asked, &next));
     let json = answer::json(&asked, written.as_ref(), &next);
     let code = u8::from(found.suited() != Suited::Yes);
-    let mut report = Answer { json, code, ..answer }.report(None, options.json, Made::default())?;
+    let mut report = Answer { json, code, ..answer }.report(None, options.json, &Made::default())?;
     if !options.json {
         report.text = report.text.replacen(word, &painted(tone, word), 1);
     }

@@ -238,7 +238,7 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     let answer =
         Answer::new("comparison", title, String::new(), verdict, blocks).with("comparison", figure, "");
     let answer = Answer { json: json!(records), csv: Some(records), code, ..answer };
-    answer.report(Some(options.out.clone()), false, Made { asked, ..Made::default() })
+    answer.report(Some(options.out.clone()), false, &Made { asked, ..Made::default() })
 }
 
 fn blocks(entries: &[Entry], motor: &Motor) -> Vec<Block> {

@@ -78,7 +78,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let (text, files) = (&run.summary.run.scenario, &run.summary.run.files);
     let setup = Setup { place: &place, text, files, fence: None, varied, others: Vec::new() };
     let made = Made { setup: Some(setup), command, asked: Some(asked), ..Made::default() };
-    answer(&run, &plan, &all, lost).report(folder, options.json, made)
+    answer(&run, &plan, &all, lost).report(folder, options.json, &made)
 }
 
 /// Returns the plan of the run if its trials can be repeated: with the same program and the same files.

@@ -157,7 +157,7 @@ impl<'a> Asked<'a> {
             command: command(self.name, &self.identity.options),
             ..Made::default()
         };
-        let report = answer.report(folder(self.question, self.name), self.question.json, made)?;
+        let report = answer.report(folder(self.question, self.name), self.question.json, &made)?;
         // Only now that the files are in place.
         self.forget()?;
         Ok(report)

@@ -33,7 +33,7 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     let figures = if out.is_some() { drawn(&run)? } else { Vec::new() };
     let names: Vec<String> = figures.iter().map(|(name, ..)| format!("{name}.")).collect();
     let made = Made { asked, ..page::made(&run) };
-    let said = page::answer(&run, figures).report(out.clone(), options.json, made)?;
+    let said = page::answer(&run, figures).report(out.clone(), options.json, &made)?;
     if let Some(out) = out {
         remove_stale(&out, &names);
     }

@@ -69,7 +69,7 @@ pub fn run(
         drop(Output::answering(asked.clone(), out, &["comparison.csv", "comparison.html"])?);
     }
     let answer = Two::of([&runs[0], &runs[1]])?.answer(folders);
-    answer.report(out, options.json, Made { asked, ..Made::default() })
+    answer.report(out, options.json, &Made { asked, ..Made::default() })
 }
 
 /// Returns the points that both runs have, by their indices; of two runs without axes the only one. None if there is
