@@ -2,9 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use standstill_quantity::listed;
+use standstill_quantity::{listed, si_value};
 use standstill_sim::{Case, RotorState};
 use toml::Value;
+
+use crate::units::unit;
 
 /// Returns the draws of a case and of its tolerances: names and values. Draws whose spread is zero are left out.
 ///
@@ -62,7 +64,16 @@ pub fn specimen(case: &Case<'_>, drawn: &[(String, Value)]) -> Vec<(String, Stri
         ));
     }
     let lines = lines.into_iter().map(|(name, value)| (name.to_owned(), value));
-    lines.chain(drawn.iter().map(|(key, value)| (key.clone(), written(value)))).collect()
+    lines.chain(drawn.iter().map(|(key, value)| (key.clone(), readable(key, value)))).collect()
+}
+
+/// Returns a drawn value in digits that a person reads: the document has all of them.
+fn readable(key: &str, value: &Value) -> String {
+    let number = value.as_str().and_then(si_value);
+    match (number, unit(key)) {
+        (Some(number), Some(unit)) if !unit.is_empty() => listed(&[number], &unit),
+        _ => written(value),
+    }
 }
 
 /// Returns a value as text, a string without its quotes.

@@ -88,9 +88,7 @@ fn row(key: &standstill_scenario::Key) -> String {
             names.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
         }
         Values::Flag => "true or false".to_owned(),
-        Values::Whole => {
-            key.allowed().map_or("whole numbers".to_owned(), |needed| format!("whole numbers, {needed}"))
-        }
+        Values::Whole => key.allowed().unwrap_or_default().to_owned(),
         Values::Text => "text or table".to_owned(),
     };
     let reason = key.range.map_or("", |range| range.reason);

@@ -167,7 +167,9 @@ fn law_a_trace_is_the_campaigns_trial_to_the_last_bit() {
 
         let specimen = &result["specimen"];
         let resistance = specimen["tolerances"]["motor.winding.resistance"].as_str().expect("a text");
-        assert!(resistance.ends_with('Ω') && text.contains(resistance), "{resistance}: {text}");
+        // The file has all digits, the text those that people read.
+        let read = resistance.get(..4).expect("four digits");
+        assert!(resistance.ends_with('Ω') && text.contains(read), "{resistance}: {text}");
         for part in [
             "trial ",
             "(of 0 to 3)",
