@@ -139,6 +139,16 @@ fn law_a_number_beyond_its_range_is_refused_with_the_range() {
 }
 
 #[test]
+fn law_a_key_of_a_part_that_is_not_there_has_no_value() {
+    let pair = |text: &str| {
+        let scenario = scenario(text);
+        ["inverter.channel_resistance", "inverter.switch_drop"].map(|path| scenario.value(path).is_some())
+    };
+    assert_eq!(pair("inverter.devices = \"igbt\""), [false, true]);
+    assert_eq!(pair("inverter.devices = \"mosfet\""), [true, false]);
+}
+
+#[test]
 fn law_the_ends_of_a_range_are_allowed() {
     for path in ["rotor.angle", "rotor.winding_temperature", "rotor.magnet_temperature"] {
         let Range { low, high, .. } = key(path).and_then(|key| key.range).expect("a range");
