@@ -252,7 +252,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }
         let motor = Information::new(&noise, &columns);
         if noise.is_none() {
-            // What remains is whether the readings determine the angle.
+            // Without noise the limit is zero if the readings determine the angle at all.
             let deviation = motor.deviation(&[]);
             return Ok((if deviation.is_finite() { 0.0 } else { deviation }, None));
         }

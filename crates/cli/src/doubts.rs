@@ -114,6 +114,15 @@ mod tests {
     }
 
     #[test]
+    fn regress_a_channel_that_takes_a_large_share_of_the_link_is_named() {
+        let drops =
+            "[inverter]\ndevices = \"mosfet\"\ndc_link = 150\ndiode_drop = 100\nchannel_resistance = 5";
+        let found = doubts(drops);
+        let named = found.iter().any(|doubt| doubt.contains("inverter.channel_resistance drops 40 V"));
+        assert!(named, "{found:?}");
+    }
+
+    #[test]
     fn law_absurd_values_are_named_with_what_they_are_compared_with() {
         for (text, parts) in [
             (

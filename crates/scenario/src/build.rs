@@ -250,8 +250,7 @@ fn converter(
     range: Option<[f64; 2]>,
     bits: Option<Quantity<One>>,
 ) -> Result<Option<Adc>, FileError> {
-    // Whole and from 0 to 24.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole, from 0 to 24")]
     let bits = bits.map(|bits| bits.value() as u8);
     match (adc, range, bits) {
         (None, None, None | Some(0)) => Ok(None),

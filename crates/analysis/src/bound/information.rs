@@ -85,8 +85,8 @@ pub struct Information {
 }
 
 impl Information {
-    /// Computes the information matrix J from the sensitivities, with a noise of 1 A if there is none. A parameter to which no
-    /// reading responds has a row of zeros.
+    /// Computes the information matrix J from the sensitivities, for noise of 1 A if the sensors have none. The row of a parameter is
+    /// zero if no reading depends on it.
     pub fn new(noise: &Noise, columns: &[Column]) -> Self {
         let n = columns.len();
         let Readings { measured, .. } = &noise.readings;

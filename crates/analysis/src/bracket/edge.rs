@@ -9,7 +9,7 @@ pub struct Edge {
     pub side: Side,
     /// Last value at which the limits hold.
     pub value: f64,
-    /// 95 % interval of the edge. An end is none (open) if no value was tried at which the limits surely hold, or surely do not.
+    /// 95 % interval of the edge. An end is `None` (open) where no tried value shows that the limits surely hold or surely fail.
     pub interval: [Option<f64>; 2],
     /// True if the interval is as narrow as requested.
     pub narrow: bool,

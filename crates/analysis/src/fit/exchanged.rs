@@ -153,7 +153,7 @@ fn pulses(pieces: &[Piece], rest: &[Rest; 3]) -> Vec<Pulse> {
     pulses
 }
 
-/// Returns the pulses whose legs do not match their currents while those of all others do; none if there are none.
+/// Finds pulses whose currents contradict their legs while the currents of all other pulses fit. Returns `None` if every pulse fits.
 pub fn exchanged(records: &[Record], pieces: &[Piece], rest: &[Rest; 3]) -> Option<Exchanged> {
     let pulses = pulses(pieces, rest);
     let noise = rest.iter().map(|rest| rest.noise).filter(|noise| noise.is_finite()).fold(0.0, f64::max);

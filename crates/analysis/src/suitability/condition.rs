@@ -118,7 +118,7 @@ pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
 const QUICK: [MethodName; 3] =
     [MethodName::Bipolar, MethodName::LineInductanceFast, MethodName::MaximumLikelihood];
 
-/// Returns those of the methods with short detections; all methods if there are none.
+/// Keeps the methods with short detections. Keeps all methods if no method has one.
 pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {
     let quick: Vec<MethodName> = methods.iter().copied().filter(|method| QUICK.contains(method)).collect();
     if quick.is_empty() { methods.to_vec() } else { quick }

@@ -68,7 +68,7 @@ impl Confirmed {
         if starts.stops_when_content {
             self.counted = Some(self.counted.unwrap_or(0) + summary.trials);
         }
-        // Where poles are counted, only the count of many starts is a bound.
+        // A count of wrong poles is a bound only after many starts.
         if let Some(most) = &mut self.wrong_poles_at_most
             && (!starts.stops_when_content || summary.trials >= COUNTED)
         {

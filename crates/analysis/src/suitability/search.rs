@@ -232,8 +232,8 @@ impl Bench<'_> {
     }
 
     /// Returns the value of a key at which the largest current just meets its limit, and the demand that limits the value: the
-    /// current, or none if the DC link drives no more current. `dead` is the part of the value that raises no current. The value
-    /// is none if none can be set up.
+    /// current, or `None` if the DC link drives no more current. `dead` is the part of the value that raises no current. The value
+    /// is `None` if no value makes a workable setting.
     fn grown(
         &self,
         plain: &Setting,

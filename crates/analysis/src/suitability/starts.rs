@@ -64,8 +64,8 @@ impl Starts {
         counted.join(", ")
     }
 
-    /// Returns the pole evidence that 99 of 100 starts exceed, in units of what a decision needs; for few starts it is estimated
-    /// from mean and standard deviation.
+    /// Returns the first percentile of the pole evidence, as a multiple of the evidence that a decision needs. Few starts give it
+    /// by mean and standard deviation.
     pub fn least_evidence(&self) -> f64 {
         let n = self.evidence.len() as f64;
         if n < 2.0 {
@@ -175,8 +175,8 @@ pub(super) fn stops_when_content(mut method: Method<f64>) -> bool {
 /// Evidence above which more gains nothing: 1.3 times what a decision needs, in 99 of 100 starts.
 pub(super) const COMFORTABLE: f64 = 1.3;
 
-/// Returns the pole evidence of a start with an axis, positive for the true pole, in units of what a decision needs; zero if no
-/// amount would suffice.
+/// Returns the pole evidence of a start with an axis as a multiple of the evidence that a decision needs. It is positive for the true
+/// pole, and zero if no evidence suffices.
 fn towards_north(record: &Record) -> Option<f64> {
     let standstill_sim::Ended::Outcome(outcome) = record.run.ended else { return None };
     record.axis_deg()?;

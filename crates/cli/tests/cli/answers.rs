@@ -64,7 +64,7 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
 }
 
 #[test]
-#[ignore = "the same of answers that take many trials: scripts/test-all.sh long"]
+#[ignore = "many trials; a short witness runs by default: scripts/test-all.sh long"]
 fn law_an_interrupted_search_goes_on_from_what_it_computed_to_the_same_answer() {
     let key = ["--key", "sensors.noise", "--between", "5 mA:30 mA", "--most", "1000"];
     let settings = ["--vary", "detector.pulse=60us:120us", "--trials", "1000", "--starts", "1"];

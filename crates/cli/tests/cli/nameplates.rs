@@ -60,7 +60,7 @@ const ADAPTIVE: &str = "detector.method=maximum-likelihood-adaptive";
 
 /// The smallest, a middle one and the largest are checked by one method in terminal.rs.
 #[test]
-#[ignore = "every motor by the dearest method: scripts/test-all.sh long"]
+#[ignore = "many trials; three motors run by default: scripts/test-all.sh long"]
 fn law_motors_of_any_size_are_checked() {
     let folder = folder();
     for motor in motors(folder.path()) {

@@ -91,7 +91,7 @@ fn golden_the_pages_of_own_motors_say_what_the_program_says() {
 }
 
 #[test]
-#[ignore = "the pages' other searches, too: scripts/test-all.sh long"]
+#[ignore = "long searches; the first of each page runs by default: scripts/test-all.sh long"]
 fn golden_the_whole_pages_of_own_motors_say_what_the_program_says() {
     for (name, files, _) in OWN_MOTORS {
         holds(name, files, &[]);

@@ -34,7 +34,7 @@ fn law_a_limit_that_holds_between_two_values_has_both_edges_and_what_binds_at_ea
 }
 
 #[test]
-#[ignore = "the same with edges as narrow as a user gets them: scripts/test-all.sh long"]
+#[ignore = "many trials; wide edges run by default: scripts/test-all.sh long"]
 fn law_both_edges_of_a_limit_are_narrow_with_as_many_trials_as_it_takes() {
     has_both_edges(&[]);
 }
@@ -105,7 +105,7 @@ fn cross_the_trials_that_are_named_make_the_interval_narrow_and_half_as_many_do_
 }
 
 #[test]
-#[ignore = "the same of a percentile: scripts/test-all.sh long"]
+#[ignore = "many trials; a share runs by default: scripts/test-all.sh long"]
 fn cross_the_trials_that_are_named_make_the_interval_of_a_percentile_narrow() {
     named_trials_make_it_narrow("p95 <= 4 deg");
 }

@@ -134,6 +134,11 @@ fn law_a_number_beyond_its_range_is_refused_with_the_range() {
         for value in [range.low - 1.0, range.high * 2.0] {
             let message = error(&format!("{}\n{} = {value:e}", beside(key.path), key.path));
             assert!(message.contains(key.path) && message.contains(range.needed), "{}: {message}", key.path);
+            assert!(
+                range.high != LARGEST || value < LARGEST || message.contains("at most 1e12"),
+                "{}: {message}",
+                key.path
+            );
         }
     }
 }
