@@ -14,7 +14,7 @@ use std::error::Error;
 use std::mem::size_of_val;
 
 use standstill_detect::{AnyDetector, Method, MethodName, Settings};
-use standstill_interface::{Abc, Arithmetic, Detector, Reading, Step};
+use standstill_interface::{Detector, Reading, Step};
 use standstill_plant::built_in;
 use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{NoProbe, RotorState, run};
@@ -27,15 +27,7 @@ struct Recorder {
 
 impl Detector<f64> for Recorder {
     fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        let single = |reading: &Reading<f64>| Reading {
-            at: reading.at,
-            current: Abc(reading.current.0.map(f32::of)),
-            sensed: reading.sensed,
-            dc_link: f32::of(reading.dc_link),
-            dc_link_clipped: reading.dc_link_clipped,
-            counts: reading.counts,
-        };
-        self.steps.push(readings.iter().map(single).collect());
+        self.steps.push(readings.iter().map(Reading::cast).collect());
         self.inner.step(readings)
     }
 }

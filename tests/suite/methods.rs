@@ -5,7 +5,7 @@ use std::path::Path;
 
 use standstill_campaign::{Campaign, Summary};
 use standstill_detect::{AnyDetector, Method, MethodName, Settings, Signature};
-use standstill_interface::{Abc, Angle, Arithmetic, Detector, Outcome, Reading, Step};
+use standstill_interface::{Angle, Detector, Outcome, Reading, Step};
 use standstill_plant::{Motor, built_in};
 use standstill_scenario::Document;
 use standstill_scenario::{ErrorSet, Scenario};
@@ -184,16 +184,8 @@ struct Shadow {
 
 impl Detector<f64> for Shadow {
     fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        let cast = |reading: &Reading<f64>| Reading {
-            at: reading.at,
-            current: Abc(reading.current.0.map(f32::of)),
-            sensed: reading.sensed,
-            dc_link: f32::of(reading.dc_link),
-            dc_link_clipped: reading.dc_link_clipped,
-            counts: reading.counts,
-        };
         if self.found.is_none() {
-            let readings: Vec<Reading<f32>> = readings.iter().map(cast).collect();
+            let readings: Vec<Reading<f32>> = readings.iter().map(Reading::cast).collect();
             if let Step::Done(outcome) = self.single.step(&readings) {
                 self.found = Some(outcome);
             }

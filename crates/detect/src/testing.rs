@@ -3,9 +3,7 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Leg, Nanos, Outcome, Phase, Reading, Real, Sensed,
-};
+use standstill_interface::{AlphaBeta, Angle, Command, Leg, Nanos, Outcome, Phase, Reading, Real};
 
 use crate::method::likelihood::{LineParameters, PulseModel};
 use crate::nameplate::{Nameplate, Sensing};
@@ -162,13 +160,12 @@ impl LineMotor {
         let mut read = |k: usize, current: f64| {
             T::of(current * self.gain[k] + self.offset[k] + self.deviation * self.noise.gauss())
         };
-        let reading = |(n, currents): (usize, [f64; 3])| Reading {
-            at: command.sampling.trigger(u32::try_from(n).expect("few")),
-            current: Abc(core::array::from_fn(|k| read(k, currents[k]))),
-            sensed: Abc([Sensed::Measured; 3]),
-            dc_link: T::of(self.dc_link),
-            dc_link_clipped: false,
-            counts: standstill_interface::Counts::NONE,
+        let reading = |(n, currents): (usize, [f64; 3])| {
+            Reading::measured(
+                command.sampling.trigger(u32::try_from(n).expect("few")),
+                core::array::from_fn(|k| read(k, currents[k])),
+                T::of(self.dc_link),
+            )
         };
         currents.into_iter().enumerate().map(reading).collect()
     }

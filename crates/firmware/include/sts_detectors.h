@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 /* Memory of a detector of any method, in bytes, with room for the samples of a command. */
-#define STS_DETECTOR_BYTES 10240u
+#define STS_DETECTOR_BYTES 16384u
 
 /* A command of a detector asks for no more samples. */
 #define STS_MOST_SAMPLES 128u

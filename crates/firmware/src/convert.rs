@@ -16,7 +16,8 @@ pub fn reading(sample: &Sample) -> Reading<f32> {
         })),
         dc_link: sample.dc_link,
         dc_link_clipped: sample.dc_link_clipped != 0,
-        counts: Counts { current: Abc(sample.current_count), dc_link: sample.dc_link_count },
+        counts: Counts { current: Abc(sample.current_count), dc_link: sample.dc_link_count, ..Counts::NONE },
+        ..NO_READING
     }
 }
 
@@ -28,6 +29,11 @@ pub const NO_READING: Reading<f32> = Reading {
     dc_link: 0.0,
     dc_link_clipped: false,
     counts: Counts::NONE,
+    link_current: 0.0,
+    link_sensed: Sensed::Hidden,
+    terminal: Abc([0.0; 3]),
+    terminal_sensed: Abc([Sensed::Hidden; 3]),
+    capture: None,
 };
 
 fn stage(of: &Stage<f32>) -> abi::Stage {

@@ -142,7 +142,7 @@ pub struct Table {
 }
 
 /// `STS_DETECTOR_BYTES`: memory of a detector of any method.
-pub const DETECTOR_BYTES: usize = 10 * 1024;
+pub const DETECTOR_BYTES: usize = 16 * 1024;
 
 /// `STS_MOST_SAMPLES`: of a command of any method.
 pub const MOST_SAMPLES: usize = 128;

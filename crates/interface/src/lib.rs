@@ -31,7 +31,7 @@ pub use command::{Command, Leg, Nanos, Sampling, Stage};
 pub use detector::{Detector, Step};
 pub use frames::{Abc, AlphaBeta, Dq, Phase};
 pub use outcome::{Fault, Findings, Outcome, Own, Polarity, PoleEvidence, Undetermined};
-pub use reading::{Counts, Reading, Sensed};
+pub use reading::{Capture, Counts, Reading, Sensed};
 pub use real::{Arithmetic, Real};
 
 /// The examples of the README run too.

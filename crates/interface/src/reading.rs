@@ -1,6 +1,6 @@
 //! Readings: the samples that a drive hands to a detector.
 
-use crate::{Abc, Nanos};
+use crate::{Abc, Arithmetic, Nanos, Phase, Real};
 
 /// How a phase current came about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,11 +24,24 @@ pub struct Counts {
     pub current: Abc<u32>,
     /// Of the DC link.
     pub dc_link: u32,
+    /// Of the current through the shunt in the DC link.
+    pub link_current: u32,
+    /// Of the terminals' voltages.
+    pub terminal: Abc<u32>,
 }
 
 impl Counts {
     /// Of a drive without converters.
-    pub const NONE: Self = Self { current: Abc([0; 3]), dc_link: 0 };
+    pub const NONE: Self = Self { current: Abc([0; 3]), dc_link: 0, link_current: 0, terminal: Abc([0; 3]) };
+}
+
+/// Time from the begin of a command to the trip of a comparator, as the drive's timer captured it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Capture {
+    /// Counted ticks of the timer.
+    pub ticks: u32,
+    /// The comparator that tripped first: that of this phase's leg; phase a where one comparator serves all.
+    pub comparator: Phase,
 }
 
 /// One sample of the drive's sensors. There is no field for the rotor's true angle.
@@ -46,4 +59,63 @@ pub struct Reading<T> {
     pub dc_link_clipped: bool,
     /// Codes of the converters; zeros where there are none.
     pub counts: Counts,
+    /// Current in A through the shunt between link capacitor and bridge, positive into the bridge.
+    pub link_current: T,
+    /// Where that comes from; hidden without such a shunt.
+    pub link_sensed: Sensed,
+    /// Voltages of the terminals in V against the negative rail, behind their dividers.
+    pub terminal: Abc<T>,
+    /// Where each of them comes from; hidden without dividers.
+    pub terminal_sensed: Abc<Sensed>,
+    /// The comparator's trip in this command, if there was one up to this sample.
+    pub capture: Option<Capture>,
+}
+
+impl<T: Arithmetic> Reading<T> {
+    /// Makes a reading of phase currents in A, each from its own sensor, and of the DC link's voltage in V.
+    ///
+    /// ```
+    /// use standstill_interface::{Nanos, Phase, Reading, Sensed};
+    ///
+    /// let reading = Reading::measured(Nanos(80_000), [1.0, -0.5, -0.5], 540.0);
+    /// assert_eq!(reading.sensed[Phase::B], Sensed::Measured);
+    /// assert_eq!(reading.terminal_sensed[Phase::B], Sensed::Hidden);
+    /// ```
+    pub fn measured(at: Nanos, current: [T; 3], dc_link: T) -> Self {
+        Self {
+            at,
+            current: Abc(current),
+            sensed: Abc([Sensed::Measured; 3]),
+            dc_link,
+            dc_link_clipped: false,
+            counts: Counts::NONE,
+            link_current: T::of(0.0),
+            link_sensed: Sensed::Hidden,
+            terminal: Abc([T::of(0.0); 3]),
+            terminal_sensed: Abc([Sensed::Hidden; 3]),
+            capture: None,
+        }
+    }
+}
+
+impl<T: Real> Reading<T> {
+    /// Converts the reading to another numeric type.
+    #[inline]
+    pub fn cast<U: Real>(&self) -> Reading<U> {
+        let cast = |value: T| U::of(value.to_double());
+        let (Abc([a, b, c]), Abc([x, y, z])) = (self.current, self.terminal);
+        Reading {
+            at: self.at,
+            current: Abc([cast(a), cast(b), cast(c)]),
+            sensed: self.sensed,
+            dc_link: cast(self.dc_link),
+            dc_link_clipped: self.dc_link_clipped,
+            counts: self.counts,
+            link_current: cast(self.link_current),
+            link_sensed: self.link_sensed,
+            terminal: Abc([cast(x), cast(y), cast(z)]),
+            terminal_sensed: self.terminal_sensed,
+            capture: self.capture,
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! A drive that sends what it likes.
 
-use standstill_interface::{Abc, Command, Leg, Nanos, Reading, Real, Sensed};
+use standstill_interface::{Command, Leg, Nanos, Reading, Real, Sensed};
 
 use crate::random::Random;
 
@@ -16,14 +16,7 @@ impl Drive {
     fn reading<T: Real>(&mut self, at: Nanos, phases: [f64; 3]) -> Reading<T> {
         let random = &mut self.random;
         let wild = random.below(1000) < self.nonsense;
-        let mut reading = Reading {
-            at,
-            current: Abc(phases.map(|phase| T::of(phase))),
-            sensed: Abc([Sensed::Measured; 3]),
-            dc_link: T::of(540.0),
-            dc_link_clipped: false,
-            counts: standstill_interface::Counts::NONE,
-        };
+        let mut reading = Reading::measured(at, phases.map(|phase| T::of(phase)), T::of(540.0));
         if wild {
             let kinds = [Sensed::Measured, Sensed::Derived, Sensed::Clipped, Sensed::Hidden];
             for k in 0..3 {

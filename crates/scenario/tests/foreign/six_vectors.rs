@@ -219,20 +219,8 @@ fn law_a_call_into_a_library_costs_little_beside_the_same_detector_in_rust() {
     let mut recorder = Recorder { inner, steps: Vec::new() };
     run(&case, &mut recorder, false, &mut NoProbe);
     let steps = recorder.steps;
-    let single: Vec<Vec<Reading<f32>>> = steps
-        .iter()
-        .map(|readings| {
-            let single = |reading: &Reading<f64>| Reading {
-                at: reading.at,
-                current: Abc(reading.current.0.map(|current| current as f32)),
-                sensed: reading.sensed,
-                dc_link: reading.dc_link as f32,
-                dc_link_clipped: reading.dc_link_clipped,
-                counts: reading.counts,
-            };
-            readings.iter().map(single).collect()
-        })
-        .collect();
+    let single: Vec<Vec<Reading<f32>>> =
+        steps.iter().map(|readings| readings.iter().map(Reading::cast).collect()).collect();
     let (maker, nameplate) = (scenario.foreign.as_ref().expect("a library"), scenario.nameplate());
     let [c, rust] = least([
         &mut || {

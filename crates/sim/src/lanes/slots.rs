@@ -27,7 +27,7 @@ impl<T: Real> Adapter<T> {
     ) -> Option<Command<f64>> {
         let readings = T::of_doubles(readings).unwrap_or_else(|| {
             self.readings.clear();
-            self.readings.extend(readings.iter().map(reading_as));
+            self.readings.extend(readings.iter().map(Reading::cast));
             &self.readings
         });
         match detector.step(readings) {
@@ -102,18 +102,6 @@ where
             let run = slot.adapter.run(finished);
             (self.done)(slot.number, run);
         }
-    }
-}
-
-/// Converts a reading to the detector's numeric type.
-fn reading_as<T: Real>(reading: &Reading<f64>) -> Reading<T> {
-    Reading {
-        at: reading.at,
-        current: reading.current.map(T::of),
-        sensed: reading.sensed,
-        dc_link: T::of(reading.dc_link),
-        dc_link_clipped: reading.dc_link_clipped,
-        counts: reading.counts,
     }
 }
 

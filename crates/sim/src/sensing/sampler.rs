@@ -83,7 +83,16 @@ impl<'t> Sampler<'t> {
             sensed: Abc(phases.map(|(_, sensed, _)| sensed)),
             dc_link: T::of(dc_link),
             dc_link_clipped,
-            counts: Counts { current: Abc(phases.map(|(.., count)| count)), dc_link: link_count },
+            counts: Counts {
+                current: Abc(phases.map(|(.., count)| count)),
+                dc_link: link_count,
+                ..Counts::NONE
+            },
+            link_current: T::of(0.0),
+            link_sensed: Sensed::Hidden,
+            terminal: Abc([T::of(0.0); 3]),
+            terminal_sensed: Abc([Sensed::Hidden; 3]),
+            capture: None,
         }
     }
 }

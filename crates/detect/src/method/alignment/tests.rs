@@ -1,7 +1,7 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{Detector, Leg, Sensed};
+use standstill_interface::{Detector, Leg};
 
 use super::*;
 use crate::testing::Noise;
@@ -49,13 +49,9 @@ fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, 
             vector = if second { AlphaBeta::new(along, flux + leak) } else { AlphaBeta::new(-flux, along) };
         }
         readings = (0..command.sampling.count)
-            .map(|k| Reading {
-                at: command.sampling.trigger(k),
-                current: vector.phases().map(|phase| phase + 0.05 + noise * random.gauss()),
-                sensed: Abc([Sensed::Measured; 3]),
-                dc_link: 540.0,
-                dc_link_clipped: false,
-                counts: standstill_interface::Counts::NONE,
+            .map(|k| {
+                let Abc(current) = vector.phases().map(|phase| phase + 0.05 + noise * random.gauss());
+                Reading::measured(command.sampling.trigger(k), current, 540.0)
             })
             .collect();
     }

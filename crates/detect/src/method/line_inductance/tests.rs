@@ -1,7 +1,7 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{AlphaBeta, Detector, Leg, Outcome, Sensed};
+use standstill_interface::{AlphaBeta, Detector, Leg, Outcome};
 
 use super::*;
 
@@ -87,14 +87,7 @@ impl Motor {
             currents[0] = (vector * (7.0 * along / vector.norm())).phases().0;
         }
         let at = |k: usize| command.sampling.trigger(u32::try_from(k).expect("few"));
-        let reading = |(k, current)| Reading {
-            at: at(k),
-            current: Abc(current),
-            sensed: Abc([Sensed::Measured; 3]),
-            dc_link: 540.0,
-            dc_link_clipped: false,
-            counts: standstill_interface::Counts::NONE,
-        };
+        let reading = |(k, current)| Reading::measured(at(k), current, 540.0);
         currents.into_iter().enumerate().map(reading).collect()
     }
 }

@@ -1,7 +1,7 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{Abc, Detector, Leg, Outcome, Sensed};
+use standstill_interface::{Detector, Leg, Outcome};
 
 use super::*;
 use crate::parts::polarity::Signature;
@@ -55,14 +55,7 @@ fn detect(
             current = vector * (5.0 * answer / vector.norm());
         }
         readings = (0..command.sampling.count)
-            .map(|k| Reading {
-                at: command.sampling.trigger(k),
-                current: current.phases(),
-                sensed: Abc([Sensed::Measured; 3]),
-                dc_link: 540.0,
-                dc_link_clipped: false,
-                counts: standstill_interface::Counts::NONE,
-            })
+            .map(|k| Reading::measured(command.sampling.trigger(k), current.phases().0, 540.0))
             .collect();
     }
 }

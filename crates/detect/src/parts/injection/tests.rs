@@ -229,14 +229,7 @@ impl Demodulator<f64> for Probe {
 fn law_a_measurement_begins_after_its_ramp_and_has_no_offsets() {
     let s = InjectionSettings { ramp: 3, cycles: 4, ..InjectionSettings::suited(&nameplate(10e-3, 17e-3)) };
     let mut detector = Injection::<f64, Probe>::new(InjectionMethod(s, PhantomData)).expect("settings");
-    let reading = Reading {
-        at: Nanos::ZERO,
-        current: Abc::new(0.1, -0.05, 0.02),
-        sensed: Abc([standstill_interface::Sensed::Measured; 3]),
-        dc_link: 540.0,
-        dc_link_clipped: false,
-        counts: standstill_interface::Counts::NONE,
-    };
+    let reading = Reading::measured(Nanos::ZERO, [0.1, -0.05, 0.02], 540.0);
     let mut count = 0;
     let mut periods = 0;
     while !matches!(detector.state, State::Testing(_)) {

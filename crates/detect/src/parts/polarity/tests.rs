@@ -3,7 +3,7 @@ use std::vec::Vec;
 
 mod evidence;
 
-use standstill_interface::{Abc, AlphaBeta, Leg, Nanos, Sampling, Sensed};
+use standstill_interface::{AlphaBeta, Leg, Nanos, Sampling};
 
 use super::sequential::{tail, tail_beyond};
 use super::*;
@@ -55,15 +55,14 @@ impl Motor {
             self.vectors += 1;
         }
         (0..command.sampling.count)
-            .map(|k| Reading {
-                at: command.sampling.trigger(k),
-                current: Abc(core::array::from_fn(|phase| {
-                    vector.phases().0[phase] + self.offset[phase] + self.sensor * self.noise.gauss()
-                })),
-                sensed: Abc([Sensed::Measured; 3]),
-                dc_link: 540.0,
-                dc_link_clipped: false,
-                counts: standstill_interface::Counts::NONE,
+            .map(|k| {
+                Reading::measured(
+                    command.sampling.trigger(k),
+                    core::array::from_fn(|phase| {
+                        vector.phases().0[phase] + self.offset[phase] + self.sensor * self.noise.gauss()
+                    }),
+                    540.0,
+                )
             })
             .collect()
     }

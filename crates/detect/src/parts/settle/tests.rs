@@ -3,14 +3,7 @@ use super::*;
 const SETTINGS: SettleSettings<f64> = SettleSettings { wait: Nanos(1000), threshold: 0.2, attempts: 2 };
 
 fn reading(current: [f64; 3]) -> Reading<f64> {
-    Reading {
-        at: Nanos::ZERO,
-        current: Abc(current),
-        sensed: Abc([Sensed::Measured; 3]),
-        dc_link: 540.0,
-        dc_link_clipped: false,
-        counts: standstill_interface::Counts::NONE,
-    }
+    Reading::measured(Nanos::ZERO, current, 540.0)
 }
 
 #[test]

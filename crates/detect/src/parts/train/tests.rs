@@ -65,14 +65,7 @@ const SETTINGS: PulseTrainSettings<f64> = PulseTrainSettings {
 };
 
 fn reading(current: [f64; 3]) -> Reading<f64> {
-    Reading {
-        at: Nanos::ZERO,
-        current: Abc(current),
-        sensed: Abc([Sensed::Measured; 3]),
-        dc_link: 540.0,
-        dc_link_clipped: false,
-        counts: standstill_interface::Counts::NONE,
-    }
+    Reading::measured(Nanos::ZERO, current, 540.0)
 }
 
 /// A train after its first command, and the readings of one zeroing.
