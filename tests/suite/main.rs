@@ -21,6 +21,7 @@ mod referee;
 mod reference;
 mod rotor;
 mod sensors;
+mod shunt;
 mod spice;
 mod tables;
 mod tape;

@@ -69,6 +69,25 @@ pub struct Key {
     pub kind: Kind,
 }
 
+/// A kind of readings that a drive may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The currents of the phases, by sensors in line or by shunts below the legs.
+    PhaseCurrents,
+    /// The current of the DC link, by one shunt.
+    LinkCurrent,
+}
+
+impl Source {
+    /// Returns the readings in words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::PhaseCurrents => "the currents of the phases",
+            Self::LinkCurrent => "the current of the DC link alone",
+        }
+    }
+}
+
 /// How a key reads and changes settings `S`.
 #[derive(Debug)]
 pub struct Setting<S: 'static> {
@@ -100,6 +119,9 @@ pub trait Keyed: Sized + 'static {
     /// The settings that an engineer would copy into a drive, those that follow from others as well: calls `line` with
     /// the name and the value of each. Without lines of its own a method has none worth it.
     fn describe(&self, _line: &mut Lines<'_>) {}
+
+    /// Readings of which any one kind is enough for the method.
+    const SOURCES: &'static [Source] = &[Source::PhaseCurrents];
 
     /// Whether the method turns the rotor, see [`crate::Settings::turns_rotor`].
     const TURNS_ROTOR: bool = false;

@@ -18,7 +18,7 @@ mod testing;
 pub use commissioning::{
     Commissioning, CommissioningError, CommissioningSettings, Correction, Deviations, Learnt,
 };
-pub use keys::{Key, Keyed, Kind, Setting, Value};
+pub use keys::{Key, Keyed, Kind, Setting, Source, Value};
 pub use method::{
     Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, LineInductance,
     LineInductanceSettings, MaximumLikelihood, MaximumLikelihoodSettings, Method, MethodName,

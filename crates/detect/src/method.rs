@@ -13,7 +13,7 @@ use core::fmt;
 
 use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step, choice};
 
-use crate::keys::{self, Key, Keyed, Lines, Value};
+use crate::keys::{self, Key, Keyed, Lines, Source, Value};
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
 use crate::parts::polarity::PolaritySettings;
@@ -128,6 +128,13 @@ macro_rules! methods {
             pub fn set(&mut self, key: &Key, value: Value) -> bool {
                 match self {
                     $(Self::$variant(settings) => $settings::<T>::setting(key).is_some_and(|s| (s.set)(settings, value))),*
+                }
+            }
+
+            /// Returns the kinds of readings of which any one is enough for the method.
+            pub const fn sources(&self) -> &'static [Source] {
+                match self {
+                    $(Self::$variant(_) => $settings::<T>::SOURCES),*
                 }
             }
 

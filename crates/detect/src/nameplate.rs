@@ -20,12 +20,23 @@ pub struct Sensing<T> {
     /// Amplitude in A of what an edge of a leg's potential adds to all readings of current, and the time constant in s with
     /// which it decays. Zeros: nothing.
     pub pick_up: [T; 2],
+    /// Whether one shunt in the DC link takes the place of the phases' sensors.
+    pub one_shunt: bool,
+    /// Time after a request to a leg during which shunts are not read: dead time and settling of their amplifiers.
+    pub settle: Nanos,
 }
 
 impl<T: Real> Default for Sensing<T> {
-    /// Sensors without filters, all converted at once, without pick-up.
+    /// Sensors in the phases without filters, all converted at once, without pick-up.
     fn default() -> Self {
-        Self { bandwidth: None, bandwidth_mismatch: T::zero(), skew: Nanos::ZERO, pick_up: [T::zero(); 2] }
+        Self {
+            bandwidth: None,
+            bandwidth_mismatch: T::zero(),
+            skew: Nanos::ZERO,
+            pick_up: [T::zero(); 2],
+            one_shunt: false,
+            settle: Nanos::ZERO,
+        }
     }
 }
 
@@ -38,6 +49,8 @@ impl<T: Real> Sensing<T> {
             bandwidth_mismatch: cast(self.bandwidth_mismatch),
             skew: self.skew,
             pick_up: self.pick_up.map(cast),
+            one_shunt: self.one_shunt,
+            settle: self.settle,
         }
     }
 
@@ -54,17 +67,18 @@ impl<T: Real> Sensing<T> {
     /// How much later in s than its trigger a line's current is sampled: the mean of its two phases. While the current is
     /// a straight line between the two samples, so is their mean. A phase without sensor is as late as the one that carries
     /// the line's current with it, because the third has none. Of shunts below the legs it is the one or the other by
-    /// direction: their mean is the same.
+    /// direction: their mean is the same. One shunt in the link is read once, at its trigger.
     pub(crate) fn late(&self, line: usize, derived: Derived) -> T {
         let (from, to) = LINES[line];
         let sampled = |phase, other| if derived == Derived::One(phase) { other } else { phase };
         T::of((self.skew * (sampled(from, to) as u64 + sampled(to, from) as u64)).seconds() / 2.0)
     }
 
-    /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left.
+    /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left, and until shunts are read.
     pub(crate) fn blank(&self) -> T {
         let [amplitude, decay] = self.pick_up;
-        if amplitude > T::zero() { decay * T::of(5.0) } else { T::zero() }
+        let settle = T::of(self.settle.seconds());
+        if amplitude > T::zero() { settle.max(decay * T::of(5.0)) } else { settle }
     }
 
     /// How much earlier than the end of a pulse its current is sampled: early enough that the converter is through with all phases before
@@ -87,6 +101,11 @@ impl<T: Real> Sensing<T> {
         let alike = self.skew == Nanos::ZERO && until == pulse;
         let skew = self.skew * 2;
         move |time| alike || time + skew < pulse || time > until
+    }
+
+    /// The key that decides [`Self::blank`].
+    pub(crate) fn blank_key(&self) -> &'static str {
+        if self.blank() > T::of(self.settle.seconds()) { "sensors.pick_up_decay" } else { "sensors.settle" }
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {

@@ -29,7 +29,14 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
     switch_drop: [1.0, 0.01],
     diode_drop: [1.0, 0.01],
     reverse_drop: [1.0, 0.01],
-    sensing: Sensing { bandwidth: None, bandwidth_mismatch: 0.0, skew: Nanos::ZERO, pick_up: [0.0; 2] },
+    sensing: Sensing {
+        bandwidth: None,
+        bandwidth_mismatch: 0.0,
+        skew: Nanos::ZERO,
+        pick_up: [0.0; 2],
+        one_shunt: false,
+        settle: Nanos::ZERO,
+    },
 };
 
 /// Normally distributed numbers, the same each time.
@@ -133,6 +140,7 @@ impl LineMotor {
                 pulse: command.stage.duration.seconds(),
                 interval: command.sampling.interval.seconds(),
                 blank: 0.0,
+                before_end: 0.0,
             };
             let lead = model.interval - command.sampling.first.seconds();
             let mut peak: f64 = 0.0;

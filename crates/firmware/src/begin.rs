@@ -59,6 +59,7 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
             bandwidth_mismatch: plate.bandwidth_mismatch,
             skew: Nanos(plate.skew_ns),
             pick_up: plate.pick_up,
+            ..Sensing::default()
         },
         dc_link: plate.dc_link,
         dead_time: Nanos(plate.dead_time_ns),

@@ -195,10 +195,10 @@ pub const fn axis_reason<T>(reason: &Undetermined<T>) -> u32 {
 /// `enum sts_reason`, of a failure.
 pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
     match fault {
-        Fault::Clipped(_) => 16,
+        Fault::Clipped(_) | Fault::LinkCurrentClipped => 16,
         Fault::DcLinkClipped => 17,
         Fault::NotANumber => 18,
-        Fault::Hidden(_) => 19,
+        Fault::Hidden(_) | Fault::LinkCurrentHidden => 19,
         Fault::NoCurrent { .. } => 20,
         Fault::CurrentPersists(_) => 21,
         Fault::NoSaliency { .. } => 22,

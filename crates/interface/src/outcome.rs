@@ -189,6 +189,11 @@ pub enum Fault<T> {
         /// The limit.
         allowed: T,
     },
+    /// The current through the shunt in the DC link reached the end of its converter's range: an amplifier for one direction clips
+    /// what diodes return to the link.
+    LinkCurrentClipped,
+    /// The shunt in the DC link saw no current that the method needs, or its amplifier had not settled.
+    LinkCurrentHidden,
     /// The drive returned other samples than were asked for.
     UnexpectedReadings,
     /// A reason of the detector's own.
@@ -296,10 +301,10 @@ impl<T> Fault<T> {
     /// Name of the reason, without its numbers.
     pub const fn name(&self) -> &'static str {
         match self {
-            Self::Clipped(_) => "current clipped by the ADC",
+            Self::Clipped(_) | Self::LinkCurrentClipped => "current clipped by the ADC",
             Self::DcLinkClipped => "DC-link voltage clipped by the ADC",
             Self::NotANumber => "a reading is not a number",
-            Self::Hidden(_) => "current seen by no sensor",
+            Self::Hidden(_) | Self::LinkCurrentHidden => "current seen by no sensor",
             Self::NoCurrent { .. } => "too little current",
             Self::CurrentPersists(_) => "current does not decay",
             Self::NoSaliency { .. } => "no saliency found",
@@ -361,6 +366,10 @@ impl<T: Real> fmt::Display for Fault<T> {
                     f,
                     "the rotor moves: pulses see axes {angle:.1}° apart where {allowed:.1}° are allowed"
                 )
+            }
+            Self::LinkCurrentClipped => write!(f, "current of the DC link clipped by the ADC"),
+            Self::LinkCurrentHidden => {
+                write!(f, "current of the DC link read before its amplifier has settled")
             }
             Self::UnexpectedReadings => write!(f, "the drive returned other samples than were asked for"),
             Self::Own(own) => f.write_str(own.text),

@@ -1,20 +1,20 @@
 //! Builds the scenario, ready to run, from the tables of its file.
 
-use standstill_detect::{ForeignSettings, Method};
+use standstill_detect::{ForeignSettings, Method, MethodName, Source};
 use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{DeviceKind, Devices};
 use standstill_numeric::Heading;
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::One;
-use standstill_sim::{Adc, Case, PickUp, RotorState, SensorSettings};
+use standstill_sim::{Adc, Arrangement, Case, PickUp, RotorState, SensorSettings};
 
 use super::document::FileError;
 use super::keys::{DetectorTable, InverterTable, SensorsTable, Table, check, unworkable};
 use super::named::Named;
 use super::rotor::Memory;
 use super::tables::ScenarioFile;
-use crate::errors::{PICK_UP, device_kind};
+use crate::errors::{ErrorSet, PICK_UP, device_kind};
 use crate::scenario::{nameplate, tolerance};
 use crate::{DriveSettings, Scenario};
 
@@ -40,6 +40,7 @@ impl ScenarioFile {
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let scenario = self.assemble(motor, files)?;
         if self.detector.python.is_none() {
+            check_sensors(self.detector.method(), &scenario)?;
             scenario.try_detector().map_err(|error| unworkable(&scenario.detector, &error))?;
         }
         Ok(scenario)
@@ -99,7 +100,7 @@ impl ScenarioFile {
         }
         check_channel(&scenario.drive.bridge.devices, motor.rated_current)?;
         self.sensors.set(&mut scenario);
-        self.sensors.apply_rules(&mut scenario.sensors)?;
+        self.sensors.apply_rules(self.errors.0, &mut scenario.sensors)?;
         scenario.sensors.dc_link.adc = self.link_converter(motor, scenario.drive.link.voltage)?;
         self.detector.set(&mut scenario);
         // The drive knows the motor of the data sheet, whatever its temperature is.
@@ -134,6 +135,27 @@ impl ScenarioFile {
         let range = self.sensors.dc_link_range.map(|range| [0.0, range.value()]);
         converter("sensors.dc_link", adc, range, self.sensors.dc_link_bits)
     }
+}
+
+/// Checks that the drive has sensors that a method can read.
+fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result<(), FileError> {
+    let there = scenario.sources();
+    let reads = |method: &Method<f64>| method.sources().iter().any(|source| there.contains(source));
+    if reads(&scenario.detector) {
+        return Ok(());
+    }
+    let words =
+        |sources: &[Source]| sources.iter().map(|source| source.words()).collect::<Vec<_>>().join(" or ");
+    let found = format!(
+        "\"{method}\", which reads {}, on a drive that has {}",
+        words(scenario.detector.sources()),
+        words(&there)
+    );
+    let nameplate = scenario.nameplate();
+    let able = MethodName::ALL.iter().filter(|name| reads(&Method::suited(**name, &nameplate)));
+    let able: Vec<String> = able.map(|name| format!("\"{name}\"")).collect();
+    let needed = format!("one of {}, or another `sensors.arrangement`", able.join(", "));
+    Err(FileError::key("detector.method", &found, &needed))
 }
 
 /// Checks that a motor's iron has a hysteresis, and that its core model covers all currents up to the coercive current: after
@@ -210,7 +232,7 @@ impl InverterTable {
 
 impl SensorsTable {
     /// Checks the rules between the sensors' keys, and sets the numbers that follow from several keys.
-    fn apply_rules(&self, sensors: &mut SensorSettings) -> Result<(), FileError> {
+    fn apply_rules(&self, errors: ErrorSet, sensors: &mut SensorSettings) -> Result<(), FileError> {
         sensors.pick_up = self.pick_up(sensors.pick_up)?;
         if let Some(error) = self.resolver_error {
             sensors.resolver.error = error.value().to_radians();
@@ -218,8 +240,35 @@ impl SensorsTable {
         if let Some(Named(arrangement)) = self.arrangement {
             sensors.arrangement = arrangement;
         }
-        let range = self.range.map(|range| [-range.value(), range.value()]);
+        if sensors.arrangement == Arrangement::DcLinkShunt {
+            self.check_one_shunt()?;
+            sensors.settle =
+                self.settle.map_or(errors.settle(), |settle| Nanos::from_seconds(settle.value()));
+        }
+        let low = self.range_low.map(Quantity::value);
+        let high = self.range.map(Quantity::value).or_else(|| low.and(sensors.adc).map(|adc| adc.high));
+        let range = high.map(|high| [low.unwrap_or(-high), high]);
+        if let (Some(low), None) = (self.range_low, high) {
+            let needed = "`sensors.range` and `sensors.bits` beside it, where the error set has no converter";
+            return Err(FileError::key("sensors.range_low", &low.to_string(), needed));
+        }
         sensors.adc = converter("sensors", sensors.adc, range, self.bits)?;
+        Ok(())
+    }
+
+    /// Refuses keys of several sensors on a drive with one shunt in its DC link.
+    fn check_one_shunt(&self) -> Result<(), FileError> {
+        let several = [
+            ("sensors.skew", self.skew.map(|value| value.to_string())),
+            ("sensors.bandwidth_mismatch", self.bandwidth_mismatch.map(|value| value.to_string())),
+        ];
+        for (key, value) in several {
+            if let Some(value) = value {
+                let needed =
+                    "another `sensors.arrangement`, or no such key: one shunt in the DC link is one channel";
+                return Err(FileError::key(key, &value, needed));
+            }
+        }
         Ok(())
     }
 

@@ -137,6 +137,15 @@ impl ErrorSet {
         }
     }
 
+    /// Returns the settling time that a drive assumes of the amplifier of a shunt in its DC link: ten time constants in the field.
+    pub(crate) const fn settle(self) -> Nanos {
+        match self {
+            Self::None | Self::Noise => Nanos::ZERO,
+            Self::Default | Self::Harsh => Nanos::from_micros(3),
+            Self::Field => Nanos::from_micros(8),
+        }
+    }
+
     /// Returns the settings of the sensors of a drive for this rated current in A and this DC-link voltage in V. Their ranges are
     /// 2.5 times the current and 1.8 times the voltage, and their errors are in proportion to these.
     pub fn sensors(self, rated_current: f64, dc_link: f64) -> SensorSettings {
@@ -154,6 +163,7 @@ impl ErrorSet {
             pick_up: None,
             jitter: Nanos(100),
             sample_delay: Nanos::ZERO,
+            settle: Nanos::ZERO,
             dc_link: VoltageSensor {
                 gain_error: 0.001,
                 offset: 0.0,

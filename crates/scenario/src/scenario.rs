@@ -4,15 +4,16 @@ use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use standstill_detect::{
-    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError, Signature,
+    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError,
+    Signature, Source,
 };
 use standstill_foreign::{Maker, kept};
 use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
-    Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape, Tolerance, run,
-    run_side_by_side,
+    Arrangement, Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape,
+    Tolerance, run, run_side_by_side,
 };
 
 use crate::errors::{dc_link, device_kind};
@@ -108,6 +109,8 @@ fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
 /// Returns what the drive knows of this motor and of itself: values of the data sheets.
 pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
+    // One channel for all lines: gains and filters cannot differ, and nothing is converted later.
+    let one_shunt = sensors.arrangement == Arrangement::DcLinkShunt;
     // The polarity test goes 2 % beyond the rated current; a map may not cover that.
     let (signature_at_rated, polarity_difference) = signature(motor, motor.rated_current);
     let (pulse_signature, _) = signature(motor, 0.5 * motor.rated_current);
@@ -121,12 +124,14 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
         pulse_signature,
         polarity_difference,
         rated_pulse: rated_pulse(motor, drive.link.voltage),
-        gain_tolerance: sensors.gain_error,
+        gain_tolerance: if one_shunt { 0.0 } else { sensors.gain_error },
         sensing: Sensing {
             bandwidth: sensors.bandwidth,
-            bandwidth_mismatch: sensors.bandwidth_mismatch,
-            skew: sensors.skew,
+            bandwidth_mismatch: if one_shunt { 0.0 } else { sensors.bandwidth_mismatch },
+            skew: if one_shunt { Nanos::ZERO } else { sensors.skew },
             pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
+            one_shunt,
+            settle: if sensors.settle > Nanos::ZERO { drive.dead_time + sensors.settle } else { Nanos::ZERO },
         },
         dc_link: drive.link.voltage,
         dead_time: drive.dead_time,
@@ -192,6 +197,16 @@ impl<S: Settings<f64>> Scenario<S> {
     /// Returns what the drive knows of the motor and of itself.
     pub fn nameplate(&self) -> Nameplate<f64> {
         nameplate(&self.motor, &self.drive, &self.sensors)
+    }
+
+    /// Returns what the drive's sensors show.
+    pub fn sources(&self) -> Vec<Source> {
+        vec![match self.sensors.arrangement {
+            Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::LowSideShunts => {
+                Source::PhaseCurrents
+            }
+            Arrangement::DcLinkShunt => Source::LinkCurrent,
+        }]
     }
 
     /// Checks that the detector can work with its settings.

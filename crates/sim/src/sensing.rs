@@ -28,6 +28,17 @@ choice! {
         /// shows only current that its lower diode carries into the motor: current out of the motor, through the
         /// upper diode, reads as zero.
         LowSideShunts = "low-side-shunts",
+        /// One shunt between link capacitor and bridge. Its current is that of the legs whose upper device conducts: of the leg
+        /// that alone is high, or of the leg that alone is low with the opposite sign. What diodes return to the link after all
+        /// switches have opened is negative; while all legs are low or all high there is none.
+        DcLinkShunt = "dc-link-shunt",
+    }
+}
+
+impl Arrangement {
+    /// Returns whether the current in a sensor depends on which devices conduct.
+    pub const fn follows_legs(self) -> bool {
+        matches!(self, Self::LowSideShunts | Self::DcLinkShunt)
     }
 }
 
@@ -193,6 +204,9 @@ pub struct SensorSettings {
     pub jitter: Nanos,
     /// Delay of all triggers; a sample never leaves its command.
     pub sample_delay: Nanos,
+    /// Settling time of a shunt's amplifier as the drive assumes it: a shunt's reading is hidden until the dead time and this
+    /// time have passed since the last request to its leg, to any leg for the shunt in the DC link.
+    pub settle: Nanos,
     /// The DC-link sensor.
     pub dc_link: VoltageSensor,
     /// The resolver.
@@ -200,13 +214,17 @@ pub struct SensorSettings {
 }
 
 impl SensorSettings {
-    /// Returns the phase currents in A that flow through a sensor: all of them in line, those of the conducting lower
-    /// devices through shunts.
+    /// Returns the currents in A through the sensors of the three phases: all of them in line, those of the conducting lower
+    /// devices through shunts below the legs. A shunt in the DC link has the first place; the others are empty.
     pub fn seen(&self, current: [f64; 3], modes: Modes) -> [f64; 3] {
         match self.arrangement {
             Arrangement::ThreeInLine | Arrangement::TwoInLine => current,
             Arrangement::LowSideShunts => {
                 std::array::from_fn(|k| if modes[k].is_lower() { current[k] } else { 0.0 })
+            }
+            Arrangement::DcLinkShunt => {
+                let upper = (0..3).filter(|k| modes[*k].is_upper());
+                [upper.map(|k| current[k]).sum(), 0.0, 0.0]
             }
         }
     }
@@ -238,6 +256,7 @@ impl SensorSettings {
         pick_up: None,
         jitter: Nanos::ZERO,
         sample_delay: Nanos::ZERO,
+        settle: Nanos::ZERO,
         dc_link: VoltageSensor { gain_error: 0.0, offset: 0.0, noise: 0.0, bandwidth: None, adc: None },
         resolver: Resolver { error: 0.0 },
     };

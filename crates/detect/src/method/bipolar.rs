@@ -13,7 +13,7 @@ mod tests;
 
 use standstill_interface::{AlphaBeta, Fault, Findings, Nanos, Phase, Reading, Real, Step};
 
-use crate::keys::{self, Keyed, Lines, Setting, Value, place};
+use crate::keys::{self, Keyed, Lines, Setting, Source, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
@@ -46,7 +46,7 @@ impl<T: Real> BipolarSettings<T> {
         let needed = "such that a pulse is sampled before its end: with twice `skew`, five of them in less than a quarter of it";
         require(
             lead < train.interval && lead + train.dead_time < train.pulse,
-            "sensors.pick_up_decay",
+            self.0.sensing.blank_key(),
             needed,
         )
     }
@@ -204,6 +204,8 @@ impl<T: Real> Sequence<T> for Bipolar<T> {
 }
 
 impl<T: Real> Keyed for BipolarSettings<T> {
+    const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
+
     const SETTINGS: &'static [Setting<Self>] = &[
         Setting::new(
             &keys::PULSE,

@@ -6,7 +6,7 @@ use core::marker::PhantomData;
 use standstill_interface::{Fault, Findings, Reading, Real, Step};
 
 use super::Sequence;
-use crate::keys::{Keyed, Setting};
+use crate::keys::{Keyed, Setting, Source};
 use crate::parts::margin::Margin;
 use crate::settings::SettingsError;
 
@@ -48,5 +48,7 @@ impl<T: Real> Sequence<T> for Foreign<T> {
 }
 
 impl<T: Real> Keyed for ForeignSettings<T> {
+    const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
+
     const SETTINGS: &'static [Setting<Self>] = &[];
 }

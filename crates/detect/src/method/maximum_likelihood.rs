@@ -120,14 +120,17 @@ impl<T: Real> MaximumLikelihood<T> {
             pulse: T::of(s.pulse.seconds()),
             interval: T::of(s.interval.seconds()),
             blank: self.settings.pulses.sensing.blank(),
+            before_end: if s.one_shunt { T::of(s.interval.seconds() / 2.0) } else { T::zero() },
         };
         let delay = T::of(s.dead_time.seconds());
         let lag = self.settings.pulses.sensing.lag();
-        let end = s.samples_on() - 1;
+        // The last sample that no jitter takes beyond the end of the pulse, where a shunt in the link shows another sign.
+        let end = s.samples_on() - if s.one_shunt { 2 } else { 1 };
+        let risen = if s.one_shunt { model.pulse - model.interval } else { model.pulse };
         let start = core::array::from_fn(|k| {
             let [back, forward] = curves[k];
             // The sensors show what flowed earlier, by their lag; not more than half a pulse, of which something would be left.
-            let rise = model.pulse - delay - lag.min(model.pulse / T::of(2.0));
+            let rise = risen - delay - lag.min(model.pulse / T::of(2.0));
             LineParameters {
                 inductance: model.on * rise * T::of(2.0) / (back[end] + forward[end]),
                 slope: T::zero(),

@@ -132,6 +132,7 @@ mod tests {
                 resistance: 0.0,
                 on_drop: 0.0,
                 off_drop: 0.0,
+                one_shunt: false,
             },
             saliency: SaliencySign::Negative,
             least_saliency: 0.005,

@@ -106,6 +106,16 @@ pub(crate) fn seen<T: Real>(reading: &Reading<T>, phase: Phase) -> Result<T, Fau
     }
 }
 
+/// The current in A through the shunt in the DC link, if it was really seen.
+pub(crate) fn link_current<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
+    match reading.link_sensed {
+        Sensed::Clipped => Err(Fault::LinkCurrentClipped),
+        Sensed::Hidden => Err(Fault::LinkCurrentHidden),
+        Sensed::Measured | Sensed::Derived if !is_reading(reading.link_current) => Err(Fault::NotANumber),
+        Sensed::Measured | Sensed::Derived => Ok(reading.link_current),
+    }
+}
+
 /// All three phase currents in A, each seen by a sensor.
 pub(crate) fn all_seen<T: Real>(reading: &Reading<T>) -> Result<Abc<T>, Fault<T>> {
     Ok(Abc::new(seen(reading, Phase::A)?, seen(reading, Phase::B)?, seen(reading, Phase::C)?))

@@ -19,7 +19,7 @@ use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sam
 use crate::keys::{Lines, Microseconds};
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
-use crate::parts::settle::{all_seen, largest, link};
+use crate::parts::settle::{all_seen, largest, link, link_current};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 pub(crate) use gains::GainComparison;
 
@@ -58,6 +58,9 @@ pub struct PulseTrainSettings<T> {
     pub on_drop: T,
     /// Voltage in V that the two diodes add to the link while the current decays.
     pub off_drop: T,
+    /// Whether one shunt in the DC link takes the place of the phases' sensors: it carries the line's current during a pulse,
+    /// and as much with the opposite sign while diodes return it to the link.
+    pub one_shunt: bool,
 }
 
 impl<T: Real> PulseTrainSettings<T> {
@@ -79,6 +82,7 @@ impl<T: Real> PulseTrainSettings<T> {
             resistance: drive.resistance + (drive.switch_drop[1] + drive.diode_drop[1]) / T::of(2.0),
             on_drop: drive.switch_drop[0] * T::of(2.0),
             off_drop: drive.diode_drop[0] * T::of(2.0),
+            one_shunt: drive.sensing.one_shunt,
         }
     }
 
@@ -261,7 +265,10 @@ impl<T: Real> Train<T> {
             if peak < needed || !peak.is_finite() {
                 return Err(Fault::NoCurrent { peak, needed });
             }
-            self.derived = readings.iter().fold(self.derived, Derived::with);
+            // One shunt is one gain for all lines.
+            if !self.settings.one_shunt {
+                self.derived = readings.iter().fold(self.derived, Derived::with);
+            }
             let left = match readings.last() {
                 Some(last) => self.beyond_offset(last)?,
                 None => T::zero(),
@@ -283,7 +290,7 @@ impl<T: Real> Train<T> {
         let zero = T::zero();
         let mut sum = Abc::new(zero, zero, zero);
         for reading in readings {
-            let seen = all_seen(reading)?;
+            let seen = self.seen(reading)?;
             for phase in Phase::ALL {
                 sum[phase] = sum[phase] + seen[phase];
             }
@@ -310,8 +317,20 @@ impl<T: Real> Train<T> {
         Ok(())
     }
 
-    /// The largest phase current in A that a reading shows, offsets removed.
+    /// What the sensors of the phases show in A; the shunt in the link in place of each.
+    fn seen(&self, reading: &Reading<T>) -> Result<Abc<T>, Fault<T>> {
+        if self.settings.one_shunt {
+            link_current(reading).map(|current| Abc([current; 3]))
+        } else {
+            all_seen(reading)
+        }
+    }
+
+    /// The largest current in A that a sensor shows, offsets removed.
     fn beyond_offset(&self, reading: &Reading<T>) -> Result<T, Fault<T>> {
+        if self.settings.one_shunt {
+            return Ok((link_current(reading)? - self.offset[Phase::A]).abs());
+        }
         let mut without = *reading;
         for phase in Phase::ALL {
             without.current[phase] = without.current[phase] - self.offset[phase];
@@ -369,9 +388,14 @@ impl<T: Real> Train<T> {
         Ok((from + to) / T::of(2.0))
     }
 
-    /// The current by each of the two sensors: in the phase that it enters and in the one that it leaves.
+    /// The current by each of the two sensors: in the phase that it enters and in the one that it leaves. One shunt in the link is both.
     pub fn both(&self, slot: Slot, reading: &Reading<T>) -> Result<(T, T), Fault<T>> {
-        let seen = all_seen(reading)?;
+        let seen = self.seen(reading)?;
+        if self.settings.one_shunt {
+            let drawn = seen[Phase::A] - self.offset[Phase::A];
+            let current = if reading.at > self.settings.pulse { -drawn } else { drawn };
+            return Ok((current, current));
+        }
         let (from, to) = slot.phases();
         Ok((seen[from] - self.offset[from], self.offset[to] - seen[to]))
     }

@@ -16,6 +16,7 @@ const SPREAD: Range = Range::new(
 const BITS: Range =
     Range::new(0.0, 24.0, "a whole number from 0 to 24", "converters have up to 24 bits").whole();
 const SKEW: &str = "from 0 to 100 us: the next sample waits until all phases are converted";
+const SETTLE: &str = "from 0 to 1 ms: amplifiers of shunts settle within microseconds";
 const DECAY: &str = "from 1 ns to 100 us: what rings longer is no pick-up of an edge";
 const RINGING: &str = "from 0 to 1000 MHz: samples are taken in whole nanoseconds";
 
@@ -69,6 +70,12 @@ table! {
         skew: Quantity<Second> [scenario.sensors.skew] {
             range: Some(Range::new(0.0, 1e-4, SKEW, "the next sample waits")), example: "\"0.5 us\"",
         };
+        /// Settling time of a shunt's amplifier that the drive assumes: it does not read a shunt until the dead time and this time have
+        /// passed since the last request to its leg, to any leg for the shunt in the DC link.
+        settle: Quantity<Second> [scenario.sensors.settle] {
+            range: Some(Range::new(0.0, 1e-3, SETTLE, "amplifiers settle within a millisecond")),
+            applies: |scenario| scenario.sensors.arrangement.follows_legs(), example: "\"4 us\"",
+        };
         /// Amplitude that an edge of a leg's potential adds to all readings of current.
         pick_up: Quantity<Ampere> {
             range: Some(NOT_NEGATIVE),
@@ -88,6 +95,11 @@ table! {
             get: |scenario| scenario.sensors.pick_up.map(|of| number(of.frequency)),
             applies: |scenario| scenario.sensors.pick_up.is_some(),
             example: "\"5 MHz\"",
+        };
+        /// Lowest current of the current converters' range, for amplifiers of one direction; as far below zero as `range` is above it unless set.
+        range_low: Quantity<Ampere> {
+            range: Some(Range::new(f64::MIN, 0.0, "at most 0 A", "a reading without current lies within the range")),
+            get: |scenario| scenario.sensors.adc.map(|adc| number(adc.low)), example: "\"-0.5 A\"",
         };
         /// Range of the current converters, either way.
         range: Quantity<Ampere> {

@@ -25,6 +25,8 @@ struct LegSequencer {
     /// The last request to the leg's driver, and the last one before the present command.
     requested: Gate,
     before: Gate,
+    /// Time of the last change of the request before the present command, as far as there was one.
+    changed: Option<Nanos>,
     /// Whether requests may have followed by alternation since one was last taken from this sequencer.
     alternates: bool,
 }
@@ -57,6 +59,11 @@ impl LegSequencer {
             (self.ahead, self.requested) = (None, gate);
             self.plan.go_on_after(self.requested_at(off), gate);
         }
+    }
+
+    /// Returns the time of the last change of the request before `at`, a time of the command that began at `start`.
+    fn changed_before(&self, at: Nanos, start: Nanos) -> Option<Nanos> {
+        (at > start).then(|| self.plan.changed(self.before, at)).flatten().or(self.changed)
     }
 
     /// Returns the time of the request whose turn-off is at `off` in ns.
@@ -115,6 +122,7 @@ impl GateSequencer {
             ahead: None,
             requested: Gate::Off,
             before: Gate::Off,
+            changed: None,
             alternates: false,
         };
         Self { sequencers: timings.map(leg), start: Nanos::ZERO }
@@ -133,10 +141,11 @@ impl GateSequencer {
         let second = command.then.unwrap_or(Stage { legs: first.legs, duration: Nanos::ZERO });
         let ends = [start + first.duration, start + first.duration + second.duration];
         let (Abc(a), Abc(b)) = (first.legs, second.legs);
-        self.start = start;
+        let began = std::mem::replace(&mut self.start, start);
         for (k, leg) in self.sequencers.iter_mut().enumerate() {
             let gates = &mut legs.gates[k];
             leg.catch_up(gates, lane);
+            leg.changed = leg.changed_before(start, began);
             while let Some(request) = leg.plan.take() {
                 leg.left.push_back(request);
             }
@@ -164,6 +173,12 @@ impl GateSequencer {
         leg.catch_up(gates, lane);
         gates.carry_out(lane);
         leg.expect_next(gates, lane);
+    }
+
+    /// Returns the times of the last changes of the requests to the legs before `at`, a time of this command; none for a leg
+    /// that has kept its gates since the begin of the run.
+    pub fn changed(&self, at: Nanos) -> [Option<Nanos>; 3] {
+        self.sequencers.each_ref().map(|leg| leg.changed_before(at, self.start))
     }
 
     /// Returns the requests to the legs just before `at`, a time of this command or its begin.

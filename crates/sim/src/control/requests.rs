@@ -177,6 +177,37 @@ impl LegPlan {
             }
         }
     }
+
+    /// Returns the time of the last change of the request within the command before `at`, a time after its start; none if there
+    /// was none. `before`: the request before the command.
+    pub fn changed(&self, before: Gate, at: Nanos) -> Option<Nanos> {
+        let (last, end) = (at - Nanos(1), self.ends[0]);
+        let first = self.changed_in(0, before, last.min(end - Nanos(1)));
+        let second = if last < end { None } else { self.changed_in(1, self.requested(end), last) };
+        second.or(first)
+    }
+
+    /// Returns the time of the last change of the request in a stage up to `last`. `before`: the request before the stage.
+    fn changed_in(&self, stage: usize, before: Gate, last: Nanos) -> Option<Nanos> {
+        let begin = if stage == 0 { self.start } else { self.ends[0] };
+        let passed = last - begin;
+        let within = match self.tasks[stage] {
+            Task::Once { from, at, to } if from != to && passed >= at => Some(at),
+            Task::Modulate { idle, on } => {
+                let (periods, place) = (passed.0 / self.carrier.0, passed.0 % self.carrier.0);
+                let edge = |period: u64, after: Nanos| Some(self.carrier * period + after);
+                if place >= idle.0 + on.0 {
+                    edge(periods, idle + on)
+                } else if place >= idle.0 && (idle > Nanos::ZERO || periods > 0) {
+                    edge(periods, idle)
+                } else {
+                    periods.checked_sub(1).and_then(|period| edge(period, idle + on))
+                }
+            }
+            _ => None,
+        };
+        within.map(|after| begin + after).or((self.tasks[stage].first() != before).then_some(begin))
+    }
 }
 
 // A duty between 0 and 1 of a carrier period is a small non-negative number.

@@ -29,7 +29,7 @@ impl<'a> Control<'a> {
     pub(super) fn reads_within<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         let settings = &self.case.sensors.settings;
         settings.bandwidth.is_some()
-            && settings.arrangement != crate::Arrangement::LowSideShunts
+            && !settings.arrangement.follows_legs()
             && self.link_filter.is_none()
             && bank.machine.links.storage.is_none()
     }
@@ -52,7 +52,8 @@ impl<'a> Control<'a> {
             let current = sensed.within(self.lane, times);
             let dc_link = bank.machine.links.source_of(self.lane, times[first] * 1e-9).voltage;
             for time in &times[first..] {
-                let read = *time <= now && self.convert(nominal, *time, current, dc_link, [Gate::Off; 3]);
+                let read = *time <= now
+                    && self.convert(nominal, *time, current, dc_link, ([Gate::Off; 3], [true; 3]));
                 if read || *time > now {
                     break;
                 }
@@ -76,10 +77,11 @@ impl<'a> Control<'a> {
             self.look_at_link(bank);
         }
         let settings = &self.case.sensors.settings;
-        let (mut current, mut requested) = (self.currents(bank), [Gate::Off; 3]);
-        if settings.arrangement == crate::Arrangement::LowSideShunts {
+        let (mut current, mut requests) = (self.currents(bank), ([Gate::Off; 3], [true; 3]));
+        if settings.arrangement.follows_legs() {
             // The drive knows its requests at the trigger, not when the sample was really taken.
-            requested = self.sequencer.requested(self.course.start + nominal);
+            let at = self.course.start + nominal;
+            requests = (self.sequencer.requested(at), self.settled(at));
             // Samples come before gate edges of the same instant.
             let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());
             current = settings.seen(current, modes);
@@ -89,22 +91,40 @@ impl<'a> Control<'a> {
         }
         let link = bank.here.state.link.get(self.lane);
         let dc_link = self.link_filter.map_or(link, |filter| filter.output());
-        self.convert(nominal, self.time(bank), current, dc_link, requested);
+        self.convert(nominal, self.time(bank), current, dc_link, requests);
+    }
+
+    /// Returns of each leg whether the drive takes the amplifier of its shunt to have settled at `at`, a time of this command: the
+    /// dead time and the settling time have passed since the last request to the leg, to any leg for the shunt in the DC link.
+    fn settled(&self, at: Nanos) -> [bool; 3] {
+        let settings = &self.case.sensors.settings;
+        if settings.settle == Nanos::ZERO {
+            return [true; 3];
+        }
+        let dead = self.case.inverter.gates.map(|gates| gates.dead_time);
+        let changed = self.sequencer.changed(at);
+        let settled: [bool; 3] = std::array::from_fn(|k| {
+            changed[k].is_none_or(|changed| at >= changed + dead[k] + settings.settle)
+        });
+        if settings.arrangement == crate::Arrangement::DcLinkShunt {
+            return [settled == [true; 3]; 3];
+        }
+        settled
     }
 
     /// Converts the values at a time in ns: currents in A and the link's voltage in V. Returns whether the reading is
-    /// complete.
+    /// complete. `requests`: see [`Instant`].
     fn convert(
         &mut self,
         nominal: Nanos,
         time: f64,
         current: [f64; 3],
         dc_link: f64,
-        requested: [Gate; 3],
+        (requested, settled): ([Gate; 3], [bool; 3]),
     ) -> bool {
         let skew = self.case.sensors.settings.skew;
         let Some((current, dc_link)) = self.course.converted(current, dc_link, skew) else { return false };
-        let there = Instant { current, dc_link, requested };
+        let there = Instant { current, dc_link, requested, settled };
         let reading: Reading<f64> = self.sampler.read(nominal, &there);
         if self.probe.is_some() {
             self.event(time * 1e-9, Event::Sample(reading.current.0, reading.dc_link));

@@ -19,12 +19,14 @@ pub struct Sampler<'t> {
 /// Physical values at the instant of a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant {
-    /// Currents in A through the sensors, behind their filters if they have any.
+    /// Currents in A through the sensors, behind their filters if they have any: see [`super::SensorSettings::seen`].
     pub current: [f64; 3],
     /// Voltage of the DC link in V, behind its sensor's filter if it has one.
     pub dc_link: f64,
     /// The request to each leg just before the trigger's nominal time.
     pub requested: [Gate; 3],
+    /// Whether the drive takes the amplifier of each leg's shunt to have settled by then.
+    pub settled: [bool; 3],
 }
 
 impl<'t> Sampler<'t> {
@@ -62,19 +64,35 @@ impl<'t> Sampler<'t> {
             let (x, y) = (raw[(k + 1) % 3], raw[(k + 2) % 3]);
             (-(x.0 + y.0), if x.1 || y.1 { Sensed::Clipped } else { Sensed::Derived }, 0)
         };
-        let upper = there.requested.iter().filter(|gate| **gate == Gate::High).count();
-        let phase = |k: usize| match s.arrangement {
-            Arrangement::TwoInLine if k == 2 => derived(2),
-            Arrangement::LowSideShunts if there.requested[k] == Gate::High => {
-                if upper == 1 {
-                    derived(k)
-                } else {
-                    (0.0, Sensed::Hidden, 0)
-                }
+        let hidden = (0.0, Sensed::Hidden, 0);
+        let shown = |k: usize| there.requested[k] != Gate::High && there.settled[k];
+        let mut link_current = hidden;
+        let phases = match s.arrangement {
+            Arrangement::ThreeInLine => [measured(0), measured(1), measured(2)],
+            Arrangement::TwoInLine => [measured(0), measured(1), derived(2)],
+            Arrangement::LowSideShunts => {
+                [0, 1, 2].map(|k| match (shown(k), shown((k + 1) % 3), shown((k + 2) % 3)) {
+                    (true, ..) => measured(k),
+                    (false, true, true) => derived(k),
+                    _ => hidden,
+                })
             }
-            _ => measured(k),
+            Arrangement::DcLinkShunt => {
+                if there.settled == [true; 3] {
+                    link_current = measured(0);
+                }
+                let alone = |gate, k: usize| {
+                    there.requested[k] == gate
+                        && there.requested.iter().filter(|of| **of == gate).count() == 1
+                };
+                [0, 1, 2].map(|k| match link_current {
+                    (_, Sensed::Hidden, _) => hidden,
+                    of if alone(Gate::High, k) => of,
+                    (value, sensed, count) if alone(Gate::Low, k) => (-value, sensed, count),
+                    _ => hidden,
+                })
+            }
         };
-        let phases = [phase(0), phase(1), phase(2)];
 
         let (dc_link, dc_link_clipped, link_count) = raw[3];
         Reading {
@@ -86,10 +104,11 @@ impl<'t> Sampler<'t> {
             counts: Counts {
                 current: Abc(phases.map(|(.., count)| count)),
                 dc_link: link_count,
+                link_current: link_current.2,
                 ..Counts::NONE
             },
-            link_current: T::of(0.0),
-            link_sensed: Sensed::Hidden,
+            link_current: T::of(link_current.0),
+            link_sensed: link_current.1,
             terminal: Abc([T::of(0.0); 3]),
             terminal_sensed: Abc([Sensed::Hidden; 3]),
             capture: None,
@@ -121,7 +140,8 @@ mod tests {
     }
 
     fn there(modes: Modes, requested: [Gate; 3]) -> Instant {
-        Instant { current: [1.5, -1.5, 0.0], dc_link: 550.0, requested }.through(SensorSettings::IDEAL, modes)
+        Instant { current: [1.5, -1.5, 0.0], dc_link: 550.0, requested, settled: [true; 3] }
+            .through(SensorSettings::IDEAL, modes)
     }
 
     impl Instant {
@@ -204,6 +224,54 @@ mod tests {
         assert_eq!(reading.sensed.0, [Sensed::Hidden, Sensed::Measured, Sensed::Hidden]);
         let reading = read([LowerDiode, UpperDiode, Blocked], [Gate::Off; 3]);
         assert_eq!(reading.current.0, [1.5, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn law_a_shunt_in_the_link_shows_the_leg_that_is_alone() {
+        let shunt = SensorSettings { arrangement: Arrangement::DcLinkShunt, ..SensorSettings::IDEAL };
+        let mut sampler = sampler(shunt);
+        let mut read = |current, modes, gates, settled| -> Reading<f64> {
+            let there = Instant { current, settled: [settled; 3], ..there(modes, gates) };
+            sampler.read(Nanos(0), &there.through(shunt, modes))
+        };
+        let (high, low, off) = (Gate::High, Gate::Low, Gate::Off);
+        let [measured, hidden] = [Sensed::Measured, Sensed::Hidden];
+        // One leg high: its own. One low: its own, with the other sign. Both at once: a line.
+        let reading =
+            read([2.0, -1.5, -0.5], [UpperSwitch, LowerSwitch, LowerSwitch], [high, low, low], true);
+        assert_eq!((reading.link_current, reading.link_sensed), (2.0, measured));
+        assert_eq!((reading.current.0[0], reading.sensed.0), (2.0, [measured, hidden, hidden]));
+        let reading =
+            read([1.5, -2.0, 0.5], [UpperSwitch, LowerSwitch, UpperSwitch], [high, low, high], true);
+        assert_eq!((reading.link_current, reading.current.0[1]), (2.0, -2.0));
+        assert_eq!(reading.sensed.0, [hidden, measured, hidden]);
+        let reading = read([1.5, -1.5, 0.0], PULSE.1, PULSE.0, true);
+        assert_eq!((reading.current.0[0], reading.current.0[1]), (1.5, -1.5));
+        assert_eq!(reading.sensed.0, [measured, measured, hidden]);
+        // Diodes return the current to the link: it turns its sign, and the drive cannot say whose it is.
+        let reading = read([1.5, -1.5, 0.0], [LowerDiode, UpperDiode, Blocked], [off; 3], true);
+        assert_eq!((reading.link_current, reading.link_sensed), (-1.5, measured));
+        assert_eq!(reading.sensed.0, [hidden; 3]);
+        // All low: nothing flows in the link. An amplifier that has not settled: nothing is read.
+        let reading = read([1.5, -1.0, -0.5], [LowerSwitch; 3], [low; 3], true);
+        assert_eq!((reading.link_current, reading.link_sensed), (0.0, measured));
+        let reading = read([1.5, -1.5, 0.0], PULSE.1, PULSE.0, false);
+        assert_eq!((reading.link_sensed, reading.sensed.0), (hidden, [hidden; 3]));
+    }
+
+    #[test]
+    fn law_a_leg_whose_amplifier_has_not_settled_follows_from_the_other_two() {
+        let shunts = SensorSettings { arrangement: Arrangement::LowSideShunts, ..SensorSettings::IDEAL };
+        let mut sampler = sampler(shunts);
+        let modes = [LowerSwitch; 3];
+        let mut read = |settled| -> Reading<f64> {
+            let there = Instant { current: [1.5, -1.0, -0.5], settled, ..there(modes, [Gate::Low; 3]) };
+            sampler.read(Nanos(0), &there.through(shunts, modes))
+        };
+        let reading = read([true, false, true]);
+        assert_eq!(reading.current.0, [1.5, -1.0, -0.5]);
+        assert_eq!(reading.sensed.0, [Sensed::Measured, Sensed::Derived, Sensed::Measured]);
+        assert_eq!(read([true, false, false]).sensed.0, [Sensed::Measured, Sensed::Hidden, Sensed::Hidden]);
     }
 
     #[test]

@@ -19,8 +19,8 @@ pub struct Sensed<V: Wide> {
     pub filters: Option<Filters<V>>,
     /// Pick-up of the sensors.
     pub picked_up: Option<PickedUp<V>>,
-    /// Whether the sensors measure the currents of lower devices alone.
-    shunts: bool,
+    /// Where the sensors are.
+    arrangement: Arrangement,
     passed: Passed<V>,
 }
 
@@ -63,7 +63,7 @@ impl<V: Wide> Sensed<V> {
         there.then(|| Self {
             filters: settings.bandwidth.map(|_| Filters::default()),
             picked_up: settings.pick_up.map(|_| PickedUp::default()),
-            shunts: settings.arrangement == Arrangement::LowSideShunts,
+            arrangement: settings.arrangement,
             passed: Passed::default(),
         })
     }
@@ -73,7 +73,7 @@ impl<V: Wide> Sensed<V> {
         let Some(sensed) = of else { return settings.bandwidth.is_none() && settings.pick_up.is_none() };
         sensed.filters.is_some() == settings.bandwidth.is_some()
             && sensed.picked_up.is_some() == settings.pick_up.is_some()
-            && sensed.shunts == (settings.arrangement == Arrangement::LowSideShunts)
+            && sensed.arrangement == settings.arrangement
     }
 
     /// Puts sensors into a lane, at rest.
@@ -243,11 +243,12 @@ impl<V: Wide> Compute for Follow<'_, V> {
         let Some(filters) = &mut sensed.filters else { return };
         passed.filters = Some(*filters);
         let mut seen = [one; 3];
-        if sensed.shunts {
+        if sensed.arrangement.follows_legs() {
             let half = V::of(0.5);
+            let lower = sensed.arrangement == Arrangement::LowSideShunts;
             seen = three!(k => {
-                let leg = &passed.legs.leg[k];
-                V::only(passed.legs.flows[k] & !leg.rail.above(half), one)
+                let upper = passed.legs.leg[k].rail.above(half);
+                V::only(passed.legs.flows[k] & if lower { !upper } else { upper }, one)
             });
         }
         if let Some(ringing) = &ringing {
@@ -257,6 +258,16 @@ impl<V: Wide> Compute for Follow<'_, V> {
             for n in 0..4 {
                 passed.input[k][n] = (axes[k].x * x[n] + axes[k].y * y[n]) * seen[k];
             }
+        }
+        if sensed.arrangement == Arrangement::DcLinkShunt {
+            for n in 0..4 {
+                let [a, b, c] = three!(k => passed.input[k][n]);
+                (passed.input[0][n], passed.input[1][n], passed.input[2][n]) = (a + b + c, zero, zero);
+            }
+            passed.shares = pair!(m => {
+                let [a, b, c] = passed.shares[m];
+                [a + b + c, zero, zero]
+            });
         }
         let rings = some!(&ringing, ringing => (&ringing.of, &passed.shares));
         filters.advance(taken, h, &passed.input, rings);

@@ -3,7 +3,7 @@
 use standstill_interface::{Nanos, Real};
 
 use super::MOST_SAMPLES;
-use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Source, Value, place};
 use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::polarity::Signature;
@@ -37,6 +37,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
     pub fn suited(drive: &Nameplate<T>) -> Self {
         // Short pulses have more samples.
         let interval = Nanos::from_micros(10).min(Nanos(drive.line_pulse(T::of(0.5)).0 / LEAST_PARTS));
+        let interval = interval.max(drive.sensing.settle);
         let mut pulses = BothWaysSettings::suited(drive, interval);
         if pulses.train.samples() > MOST_SAMPLES {
             pulses.train.interval = Nanos(pulses.train.pulse.0 / 40);
@@ -101,7 +102,10 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         let blank = Nanos::from_seconds(self.pulses.sensing.blank().to_double());
         let needed =
             "such that a pulse leaves samples that no edge spoils: at most a tenth of the shortest pulse";
-        require(blank * 2 <= train.pulse, "sensors.pick_up_decay", needed)
+        require(blank * 2 <= train.pulse, self.pulses.sensing.blank_key(), needed)?;
+        let needed =
+            "with the dead time at most the interval between two samples: no sample of a pulse may be hidden";
+        require(self.pulses.sensing.settle <= train.interval, "sensors.settle", needed)
     }
 }
 
@@ -122,6 +126,8 @@ pub(super) fn lengthened<T: Real>(
 }
 
 impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
+    const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
+
     const SETTINGS: &'static [Setting<Self>] = &[
         Setting::new(
             &keys::PULSE,

@@ -62,6 +62,7 @@ const SETTINGS: PulseTrainSettings<f64> = PulseTrainSettings {
     resistance: 1.0,
     on_drop: 2.0,
     off_drop: 2.0,
+    one_shunt: false,
 };
 
 fn reading(current: [f64; 3]) -> Reading<f64> {

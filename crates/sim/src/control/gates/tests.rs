@@ -181,6 +181,7 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
         let (mut lines, mut legs) = (GateSequencer::new(timings), Legs::<f64>::idle(false));
         let mut drivers = timings.map(|timing| Driver { timing, ..Driver::default() });
         let mut requested = [Gate::Off; 3];
+        let mut changed = [None; 3];
         let mut now = Nanos(dice.below(1000));
         let mut known = [0.0; 3];
         for _ in 0..12 {
@@ -199,11 +200,15 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
             let mut given = [0; 3];
             while now < end {
                 let time = now.0 as f64;
+                assert_eq!(lines.changed(now), changed, "case {case} at {now:?}");
                 for leg in 0..3 {
                     while let Some((at, gate)) = requests[leg].get(given[leg])
                         && *at <= now
                     {
                         given[leg] += 1;
+                        if requested[leg] != *gate {
+                            changed[leg] = Some(*at);
+                        }
                         requested[leg] = *gate;
                         drivers[leg].request(now, *gate);
                     }

@@ -29,6 +29,9 @@ pub(crate) struct PulseModel<T> {
     pub interval: T,
     /// How long in s after an edge of the legs samples are left out: what the edge makes the wires pick up decays.
     pub blank: T,
+    /// How long in s before the end of the pulse samples are left out: jitter may take them beyond it, where a shunt in the DC link
+    /// shows the current with the opposite sign.
+    pub before_end: T,
 }
 
 /// Parameters of a current: L in H, c in H/A, both of its line, and t_s in s; and how it is seen.
@@ -68,7 +71,8 @@ impl<T: Real> PulseModel<T> {
     /// Whether a sample at `time` in s is near the edge that begins or the one that ends the pulse.
     fn near_an_edge(&self, time: T, delay: T) -> bool {
         let since = |edge: T| time >= edge && time - edge < self.blank;
-        self.blank > T::zero() && (since(delay) || since(self.pulse))
+        let turns = self.before_end > T::zero() && (time - self.pulse).abs() < self.before_end;
+        turns || self.blank > T::zero() && (since(delay) || since(self.pulse))
     }
 
     /// The samples of pulses one way.

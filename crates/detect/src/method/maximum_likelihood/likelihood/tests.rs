@@ -5,8 +5,15 @@ use std::vec::Vec;
 use super::*;
 use crate::testing::Noise;
 
-const MODEL: PulseModel<f64> =
-    PulseModel { on: 548.0, off: 552.0, resistance: 2.4, pulse: 200e-6, interval: 10e-6, blank: 0.0 };
+const MODEL: PulseModel<f64> = PulseModel {
+    on: 548.0,
+    off: 552.0,
+    resistance: 2.4,
+    pulse: 200e-6,
+    interval: 10e-6,
+    blank: 0.0,
+    before_end: 0.0,
+};
 
 const TRUE: [LineParameters<f64>; 3] = [
     LineParameters { inductance: 32.8e-3, slope: 1.2e-4, delay: 2.2e-6, lag: 0.0, late: 0.0 },
