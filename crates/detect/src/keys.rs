@@ -11,9 +11,11 @@
 //! # let drive = Nameplate {
 //! #     rated_current: 7.0, resistance: 1.2, d_axis_inductance: 10e-3, q_axis_inductance: 18e-3, magnet_flux: 0.5,
 //! #     signature: Signature::Normal, pulse_signature: Signature::Normal, polarity_difference: 0.1,
+//! #     cross_saturation: 0.0,
 //! #     rated_pulse: Nanos::from_micros(300), gain_tolerance: 0.005, dc_link: 540.0, dead_time: Nanos(2000),
 //! #     carrier_period: Nanos::from_micros(100), switch_drop: [1.0, 0.01], diode_drop: [1.0, 0.01],
 //! #     reverse_drop: [1.0, 0.01], sensing: standstill_detect::Sensing::default(),
+//! #     dividers: standstill_detect::Dividers::default(),
 //! # };
 //! let mut method = Method::<f64>::suited(MethodName::Bipolar, &drive);
 //! assert!(method.set(&keys::ROUNDS, Value::Number(4.0)));
@@ -26,6 +28,8 @@
 use core::fmt;
 
 use standstill_interface::{Nanos, Real};
+
+use crate::settings::Reads;
 
 /// A value of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,6 +108,9 @@ pub trait Keyed: Sized + 'static {
     /// Whether the method turns the rotor, see [`crate::Settings::turns_rotor`].
     const TURNS_ROTOR: bool = false;
 
+    /// What the method reads, see [`crate::Settings::reads`].
+    const READS: Reads = Reads::Currents;
+
     /// Period of the PWM carrier, see [`crate::Settings::carrier_period`].
     fn carrier(&self) -> Option<Nanos> {
         None
@@ -180,7 +187,7 @@ macro_rules! method_keys {
             /// Current of a polarity test's vectors.
             VECTOR_CURRENT = vector_current: Ampere [f64::MIN_POSITIVE, 1e12, "more than zero"]
                 because "without current nothing saturates", as "\"8 A\"";
-            /// Standard deviation of the current sensors' gains that the detector assumes; 0: equal.
+            /// Standard deviation of the gains of the current sensors, or of the dividers at the terminals, that the detector assumes; 0: equal.
             GAIN_TOLERANCE = gain_tolerance: Share [0.0, 1e12, "zero or more"]
                 because "a standard deviation has no sign", as "\"0.5 %\"";
             /// Corner frequency of the current sensors' filters as their data sheet states it; 0: no filter.
@@ -194,6 +201,8 @@ macro_rules! method_keys {
                 because "without voltage no current answers", as "\"30 V\"";
             /// Whether an injection compensates dead time and drops.
             COMPENSATION = compensation: Flag, as "true";
+            /// Whether the dividers at the terminals are compared on an all-high vector first.
+            COMPARISON = comparison: Flag, as "false";
         }
     };
 }

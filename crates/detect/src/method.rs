@@ -5,6 +5,7 @@ mod bipolar;
 mod foreign;
 mod line_inductance;
 mod maximum_likelihood;
+mod open_terminal;
 mod pulsating;
 mod rotating;
 mod subdivision;
@@ -17,12 +18,13 @@ use crate::keys::{self, Key, Keyed, Lines, Value};
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
 use crate::parts::polarity::PolaritySettings;
-use crate::settings::{Decay, Settings, SettingsError};
+use crate::settings::{Decay, Reads, Settings, SettingsError};
 pub use alignment::{Alignment, AlignmentSettings};
 pub use bipolar::{Bipolar, BipolarSettings};
 pub use foreign::{Foreign, ForeignSettings};
 pub use line_inductance::{LineInductance, LineInductanceSettings};
 pub use maximum_likelihood::{Adaptive, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings};
+pub use open_terminal::{OpenTerminal, OpenTerminalSettings};
 pub use pulsating::{PulsatingInjection, PulsatingInjectionSettings};
 pub use rotating::{RotatingInjection, RotatingInjectionSettings};
 pub use subdivision::{Subdivision, SubdivisionSettings};
@@ -61,6 +63,8 @@ choice! {
         MaximumLikelihood = "maximum-likelihood",
         /// The same with pulses that grow until all is certain enough.
         MaximumLikelihoodAdaptive = "maximum-likelihood-adaptive",
+        /// Line pulses both ways, read from the voltage of the terminal that floats.
+        OpenTerminal = "open-terminal",
     }
 }
 
@@ -110,6 +114,10 @@ macro_rules! methods {
 
             fn turns_rotor(&self) -> bool {
                 Self::TURNS_ROTOR
+            }
+
+            fn reads(&self) -> Reads {
+                Self::READS
             }
         })*
 
@@ -180,6 +188,12 @@ macro_rules! in_numbers {
                     $(Self::$variant(settings) => settings.turns_rotor()),*
                 }
             }
+
+            fn reads(&self) -> Reads {
+                match self {
+                    $(Self::$variant(settings) => settings.reads()),*
+                }
+            }
         }
     };
 }
@@ -199,6 +213,8 @@ methods! {
     Bipolar: BipolarSettings => Bipolar,
     /// Maximum likelihood.
     MaximumLikelihood: MaximumLikelihoodSettings => MaximumLikelihood,
+    /// The open terminal.
+    OpenTerminal: OpenTerminalSettings => OpenTerminal,
     /// From elsewhere.
     Foreign: ForeignSettings => Foreign,
 }
@@ -211,7 +227,11 @@ impl<T: Real> Method<T> {
             Self::Subdivision(settings) => Some(&mut settings.vector),
             Self::HfiRotating(settings) => Some(&mut settings.0.polarity),
             Self::HfiPulsating(settings) => Some(&mut settings.0.polarity),
-            Self::DcAlignment(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_) | Self::Foreign(_) => None,
+            Self::DcAlignment(_)
+            | Self::Bipolar(_)
+            | Self::MaximumLikelihood(_)
+            | Self::OpenTerminal(_)
+            | Self::Foreign(_) => None,
         }
     }
 
@@ -252,6 +272,7 @@ impl<T: Real> Method<T> {
             MethodName::MaximumLikelihoodAdaptive => {
                 Self::MaximumLikelihood(MaximumLikelihoodSettings::adaptive(drive))
             }
+            MethodName::OpenTerminal => Self::OpenTerminal(OpenTerminalSettings::suited(drive)),
         }
     }
 }

@@ -78,6 +78,17 @@ pub(crate) fn require_error<T: Real>(value: T, setting: &'static str) -> Result<
 /// No detection waits longer for a single thing.
 pub(crate) const LONGEST: Nanos = Nanos(60_000_000_000);
 
+/// What a method reads of its drive beside the DC link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reads {
+    /// Phase currents.
+    Currents,
+    /// Terminal voltages behind dividers.
+    Terminals,
+    /// What it likes: it is not known.
+    Anything,
+}
+
 /// Settings from which a detector is made.
 ///
 /// ```
@@ -103,6 +114,11 @@ pub trait Settings<T: Real> {
     /// The PWM carrier's period that the drive must have; none if the method uses no PWM.
     fn carrier_period(&self) -> Option<Nanos> {
         None
+    }
+
+    /// What the method reads.
+    fn reads(&self) -> Reads {
+        Reads::Anything
     }
 
     /// Whether the method turns the rotor: where it stood before is then not what the method finds.

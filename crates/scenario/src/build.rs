@@ -1,13 +1,13 @@
 //! Builds the scenario, ready to run, from the tables of its file.
 
-use standstill_detect::{ForeignSettings, Method};
+use standstill_detect::{ForeignSettings, Method, MethodName};
 use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{DeviceKind, Devices};
 use standstill_numeric::Heading;
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::One;
-use standstill_sim::{Adc, Case, PickUp, RotorState, SensorSettings};
+use standstill_sim::{Adc, Arrangement, Case, PickUp, RotorState, SensorSettings, TerminalSensor};
 
 use super::document::FileError;
 use super::keys::{DetectorTable, InverterTable, SensorsTable, Table, check, unworkable};
@@ -27,6 +27,15 @@ impl ScenarioFile {
         self.scenario_of(&self.motor(files)?, files)
     }
 
+    /// Returns the methods that find on this drive what they read: currents, or the terminals' voltages.
+    pub fn served(&self) -> Vec<MethodName> {
+        let none =
+            self.sensors.arrangement.is_some_and(|Named(arrangement)| arrangement == Arrangement::None);
+        let terminals = self.sensors.terminals == Some(true);
+        let has = |method: &MethodName| if *method == MethodName::OpenTerminal { terminals } else { !none };
+        MethodName::ALL.into_iter().filter(has).collect()
+    }
+
     /// Builds the motor from its data sheet.
     pub(super) fn motor(&self, files: &Files) -> Result<Motor, FileError> {
         self.motor.sheet(files)?.motor().map_err(|error| self.motor.wrong(error))
@@ -39,6 +48,11 @@ impl ScenarioFile {
         files: &Files,
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let scenario = self.assemble(motor, files)?;
+        if let Err(lacks) = scenario.check_sensors() {
+            let found = scenario.value(lacks.setting).map_or_else(String::new, |value| value.to_string());
+            let found = format!("{found} beside `detector.method` \"{}\"", self.detector.method());
+            return Err(FileError::key(lacks.setting, &found, lacks.needed));
+        }
         if self.detector.python.is_none() {
             scenario.try_detector().map_err(|error| unworkable(&scenario.detector, &error))?;
         }
@@ -98,8 +112,10 @@ impl ScenarioFile {
             DetectorTable::adopt_pwm(library, &mut scenario.drive, self.inverter.carrier.is_some())?;
         }
         check_channel(&scenario.drive.bridge.devices, motor.rated_current)?;
+        scenario.sensors.terminal = self.dividers(motor, scenario.drive.link.voltage)?;
         self.sensors.set(&mut scenario);
         self.sensors.apply_rules(&mut scenario.sensors)?;
+        check_load(&scenario, motor.rated_current)?;
         scenario.sensors.dc_link.adc = self.link_converter(motor, scenario.drive.link.voltage)?;
         self.detector.set(&mut scenario);
         // The drive knows the motor of the data sheet, whatever its temperature is.
@@ -125,6 +141,24 @@ impl ScenarioFile {
             let needed = "a motor whose data sheet has `rotor.brake_backlash`, or \"locked\"";
             FileError::key("rotor.state", "\"brake\"", needed)
         })
+    }
+
+    /// Returns the dividers at the terminals of a drive with a link of `dc_link` volts, with the errors of the error set and the file's
+    /// converter; none where the drive does not read its terminals.
+    fn dividers(&self, motor: &Motor, dc_link: f64) -> Result<Option<TerminalSensor>, FileError> {
+        let sensors = &self.sensors;
+        if sensors.terminals != Some(true) {
+            let mut of_dividers =
+                sensors.set_values().filter(|(key, _)| key.path.starts_with("sensors.terminal_"));
+            return of_dividers.next().map_or(Ok(None), |(key, value)| {
+                let needed = "`sensors.terminals` = true beside it: without it the drive has no dividers at its terminals";
+                Err(FileError::key(key.path, &value.readable(key.allowed().unwrap_or_default()), needed))
+            });
+        }
+        let mut of = self.errors.0.dividers(motor.rated_current, dc_link);
+        let range = sensors.terminal_range.map(|range| [0.0, range.value()]);
+        of.adc = converter("sensors.terminal", of.adc, range, sensors.terminal_bits)?;
+        Ok(Some(of))
     }
 
     /// Returns the A/D converter of the DC-link sensor for a link of `dc_link` volts; none if the error set and the file give no
@@ -176,6 +210,23 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
         devices.diode_drop
     );
     Err(FileError::key("inverter.channel_resistance", &found, &needed))
+}
+
+/// Largest current through a divider, as a share of the rated current, of a drive whose terminals have no capacitance.
+const MOST_LOAD: f64 = 1e-3;
+
+/// Checks that dividers load terminals without a capacitance so little that their current is none of the winding's: only a
+/// terminal with a capacitance has their current in its equations.
+fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<(), FileError> {
+    let Some(load) = scenario.sensors.terminal.and_then(|of| of.resistance) else { return Ok(()) };
+    let least = scenario.drive.link.voltage / (MOST_LOAD * rated_current);
+    if scenario.drive.bridge.terminal_capacitance > 0.0 || load >= least {
+        return Ok(());
+    }
+    let needed = format!(
+        "at least {least:.0} Ω, through which the link drives a thousandth of the rated current, or `inverter.terminal_capacitance` beside it: without a capacitance a divider's current is left out of the winding's"
+    );
+    Err(FileError::key("sensors.terminal_load", &format!("{load} Ω"), &needed))
 }
 
 impl InverterTable {

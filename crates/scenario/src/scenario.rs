@@ -4,15 +4,16 @@ use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use standstill_detect::{
-    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError, Signature,
+    Decay, Dividers, LineInductanceSettings, Method, MethodName, Nameplate, Reads, Sensing, Settings,
+    SettingsError, Signature,
 };
 use standstill_foreign::{Maker, kept};
 use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
-    Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape, Tolerance, run,
-    run_side_by_side,
+    Arrangement, Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape,
+    Tolerance, run, run_side_by_side,
 };
 
 use crate::errors::{dc_link, device_kind};
@@ -57,6 +58,13 @@ pub struct Specimen {
     pub noise: u64,
 }
 
+/// What a method that reads the terminals needs.
+const READS_TERMINALS: &str = "true for a method that reads the terminals' voltages";
+
+/// What a method that reads currents needs.
+const READS_CURRENTS: &str =
+    "one with current sensors for a method that reads currents; \"open-terminal\" reads none";
+
 /// Smallest relative difference between the poles' currents that a test may rely on: several times the sensors' error between two
 /// pulses.
 const LEAST_DIFFERENCE: f64 = 0.005;
@@ -73,6 +81,18 @@ fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
         _ => Signature::None,
     };
     (signature, difference)
+}
+
+/// Returns by how much 1/L_q changes between currents of ± `current` in A along d, as a multiple of the change of 1/L_d; zero where
+/// 1/L_d does not change, or where a map ends before.
+fn cross_saturation(motor: &Motor, current: f64) -> f64 {
+    let at = |current: f64| {
+        let flux = motor.magnetics.flux_at(Dq::new(current, 0.0), Heading::ZERO).ok()?;
+        Some(motor.magnetics.state(flux, Heading::ZERO).inverse_inductance)
+    };
+    let (Some(along), Some(against)) = (at(current), at(-current)) else { return 0.0 };
+    let [d, q] = [along.xx - against.xx, along.yy - against.yy];
+    if d.abs() > 1e-6 * along.xx { q / d } else { 0.0 }
 }
 
 /// Returns the default numerical tolerance, or a hundred-millionth of the flux linkage at rated current where this is less: there
@@ -120,6 +140,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
         signature: signature_at_rated,
         pulse_signature,
         polarity_difference,
+        cross_saturation: cross_saturation(motor, 0.5 * motor.rated_current),
         rated_pulse: rated_pulse(motor, drive.link.voltage),
         gain_tolerance: sensors.gain_error,
         sensing: Sensing {
@@ -128,6 +149,11 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
             skew: sensors.skew,
             pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
         },
+        dividers: sensors.terminal.map_or_else(Dividers::default, |of| Dividers {
+            gain_tolerance: of.gain_error,
+            offset: of.offset,
+            bandwidth: of.bandwidth,
+        }),
         dc_link: drive.link.voltage,
         dead_time: drive.dead_time,
         carrier_period: drive.carrier_period,
@@ -147,7 +173,7 @@ impl Scenario {
 
 impl Scenario<Method<f64>> {
     /// Makes a scenario of a method with its default settings for this motor, at its nominal DC-link voltage with one of the
-    /// error sets.
+    /// error sets. A drive whose method reads terminals has dividers there.
     pub fn of_method(
         method: MethodName,
         motor: Motor,
@@ -155,7 +181,13 @@ impl Scenario<Method<f64>> {
         rotor: RotorState,
         seed: u64,
     ) -> Self {
-        Scenario::new(motor, errors, rotor, seed, |drive| Method::suited(method, drive))
+        let mut scenario = Scenario::new(motor, errors, rotor, seed, |drive| Method::suited(method, drive));
+        if scenario.detector.reads() == Reads::Terminals {
+            let dividers = errors.dividers(scenario.motor.rated_current, scenario.drive.link.voltage);
+            scenario.sensors.terminal = Some(dividers);
+            scenario.detector = Method::suited(method, &scenario.nameplate());
+        }
+        scenario
     }
 }
 
@@ -194,8 +226,24 @@ impl<S: Settings<f64>> Scenario<S> {
         nameplate(&self.motor, &self.drive, &self.sensors)
     }
 
+    /// Checks that the drive has the sensors that the method reads.
+    ///
+    /// # Errors
+    /// What it lacks.
+    pub(crate) fn check_sensors(&self) -> Result<(), SettingsError> {
+        let (setting, needed) = match self.detector.reads() {
+            Reads::Terminals if self.sensors.terminal.is_none() => ("sensors.terminals", READS_TERMINALS),
+            Reads::Currents if self.sensors.arrangement == Arrangement::None => {
+                ("sensors.arrangement", READS_CURRENTS)
+            }
+            _ => return Ok(()),
+        };
+        Err(SettingsError { setting, needed })
+    }
+
     /// Checks that the detector can work with its settings.
     pub fn check(&self) -> Result<(), SettingsError> {
+        self.check_sensors()?;
         if self.detector.carrier_period().is_some_and(|period| period != self.drive.carrier_period) {
             let needed = "the carrier period of the drive";
             return Err(SettingsError { setting: "polarity.carrier_period", needed });

@@ -8,7 +8,7 @@ use standstill_interface::{Fault, Findings, Reading, Real, Step};
 use super::Sequence;
 use crate::keys::{Keyed, Setting};
 use crate::parts::margin::Margin;
-use crate::settings::SettingsError;
+use crate::settings::{Reads, SettingsError};
 
 /// The place of a detector from elsewhere among the methods. No method of this crate: such detectors are made by their
 /// scenario, which knows the library, and not from these settings.
@@ -49,4 +49,6 @@ impl<T: Real> Sequence<T> for Foreign<T> {
 
 impl<T: Real> Keyed for ForeignSettings<T> {
     const SETTINGS: &'static [Setting<Self>] = &[];
+
+    const READS: Reads = Reads::Anything;
 }
