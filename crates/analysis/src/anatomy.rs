@@ -197,6 +197,11 @@ pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
             format!("switch-off delay of {}", phase(number / 2))
         }
         Purpose::GateDelay => format!("switch-on delay of {}", phase(number / 2)),
+        Purpose::TerminalGain => format!("gain of the divider of {}", phase(number)),
+        Purpose::TerminalOffset => format!("offset of the divider of {}", phase(number)),
+        Purpose::TerminalNoise => {
+            format!("noise of the terminal of {} in sample {}", phase(number), number / 3 + 1)
+        }
         Purpose::Resolver => "resolver".to_owned(),
         Purpose::Backlash => "place within the brake's play".to_owned(),
         Purpose::Tolerance => key.to_owned(),

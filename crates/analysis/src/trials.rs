@@ -32,7 +32,8 @@ pub(crate) enum Codes {
 impl Codes {
     fn set(self, scenario: &mut Scenario<Method<f64>>) {
         let sensors = &mut scenario.sensors;
-        for adc in [&mut sensors.adc, &mut sensors.dc_link.adc] {
+        let terminal = sensors.terminal.as_mut().map(|of| &mut of.adc);
+        for adc in [&mut sensors.adc, &mut sensors.dc_link.adc].into_iter().chain(terminal) {
             match (self, adc.as_mut()) {
                 (Self::Exact, Some(adc)) => adc.bits = 0,
                 (Self::Moved(share), Some(adc)) => {
@@ -73,7 +74,8 @@ impl<'a> Trials<'a> {
     /// Returns true if a converter rounds.
     pub(crate) fn have_converters(&self) -> bool {
         let sensors = &self.scenario.sensors;
-        [sensors.adc, sensors.dc_link.adc].into_iter().flatten().any(Adc::rounds)
+        let terminal = sensors.terminal.and_then(|of| of.adc);
+        [sensors.adc, sensors.dc_link.adc, terminal].into_iter().flatten().any(Adc::rounds)
     }
 
     /// Returns the scenario that the trials have in common.

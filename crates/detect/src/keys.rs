@@ -11,9 +11,11 @@
 //! # let drive = Nameplate {
 //! #     rated_current: 7.0, resistance: 1.2, d_axis_inductance: 10e-3, q_axis_inductance: 18e-3, magnet_flux: 0.5,
 //! #     signature: Signature::Normal, pulse_signature: Signature::Normal, polarity_difference: 0.1,
+//! #     cross_saturation: 0.0,
 //! #     rated_pulse: Nanos::from_micros(300), gain_tolerance: 0.005, dc_link: 540.0, dead_time: Nanos(2000),
 //! #     carrier_period: Nanos::from_micros(100), switch_drop: [1.0, 0.01], diode_drop: [1.0, 0.01],
 //! #     reverse_drop: [1.0, 0.01], sensing: standstill_detect::Sensing::default(),
+//! #     dividers: standstill_detect::Dividers::default(),
 //! # };
 //! let mut method = Method::<f64>::suited(MethodName::Bipolar, &drive);
 //! assert!(method.set(&keys::ROUNDS, Value::Number(4.0)));
@@ -26,6 +28,8 @@
 use core::fmt;
 
 use standstill_interface::{Nanos, Real};
+
+use crate::settings::Source;
 
 /// A value of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,25 +73,6 @@ pub struct Key {
     pub kind: Kind,
 }
 
-/// A kind of readings that a drive may have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
-    /// The currents of the phases, by sensors in line or by shunts below the legs.
-    PhaseCurrents,
-    /// The current of the DC link, by one shunt.
-    LinkCurrent,
-}
-
-impl Source {
-    /// Returns the readings in words.
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::PhaseCurrents => "the currents of the phases",
-            Self::LinkCurrent => "the current of the DC link alone",
-        }
-    }
-}
-
 /// How a key reads and changes settings `S`.
 #[derive(Debug)]
 pub struct Setting<S: 'static> {
@@ -120,7 +105,7 @@ pub trait Keyed: Sized + 'static {
     /// the name and the value of each. Without lines of its own a method has none worth it.
     fn describe(&self, _line: &mut Lines<'_>) {}
 
-    /// Readings of which any one kind is enough for the method.
+    /// The kinds of readings of which any one is enough for the method, see [`crate::Settings::sources`].
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents];
 
     /// Whether the method turns the rotor, see [`crate::Settings::turns_rotor`].
@@ -202,7 +187,7 @@ macro_rules! method_keys {
             /// Current of a polarity test's vectors.
             VECTOR_CURRENT = vector_current: Ampere [f64::MIN_POSITIVE, 1e12, "more than zero"]
                 because "without current nothing saturates", as "\"8 A\"";
-            /// Standard deviation of the current sensors' gains that the detector assumes; 0: equal.
+            /// Standard deviation of the gains of the current sensors, or of the dividers at the terminals, that the detector assumes; 0: equal.
             GAIN_TOLERANCE = gain_tolerance: Share [0.0, 1e12, "zero or more"]
                 because "a standard deviation has no sign", as "\"0.5 %\"";
             /// Corner frequency of the current sensors' filters as their data sheet states it; 0: no filter.
@@ -216,6 +201,8 @@ macro_rules! method_keys {
                 because "without voltage no current answers", as "\"30 V\"";
             /// Whether an injection compensates dead time and drops.
             COMPENSATION = compensation: Flag, as "true";
+            /// Whether the dividers at the terminals are compared on an all-high vector first.
+            COMPARISON = comparison: Flag, as "false";
         }
     };
 }

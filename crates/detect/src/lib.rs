@@ -18,14 +18,14 @@ mod testing;
 pub use commissioning::{
     Commissioning, CommissioningError, CommissioningSettings, Correction, Deviations, Learnt,
 };
-pub use keys::{Key, Keyed, Kind, Setting, Source, Value};
+pub use keys::{Key, Keyed, Kind, Setting, Value};
 pub use method::{
     Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, LineInductance,
-    LineInductanceSettings, MaximumLikelihood, MaximumLikelihoodSettings, Method, MethodName,
-    PulsatingInjection, PulsatingInjectionSettings, RotatingInjection, RotatingInjectionSettings,
-    Subdivision, SubdivisionSettings,
+    LineInductanceSettings, MaximumLikelihood, MaximumLikelihoodSettings, Method, MethodName, OpenTerminal,
+    OpenTerminalSettings, PulsatingInjection, PulsatingInjectionSettings, RotatingInjection,
+    RotatingInjectionSettings, Subdivision, SubdivisionSettings,
 };
-pub use nameplate::{Nameplate, Sensing, longest_dead_time};
+pub use nameplate::{Dividers, Nameplate, Sensing, longest_dead_time};
 pub use parts::both_ways::BothWaysSettings;
 pub use parts::injection::{InjectionMethod, InjectionSettings};
 pub use parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
@@ -33,7 +33,7 @@ pub use parts::modulation::ModulationSettings;
 pub use parts::polarity::{PolarityRule, PolaritySettings, Pole, SequentialSettings, Signature};
 pub use parts::settle::SettleSettings;
 pub use parts::train::PulseTrainSettings;
-pub use settings::{Decay, Settings, SettingsError};
+pub use settings::{Decay, Settings, SettingsError, Source};
 
 // What the sister crates need of each other.
 #[doc(hidden)]

@@ -5,6 +5,7 @@ mod bipolar;
 mod foreign;
 mod line_inductance;
 mod maximum_likelihood;
+mod open_terminal;
 mod pulsating;
 mod rotating;
 mod subdivision;
@@ -13,16 +14,17 @@ use core::fmt;
 
 use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step, choice};
 
-use crate::keys::{self, Key, Keyed, Lines, Source, Value};
+use crate::keys::{self, Key, Keyed, Lines, Value};
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
 use crate::parts::polarity::PolaritySettings;
-use crate::settings::{Decay, Settings, SettingsError};
+use crate::settings::{Decay, Settings, SettingsError, Source};
 pub use alignment::{Alignment, AlignmentSettings};
 pub use bipolar::{Bipolar, BipolarSettings};
 pub use foreign::{Foreign, ForeignSettings};
 pub use line_inductance::{LineInductance, LineInductanceSettings};
 pub use maximum_likelihood::{Adaptive, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings};
+pub use open_terminal::{OpenTerminal, OpenTerminalSettings};
 pub use pulsating::{PulsatingInjection, PulsatingInjectionSettings};
 pub use rotating::{RotatingInjection, RotatingInjectionSettings};
 pub use subdivision::{Subdivision, SubdivisionSettings};
@@ -61,6 +63,8 @@ choice! {
         MaximumLikelihood = "maximum-likelihood",
         /// The same with pulses that grow until all is certain enough.
         MaximumLikelihoodAdaptive = "maximum-likelihood-adaptive",
+        /// Line pulses both ways, read from the voltage of the terminal that floats.
+        OpenTerminal = "open-terminal",
     }
 }
 
@@ -111,6 +115,10 @@ macro_rules! methods {
             fn turns_rotor(&self) -> bool {
                 Self::TURNS_ROTOR
             }
+
+            fn sources(&self) -> &'static [Source] {
+                Self::SOURCES
+            }
         })*
 
         in_numbers!(f32, $($variant),*);
@@ -128,13 +136,6 @@ macro_rules! methods {
             pub fn set(&mut self, key: &Key, value: Value) -> bool {
                 match self {
                     $(Self::$variant(settings) => $settings::<T>::setting(key).is_some_and(|s| (s.set)(settings, value))),*
-                }
-            }
-
-            /// Returns the kinds of readings of which any one is enough for the method.
-            pub const fn sources(&self) -> &'static [Source] {
-                match self {
-                    $(Self::$variant(_) => $settings::<T>::SOURCES),*
                 }
             }
 
@@ -187,6 +188,12 @@ macro_rules! in_numbers {
                     $(Self::$variant(settings) => settings.turns_rotor()),*
                 }
             }
+
+            fn sources(&self) -> &'static [Source] {
+                match self {
+                    $(Self::$variant(settings) => settings.sources()),*
+                }
+            }
         }
     };
 }
@@ -206,6 +213,8 @@ methods! {
     Bipolar: BipolarSettings => Bipolar,
     /// Maximum likelihood.
     MaximumLikelihood: MaximumLikelihoodSettings => MaximumLikelihood,
+    /// The open terminal.
+    OpenTerminal: OpenTerminalSettings => OpenTerminal,
     /// From elsewhere.
     Foreign: ForeignSettings => Foreign,
 }
@@ -218,7 +227,11 @@ impl<T: Real> Method<T> {
             Self::Subdivision(settings) => Some(&mut settings.vector),
             Self::HfiRotating(settings) => Some(&mut settings.0.polarity),
             Self::HfiPulsating(settings) => Some(&mut settings.0.polarity),
-            Self::DcAlignment(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_) | Self::Foreign(_) => None,
+            Self::DcAlignment(_)
+            | Self::Bipolar(_)
+            | Self::MaximumLikelihood(_)
+            | Self::OpenTerminal(_)
+            | Self::Foreign(_) => None,
         }
     }
 
@@ -259,6 +272,7 @@ impl<T: Real> Method<T> {
             MethodName::MaximumLikelihoodAdaptive => {
                 Self::MaximumLikelihood(MaximumLikelihoodSettings::adaptive(drive))
             }
+            MethodName::OpenTerminal => Self::OpenTerminal(OpenTerminalSettings::suited(drive)),
         }
     }
 }

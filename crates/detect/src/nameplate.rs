@@ -26,6 +26,46 @@ pub struct Sensing<T> {
     pub settle: Nanos,
 }
 
+/// The dividers through which a drive reads its terminals' voltages, as their data sheets state them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dividers<T> {
+    /// Standard deviation of their gains, relative. Zero: equal.
+    pub gain_tolerance: T,
+    /// Standard deviation of their offsets in V of the terminal.
+    pub offset: T,
+    /// Corner frequency in Hz of their first-order filters. None: no filter.
+    pub bandwidth: Option<T>,
+}
+
+impl<T: Real> Dividers<T> {
+    /// Conversion to another precision.
+    fn cast<U: Real>(&self) -> Dividers<U> {
+        let cast = |value: T| U::of(value.to_double());
+        Dividers {
+            gain_tolerance: cast(self.gain_tolerance),
+            offset: cast(self.offset),
+            bandwidth: self.bandwidth.map(cast),
+        }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        if let Some(bandwidth) = self.bandwidth {
+            require_positive(bandwidth, "dividers.bandwidth")?;
+        }
+        let tolerance = self.gain_tolerance;
+        let is_share = tolerance >= T::zero() && tolerance < T::one();
+        require(is_share, "dividers.gain_tolerance", "from 0 to below 1")?;
+        require_zero_or_more(self.offset, "dividers.offset")
+    }
+}
+
+impl<T: Real> Default for Dividers<T> {
+    /// Dividers without errors and filters.
+    fn default() -> Self {
+        Self { gain_tolerance: T::zero(), offset: T::zero(), bandwidth: None }
+    }
+}
+
 impl<T: Real> Default for Sensing<T> {
     /// Sensors in the phases without filters, all converted at once, without pick-up.
     fn default() -> Self {
@@ -125,7 +165,7 @@ impl<T: Real> Sensing<T> {
 /// Motor and drive as their data sheets state them. Rough values will do: no method takes an angle from them.
 ///
 /// ```
-/// use standstill_detect::{Nameplate, Sensing, Signature};
+/// use standstill_detect::{Dividers, Nameplate, Sensing, Signature};
 /// use standstill_interface::Nanos;
 ///
 /// let nameplate = Nameplate {
@@ -137,9 +177,11 @@ impl<T: Real> Sensing<T> {
 ///     signature: Signature::Normal,
 ///     pulse_signature: Signature::Normal,
 ///     polarity_difference: 0.06,
+///     cross_saturation: 0.0,
 ///     rated_pulse: Nanos::from_micros(330),
 ///     gain_tolerance: 0.005,
 ///     sensing: Sensing::default(),
+///     dividers: Dividers::default(),
 ///     dc_link: 550.0,
 ///     dead_time: Nanos::from_micros(2),
 ///     carrier_period: Nanos::from_micros(100),
@@ -169,6 +211,8 @@ pub struct Nameplate<T> {
     pub pulse_signature: Signature,
     /// By what share one pole's current exceeds the other's near rated current.
     pub polarity_difference: T,
+    /// How much 1/L_q rises with a current along the magnet where 1/L_d rises by one: zero without cross saturation.
+    pub cross_saturation: T,
     /// The pulse across a line that raises the rated current in it where its core saturates most: shorter than the
     /// inductances without current say.
     pub rated_pulse: Nanos,
@@ -176,6 +220,8 @@ pub struct Nameplate<T> {
     pub gain_tolerance: T,
     /// How the current sensors and their converter work.
     pub sensing: Sensing<T>,
+    /// The dividers at the terminals, of a drive that has them.
+    pub dividers: Dividers<T>,
     /// DC link in V.
     pub dc_link: T,
     /// Dead time of the drive.
@@ -250,9 +296,11 @@ impl<T: Real> Nameplate<T> {
             signature: self.signature,
             pulse_signature: self.pulse_signature,
             polarity_difference: cast(self.polarity_difference),
+            cross_saturation: cast(self.cross_saturation),
             rated_pulse: self.rated_pulse,
             gain_tolerance: cast(self.gain_tolerance),
             sensing: self.sensing.cast(),
+            dividers: self.dividers.cast(),
             dc_link: cast(self.dc_link),
             dead_time: self.dead_time,
             carrier_period: self.carrier_period,
@@ -273,9 +321,11 @@ impl<T: Real> Nameplate<T> {
         require_zero_or_more(self.resistance, "resistance")?;
         require_zero_or_more(self.magnet_flux, "magnet_flux")?;
         require(self.polarity_difference.is_finite(), "polarity_difference", "finite")?;
+        require(self.cross_saturation.is_finite(), "cross_saturation", "finite")?;
         require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
         require(self.gain_tolerance < T::one(), "gain_tolerance", "below 1")?;
         self.sensing.check()?;
+        self.dividers.check()?;
         for drop in self.switch_drop.into_iter().chain(self.diode_drop).chain(self.reverse_drop) {
             require_zero_or_more(drop, "switch_drop, diode_drop and reverse_drop")?;
         }
@@ -336,6 +386,7 @@ mod tests {
             Nameplate { q_axis_inductance: -1.0, ..PLATE },
             Nameplate { magnet_flux: -0.1, ..PLATE },
             Nameplate { polarity_difference: f64::NAN, ..PLATE },
+            Nameplate { cross_saturation: f64::INFINITY, ..PLATE },
             Nameplate { rated_pulse: Nanos::ZERO, ..PLATE },
             Nameplate { gain_tolerance: 1.0, ..PLATE },
             Nameplate { gain_tolerance: f64::NAN, ..PLATE },
@@ -349,6 +400,9 @@ mod tests {
             Nameplate { sensing: Sensing { bandwidth_mismatch: 1.0, ..PLATE.sensing }, ..PLATE },
             Nameplate { sensing: Sensing { skew: Nanos(100_001), ..PLATE.sensing }, ..PLATE },
             Nameplate { sensing: Sensing { pick_up: [0.1, f64::NAN], ..PLATE.sensing }, ..PLATE },
+            Nameplate { dividers: Dividers { gain_tolerance: 1.0, ..PLATE.dividers }, ..PLATE },
+            Nameplate { dividers: Dividers { offset: -1.0, ..PLATE.dividers }, ..PLATE },
+            Nameplate { dividers: Dividers { bandwidth: Some(0.0), ..PLATE.dividers }, ..PLATE },
         ];
         assert!(broken.iter().all(|plate| plate.check().is_err()));
     }

@@ -78,6 +78,42 @@ pub(crate) fn require_error<T: Real>(value: T, setting: &'static str) -> Result<
 /// No detection waits longer for a single thing.
 pub(crate) const LONGEST: Nanos = Nanos(60_000_000_000);
 
+/// A kind of readings that a drive may have beside the voltage of its DC link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The currents of the phases, by sensors in line or by shunts below the legs.
+    PhaseCurrents,
+    /// The current of the DC link, by one shunt.
+    LinkCurrent,
+    /// The voltages of the terminals, behind dividers.
+    Terminals,
+}
+
+impl Source {
+    /// All kinds.
+    pub const ALL: &'static [Self] = &[Self::PhaseCurrents, Self::LinkCurrent, Self::Terminals];
+
+    /// Returns the readings in words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::PhaseCurrents => "the currents of the phases",
+            Self::LinkCurrent => "the current of the DC link",
+            Self::Terminals => "the voltages of the terminals",
+        }
+    }
+
+    /// Returns the setting of a drive that gives such readings, as scenario files have it.
+    pub const fn setting(self) -> &'static str {
+        match self {
+            Self::PhaseCurrents => {
+                "`sensors.arrangement` \"three-in-line\", \"two-in-line\" or \"low-side-shunts\""
+            }
+            Self::LinkCurrent => "`sensors.arrangement` \"dc-link-shunt\"",
+            Self::Terminals => "`sensors.terminals` true",
+        }
+    }
+}
+
 /// Settings from which a detector is made.
 ///
 /// ```
@@ -103,6 +139,11 @@ pub trait Settings<T: Real> {
     /// The PWM carrier's period that the drive must have; none if the method uses no PWM.
     fn carrier_period(&self) -> Option<Nanos> {
         None
+    }
+
+    /// The kinds of readings of which any one is enough for the method.
+    fn sources(&self) -> &'static [Source] {
+        Source::ALL
     }
 
     /// Whether the method turns the rotor: where it stood before is then not what the method finds.

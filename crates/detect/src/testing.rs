@@ -6,7 +6,7 @@ use std::vec::Vec;
 use standstill_interface::{AlphaBeta, Angle, Command, Leg, Nanos, Outcome, Phase, Reading, Real};
 
 use crate::method::likelihood::{LineParameters, PulseModel};
-use crate::nameplate::{Nameplate, Sensing};
+use crate::nameplate::{Dividers, Nameplate, Sensing};
 use crate::parts::lines::line_directions;
 use crate::parts::polarity::Signature;
 use crate::parts::train::LINES;
@@ -21,6 +21,7 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
     signature: Signature::Normal,
     pulse_signature: Signature::Normal,
     polarity_difference: 0.1,
+    cross_saturation: 0.0,
     rated_pulse: Nanos::from_micros(300),
     gain_tolerance: 0.005,
     dc_link: 540.0,
@@ -37,6 +38,7 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
         one_shunt: false,
         settle: Nanos::ZERO,
     },
+    dividers: Dividers { gain_tolerance: 0.005, offset: 0.5, bandwidth: None },
 };
 
 /// Normally distributed numbers, the same each time.

@@ -3,8 +3,8 @@
 use core::fmt;
 
 use standstill_detect::{
-    AnyDetector, Kind, Method, MethodName, Nameplate, Sensing, Settings as _, SettingsError, Signature,
-    Value, keys,
+    AnyDetector, Dividers, Kind, Method, MethodName, Nameplate, Sensing, Settings as _, SettingsError, Source,
+    Signature, Value, keys,
 };
 use standstill_interface::Nanos;
 use standstill_interface::abi::Plate;
@@ -52,6 +52,7 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
         signature: signature(plate.stronger_pole),
         pulse_signature: signature(plate.stronger_pole_half),
         polarity_difference: plate.pole_difference,
+        cross_saturation: 0.0,
         rated_pulse: Nanos(plate.rated_pulse_ns),
         gain_tolerance: plate.gain_tolerance,
         sensing: Sensing {
@@ -61,6 +62,7 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
             pick_up: plate.pick_up,
             ..Sensing::default()
         },
+        dividers: Dividers::default(),
         dc_link: plate.dc_link,
         dead_time: Nanos(plate.dead_time_ns),
         carrier_period: Nanos(plate.period_ns),
@@ -80,6 +82,10 @@ pub fn detector<'a>(
     let plate = nameplate(plate);
     plate.check().map_err(Refused::Settings)?;
     let mut method = Method::<f32>::suited(*method, &plate);
+    // A program hands over the currents of phases alone.
+    if !method.sources().contains(&Source::PhaseCurrents) {
+        return Err(Refused::Method(name));
+    }
     for (name, number) in settings {
         let key = keys::ALL.iter().find(|key| key.name == name).ok_or(Refused::Key(name))?;
         let value = match key.kind {

@@ -1,13 +1,13 @@
 //! Builds the scenario, ready to run, from the tables of its file.
 
-use standstill_detect::{ForeignSettings, Method, MethodName, Source};
+use standstill_detect::{ForeignSettings, Method, MethodName, Settings as _, Source};
 use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{DeviceKind, Devices};
 use standstill_numeric::Heading;
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::One;
-use standstill_sim::{Adc, Arrangement, Case, PickUp, RotorState, SensorSettings};
+use standstill_sim::{Adc, Arrangement, Case, PickUp, RotorState, SensorSettings, TerminalSensor};
 
 use super::document::FileError;
 use super::keys::{DetectorTable, InverterTable, SensorsTable, Table, check, unworkable};
@@ -25,6 +25,15 @@ impl ScenarioFile {
     /// An invalid value, with its key.
     pub fn scenario(&self, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
         self.scenario_of(&self.motor(files)?, files)
+    }
+
+    /// Returns the methods that find on this drive what they read: currents, or the terminals' voltages.
+    pub fn served(&self) -> Vec<MethodName> {
+        let none =
+            self.sensors.arrangement.is_some_and(|Named(arrangement)| arrangement == Arrangement::None);
+        let terminals = self.sensors.terminals == Some(true);
+        let has = |method: &MethodName| if *method == MethodName::OpenTerminal { terminals } else { !none };
+        MethodName::ALL.into_iter().filter(has).collect()
     }
 
     /// Builds the motor from its data sheet.
@@ -99,8 +108,10 @@ impl ScenarioFile {
             DetectorTable::adopt_pwm(library, &mut scenario.drive, self.inverter.carrier.is_some())?;
         }
         check_channel(&scenario.drive.bridge.devices, motor.rated_current)?;
+        scenario.sensors.terminal = self.dividers(motor, scenario.drive.link.voltage)?;
         self.sensors.set(&mut scenario);
         self.sensors.apply_rules(self.errors.0, &mut scenario.sensors)?;
+        check_load(&scenario, motor.rated_current)?;
         scenario.sensors.dc_link.adc = self.link_converter(motor, scenario.drive.link.voltage)?;
         self.detector.set(&mut scenario);
         // The drive knows the motor of the data sheet, whatever its temperature is.
@@ -128,6 +139,24 @@ impl ScenarioFile {
         })
     }
 
+    /// Returns the dividers at the terminals of a drive with a link of `dc_link` volts, with the errors of the error set and the file's
+    /// converter; none where the drive does not read its terminals.
+    fn dividers(&self, motor: &Motor, dc_link: f64) -> Result<Option<TerminalSensor>, FileError> {
+        let sensors = &self.sensors;
+        if sensors.terminals != Some(true) {
+            let mut of_dividers =
+                sensors.set_values().filter(|(key, _)| key.path.starts_with("sensors.terminal_"));
+            return of_dividers.next().map_or(Ok(None), |(key, value)| {
+                let needed = "`sensors.terminals` = true beside it: without it the drive has no dividers at its terminals";
+                Err(FileError::key(key.path, &value.readable(key.allowed().unwrap_or_default()), needed))
+            });
+        }
+        let mut of = self.errors.0.dividers(motor.rated_current, dc_link);
+        let range = sensors.terminal_range.map(|range| [0.0, range.value()]);
+        of.adc = converter("sensors.terminal", of.adc, range, sensors.terminal_bits)?;
+        Ok(Some(of))
+    }
+
     /// Returns the A/D converter of the DC-link sensor for a link of `dc_link` volts; none if the error set and the file give no
     /// converter.
     pub(super) fn link_converter(&self, motor: &Motor, dc_link: f64) -> Result<Option<Adc>, FileError> {
@@ -137,24 +166,27 @@ impl ScenarioFile {
     }
 }
 
-/// Checks that the drive has sensors that a method can read.
+/// Checks that the drive has readings that a method can work with.
 fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result<(), FileError> {
-    let there = scenario.sources();
-    let reads = |method: &Method<f64>| method.sources().iter().any(|source| there.contains(source));
-    if reads(&scenario.detector) {
+    if scenario.serves(&scenario.detector) {
         return Ok(());
     }
-    let words =
-        |sources: &[Source]| sources.iter().map(|source| source.words()).collect::<Vec<_>>().join(" or ");
-    let found = format!(
-        "\"{method}\", which reads {}, on a drive that has {}",
-        words(scenario.detector.sources()),
-        words(&there)
-    );
+    let each = |sources: &[Source], of: fn(Source) -> &'static str| {
+        sources.iter().map(|source| of(*source)).collect::<Vec<_>>().join(" or ")
+    };
+    let (needs, there) = (scenario.detector.sources(), scenario.sources());
+    let has = if there.is_empty() {
+        "neither currents nor voltages of its terminals".to_owned()
+    } else {
+        each(&there, Source::words)
+    };
+    let found =
+        format!("\"{method}\", which reads {}, on a drive that reads {has}", each(needs, Source::words));
     let nameplate = scenario.nameplate();
-    let able = MethodName::ALL.iter().filter(|name| reads(&Method::suited(**name, &nameplate)));
+    let able = MethodName::ALL.iter().filter(|name| scenario.serves(&Method::suited(**name, &nameplate)));
     let able: Vec<String> = able.map(|name| format!("\"{name}\"")).collect();
-    let needed = format!("one of {}, or another `sensors.arrangement`", able.join(", "));
+    let instead = if able.is_empty() { String::new() } else { format!(", or one of {}", able.join(", ")) };
+    let needed = format!("{}{instead}", each(needs, Source::setting));
     Err(FileError::key("detector.method", &found, &needed))
 }
 
@@ -198,6 +230,23 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
         devices.diode_drop
     );
     Err(FileError::key("inverter.channel_resistance", &found, &needed))
+}
+
+/// Largest current through a divider, as a share of the rated current, of a drive whose terminals have no capacitance.
+const MOST_LOAD: f64 = 1e-3;
+
+/// Checks that dividers load terminals without a capacitance so little that their current is none of the winding's: only a
+/// terminal with a capacitance has their current in its equations.
+fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<(), FileError> {
+    let Some(load) = scenario.sensors.terminal.and_then(|of| of.resistance) else { return Ok(()) };
+    let least = scenario.drive.link.voltage / (MOST_LOAD * rated_current);
+    if scenario.drive.bridge.terminal_capacitance > 0.0 || load >= least {
+        return Ok(());
+    }
+    let needed = format!(
+        "at least {least:.0} Ω, through which the link drives a thousandth of the rated current, or `inverter.terminal_capacitance` beside it: without a capacitance a divider's current is left out of the winding's"
+    );
+    Err(FileError::key("sensors.terminal_load", &format!("{load} Ω"), &needed))
 }
 
 impl InverterTable {

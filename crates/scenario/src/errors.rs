@@ -3,7 +3,9 @@
 use standstill_interface::{Nanos, choice};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::Motor;
-use standstill_sim::{Adc, Arrangement, PickUp, Purpose, Resolver, SensorSettings, Streams, VoltageSensor};
+use standstill_sim::{
+    Adc, Arrangement, PickUp, Purpose, Resolver, SensorSettings, Streams, TerminalSensor, VoltageSensor,
+};
 
 use super::terminals::damp;
 
@@ -171,6 +173,7 @@ impl ErrorSet {
                 bandwidth: None,
                 adc: Some(Adc { bits: 12, low: 0.0, high: 1000.0 * (dc_link / DC_LINK) }),
             },
+            terminal: None,
             resolver: Resolver { error: 0.2_f64.to_radians() },
         };
         match self {
@@ -194,6 +197,33 @@ impl ErrorSet {
                 pick_up: Some(PickUp { amplitude: 0.2 * scale, ..PICK_UP }),
                 ..default
             },
+        }
+    }
+
+    /// Returns the dividers at the terminals of a drive for this rated current in A and this DC-link voltage in V, where it has any.
+    /// Their range is 1.8 times the voltage; they draw 0.55 mA at it, or half a thousandth of the rated current if that is less.
+    pub fn dividers(self, rated_current: f64, dc_link: f64) -> TerminalSensor {
+        let scale = dc_link / DC_LINK;
+        let default = TerminalSensor {
+            gain_error: 0.005,
+            // A code of the converter.
+            offset: 0.25 * scale,
+            noise: 0.5 * scale,
+            bandwidth: None,
+            adc: Some(Adc { bits: 12, low: 0.0, high: 1000.0 * scale }),
+            resistance: Some(dc_link / (0.55e-3_f64).min(0.5e-3 * rated_current)),
+        };
+        match self {
+            Self::None => TerminalSensor::IDEAL,
+            Self::Noise => TerminalSensor { noise: default.noise, ..TerminalSensor::IDEAL },
+            Self::Default => default,
+            Self::Harsh => TerminalSensor {
+                gain_error: 0.01,
+                offset: 2.0 * default.offset,
+                noise: 2.0 * default.noise,
+                ..default
+            },
+            Self::Field => TerminalSensor { bandwidth: Some(100e3), ..default },
         }
     }
 }

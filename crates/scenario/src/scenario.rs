@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use standstill_detect::{
-    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError,
+    Decay, Dividers, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError,
     Signature, Source,
 };
 use standstill_foreign::{Maker, kept};
@@ -76,6 +76,18 @@ fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
     (signature, difference)
 }
 
+/// Returns by how much 1/L_q changes between currents of ± `current` in A along d, as a multiple of the change of 1/L_d; zero where
+/// 1/L_d does not change, or where a map ends before.
+fn cross_saturation(motor: &Motor, current: f64) -> f64 {
+    let at = |current: f64| {
+        let flux = motor.magnetics.flux_at(Dq::new(current, 0.0), Heading::ZERO).ok()?;
+        Some(motor.magnetics.state(flux, Heading::ZERO).inverse_inductance)
+    };
+    let (Some(along), Some(against)) = (at(current), at(-current)) else { return 0.0 };
+    let [d, q] = [along.xx - against.xx, along.yy - against.yy];
+    if d.abs() > 1e-6 * along.xx { q / d } else { 0.0 }
+}
+
 /// Returns the default numerical tolerance, or a hundred-millionth of the flux linkage at rated current where this is less: there
 /// are motors of microwebers.
 pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
@@ -123,6 +135,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
         signature: signature_at_rated,
         pulse_signature,
         polarity_difference,
+        cross_saturation: cross_saturation(motor, 0.5 * motor.rated_current),
         rated_pulse: rated_pulse(motor, drive.link.voltage),
         gain_tolerance: if one_shunt { 0.0 } else { sensors.gain_error },
         sensing: Sensing {
@@ -133,6 +146,11 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
             one_shunt,
             settle: if sensors.settle > Nanos::ZERO { drive.dead_time + sensors.settle } else { Nanos::ZERO },
         },
+        dividers: sensors.terminal.map_or_else(Dividers::default, |of| Dividers {
+            gain_tolerance: of.gain_error,
+            offset: of.offset,
+            bandwidth: of.bandwidth,
+        }),
         dc_link: drive.link.voltage,
         dead_time: drive.dead_time,
         carrier_period: drive.carrier_period,
@@ -152,7 +170,7 @@ impl Scenario {
 
 impl Scenario<Method<f64>> {
     /// Makes a scenario of a method with its default settings for this motor, at its nominal DC-link voltage with one of the
-    /// error sets.
+    /// error sets. A drive whose method reads terminals has dividers there.
     pub fn of_method(
         method: MethodName,
         motor: Motor,
@@ -160,7 +178,13 @@ impl Scenario<Method<f64>> {
         rotor: RotorState,
         seed: u64,
     ) -> Self {
-        Scenario::new(motor, errors, rotor, seed, |drive| Method::suited(method, drive))
+        let mut scenario = Scenario::new(motor, errors, rotor, seed, |drive| Method::suited(method, drive));
+        if scenario.detector.sources() == [Source::Terminals] {
+            let dividers = errors.dividers(scenario.motor.rated_current, scenario.drive.link.voltage);
+            scenario.sensors.terminal = Some(dividers);
+            scenario.detector = Method::suited(method, &scenario.nameplate());
+        }
+        scenario
     }
 }
 
@@ -199,18 +223,32 @@ impl<S: Settings<f64>> Scenario<S> {
         nameplate(&self.motor, &self.drive, &self.sensors)
     }
 
-    /// Returns what the drive's sensors show.
+    /// Returns the kinds of readings that the drive has.
     pub fn sources(&self) -> Vec<Source> {
-        vec![match self.sensors.arrangement {
+        let currents = match self.sensors.arrangement {
             Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::LowSideShunts => {
-                Source::PhaseCurrents
+                Some(Source::PhaseCurrents)
             }
-            Arrangement::DcLinkShunt => Source::LinkCurrent,
-        }]
+            Arrangement::DcLinkShunt => Some(Source::LinkCurrent),
+            Arrangement::None => None,
+        };
+        currents.into_iter().chain(self.sensors.terminal.map(|_| Source::Terminals)).collect()
+    }
+
+    /// Returns whether the drive has readings that a method with these settings can work with.
+    pub(crate) fn serves(&self, settings: &impl Settings<f64>) -> bool {
+        let there = self.sources();
+        settings.sources().iter().any(|source| there.contains(source))
     }
 
     /// Checks that the detector can work with its settings.
     pub fn check(&self) -> Result<(), SettingsError> {
+        if !self.serves(&self.detector) {
+            return Err(SettingsError {
+                setting: "sensors",
+                needed: "such that the drive has the readings of the method",
+            });
+        }
         if self.detector.carrier_period().is_some_and(|period| period != self.drive.carrier_period) {
             let needed = "the carrier period of the drive";
             return Err(SettingsError { setting: "polarity.carrier_period", needed });

@@ -386,6 +386,7 @@ fn law_each_key_of_a_method_is_one_of_scenario_files_with_its_unit() {
         for method in MethodName::ALL {
             let mut document = document("");
             document.set("detector.method", method.name(), Origin::CommandLine).expect("a key");
+            document.set("sensors.terminals", "true", Origin::CommandLine).expect("a key");
             let plain = scenario_of(&document).expect("valid").detector;
             document.set(&name, &value, Origin::CommandLine).expect("a key");
             match (plain.get(key), scenario_of(&document)) {

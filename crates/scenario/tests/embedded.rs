@@ -216,7 +216,9 @@ fn printed(command: &Command<f32>) -> String {
 #[test]
 fn cross_each_detector_in_a_c_program_gives_the_bits_that_it_gives_in_rust() {
     let mut angles = std::collections::BTreeSet::new();
-    for (number, method) in MethodName::ALL.into_iter().enumerate() {
+    // A program in C hands over no terminal voltages: `sts_begin` refuses the method that reads them.
+    let methods = MethodName::ALL.into_iter().filter(|method| *method != MethodName::OpenTerminal);
+    for (number, method) in methods.enumerate() {
         let motor = ["paper-5k5", "light-vehicle"][number % 2];
         let (plate, recorder) = recorded(method, motor, number as u64);
         let folder = folder(method.name());

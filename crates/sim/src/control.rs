@@ -2,6 +2,7 @@
 
 mod conduction;
 mod course;
+mod dividers;
 mod expected;
 mod gates;
 mod ledger;

@@ -62,9 +62,10 @@ fn advance<'a, V: Wide>(
     }
 }
 
-/// Returns whether the link's sensor of a case has a filter, which follows the inside of each step.
+/// Returns whether a sensor of voltages of a case has a filter, which follows the inside of each step.
 fn is_followed(case: &Case) -> bool {
-    case.sensors.settings.dc_link.bandwidth.is_some()
+    let settings = &case.sensors.settings;
+    settings.dc_link.bandwidth.is_some() || settings.terminal.is_some_and(|of| of.bandwidth.is_some())
 }
 
 /// Returns whether the core of a case has kinks where its fluxes are zero.

@@ -1,5 +1,6 @@
 //! The sensors: the drive's measurements of the currents, the DC link and the rotor.
 
+mod dividers;
 mod filters;
 mod low_pass;
 mod pick_up;
@@ -32,6 +33,8 @@ choice! {
         /// that alone is high, or of the leg that alone is low with the opposite sign. What diodes return to the link after all
         /// switches have opened is negative; while all legs are low or all high there is none.
         DcLinkShunt = "dc-link-shunt",
+        /// There are none: no current is read.
+        None = "none",
     }
 }
 
@@ -131,6 +134,33 @@ impl Channels {
     }
 }
 
+/// A converter by itself: the conversion of [`Channels`] for one value.
+#[derive(Clone, Copy, Debug)]
+struct Converter {
+    low: f64,
+    step: f64,
+    last: f64,
+    /// Mask of the count: zero without rounding.
+    counted: u32,
+}
+
+impl Converter {
+    fn of(adc: Adc) -> Self {
+        Self {
+            low: adc.low,
+            step: adc.step(),
+            last: adc.codes() - 1.0,
+            counted: if adc.rounds() { u32::MAX } else { 0 },
+        }
+    }
+
+    /// Returns the value of the nearest code, whether that code is the first or the last, and the code.
+    fn read(self, raw: f64) -> (f64, bool, u32) {
+        let code = nearest(((raw - self.low) / self.step).clamp(0.0, self.last));
+        (self.low + code * self.step, code == 0.0 || code == self.last, whole(code) & self.counted)
+    }
+}
+
 /// 2^52, from which on all floating-point numbers are whole.
 const WHOLE: f64 = 4_503_599_627_370_496.0;
 
@@ -163,6 +193,29 @@ pub struct VoltageSensor {
     pub bandwidth: Option<f64>,
     /// The sensor's converter; none: exact.
     pub adc: Option<Adc>,
+}
+
+/// The dividers at the terminals with their filters and converters: one from each terminal to the negative rail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TerminalSensor {
+    /// Standard deviation of each divider's relative gain error.
+    pub gain_error: f64,
+    /// Standard deviation of each divider's offset in V.
+    pub offset: f64,
+    /// Noise of each sample in V rms.
+    pub noise: f64,
+    /// Corner frequency of the dividers' first-order filters in Hz; none: no filter.
+    pub bandwidth: Option<f64>,
+    /// The converters; none: exact.
+    pub adc: Option<Adc>,
+    /// Resistance in Ω of each divider, with which it loads its terminal; none: it loads nothing.
+    pub resistance: Option<f64>,
+}
+
+impl TerminalSensor {
+    /// Dividers without any error, which load nothing.
+    pub const IDEAL: Self =
+        Self { gain_error: 0.0, offset: 0.0, noise: 0.0, bandwidth: None, adc: None, resistance: None };
 }
 
 /// The resolver, which provides the "measured angle".
@@ -209,6 +262,9 @@ pub struct SensorSettings {
     pub settle: Nanos,
     /// The DC-link sensor.
     pub dc_link: VoltageSensor,
+    /// The dividers at the terminals; none: the drive does not read its terminals. They are converted together with
+    /// the DC link.
+    pub terminal: Option<TerminalSensor>,
     /// The resolver.
     pub resolver: Resolver,
 }
@@ -219,6 +275,7 @@ impl SensorSettings {
     pub fn seen(&self, current: [f64; 3], modes: Modes) -> [f64; 3] {
         match self.arrangement {
             Arrangement::ThreeInLine | Arrangement::TwoInLine => current,
+            Arrangement::None => [0.0; 3],
             Arrangement::LowSideShunts => {
                 std::array::from_fn(|k| if modes[k].is_lower() { current[k] } else { 0.0 })
             }
@@ -258,6 +315,7 @@ impl SensorSettings {
         sample_delay: Nanos::ZERO,
         settle: Nanos::ZERO,
         dc_link: VoltageSensor { gain_error: 0.0, offset: 0.0, noise: 0.0, bandwidth: None, adc: None },
+        terminal: None,
         resolver: Resolver { error: 0.0 },
     };
 }
@@ -277,6 +335,10 @@ pub struct Sensors {
     pub dc_link_gain: f64,
     /// Offset of the DC-link sensor in V.
     pub dc_link_offset: f64,
+    /// Gains of the dividers at the terminals.
+    pub terminal_gain: [f64; 3],
+    /// Offsets of the dividers at the terminals in V.
+    pub terminal_offset: [f64; 3],
     /// Error of the resolver in rad electrical.
     pub resolver_error: f64,
 }
@@ -291,6 +353,8 @@ impl Sensors {
             corner: [1.0; 3],
             dc_link_gain: 1.0,
             dc_link_offset: 0.0,
+            terminal_gain: [1.0; 3],
+            terminal_offset: [0.0; 3],
             resolver_error: 0.0,
         }
     }
@@ -313,6 +377,13 @@ impl Sensors {
             Purpose::LinkError,
             Purpose::Resolver,
         ]);
+        let [mut terminal_gain, mut terminal_offset] = [[1.0; 3], [0.0; 3]];
+        if let Some(of) = settings.terminal {
+            let [mut gains, mut offsets] =
+                streams.open_together([Purpose::TerminalGain, Purpose::TerminalOffset]);
+            terminal_gain = std::array::from_fn(|_| 1.0 + of.gain_error * gains.normal());
+            terminal_offset = std::array::from_fn(|_| of.offset * offsets.normal());
+        }
         Self {
             settings,
             gain: std::array::from_fn(|_| 1.0 + settings.gain_error * gains.normal()),
@@ -320,6 +391,8 @@ impl Sensors {
             corner: settings.corners(streams),
             dc_link_gain: 1.0 + settings.dc_link.gain_error * link.normal(),
             dc_link_offset: settings.dc_link.offset * link.normal(),
+            terminal_gain,
+            terminal_offset,
             resolver_error: settings.resolver.error * resolver.normal(),
         }
     }

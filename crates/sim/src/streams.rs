@@ -49,6 +49,12 @@ pub enum Purpose {
     Detector = 14,
     /// Direction of the iron's last magnetisation.
     Memory = 15,
+    /// Gain errors of the dividers at the terminals.
+    TerminalGain = 20,
+    /// Offsets of the dividers at the terminals.
+    TerminalOffset = 21,
+    /// Noise of each sample of the terminals' voltages: draw 3 n + k is that of phase k in sample n.
+    TerminalNoise = 22,
 }
 
 /// The random draws of one trial: from its seed, or from a [`Tape`].

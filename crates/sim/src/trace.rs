@@ -68,6 +68,8 @@ pub enum Event {
     LeftMap,
     /// The ADC sampled: phase currents in A and the DC link's voltage in V as read by the drive.
     Sample([f64; 3], f64),
+    /// What the drive read of its terminals in that sample, in V; only of a drive with dividers.
+    Terminals([f64; 3]),
 }
 
 /// An observer that receives snapshots and events of a run.

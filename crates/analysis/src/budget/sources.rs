@@ -38,14 +38,15 @@ pub(super) struct Start {
     pub codes: Codes,
 }
 
-/// Largest numbers of draws per trial that were read: of current noise, of DC-link noise, and of jitter.
-pub(crate) type Lengths = [usize; 3];
+/// Largest numbers of draws per trial that were read, of each of [`SAMPLED`].
+pub(crate) type Lengths = [usize; 4];
 
-const SAMPLED: [Purpose; 3] = [Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter];
+const SAMPLED: [Purpose; 4] =
+    [Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter, Purpose::TerminalNoise];
 
 /// Returns the largest numbers of draws that trials read from any of these tapes.
 pub(crate) fn lengths<'t>(tapes: impl Iterator<Item = &'t mut Tape>) -> Lengths {
-    let mut most = [0; 3];
+    let mut most = [0; 4];
     for tape in tapes {
         for strip in tape.strips().iter() {
             if let Some(place) = SAMPLED.iter().position(|purpose| *purpose == strip.purpose) {
@@ -65,8 +66,10 @@ impl Source {
         if trials.have_converters() && scenario.foreign.is_none() {
             let key = if scenario.sensors.adc.is_some_and(Adc::rounds) {
                 "sensors.bits"
-            } else {
+            } else if scenario.sensors.dc_link.adc.is_some_and(Adc::rounds) {
                 "sensors.dc_link_bits"
+            } else {
+                "sensors.terminal_bits"
             };
             sources.push(Self { key: key.to_owned(), of: Of::Codes });
         }
@@ -104,6 +107,7 @@ impl Source {
             let of = match purpose {
                 Purpose::CurrentNoise => "noise of all current samples",
                 Purpose::LinkNoise => "noise of all samples of the DC link",
+                Purpose::TerminalNoise => "noise of all samples of the terminals",
                 Purpose::Jitter => "jitter of all samples",
                 Purpose::Memory => "direction in which the iron was last magnetised",
                 _ => "phase of the DC link's ripple",

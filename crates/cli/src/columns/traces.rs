@@ -16,27 +16,28 @@ const PICO: Option<f64> = Some(1e12);
 /// A table of a trace: its name, its columns and its rows.
 pub struct TraceTable {
     pub name: &'static str,
-    columns: &'static [Head],
+    columns: fn(&Trace) -> &'static [Head],
     rows: fn(&Trace, Sink<'_>) -> Result<(), TableError>,
 }
 
 impl TraceTable {
     /// The two tables: waveform and events.
     pub const ALL: [Self; 2] = [
-        Self { name: "waveform", columns: &WAVEFORM, rows: waveform },
-        Self { name: "events", columns: &EVENTS, rows: events },
+        Self { name: "waveform", columns: |_| &WAVEFORM, rows: waveform },
+        Self { name: "events", columns: event_columns, rows: events },
     ];
 
-    pub fn columns(&self) -> Vec<Column> {
+    /// Returns the columns of this trace: a sensor that the drive does not have has none.
+    pub fn columns(&self, trace: &Trace) -> Vec<Column> {
         let kind = |parts: Option<f64>| parts.map_or(Kind::Text, |_| Kind::Number);
-        self.columns.iter().map(|(name, parts)| Column::new(*name, kind(*parts))).collect()
+        (self.columns)(trace).iter().map(|(name, parts)| Column::new(*name, kind(*parts))).collect()
     }
 
     /// Writes the table's rows. In CSV times are rounded to 1 ps, currents to 1 nA and voltages to 1 µV.
     pub fn rows(&self, trace: &Trace, format: Format, to: Sink<'_>) -> Result<(), TableError> {
         let mut rounded = |row: &[Value<'_>]| {
             let mut row = row.to_vec();
-            for (value, (_, parts)) in row.iter_mut().zip(self.columns) {
+            for (value, (_, parts)) in row.iter_mut().zip((self.columns)(trace)) {
                 if let (Value::Number(number), Some(parts)) = (value, parts) {
                     *number = round(*number, *parts);
                 }
@@ -97,7 +98,7 @@ fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     Ok(())
 }
 
-const EVENTS: [Head; 8] = [
+const EVENTS: [Head; 11] = [
     ("t_s", PICO),
     ("event", None),
     ("phase", None),
@@ -106,11 +107,22 @@ const EVENTS: [Head; 8] = [
     ("i_b_A", NANO),
     ("i_c_A", NANO),
     ("u_dc_V", MICRO),
+    ("v_a_V", MICRO),
+    ("v_b_V", MICRO),
+    ("v_c_V", MICRO),
 ];
 
+/// Returns the columns of the events: those of the terminals' voltages as they are read where the drive reads them.
+fn event_columns(trace: &Trace) -> &'static [Head] {
+    let reads_terminals = trace.events.iter().any(|(_, event)| matches!(event, Event::Terminals(_)));
+    if reads_terminals { &EVENTS } else { &EVENTS[..8] }
+}
+
 fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
-    for (time, event) in &trace.events {
-        let mut row = [const { Value::Empty }; 8];
+    let columns = event_columns(trace).len();
+    let mut events = trace.events.iter().peekable();
+    while let Some((time, event)) = events.next() {
+        let mut row = [const { Value::Empty }; EVENTS.len()];
         row[0] = Value::Number(*time);
         row[1] = match event {
             Event::Command => "command",
@@ -118,7 +130,7 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
             Event::Conduction(..) => "conduction",
             Event::LeftMap => "left_map",
             Event::Motion(_) => "motion",
-            Event::Sample(..) => "sample",
+            Event::Sample(..) | Event::Terminals(_) => "sample",
         }
         .into();
         match event {
@@ -132,13 +144,20 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
             }
             Event::Motion(motion) => row[3] = format!("{motion:?}").to_lowercase().into(),
             Event::Sample(currents, link) => {
-                for (cell, value) in row[4..].iter_mut().zip(currents.iter().chain([link])) {
+                // What the same sample read of the terminals follows it.
+                let next = events.next_if(|(_, next)| matches!(next, Event::Terminals(_)));
+                let terminals = next.map_or(&[][..], |(_, next)| match next {
+                    Event::Terminals(voltages) => voltages,
+                    _ => &[],
+                });
+                let read = currents.iter().chain([link]).chain(terminals);
+                for (cell, value) in row[4..].iter_mut().zip(read) {
                     *cell = Value::Number(*value);
                 }
             }
-            Event::Command | Event::LeftMap => {}
+            Event::Command | Event::LeftMap | Event::Terminals(_) => {}
         }
-        to(&row)?;
+        to(&row[..columns])?;
     }
     Ok(())
 }
@@ -169,7 +188,7 @@ mod tests {
             MethodName::ALL.into_iter().flat_map(|method| [(method, "default"), (method, "field")])
         {
             let text = format!(
-                "motor = \"paper-5k5\"\nerrors = \"{errors}\"\ndetector.method = \"{}\"\n",
+                "motor = \"paper-5k5\"\nerrors = \"{errors}\"\nsensors.terminals = true\ndetector.method = \"{}\"\n",
                 method.name()
             );
             let document = Document::parse(Path::new("scenario"), &text).expect("a scenario");

@@ -96,7 +96,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 
     if let Some(host) = &host {
         for table in TraceTable::ALL {
-            let mut columns = Columns::new(table.columns());
+            let mut columns = Columns::new(table.columns(&trace));
             table.rows(&trace, Format::Npz, &mut |row| columns.row(row)).map_err(Error::Table)?;
             host.keep(table.name, columns);
         }
@@ -155,7 +155,7 @@ fn write(
         let path = options.out.join(&name);
         let failed = |error| Error::table(&path, error);
         let mut file = output.begin(&name)?;
-        let mut writer = Writer::new(&mut file, format, table.columns(), of).map_err(failed)?;
+        let mut writer = Writer::new(&mut file, format, table.columns(trace), of).map_err(failed)?;
         table.rows(trace, format, &mut |row| writer.row(row)).map_err(failed)?;
         writer.finish().map_err(failed)?;
         output.close(&name, file)?;

@@ -21,7 +21,7 @@ fn other(key: &Key) -> Value {
         "bandwidth" => Value::Number(2e5),
         "deviation" => Value::Number(0.5),
         "voltage" => Value::Number(40.0),
-        "compensation" => Value::Flag(false),
+        "compensation" | "comparison" => Value::Flag(false),
         other => panic!("{other} is not tried"),
     }
 }
@@ -86,7 +86,12 @@ fn law_the_error_of_a_pole_is_a_key_only_where_the_rule_knows_one() {
 #[test]
 fn regress_every_rest_in_the_stated_range_works() {
     let Kind::Number { range, .. } = REST.kind else { panic!("a number") };
-    for name in [MethodName::Bipolar, MethodName::MaximumLikelihood, MethodName::MaximumLikelihoodAdaptive] {
+    for name in [
+        MethodName::Bipolar,
+        MethodName::MaximumLikelihood,
+        MethodName::MaximumLikelihoodAdaptive,
+        MethodName::OpenTerminal,
+    ] {
         for (share, pulse) in range.into_iter().flat_map(|share| [1e-6, 60e-6].map(|pulse| (share, pulse))) {
             let mut method = Method::<f64>::suited(name, &PLATE);
             assert!(method.set(&PULSE, Value::Number(pulse)));

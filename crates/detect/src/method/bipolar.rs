@@ -13,7 +13,7 @@ mod tests;
 
 use standstill_interface::{AlphaBeta, Fault, Findings, Nanos, Phase, Reading, Real, Step};
 
-use crate::keys::{self, Keyed, Lines, Setting, Source, Value, place};
+use crate::keys::{self, Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
@@ -23,7 +23,7 @@ use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::link;
 use crate::parts::significance;
 use crate::parts::train::{GainComparison, Slot, Train};
-use crate::settings::{SettingsError, require};
+use crate::settings::{SettingsError, Source, require};
 
 /// Settings of the bipolar method.
 #[derive(Clone, Copy, Debug, PartialEq)]

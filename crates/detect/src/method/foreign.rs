@@ -6,9 +6,9 @@ use core::marker::PhantomData;
 use standstill_interface::{Fault, Findings, Reading, Real, Step};
 
 use super::Sequence;
-use crate::keys::{Keyed, Setting, Source};
+use crate::keys::{Keyed, Setting};
 use crate::parts::margin::Margin;
-use crate::settings::SettingsError;
+use crate::settings::{SettingsError, Source};
 
 /// The place of a detector from elsewhere among the methods. No method of this crate: such detectors are made by their
 /// scenario, which knows the library, and not from these settings.
@@ -48,7 +48,7 @@ impl<T: Real> Sequence<T> for Foreign<T> {
 }
 
 impl<T: Real> Keyed for ForeignSettings<T> {
-    const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
+    const SOURCES: &'static [Source] = Source::ALL;
 
     const SETTINGS: &'static [Setting<Self>] = &[];
 }

@@ -57,10 +57,15 @@ pub fn line_impedance<T: Real>(first: Interval<T>, second: Interval<T>) -> Optio
     (resistance.is_finite() && inductance.is_finite()).then_some((resistance, inductance))
 }
 
-/// Directions of the current vectors that lines AB, BC and CA carry: −30°, 90° and 210°.
+/// Directions in rad of the current vectors that lines AB, BC and CA carry: −30°, 90° and 210°.
+pub(crate) fn line_angles<T: Real>() -> [T; 3] {
+    [-30.0, 90.0, 210.0].map(|degrees| T::of(degrees).to_radians())
+}
+
+/// The same as vectors.
 pub(crate) fn line_directions<T: Real>() -> [AlphaBeta<T>; 3] {
-    [-30.0, 90.0, 210.0].map(|degrees| {
-        let (sin, cos) = T::of(degrees).to_radians().sin_cos();
+    line_angles().map(|angle: T| {
+        let (sin, cos) = angle.sin_cos();
         AlphaBeta::new(cos, sin)
     })
 }

@@ -66,7 +66,7 @@ impl<T: Real> SettleSettings<T> {
 const MOST: f64 = 1e9;
 
 /// A number that a sensor can have read.
-fn is_reading<T: Real>(value: T) -> bool {
+pub(crate) fn is_reading<T: Real>(value: T) -> bool {
     value.abs() <= T::of(MOST)
 }
 

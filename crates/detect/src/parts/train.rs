@@ -125,10 +125,9 @@ impl<T: Real> PulseTrainSettings<T> {
         require_zero_or_more(self.off_drop, "off_drop")
     }
 
-    /// The rest as a share of the pulse, as it was set: times are whole nanoseconds.
+    /// The rest as a share of the pulse, as it was set.
     pub(crate) fn rest_share(&self) -> f64 {
-        let pulse = self.pulse.0.max(1);
-        (self.rest.0.saturating_mul(1000).saturating_add(pulse / 2) / pulse) as f64 / 1e3
+        share_of(self.pulse, self.rest)
     }
 
     /// Sets it, for the pulse as it is.
@@ -157,6 +156,12 @@ pub(crate) fn rest_after(pulse: Nanos) -> Nanos {
     Nanos(pulse.0 / 10) * 16
 }
 
+/// A rest as a share of the pulse, as it was set: times are whole nanoseconds.
+pub(crate) fn share_of(pulse: Nanos, rest: Nanos) -> f64 {
+    let pulse = pulse.0.max(1);
+    (rest.0.saturating_mul(1000).saturating_add(pulse / 2) / pulse) as f64 / 1e3
+}
+
 /// Which pulse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Slot {
@@ -168,7 +173,7 @@ pub(crate) struct Slot {
 
 impl Slot {
     /// The pulse with this number, odd rounds backwards.
-    fn of(index: u16) -> Self {
+    pub fn of(index: u16) -> Self {
         let (round, place) = (index / 6, usize::from(index % 6));
         let place = if round.is_multiple_of(2) { place } else { 5 - place };
         Self { line: place / 2, forward: place.is_multiple_of(2) }

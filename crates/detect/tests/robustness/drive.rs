@@ -13,10 +13,12 @@ pub struct Drive {
 }
 
 impl Drive {
-    fn reading<T: Real>(&mut self, at: Nanos, phases: [f64; 3]) -> Reading<T> {
+    fn reading<T: Real>(&mut self, at: Nanos, phases: [f64; 3], terminals: [f64; 3]) -> Reading<T> {
         let random = &mut self.random;
         let wild = random.below(1000) < self.nonsense;
         let mut reading = Reading::measured(at, phases.map(|phase| T::of(phase)), T::of(540.0));
+        reading.terminal.0 = terminals.map(|voltage| T::of(voltage + 0.1 * random.unit()));
+        reading.terminal_sensed.0 = [Sensed::Measured; 3];
         if wild {
             let kinds = [Sensed::Measured, Sensed::Derived, Sensed::Clipped, Sensed::Hidden];
             for k in 0..3 {
@@ -25,6 +27,14 @@ impl Drive {
                 }
                 if random.one_in(3) {
                     reading.sensed.0[k] = random.of(&kinds);
+                }
+            }
+            for k in 0..3 {
+                if random.one_in(3) {
+                    reading.terminal.0[k] = random.any();
+                }
+                if random.one_in(4) {
+                    reading.terminal_sensed.0[k] = random.of(&kinds);
                 }
             }
             if random.one_in(2) {
@@ -66,7 +76,14 @@ impl Drive {
                         if matches!(command.stage.legs.0[0], Leg::Duty(_)) { share - mean } else { share };
                     height * driven * (1.0 + 0.2 * self.random.unit()) + 1e-3 * self.random.unit()
                 });
-                self.reading(at, phases)
+                // The rails, and a share of the link's voltage that is each leg's own.
+                let terminals = core::array::from_fn(|k| match shares[k] {
+                    _ if t > on => 0.0,
+                    share if share > 0.0 => 540.0,
+                    share if share < 0.0 => 0.0,
+                    _ => 270.0 + 30.0 * (k as f64 - 1.2),
+                });
+                self.reading(at, phases, terminals)
             })
             .collect()
     }

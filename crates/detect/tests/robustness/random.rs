@@ -1,6 +1,6 @@
 //! Numbers, and nameplates of motors and drives, plausible or not.
 
-use standstill_detect::{Nameplate, Sensing, Signature};
+use standstill_detect::{Dividers, Nameplate, Sensing, Signature};
 use standstill_interface::{Nanos, Real};
 
 /// A small deterministic generator (xorshift).
@@ -85,6 +85,7 @@ pub fn plausible<T: Real>(random: &mut Random) -> Nameplate<T> {
         signature: Signature::Normal,
         pulse_signature: Signature::Normal,
         polarity_difference: T::of(within(0.01, 0.4)),
+        cross_saturation: T::of(within(0.01, 1.0)),
         rated_pulse: Nanos::from_seconds((0.7 * rated_current * (d + q) / dc_link).max(2e-5)),
         gain_tolerance: T::of(0.005),
         dc_link: T::of(dc_link),
@@ -94,6 +95,7 @@ pub fn plausible<T: Real>(random: &mut Random) -> Nameplate<T> {
         diode_drop: [T::of(1.0), T::of(0.01)],
         reverse_drop: [T::of(1.0), T::of(0.01)],
         sensing: Sensing::default(),
+        dividers: Dividers { gain_tolerance: T::of(0.005), offset: T::of(0.2), bandwidth: None },
     }
 }
 

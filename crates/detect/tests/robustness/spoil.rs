@@ -2,7 +2,8 @@
 
 use standstill_detect::{
     Adaptive, BipolarSettings, BothWaysSettings, Correction, InjectionMethod, Method, ModulationSettings,
-    PolarityRule, PolaritySettings, PulseTrainSettings, SequentialSettings, SettleSettings, Signature,
+    OpenTerminalSettings, PolarityRule, PolaritySettings, PulseTrainSettings, SequentialSettings,
+    SettleSettings, Signature,
 };
 use standstill_interface::{Nanos, Real};
 
@@ -85,6 +86,27 @@ fn spoil_both_ways<T: Real>(s: &mut BothWaysSettings<T>, random: &mut Random) {
     }
 }
 
+fn spoil_open_terminal<T: Real>(s: &mut OpenTerminalSettings<T>, random: &mut Random) {
+    match random.below(16) {
+        0 => s.pulse = random.nanos(),
+        1 => s.rest = random.nanos(),
+        2 => s.rounds = random.small(),
+        3 => s.interval = random.nanos(),
+        4 => s.settle = random.nanos(),
+        5 => s.attempts = random.count(),
+        6 => s.comparison = false,
+        7 => s.gain_tolerance = random.any(),
+        8 => s.offset = random.any(),
+        9 => s.pole_floor = random.any(),
+        10 => s.resistance = random.any(),
+        11 => s.line_inductance = random.any(),
+        12 => s.cross_saturation = random.any(),
+        13 => s.dead_time = random.nanos(),
+        14 => s.least_saliency = random.any(),
+        _ => s.pole_error = random.any(),
+    }
+}
+
 pub fn spoil<T: Real>(method: &mut Method<T>, random: &mut Random) {
     match method {
         Method::Foreign(_) => {}
@@ -137,6 +159,7 @@ pub fn spoil<T: Real>(method: &mut Method<T>, random: &mut Random) {
             _ => spoil_modulation(&mut s.modulation, random),
         },
         Method::Bipolar(BipolarSettings(s)) => spoil_both_ways(s, random),
+        Method::OpenTerminal(s) => spoil_open_terminal(s, random),
         Method::MaximumLikelihood(s) => match random.below(9) {
             5 => {
                 s.adaptive = Some(Adaptive {

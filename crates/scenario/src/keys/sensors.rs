@@ -1,10 +1,12 @@
 //! The keys of the sensors.
 
+use standstill_detect::Method;
 use standstill_quantity::Quantity;
-use standstill_quantity::unit::{Ampere, Degree, Hertz, One, Second, Share, Volt};
-use standstill_sim::{Adc, Arrangement, Purpose};
+use standstill_quantity::unit::{Ampere, Degree, Hertz, Ohm, One, Second, Share, Volt};
+use standstill_sim::{Adc, Arrangement, Purpose, TerminalSensor};
 
 use super::{NOT_NEGATIVE, POSITIVE, Range, SHARE, TIME, Usual, number, table};
+use crate::Scenario;
 use crate::named::Named;
 
 const SPREAD: Range = Range::new(
@@ -20,8 +22,20 @@ const SETTLE: &str = "from 0 to 1 ms: amplifiers of shunts settle within microse
 const DECAY: &str = "from 1 ns to 100 us: what rings longer is no pick-up of an edge";
 const RINGING: &str = "from 0 to 1000 MHz: samples are taken in whole nanoseconds";
 
+const LOAD: &str = "0, or from 1 Ω to 1 TΩ: less would carry a motor's current";
+
 /// Range of all draws of a purpose, for purposes with one draw per sample.
 const EACH: std::ops::Range<usize> = 0..usize::MAX;
+
+/// Returns whether the drive has dividers at its terminals.
+fn has_dividers(scenario: &Scenario<Method<f64>>) -> bool {
+    scenario.sensors.terminal.is_some()
+}
+
+/// Returns a number of the dividers; none where the drive has none.
+fn of_dividers(scenario: &Scenario<Method<f64>>, of: fn(&TerminalSensor) -> f64) -> Option<toml::Value> {
+    scenario.sensors.terminal.as_ref().map(|terminal| number(of(terminal)))
+}
 
 fn bits(adc: Option<Adc>) -> toml::Value {
     number(adc.map_or(0.0, |adc| adc.bits.into()))
@@ -134,6 +148,59 @@ table! {
         /// Bits of the DC link's converter; 0: nothing is rounded, the range stays.
         dc_link_bits: Quantity<One> {
             range: Some(BITS), get: |scenario| Some(bits(scenario.sensors.dc_link.adc)), example: "12",
+        };
+        /// Whether the drive reads the voltages of its terminals, each behind a divider to the negative rail.
+        terminals: bool {
+            get: |scenario| Some(toml::Value::Boolean(has_dividers(scenario))), example: "true",
+        };
+        /// Standard deviation of the gain of each divider at a terminal.
+        terminal_gain_error: Quantity<Share> {
+            range: Some(SHARE), usual: Some((0.2, Usual::Whole)), draws: Some((Purpose::TerminalGain, 0..3)),
+            get: |scenario| of_dividers(scenario, |of| of.gain_error), applies: has_dividers,
+            set: Some(|scenario, value| if let Some(of) = &mut scenario.sensors.terminal { of.gain_error = value }),
+            example: "\"0.5 %\"",
+        };
+        /// Standard deviation of the offset of each divider at a terminal, as a voltage of the terminal.
+        terminal_offset: Quantity<Volt> {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::Link)), draws: Some((Purpose::TerminalOffset, 0..3)),
+            get: |scenario| of_dividers(scenario, |of| of.offset), applies: has_dividers,
+            set: Some(|scenario, value| if let Some(of) = &mut scenario.sensors.terminal { of.offset = value }),
+            example: "\"0.5 V\"",
+        };
+        /// Noise of each sample of a terminal's voltage, rms.
+        terminal_noise: Quantity<Volt> {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::Link)), draws: Some((Purpose::TerminalNoise, EACH)),
+            get: |scenario| of_dividers(scenario, |of| of.noise), applies: has_dividers,
+            set: Some(|scenario, value| if let Some(of) = &mut scenario.sensors.terminal { of.noise = value }),
+            example: "\"0.5 V\"",
+        };
+        /// Corner frequency of the first-order filter behind each divider. 0: no filter.
+        terminal_bandwidth: Quantity<Hertz> {
+            range: Some(NOT_NEGATIVE),
+            get: |scenario| of_dividers(scenario, |of| of.bandwidth.unwrap_or(0.0)), applies: has_dividers,
+            set: Some(|scenario, corner| if let Some(of) = &mut scenario.sensors.terminal {
+                of.bandwidth = (corner > 0.0).then_some(corner);
+            }),
+            example: "\"100 kHz\"",
+        };
+        /// Range of the converters of the terminals' voltages, from zero.
+        terminal_range: Quantity<Volt> {
+            range: Some(POSITIVE), applies: has_dividers,
+            get: |scenario| scenario.sensors.terminal.and_then(|of| of.adc).map(|adc| number(adc.high)), example: "\"1000 V\"",
+        };
+        /// Bits of the converters of the terminals' voltages; 0: nothing is rounded, the range stays.
+        terminal_bits: Quantity<One> {
+            range: Some(BITS), applies: has_dividers,
+            get: |scenario| scenario.sensors.terminal.map(|of| bits(of.adc)), example: "12",
+        };
+        /// Resistance of each divider, which loads its terminal: it pulls a terminal in whose leg nothing conducts to the negative rail. 0: it loads nothing.
+        terminal_load: Quantity<Ohm> {
+            range: Some(Range::new(0.0, 1e12, LOAD, "less would carry a motor's current").or_from(1.0)),
+            get: |scenario| of_dividers(scenario, |of| of.resistance.unwrap_or(0.0)), applies: has_dividers,
+            set: Some(|scenario, value| if let Some(of) = &mut scenario.sensors.terminal {
+                of.resistance = (value > 0.0).then_some(value);
+            }),
+            example: "\"1 MΩ\"",
         };
         /// Standard deviation of the resolver that stands for "measured angle" in traces.
         resolver_error: Quantity<Degree> {

@@ -22,6 +22,13 @@ const BESIDE: &[(&str, &str)] = &[
     ("inverter.terminal_resistance", "inverter.terminal_capacitance = 1e-9"),
     ("sensors.pick_up_decay", "sensors.pick_up = 0.2"),
     ("sensors.pick_up_frequency", "sensors.pick_up = 0.2"),
+    ("sensors.terminal_gain_error", "sensors.terminals = true"),
+    ("sensors.terminal_offset", "sensors.terminals = true"),
+    ("sensors.terminal_noise", "sensors.terminals = true"),
+    ("sensors.terminal_bandwidth", "sensors.terminals = true"),
+    ("sensors.terminal_range", "sensors.terminals = true"),
+    ("sensors.terminal_bits", "sensors.terminals = true"),
+    ("sensors.terminal_load", "sensors.terminals = true"),
     ("detector.rest", "detector.method = \"bipolar\""),
     ("detector.pole_error", "detector.method = \"bipolar\""),
     ("detector.gain_tolerance", "detector.method = \"maximum-likelihood\""),
@@ -29,6 +36,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("detector.deviation", "detector.method = \"maximum-likelihood-adaptive\""),
     ("detector.voltage", "detector.method = \"hfi-rotating\""),
     ("detector.compensation", "detector.method = \"hfi-rotating\""),
+    ("detector.comparison", "sensors.terminals = true\ndetector.method = \"open-terminal\""),
 ];
 
 /// Keys that only the document has: a scenario has what follows from them.

@@ -91,14 +91,19 @@ fn spread(key: &str) -> &'static str {
         "inverter.switch_resistance" | "inverter.diode_resistance" => "uniform = \"20 %\", mean = \"3 mOhm\"",
         "sensors.noise" | "sensors.offset" => "uniform = \"30 %\", mean = \"10 mA\"",
         "sensors.gain_error" => "uniform = \"0.2 %\", mean = \"0.5 %\"",
-        "sensors.bandwidth" => "uniform = \"10 kHz\", mean = \"150 kHz\"",
+        "sensors.bandwidth" | "sensors.terminal_bandwidth" => "uniform = \"10 kHz\", mean = \"150 kHz\"",
         "detector.time_limit" => "uniform = \"1 s\", mean = \"10 s\"",
         "sensors.bandwidth_tolerance" | "sensors.bandwidth_mismatch" => "uniform = \"1 %\", mean = \"2 %\"",
         "sensors.skew" | "sensors.jitter" | "sensors.sample_delay" => {
             "uniform = \"0.2 us\", mean = \"0.5 us\""
         }
         "sensors.dc_link_gain_error" => "uniform = \"0.1 %\", mean = \"0.2 %\"",
-        "sensors.dc_link_offset" | "sensors.dc_link_noise" => "uniform = \"10 %\", mean = \"300 mV\"",
+        "sensors.terminal_gain_error" => "uniform = \"0.1 %\", mean = \"0.5 %\"",
+        "sensors.terminal_load" => "uniform = \"10 %\", mean = \"2 MΩ\"",
+        "sensors.terminal_offset"
+        | "sensors.terminal_noise"
+        | "sensors.dc_link_offset"
+        | "sensors.dc_link_noise" => "uniform = \"10 %\", mean = \"300 mV\"",
         "motor.nameplate.leakage" => "uniform = \"1 uH\", mean = \"2 uH\"",
         "motor.winding.leakage" => "uniform = \"5 uH\", mean = \"5 uH\"",
         "motor.rotor.viscous" => "uniform = \"0.5 mN m s\", mean = \"1 mN m s\"",
@@ -117,7 +122,8 @@ fn spread(key: &str) -> &'static str {
 
 fn tried(motor: &str, tolerances: &str) -> Result<Plan, FileError> {
     // What is lacking of tables comes before what stands in tables of its own.
-    let text = format!("tolerances = {{ {tolerances} }}\n{motor}");
+    let dividers = if tolerances.contains("sensors.terminal_") { "sensors.terminals = true\n" } else { "" };
+    let text = format!("{dividers}tolerances = {{ {tolerances} }}\n{motor}");
     Plan::new(Document::parse(std::path::Path::new("s.toml"), &text)?)
 }
 

@@ -22,6 +22,8 @@ pub struct Course {
     pub current: [f64; 3],
     /// Voltage of the DC link in V: see `taken`.
     pub dc_link: f64,
+    /// Voltages of the terminals in V, converted together with the DC link.
+    pub terminal: [f64; 3],
 }
 
 impl Course {
@@ -35,6 +37,7 @@ impl Course {
         taken: 0,
         current: [0.0; 3],
         dc_link: 0.0,
+        terminal: [0.0; 3],
     };
 
     /// Converts the present values: all phases at once without skew, else one phase per call, `skew` apart. Returns

@@ -54,6 +54,7 @@ pub struct Control<'a> {
     pub(super) course: Course,
     pub(super) sampler: Sampler<'a>,
     pub(super) link_filter: Option<LowPass>,
+    pub(super) terminal_filters: Option<[LowPass; 3]>,
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
     events: u32,
@@ -94,6 +95,7 @@ impl<'a> Control<'a> {
             course: Course::NONE,
             sampler: Sampler::new(&case.sensors, case.streams),
             link_filter: settings.dc_link.bandwidth.map(|corner| LowPass::new(corner, link.source(0.0))),
+            terminal_filters: None,
             readings,
             events: 0,
             counted_from: 0.0,
@@ -109,6 +111,7 @@ impl<'a> Control<'a> {
         control.readings.clear();
         let pulled = control.put(bank);
         control.set_up_motion(bank, pulled);
+        control.set_up_dividers(bank);
         if V::ALONE && ledger {
             control.accounts = Some(Accounts::open(&control, bank));
         }

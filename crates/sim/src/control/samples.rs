@@ -30,6 +30,7 @@ impl<'a> Control<'a> {
         let settings = &self.case.sensors.settings;
         settings.bandwidth.is_some()
             && !settings.arrangement.follows_legs()
+            && settings.terminal.is_none()
             && self.link_filter.is_none()
             && bank.machine.links.storage.is_none()
     }
@@ -53,7 +54,7 @@ impl<'a> Control<'a> {
             let dc_link = bank.machine.links.source_of(self.lane, times[first] * 1e-9).voltage;
             for time in &times[first..] {
                 let read = *time <= now
-                    && self.convert(nominal, *time, current, dc_link, ([Gate::Off; 3], [true; 3]));
+                    && self.convert(nominal, *time, current, dc_link, [0.0; 3], ([Gate::Off; 3], [true; 3]));
                 if read || *time > now {
                     break;
                 }
@@ -91,7 +92,8 @@ impl<'a> Control<'a> {
         }
         let link = bank.here.state.link.get(self.lane);
         let dc_link = self.link_filter.map_or(link, |filter| filter.output());
-        self.convert(nominal, self.time(bank), current, dc_link, requests);
+        let terminal = if settings.terminal.is_some() { self.terminals_at_sample(bank) } else { [0.0; 3] };
+        self.convert(nominal, self.time(bank), current, dc_link, terminal, requests);
     }
 
     /// Returns of each leg whether the drive takes the amplifier of its shunt to have settled at `at`, a time of this command: the
@@ -112,22 +114,29 @@ impl<'a> Control<'a> {
         settled
     }
 
-    /// Converts the values at a time in ns: currents in A and the link's voltage in V. Returns whether the reading is
-    /// complete. `requests`: see [`Instant`].
+    /// Converts the values at a time in ns: currents in A, the link's voltage and those of the terminals in V. Returns whether the
+    /// reading is complete. `requests`: see [`Instant`].
     fn convert(
         &mut self,
         nominal: Nanos,
         time: f64,
         current: [f64; 3],
         dc_link: f64,
+        terminal: [f64; 3],
         (requested, settled): ([Gate; 3], [bool; 3]),
     ) -> bool {
         let skew = self.case.sensors.settings.skew;
+        if self.course.taken == 0 {
+            self.course.terminal = terminal;
+        }
         let Some((current, dc_link)) = self.course.converted(current, dc_link, skew) else { return false };
-        let there = Instant { current, dc_link, requested, settled };
+        let there = Instant { current, dc_link, terminal: self.course.terminal, requested, settled };
         let reading: Reading<f64> = self.sampler.read(nominal, &there);
         if self.probe.is_some() {
             self.event(time * 1e-9, Event::Sample(reading.current.0, reading.dc_link));
+            if self.case.sensors.settings.terminal.is_some() {
+                self.event(time * 1e-9, Event::Terminals(reading.terminal.0));
+            }
         }
         self.readings.push(reading);
         self.next_trigger();

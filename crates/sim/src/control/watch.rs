@@ -5,7 +5,6 @@ use standstill_interface::Phase;
 use standstill_inverter::{Gate, Modes};
 use standstill_numeric::{Heading, Wide};
 
-use super::conduction::One;
 use super::run::Control;
 use crate::effect::CoreBranch;
 use crate::lanes::bank::{Bank, Outcome};
@@ -20,6 +19,7 @@ impl<'a> Control<'a> {
                 .map(|here| here.state.link.get(self.lane));
             filter.advance(bank.outcome.tried.h.get(self.lane), points);
         }
+        self.follow_dividers(bank, thirds);
         if V::ALONE {
             if let Some(mut accounts) = self.accounts.take() {
                 accounts.follow(self, bank);
@@ -120,13 +120,14 @@ impl<'a> Control<'a> {
         let begin = self.time(bank);
         let h = (until - begin) * 1e-9;
         bank.rest_sensors(self.lane, h);
+        let link = &self.case.inverter.link;
+        // A filter takes a cubic through four points: too few for a ripple of which a long wait has several periods.
+        let ripples = link.ripple != 0.0;
+        let parts = if ripples { (8.0 * h * link.ripple_frequency).ceil().max(1.0) } else { 1.0 };
+        self.rest_dividers(bank, begin, until, parts);
         if let Some(filter) = &mut self.link_filter
             && h > 0.0
         {
-            let link = &self.case.inverter.link;
-            // A filter takes a cubic through four points: too few for a ripple of which a long wait has several periods.
-            let ripples = link.ripple != 0.0;
-            let parts = if ripples { (8.0 * h * link.ripple_frequency).ceil().max(1.0) } else { 1.0 };
             let mut part = 0.0;
             while part < parts {
                 let points = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|share| {
@@ -202,18 +203,11 @@ impl<'a> Control<'a> {
         gates: [Gate; 3],
     ) -> Snapshot {
         let lane = self.lane;
-        let current = self.currents_at(bank, here);
-        let one = One::of(bank, here, lane);
-        let port = one.port(current, self.case.motor.resistance);
-        let mut potential = self.case.inverter.bridge.potentials(gates, modes, &port);
-        if bank.machine.legs.elastance.is_some() {
-            potential = here.state.potential.map(|potential| potential.get(lane));
-        }
         Snapshot {
             time: here.time.get(lane) * 1e-9,
-            current,
-            potential,
-            dc_link: one.dc_link,
+            current: self.currents_at(bank, here),
+            potential: self.potentials(bank, here, modes, gates),
+            dc_link: here.state.link.get(lane),
             angle: self.case.start_angle + here.state.turned.get(lane),
             speed: here.state.speed.get(lane),
             torque: self.torque(bank, here),

@@ -3,6 +3,7 @@
 use standstill_interface::{Abc, Counts, Nanos, Reading, Real, Sensed};
 use standstill_inverter::Gate;
 
+use super::dividers::Dividers;
 use super::{Arrangement, Channels, Sensors};
 use crate::{Draws, Purpose, Streams};
 
@@ -14,6 +15,7 @@ pub struct Sampler<'t> {
     noise: Draws<'t>,
     link_noise: Draws<'t>,
     jitter: Draws<'t>,
+    dividers: Option<Dividers<'t>>,
 }
 
 /// Physical values at the instant of a sample.
@@ -23,6 +25,8 @@ pub struct Instant {
     pub current: [f64; 3],
     /// Voltage of the DC link in V, behind its sensor's filter if it has one.
     pub dc_link: f64,
+    /// Voltages of the terminals in V, behind their filters if they have any; of a drive that reads them.
+    pub terminal: [f64; 3],
     /// The request to each leg just before the trigger's nominal time.
     pub requested: [Gate; 3],
     /// Whether the drive takes the amplifier of each leg's shunt to have settled by then.
@@ -33,7 +37,8 @@ impl<'t> Sampler<'t> {
     pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Self {
         let [noise, link_noise, jitter] =
             streams.open_together([Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter]);
-        Self { sensors: *sensors, channels: Channels::of(sensors), noise, link_noise, jitter }
+        let dividers = Dividers::new(sensors, streams);
+        Self { sensors: *sensors, channels: Channels::of(sensors), noise, link_noise, jitter, dividers }
     }
 
     /// Returns the real sampling instant of a trigger at `nominal`, with delay and jitter, within its command.
@@ -68,6 +73,7 @@ impl<'t> Sampler<'t> {
         let shown = |k: usize| there.requested[k] != Gate::High && there.settled[k];
         let mut link_current = hidden;
         let phases = match s.arrangement {
+            Arrangement::None => [hidden; 3],
             Arrangement::ThreeInLine => [measured(0), measured(1), measured(2)],
             Arrangement::TwoInLine => [measured(0), measured(1), derived(2)],
             Arrangement::LowSideShunts => {
@@ -95,6 +101,10 @@ impl<'t> Sampler<'t> {
         };
 
         let (dc_link, dc_link_clipped, link_count) = raw[3];
+        let mut terminals = [(0.0, Sensed::Hidden, 0); 3];
+        if let Some(dividers) = &mut self.dividers {
+            terminals = dividers.read(there.terminal);
+        }
         Reading {
             at,
             current: Abc(phases.map(|(value, ..)| T::of(value))),
@@ -105,18 +115,19 @@ impl<'t> Sampler<'t> {
                 current: Abc(phases.map(|(.., count)| count)),
                 dc_link: link_count,
                 link_current: link_current.2,
-                ..Counts::NONE
+                terminal: Abc(terminals.map(|(.., count)| count)),
             },
             link_current: T::of(link_current.0),
             link_sensed: link_current.1,
-            terminal: Abc([T::of(0.0); 3]),
-            terminal_sensed: Abc([Sensed::Hidden; 3]),
+            terminal: Abc(terminals.map(|(value, ..)| T::of(value))),
+            terminal_sensed: Abc(terminals.map(|(_, sensed, _)| sensed)),
             capture: None,
         }
     }
 }
 
 #[cfg(test)]
+#[allow(clippy::large_types_passed_by_value, reason = "settings are made for each test")]
 mod tests {
     use super::*;
     use crate::{Adc, SensorSettings};
@@ -140,8 +151,14 @@ mod tests {
     }
 
     fn there(modes: Modes, requested: [Gate; 3]) -> Instant {
-        Instant { current: [1.5, -1.5, 0.0], dc_link: 550.0, requested, settled: [true; 3] }
-            .through(SensorSettings::IDEAL, modes)
+        Instant {
+            current: [1.5, -1.5, 0.0],
+            dc_link: 550.0,
+            terminal: [550.0, 0.0, 275.0],
+            requested,
+            settled: [true; 3],
+        }
+        .through(SensorSettings::IDEAL, modes)
     }
 
     impl Instant {

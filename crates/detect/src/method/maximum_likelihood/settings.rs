@@ -3,12 +3,12 @@
 use standstill_interface::{Nanos, Real};
 
 use super::MOST_SAMPLES;
-use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Source, Value, place};
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::polarity::Signature;
 use crate::parts::train::{PulseTrainSettings, ZEROING_INTERVAL, rest_after};
-use crate::settings::{SettingsError, require, require_positive};
+use crate::settings::{SettingsError, Source, require, require_positive};
 
 /// When to stop lengthening the pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]

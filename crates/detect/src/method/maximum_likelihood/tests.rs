@@ -5,7 +5,7 @@ use standstill_interface::{Angle, Detector, Outcome, Phase, Sensed, Undetermined
 
 use super::*;
 use crate::nameplate::Nameplate;
-use crate::nameplate::Sensing;
+use crate::nameplate::{Dividers, Sensing};
 use crate::parts::both_ways::BothWaysSettings;
 use crate::testing::{LineMotor, mean_and_deviation};
 
@@ -21,6 +21,7 @@ fn nameplate<T: Real>() -> Nameplate<T> {
         signature: Signature::Normal,
         pulse_signature: Signature::Normal,
         polarity_difference: T::of(0.1),
+        cross_saturation: T::zero(),
         rated_pulse: Nanos::from_micros(350),
         gain_tolerance: T::of(0.005),
         dc_link: T::of(540.0),
@@ -30,6 +31,7 @@ fn nameplate<T: Real>() -> Nameplate<T> {
         diode_drop: [T::of(LineMotor::DROP / 2.0), T::zero()],
         reverse_drop: [T::of(LineMotor::DROP / 2.0), T::zero()],
         sensing: Sensing::default(),
+        dividers: Dividers::default(),
     }
 }
 

@@ -2,7 +2,7 @@ use standstill_interface::Dq;
 
 use super::*;
 use crate::method::{Pulsating, PulsatingInjectionSettings, Rotating, RotatingInjectionSettings};
-use crate::nameplate::Sensing;
+use crate::nameplate::{Dividers, Sensing};
 use crate::parts::polarity::Signature;
 use crate::testing::Noise;
 
@@ -16,6 +16,7 @@ fn nameplate(d: f64, q: f64) -> Nameplate<f64> {
         signature: Signature::Normal,
         pulse_signature: Signature::Normal,
         polarity_difference: 0.1,
+        cross_saturation: 0.0,
         rated_pulse: Nanos::from_micros(350),
         gain_tolerance: 0.0,
         dc_link: 540.0,
@@ -25,6 +26,7 @@ fn nameplate(d: f64, q: f64) -> Nameplate<f64> {
         diode_drop: [0.0; 2],
         reverse_drop: [0.0; 2],
         sensing: Sensing::default(),
+        dividers: Dividers::default(),
     }
 }
 

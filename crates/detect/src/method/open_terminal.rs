@@ -1,0 +1,578 @@
+//! The axis and the pole from the voltage of the terminal that floats: no current is read.
+//!
+//! ```text
+//!   all high ─► off ─► AB+ ─► AB− ─► BC+ ─► BC− ─► CA+ ─► CA−      each pulse: on, then all gates off
+//! ```
+//! While a pulse lies across a line, its third leg is off and its terminal divides the line's voltage as the
+//! inductances of the two phases stand to each other. With u the voltage across the line less what the resistance takes,
+//! dev what the third terminal is above the mean of the other two, k = L_B/L_A and φ the line's direction:
+//! ```text
+//!   r = dev/u = −(√3/2) k sin 2(θ − φ) / (1 + k cos 2(θ − φ))
+//!   r + c (r cos 2φ − (√3/2) sin 2φ) + s (r sin 2φ + (√3/2) cos 2φ) = 0,   c = k cos 2θ,  s = k sin 2θ
+//! ```
+//! Three lines give two unknowns by least squares, exactly on a linear core. Half the difference of both signs is free
+//! of offsets, and to first order of saturation. What the signs differ by tells the pole. The third phase carries no
+//! current, so the current lies along the line: `i_d = I cos x` with x = φ − θ. With 1/L_d = (1 + β i_d)/L_d0,
+//! L = (L_d + L_q)/2 and `I = u t / (√3 L (1 + k cos 2x))`, to first order
+//! ```text
+//!   r⁺ − r⁻ = −β (u t/L) (1 − k²) sin x (cos² x + ρκ (ρ sin² x − 2 cos² x)) / (1 + k cos 2x)³,   ρ = L_q/L_d
+//! ```
+//! where cross saturation raises 1/L_q by κ as much as 1/L_d, and by reciprocity 1/L_dq as much over ψ_q.
+//! β is positive where north draws more current. The template changes its sign with the pole, and only its sign and shape
+//! are used: no saturation has to be known but which pole draws more. Dividers whose gains differ by half a per cent
+//! fake as much: they are compared on an all-high vector first.
+
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Own, Phase, Reading, Real, Sampling, Sensed,
+    Stage, Step,
+};
+
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
+use crate::method::Sequence;
+use crate::nameplate::Nameplate;
+use crate::parts::complex::{Complex, Turning as _};
+use crate::parts::lines::{SaliencySign, line_angles};
+use crate::parts::margin::Margin;
+use crate::parts::polarity::{Pointer, Pole, Signature};
+use crate::parts::settle::{is_reading, link};
+use crate::parts::significance;
+use crate::parts::train::{Slot, rest_after, share_of};
+use crate::settings::{
+    LONGEST, SettingsError, Source, require, require_error, require_positive, require_share,
+    require_zero_or_more,
+};
+
+/// A terminal's voltage at the end of its converter's range.
+const CLIPPED: Own = Own { code: 1, text: "terminal voltage clipped by the ADC" };
+/// A drive without dividers.
+const HIDDEN: Own = Own { code: 2, text: "terminal voltage seen by no divider" };
+/// A pulse that is not on the terminals.
+const NO_VOLTAGE: Own = Own { code: 3, text: "too little voltage across a line" };
+/// Terminals that do not come to rest after a pulse.
+const SWINGS: Own = Own { code: 4, text: "the terminals do not come to rest" };
+
+/// Least voltage across a line or of an all-high vector, as a share of the link's.
+const LEAST_VOLTAGE: f64 = 0.5;
+
+/// Largest difference of the terminals at rest, as a share of the link's voltage: while a diode conducts they differ by all
+/// of it.
+const MOST_AT_REST: f64 = 0.25;
+
+/// Time constants after which a divider's filter has settled to 3e-4.
+const SETTLED: f64 = 8.0;
+
+/// Least number of samples of a pulse that are used.
+const LEAST_SAMPLES: usize = 4;
+
+/// Passes in which the resistance's share of the voltage is found, line by line.
+const PASSES: usize = 6;
+
+/// Settings of the method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpenTerminalSettings<T> {
+    /// How long the DC link is across a line.
+    pub pulse: Nanos,
+    /// How long all gates are off after it.
+    pub rest: Nanos,
+    /// Times that all six pulses are given.
+    pub rounds: u8,
+    /// From one ADC sample to the next.
+    pub interval: Nanos,
+    /// From the begin of a vector to its first sample that is used: the terminals' capacitances have swung, and the
+    /// dividers' filters have settled.
+    pub settle: Nanos,
+    /// Times that a rest is repeated before giving up.
+    pub attempts: u16,
+    /// Whether the dividers are compared on an all-high vector.
+    pub comparison: bool,
+    /// Standard deviation of the dividers' gains, relative; counts where they are not compared.
+    pub gain_tolerance: T,
+    /// Standard deviation of the dividers' offsets in V.
+    pub offset: T,
+    /// Standard deviation of what looks like saturation and is none, as a share of the line's voltage.
+    pub pole_floor: T,
+    /// Resistance of a phase in Ω.
+    pub resistance: T,
+    /// Mean inductance of a line in H: L_d + L_q.
+    pub line_inductance: T,
+    /// κ: how much 1/L_q rises with a current along the magnet where 1/L_d rises by one.
+    pub cross_saturation: T,
+    /// Dead time of the drive.
+    pub dead_time: Nanos,
+    /// Sign of the motor's L_B.
+    pub saliency: SaliencySign,
+    /// |L_B| / L_A below which no angle is named.
+    pub least_saliency: T,
+    /// Which pole draws more current in pulses like these.
+    pub signature: Signature,
+    /// Probability of a wrong pole that is allowed.
+    pub pole_error: T,
+    /// Corner frequency in Hz of the dividers' filters; none: no filter.
+    pub bandwidth: Option<T>,
+}
+
+impl<T: Real> OpenTerminalSettings<T> {
+    /// Pulses that raise half of the rated current, 200 µs on the paper's motor: 3.6 ms there.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        let dividers = &drive.dividers;
+        Self {
+            pulse: Nanos::ZERO,
+            rest: Nanos::ZERO,
+            rounds: 1,
+            interval: Nanos::ZERO,
+            settle: Nanos::ZERO,
+            attempts: 50,
+            comparison: true,
+            gain_tolerance: dividers.gain_tolerance,
+            offset: dividers.offset,
+            pole_floor: T::of(5e-4),
+            resistance: drive.resistance,
+            line_inductance: drive.line_inductance(),
+            cross_saturation: drive.cross_saturation,
+            dead_time: drive.dead_time,
+            saliency: drive.saliency(),
+            least_saliency: T::of(0.005),
+            signature: drive.pulse_signature,
+            pole_error: T::of(1e-6),
+            bandwidth: dividers.bandwidth,
+        }
+        .with_pulse(drive.line_pulse(T::of(0.5)))
+    }
+
+    /// The method with pulses of another length: 8 to 20 samples in each, of which those of the second half are used.
+    fn with_pulse(self, pulse: Nanos) -> Self {
+        let parts = (pulse.0 / 10_000).clamp(8, 20);
+        let interval = Nanos(pulse.0 / parts);
+        let lag = self.bandwidth.map_or(T::zero(), |corner| (T::TAU() * corner).recip());
+        let filtered = Nanos::from_seconds((T::of(SETTLED) * lag).to_double()) + self.dead_time;
+        let settle = Nanos(pulse.0 / 2).max(filtered);
+        Self { pulse, interval, settle, rest: rest_after(pulse), ..self }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        require(
+            self.pulse > Nanos::ZERO && self.pulse <= LONGEST,
+            "pulse",
+            "more than zero and a minute at most",
+        )?;
+        require(self.dead_time < self.pulse, "dead_time", "shorter than the pulse")?;
+        require(self.rest > self.pulse, "rest", "longer than the pulse: the current needs as long to decay")?;
+        require(self.rest <= LONGEST, "rest", "such that a pulse takes a minute at most")?;
+        require(self.rounds > 0, "rounds", "at least 1")?;
+        require(self.interval.0 >= 2, "interval", "2 ns or more")?;
+        require(
+            u16::try_from(self.samples()).is_ok(),
+            "interval",
+            "such that a pulse has 65,535 samples at most",
+        )?;
+        let needed = "so long that the dividers' filters settle in the first part of it, and samples remain";
+        require(self.settle < self.pulse && self.used() >= LEAST_SAMPLES, "pulse", needed)?;
+        require(self.attempts > 0, "attempts", "at least 1")?;
+        let tolerance = self.gain_tolerance;
+        require(tolerance >= T::zero() && tolerance < T::one(), "gain_tolerance", "from 0 to below 1")?;
+        require_zero_or_more(self.offset, "offset")?;
+        require_share(self.pole_floor, "pole_floor")?;
+        require_zero_or_more(self.resistance, "resistance")?;
+        require_positive(self.line_inductance, "line_inductance")?;
+        require(self.cross_saturation.is_finite(), "cross_saturation", "finite")?;
+        require_share(self.least_saliency, "least_saliency")?;
+        require_error(self.pole_error, "pole_error")
+    }
+
+    /// Time of a sample after the begin of its command: the middle of its interval, so that no jitter moves one of a
+    /// pulse's beyond its end.
+    fn time(&self, sample: usize) -> Nanos {
+        Nanos(self.interval.0 / 2) + self.interval * sample as u64
+    }
+
+    /// Samples of a command that lasts so long.
+    fn samples_in(&self, duration: Nanos) -> usize {
+        let after = duration - Nanos(self.interval.0 / 2);
+        usize::try_from(after.0 / self.interval.0.max(1)).unwrap_or(usize::MAX).saturating_add(1)
+    }
+
+    /// Samples of a pulse and its rest.
+    fn samples(&self) -> usize {
+        self.samples_in(self.pulse + self.rest)
+    }
+
+    /// The samples of a pulse that are used: from the first to before the last.
+    fn window(&self) -> (usize, usize) {
+        let half = self.interval.0 / 2;
+        let number = |until: Nanos| (until.0.saturating_sub(half)).div_ceil(self.interval.0.max(1));
+        let as_count = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
+        (as_count(number(self.settle)), as_count(number(self.pulse)))
+    }
+
+    fn used(&self) -> usize {
+        let (from, to) = self.window();
+        to.saturating_sub(from)
+    }
+
+    fn sampling(&self, duration: Nanos) -> Sampling {
+        let count = u32::try_from(self.samples_in(duration)).unwrap_or(u32::MAX);
+        Sampling { first: self.time(0), interval: self.interval, count }
+    }
+}
+
+/// What the pulses of one line in one direction showed: sums in V over samples and rounds.
+#[derive(Clone, Copy, Debug)]
+struct Sums<T> {
+    across: T,
+    apart: T,
+}
+
+/// What the three lines' equations give.
+#[derive(Clone, Copy, Debug)]
+struct Solution<T> {
+    /// k cos 2θ and k sin 2θ.
+    c: T,
+    s: T,
+    /// Slopes of the two over each line's r.
+    slopes: [[T; 2]; 3],
+    /// Difference of r between the pulses forward and back, by line.
+    differences: [T; 3],
+}
+
+/// The command under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Under {
+    Nothing,
+    Comparison,
+    Pulse(Slot),
+    Rest,
+}
+
+/// The detector.
+#[derive(Clone, Debug)]
+pub struct OpenTerminal<T> {
+    settings: OpenTerminalSettings<T>,
+    under: Under,
+    given: u16,
+    waits: u16,
+    /// Gains of the dividers relative to their mean.
+    gain: [T; 3],
+    /// By line; backward, forward.
+    sums: [[Sums<T>; 2]; 3],
+    /// Squares of second differences of successive samples in V², and their number.
+    squares: T,
+    differences: T,
+    findings: Findings<T>,
+    margin: Margin<T>,
+}
+
+impl<T: Real> OpenTerminal<T> {
+    /// A detector, ready for its first step.
+    ///
+    /// # Errors
+    /// A setting with which the method cannot work.
+    pub fn new(settings: OpenTerminalSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let zero = T::zero();
+        Ok(Self {
+            settings,
+            under: Under::Nothing,
+            given: 0,
+            waits: 0,
+            gain: [T::one(); 3],
+            sums: [[Sums { across: zero, apart: zero }; 2]; 3],
+            squares: zero,
+            differences: zero,
+            findings: Findings::default(),
+            margin: Margin::new(),
+        })
+    }
+
+    /// The voltage in V of a terminal as its divider shows it, `low` if the leg's lower switch is on: near zero no
+    /// converter has a code that says more.
+    fn shown(reading: &Reading<T>, phase: Phase, low: bool) -> Result<T, Fault<T>> {
+        let value = reading.terminal[phase];
+        match reading.terminal_sensed[phase] {
+            Sensed::Hidden => Err(Fault::Own(HIDDEN)),
+            Sensed::Clipped if !low => Err(Fault::Own(CLIPPED)),
+            _ if !is_reading(value) => Err(Fault::NotANumber),
+            _ => Ok(value),
+        }
+    }
+
+    /// The mean of each terminal over the all-high vector gives its divider's gain.
+    fn compare(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let s = self.settings;
+        if readings.len() != s.samples_in(s.pulse) {
+            return Err(Fault::UnexpectedReadings);
+        }
+        let (from, to) = s.window();
+        let mut sums = [T::zero(); 3];
+        let mut least = T::zero();
+        for reading in &readings[from..to] {
+            least = least + link(reading)? * T::of(LEAST_VOLTAGE);
+            for phase in Phase::ALL {
+                sums[phase as usize] = sums[phase as usize] + Self::shown(reading, phase, false)?;
+            }
+        }
+        for sum in sums {
+            self.enough(sum, least)?;
+        }
+        let mean = (sums[0] + sums[1] + sums[2]) / T::of(3.0);
+        self.gain = sums.map(|sum| sum / mean);
+        Ok(())
+    }
+
+    fn enough(&mut self, voltage: T, least: T) -> Result<(), Fault<T>> {
+        self.margin.at_least(voltage, least);
+        if voltage >= least { Ok(()) } else { Err(Fault::Own(NO_VOLTAGE)) }
+    }
+
+    fn pulse(&mut self, slot: Slot, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let s = self.settings;
+        if readings.len() != s.samples() {
+            return Err(Fault::UnexpectedReadings);
+        }
+        let (from, to) = s.window();
+        let (high, low) = slot.phases();
+        let open = Phase::ALL[3 - high as usize - low as usize];
+        let (zero, half) = (T::zero(), T::of(0.5));
+        let mut sums = Sums { across: zero, apart: zero };
+        let mut least = zero;
+        let mut before = [zero; 2];
+        for (n, reading) in readings[from..to].iter().enumerate() {
+            let of =
+                |phase: Phase, is_low| Ok(Self::shown(reading, phase, is_low)? / self.gain[phase as usize]);
+            let (top, bottom, third) = (of(high, false)?, of(low, true)?, of(open, false)?);
+            least = least + link(reading)? * T::of(LEAST_VOLTAGE);
+            let apart = third - (top + bottom) * half;
+            sums.across = sums.across + (top - bottom);
+            sums.apart = sums.apart + apart;
+            if n >= 2 {
+                let second = apart - before[1] - (before[1] - before[0]);
+                self.squares = self.squares + second * second;
+                self.differences = self.differences + T::one();
+            }
+            before = [before[1], apart];
+        }
+        self.enough(sums.across, least)?;
+        let all = &mut self.sums[slot.line][usize::from(slot.forward)];
+        all.across = all.across + sums.across;
+        all.apart = all.apart + sums.apart;
+        Ok(())
+    }
+
+    /// Whether the terminals have come to rest at the last reading.
+    fn rests(&mut self, readings: &[Reading<T>]) -> Result<bool, Fault<T>> {
+        let Some(last) = readings.last() else { return Err(Fault::UnexpectedReadings) };
+        let mut shown = [T::zero(); 3];
+        for phase in Phase::ALL {
+            // A diode that conducts leads beyond the ends of the range.
+            shown[phase as usize] = Self::shown(last, phase, true)?;
+        }
+        let [a, b, c] = shown;
+        let spread = a.max(b).max(c) - a.min(b).min(c);
+        let most = link(last)? * T::of(MOST_AT_REST);
+        let (rests, gives_up) = (spread <= most, self.waits >= self.settings.attempts);
+        if rests || gives_up {
+            self.margin.at_most(spread, most);
+            let (waits, attempts) = (self.waits.saturating_add(1), self.settings.attempts.saturating_add(1));
+            self.margin.waited(waits, attempts, spread / most);
+        }
+        if !rests && gives_up { Err(Fault::Own(SWINGS)) } else { Ok(rests) }
+    }
+
+    fn next_command(&mut self) -> Option<Command<T>> {
+        let s = self.settings;
+        let high = Stage { legs: Abc::new(Leg::High, Leg::High, Leg::High), duration: s.pulse };
+        if self.under == Under::Nothing && s.comparison {
+            self.under = Under::Comparison;
+            return Some(Command::sequence(high, Stage::off(s.rest), s.sampling(s.pulse)));
+        }
+        if self.given >= u16::from(s.rounds) * 6 {
+            return None;
+        }
+        let slot = Slot::of(self.given);
+        self.given += 1;
+        self.waits = 0;
+        self.under = Under::Pulse(slot);
+        let (from, to) = slot.phases();
+        let sampling = s.sampling(s.pulse + s.rest);
+        Some(Command::sequence(Stage::line(from, to, s.pulse), Stage::off(s.rest), sampling))
+    }
+
+    /// Solves the three lines' equations.
+    fn solve(&self) -> Solution<T> {
+        let s = &self.settings;
+        let (zero, one, two) = (T::zero(), T::one(), T::of(2.0));
+        let root = T::of(3.0).sqrt() / two;
+        let turns = line_angles::<T>().map(|angle| (angle * two).sin_cos());
+        let mut found = [zero; 2];
+        let mut differences = [zero; 3];
+        let mut slopes = [[zero; 2]; 3];
+        for _ in 0..PASSES {
+            let (mut aa, mut ab, mut bb, mut ar, mut br) = (zero, zero, zero, zero, zero);
+            let mut rows = [[zero; 3]; 3];
+            for (k, (sin, cos)) in turns.into_iter().enumerate() {
+                let lines = one + found[0] * cos + found[1] * sin;
+                let left = self.left(s.line_inductance * lines);
+                let [back, forward] = self.sums[k].map(|sums| sums.apart / (sums.across * left));
+                // Backward the line's voltage has the other sign.
+                let r = (forward - back) / two;
+                differences[k] = forward + back;
+                let (a, b) = (r * cos - root * sin, r * sin + root * cos);
+                (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
+                (ar, br) = (ar + a * r, br + b * r);
+                rows[k] = [a, b, lines];
+            }
+            let determinant = aa * bb - ab * ab;
+            found = [(ab * br - bb * ar) / determinant, (ab * ar - aa * br) / determinant];
+            slopes = rows.map(|[a, b, lines]| {
+                [(ab * b - bb * a) / determinant * lines, (ab * a - aa * b) / determinant * lines]
+            });
+        }
+        Solution { c: found[0], s: found[1], slopes, differences }
+    }
+
+    /// Share of a line's voltage that its resistance leaves to an inductance in H, as a mean over the samples that are used:
+    /// `e^(−2 R t/L)`.
+    fn left(&self, inductance: T) -> T {
+        let s = &self.settings;
+        let (from, to) = s.window();
+        let per_time = T::of(2.0) * s.resistance / inductance;
+        // Samples are equally spaced, so their exponentials are a geometric series.
+        let first = T::of((s.time(from) - s.dead_time).seconds());
+        let ratio = per_time * T::of(s.interval.seconds());
+        let count = T::of((to - from) as f64);
+        let begin = (-per_time * first).exp();
+        if ratio.abs() < T::of(1e-6) {
+            return begin * (T::one() - ratio * (count - T::one()) / T::of(2.0));
+        }
+        begin * (-ratio * count).exp_m1() / ((-ratio).exp_m1() * count)
+    }
+
+    fn answer(&mut self) -> Result<Pole<T>, Fault<T>> {
+        let s = self.settings;
+        let solution = self.solve();
+        let (one, two) = (T::one(), T::of(2.0));
+        let (c, sine) = (solution.c, solution.s);
+        let ratio = c.hypot(sine);
+        if !ratio.is_finite() {
+            return Err(Fault::NotANumber);
+        }
+        let sign: T = s.saliency.factor();
+        let twice = Angle::from_radians(Complex::new(c * sign, sine * sign).argument());
+        let axis = Angle::from_radians(twice.radians() / two);
+
+        // Variance of dev by one sample's noise, and of its mean over a line's pulses in one direction, relative to u.
+        let noise = self.squares / self.differences.max(one) / T::of(6.0);
+        let used = T::of(s.used() as f64);
+        let samples = used * T::of(f64::from(s.rounds));
+        let across =
+            self.sums.iter().flatten().fold(T::zero(), |sum, of| sum + of.across) / samples / T::of(6.0);
+        let voltage = across * across;
+        let one_way = noise / samples / voltage;
+        // Gains of dividers, each relative to the mean: as compared, or as tolerated. dev has noise of 3/2 dividers.
+        let gain = if s.comparison {
+            noise / T::of(1.5) / used / voltage
+        } else {
+            s.gain_tolerance * s.gain_tolerance
+        };
+        let of_axis = one_way / two + gain / T::of(8.0);
+        let squares = |towards: [T; 2]| {
+            solution.slopes.iter().fold(T::zero(), |sum, slope| {
+                let slope = slope[0] * towards[0] + slope[1] * towards[1];
+                sum + slope * slope
+            })
+        };
+        let across_axis = squares([-sine / ratio, c / ratio]);
+        let along_axis = squares([c / ratio, sine / ratio]);
+        let needed = significance::known(of_axis * across_axis.max(along_axis));
+        significance::check(&mut self.margin, ratio, needed, s.least_saliency)?;
+        if ratio >= one {
+            return Err(Fault::NotInductive(Phase::A));
+        }
+        // θ turns by half the angle by which c + js does.
+        self.findings.angle_deviation = Some((of_axis * across_axis).sqrt() / (two * ratio));
+
+        let k = sign * ratio;
+        let rho = (one - k) / (one + k);
+        let (mut product, mut square) = (T::zero(), T::zero());
+        for (angle, difference) in line_angles::<T>().into_iter().zip(solution.differences) {
+            let (sin, cos) = (angle - axis.radians()).sin_cos();
+            let lines = one + k * (two * cos * cos - one);
+            let along = cos * cos;
+            let cross = s.cross_saturation * rho * (rho * sin * sin - two * along);
+            let template = -sin * (along + cross) / (lines * lines * lines);
+            product = product + template * difference;
+            square = square + template * template;
+        }
+        let offset = s.offset * s.offset / voltage;
+        let offsets = if s.comparison { T::of(1.5) } else { T::of(6.0) };
+        let of_line = two * one_way + T::of(1.5) * gain + offsets * offset + s.pole_floor * s.pole_floor;
+        let along = product / square;
+        let (sin, cos) = axis.radians().sin_cos();
+        let direction = AlphaBeta::new(cos * along, sin * along);
+        let pointer = Pointer { direction, deviation: (of_line / square).sqrt() };
+        Ok(pointer.read(axis, s.signature, s.pole_error))
+    }
+}
+
+impl<T: Real> Sequence<T> for OpenTerminal<T> {
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        let s = self.settings;
+        match self.under {
+            Under::Nothing | Under::Rest => {}
+            Under::Comparison => self.compare(readings)?,
+            Under::Pulse(slot) => self.pulse(slot, readings)?,
+        }
+        if matches!(self.under, Under::Pulse(_) | Under::Rest) && !self.rests(readings)? {
+            self.under = Under::Rest;
+            self.waits += 1;
+            return Ok(Step::Drive(Command::hold(Stage::off(s.rest), Sampling::once(s.rest))));
+        }
+        Ok(match self.next_command() {
+            Some(command) => Step::Drive(command),
+            None => Step::Done(self.answer()?.outcome(self.findings)),
+        })
+    }
+
+    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
+        (&self.findings, self.margin)
+    }
+}
+
+impl<T: Real> Keyed for OpenTerminalSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        Setting::new(
+            &keys::PULSE,
+            |s| Some(Value::time(s.pulse)),
+            |s, value| {
+                *s = s.with_pulse(value.nanos());
+                true
+            },
+        ),
+        Setting::new(
+            &keys::REST,
+            |s| Some(Value::Number(share_of(s.pulse, s.rest))),
+            |s, value| {
+                s.rest = Nanos::from_seconds(value.number() * s.pulse.seconds());
+                true
+            },
+        ),
+        place!(ROUNDS, s => s.rounds, Value::times, count),
+        place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
+        place!(POLE_ERROR, s => s.pole_error, Value::of, real),
+        place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
+        place!(COMPARISON, s => s.comparison, Value::Flag, is_set),
+    ];
+
+    const SOURCES: &'static [Source] = &[Source::Terminals];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        line("pulse", format_args!("{}", Microseconds(self.pulse)));
+        line("rest", format_args!("{}", Microseconds(self.rest)));
+        line("rounds", format_args!("{}", self.rounds));
+        line("interval", format_args!("{}", Microseconds(self.interval)));
+        line("settle", format_args!("{}", Microseconds(self.settle)));
+        line("signature", format_args!("{}", self.signature.in_words()));
+    }
+}

@@ -1,0 +1,130 @@
+//! The terminals' potentials as a drive with dividers has them, and the filters behind the dividers.
+
+use standstill_inverter::{Conduction, Gate, Modes};
+use standstill_numeric::Wide;
+
+use super::conduction::One;
+use super::run::Control;
+use crate::lanes::bank::Bank;
+use crate::sensing::LowPass;
+use crate::step::two_derivative::Here;
+
+impl<'a> Control<'a> {
+    /// Returns the potentials of the terminals in V against the negative rail, with these gates and modes of the legs.
+    ///
+    /// While no device conducts, the common potential of three blocked terminals is what their loads make of it: equal
+    /// leakages of both switches hold it halfway between the bounds; dividers pull the mean to the negative rail, as
+    /// far as no device begins to conduct (`Σ v_k / R = 0`).
+    pub(super) fn potentials<V: Wide>(
+        &self,
+        bank: &Bank<'a, V>,
+        here: &Here<V>,
+        modes: Modes,
+        gates: [Gate; 3],
+    ) -> [f64; 3] {
+        let lane = self.lane;
+        if bank.machine.legs.elastance.is_some() {
+            return here.state.potential.map(|potential| potential.get(lane));
+        }
+        let one = One::of(bank, here, lane);
+        let port = one.port(self.currents_at(bank, here), self.case.motor.resistance);
+        let bridge = &self.case.inverter.bridge;
+        let potential = bridge.potentials(gates, modes, &port);
+        let loaded = self.case.sensors.settings.terminal.is_some_and(|of| of.resistance.is_some());
+        if !loaded || modes != [Conduction::Blocked; 3] {
+            return potential;
+        }
+        let (mut down, mut up) = (f64::NEG_INFINITY, f64::INFINITY);
+        for (gate, potential) in gates.into_iter().zip(potential) {
+            let (low, high) = bridge.bounds(gate, port.dc_link);
+            down = down.max(low - potential);
+            up = up.min(high - potential);
+        }
+        let mean = potential.iter().sum::<f64>() / 3.0;
+        let shift = (-mean).min(up).max(down);
+        potential.map(|potential| potential + shift)
+    }
+
+    /// Returns what the dividers show of the terminals in V just before an edge of this instant.
+    pub(super) fn terminals_at_sample<V: Wide>(&self, bank: &Bank<'a, V>) -> [f64; 3] {
+        if let Some(filters) = &self.terminal_filters {
+            return filters.map(|filter| filter.output());
+        }
+        let before = self.time(bank).next_down();
+        let legs = &bank.machine.legs;
+        let gates = std::array::from_fn(|k| legs.gates[k].of(self.lane, before));
+        self.potentials(bank, &bank.here, legs.modes(self.lane, before), gates)
+    }
+
+    /// Sets up the filters behind the dividers, at rest.
+    pub(super) fn set_up_dividers<V: Wide>(&mut self, bank: &Bank<'a, V>) {
+        let Some(corner) = self.case.sensors.settings.terminal.and_then(|of| of.bandwidth) else { return };
+        let at_rest = self.potentials(bank, &bank.here, [Conduction::Blocked; 3], [Gate::Off; 3]);
+        self.terminal_filters = Some(at_rest.map(|potential| LowPass::new(corner, potential)));
+    }
+
+    /// Advances the filters behind the dividers over the step that was just accepted; `thirds`: the machines at one and
+    /// two thirds of it. A filter takes a cubic through four points: a step in which terminals ring is taken in parts.
+    pub(super) fn follow_dividers<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
+        let Some(mut filters) = self.terminal_filters else { return };
+        let (lane, step) = (self.lane, &bank.outcome.tried);
+        let begin = bank.outcome.begin.time.get(lane);
+        let legs = &bank.machine.legs;
+        let gates = std::array::from_fn(|k| legs.gates[k].of(lane, begin));
+        let modes = legs.modes(lane, begin);
+        let h = step.h.get(lane);
+        let turned = step.floating.as_ref().map_or(0.0, |floating| {
+            let [first, second] = &floating.ringing.turned;
+            first.get(lane).max(second.get(lane)).sqrt()
+        });
+        let parts = (turned / TURNED).ceil().max(1.0);
+        let at = |here: &Here<V>| self.potentials(bank, here, modes, gates);
+        let mut from = at(&bank.outcome.begin);
+        let mut part = 0.0;
+        while part < parts {
+            let points = if parts == 1.0 {
+                [from, at(&thirds[0]), at(&thirds[1]), at(&step.end)]
+            } else {
+                let within = |thirds: f64| at(&bank.within((part + thirds / 3.0) / parts));
+                [from, within(1.0), within(2.0), within(3.0)]
+            };
+            advance(&mut filters, h / parts, &points);
+            from = points[3];
+            part += 1.0;
+        }
+        self.terminal_filters = Some(filters);
+    }
+
+    /// Advances the filters behind the dividers over a time without current, from a time in ns to another one: in parts,
+    /// where the link ripples.
+    pub(super) fn rest_dividers<V: Wide>(&mut self, bank: &Bank<'a, V>, begin: f64, until: f64, parts: f64) {
+        let Some(mut filters) = self.terminal_filters else { return };
+        if until <= begin {
+            return;
+        }
+        let gates = self.gates(bank);
+        let at = |share: f64| {
+            let mut here = bank.here;
+            here.time.put(self.lane, begin + (until - begin) * share);
+            bank.machine.links.look(self.lane, &mut here);
+            self.potentials(bank, &here, [Conduction::Blocked; 3], gates)
+        };
+        let mut part = 0.0;
+        while part < parts {
+            let points = [0.0, 1.0, 2.0, 3.0].map(|thirds: f64| at((part + thirds / 3.0) / parts));
+            advance(&mut filters, (until - begin) * 1e-9 / parts, &points);
+            part += 1.0;
+        }
+        self.terminal_filters = Some(filters);
+    }
+}
+
+/// Angle in rad that ringing terminals turn in a part of a step: a cubic is within 1e-6 of that much of a sine.
+const TURNED: f64 = 0.3;
+
+/// Advances filters over `h` seconds of potentials at four equally spaced times.
+fn advance(filters: &mut [LowPass; 3], h: f64, points: &[[f64; 3]; 4]) {
+    for (k, filter) in filters.iter_mut().enumerate() {
+        filter.advance(h, points.map(|potential| potential[k]));
+    }
+}

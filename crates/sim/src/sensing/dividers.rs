@@ -1,0 +1,87 @@
+//! The dividers at the terminals: what the drive reads of its terminals' voltages.
+
+use standstill_interface::Sensed;
+
+use super::{Converter, Sensors};
+use crate::{Draws, Purpose, Streams};
+
+/// The dividers of one drive with their converters.
+#[derive(Clone, Debug)]
+pub struct Dividers<'t> {
+    gain: [f64; 3],
+    offset: [f64; 3],
+    /// Noise of a sample in V rms.
+    deviation: f64,
+    converter: Option<Converter>,
+    noise: Draws<'t>,
+}
+
+impl<'t> Dividers<'t> {
+    /// Returns the dividers of these sensors; none where the drive has none.
+    pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Option<Self> {
+        let of = sensors.settings.terminal?;
+        Some(Self {
+            gain: sensors.terminal_gain,
+            offset: sensors.terminal_offset,
+            deviation: of.noise,
+            converter: of.adc.map(Converter::of),
+            noise: streams.open(Purpose::TerminalNoise),
+        })
+    }
+
+    /// Reads these voltages in V: each one's reading, where it comes from, and the converter's code.
+    pub fn read(&mut self, there: [f64; 3]) -> [(f64, Sensed, u32); 3] {
+        let mut noise = [0.0; 3];
+        if self.deviation > 0.0 {
+            self.noise.normals(&mut noise);
+        }
+        std::array::from_fn(|k| {
+            let raw = self.gain[k] * there[k] + self.offset[k] + self.deviation * noise[k];
+            let Some(converter) = self.converter else { return (raw, Sensed::Measured, 0) };
+            let (value, at_end, code) = converter.read(raw);
+            (value, if at_end { Sensed::Clipped } else { Sensed::Measured }, code)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Adc, SensorSettings, TerminalSensor};
+
+    fn read(of: TerminalSensor, there: [f64; 3]) -> [(f64, Sensed, u32); 3] {
+        let settings = SensorSettings { terminal: Some(of), ..SensorSettings::IDEAL };
+        let streams = Streams::new(1, 0);
+        Dividers::new(&Sensors::draw(settings, streams), streams).expect("dividers").read(there)
+    }
+
+    #[test]
+    fn law_a_divider_shows_its_error_its_range_and_its_code() {
+        let there = [550.0, 0.0, 275.0];
+        assert_eq!(read(TerminalSensor::IDEAL, there).map(|(value, ..)| value), there);
+        let adc = Some(Adc { bits: 12, low: 0.0, high: 500.0 });
+        let [a, b, c] = read(TerminalSensor { adc, ..TerminalSensor::IDEAL }, there);
+        let step = 500.0 / 4096.0;
+        assert_eq!(a, (4095.0 * step, Sensed::Clipped, 4095));
+        assert_eq!(b, (0.0, Sensed::Clipped, 0));
+        assert_eq!(c, (2253.0 * step, Sensed::Measured, 2253));
+        // No two dividers of a specimen are alike.
+        let [a, b, c] = read(TerminalSensor { gain_error: 0.01, ..TerminalSensor::IDEAL }, [100.0; 3]);
+        assert!(a.0 != b.0 && b.0 != c.0 && (a.0 - 100.0).abs() < 5.0, "{a:?} {b:?} {c:?}");
+        let [a, b, _] = read(TerminalSensor { offset: 1.0, ..TerminalSensor::IDEAL }, [0.0; 3]);
+        assert!(a.0 != b.0 && a.0 != 0.0, "{a:?} {b:?}");
+        let none = Sensors::nominal(SensorSettings::IDEAL);
+        assert!(Dividers::new(&none, Streams::new(1, 0)).is_none());
+    }
+
+    #[test]
+    fn law_noise_of_dividers_has_the_stated_size() {
+        let of = TerminalSensor { noise: 0.5, ..TerminalSensor::IDEAL };
+        let settings = SensorSettings { terminal: Some(of), ..SensorSettings::IDEAL };
+        let mut dividers = Dividers::new(&Sensors::nominal(settings), Streams::new(1, 0)).expect("dividers");
+        let squares: f64 =
+            (0..8000).flat_map(|_| dividers.read([0.0; 3])).map(|(value, ..)| value * value).sum();
+        let rms = (squares / 24_000.0).sqrt();
+        assert!((rms / 0.5 - 1.0).abs() < 0.02, "{rms}");
+    }
+}
