@@ -197,6 +197,11 @@ pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
             format!("switch-off delay of {}", phase(number / 2))
         }
         Purpose::GateDelay => format!("switch-on delay of {}", phase(number / 2)),
+        Purpose::ComparatorOffset => format!("offset of comparator {}", number + 1),
+        Purpose::ComparatorDelay => format!("delay of comparator {}", number + 1),
+        Purpose::CaptureTimer if number == 0 => "clock of the timer".to_owned(),
+        Purpose::CaptureTimer => "phase of the timer".to_owned(),
+        Purpose::ComparatorNoise => format!("noise of threshold {}", number + 1),
         Purpose::Resolver => "resolver".to_owned(),
         Purpose::Backlash => "place within the brake's play".to_owned(),
         Purpose::Tolerance => key.to_owned(),

@@ -29,7 +29,7 @@ type KeptStrip = (u8, String, Vec<f64>, usize);
 pub(crate) struct KeptTapes(Vec<(u64, Vec<KeptStrip>)>);
 
 /// All purposes that a tape may have; their indices here are what is stored.
-const PURPOSES: [Purpose; 16] = [
+const PURPOSES: [Purpose; 20] = [
     Purpose::Angle,
     Purpose::GateDelay,
     Purpose::Ripple,
@@ -46,6 +46,10 @@ const PURPOSES: [Purpose; 16] = [
     Purpose::Design,
     Purpose::Detector,
     Purpose::Memory,
+    Purpose::ComparatorOffset,
+    Purpose::ComparatorDelay,
+    Purpose::CaptureTimer,
+    Purpose::ComparatorNoise,
 ];
 
 const ENDS: [End; 4] = [End::Reached, End::Flat, End::TooRare, End::Constant];

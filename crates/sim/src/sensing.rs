@@ -1,5 +1,6 @@
 //! The sensors: the drive's measurements of the currents, the DC link and the rotor.
 
+mod comparator;
 mod filters;
 mod low_pass;
 mod pick_up;
@@ -9,6 +10,8 @@ mod sensed;
 use standstill_interface::{Nanos, choice};
 use standstill_inverter::Modes;
 
+pub(crate) use comparator::Input;
+pub use comparator::{Comparator, ComparatorSettings, Comparators};
 pub(crate) use low_pass::LowPass;
 pub use pick_up::PickUp;
 pub(crate) use sampler::{Instant, Sampler};
@@ -197,6 +200,8 @@ pub struct SensorSettings {
     pub dc_link: VoltageSensor,
     /// The resolver.
     pub resolver: Resolver,
+    /// The comparators and the timer that captures their trips.
+    pub comparator: ComparatorSettings,
 }
 
 impl SensorSettings {
@@ -240,6 +245,19 @@ impl SensorSettings {
         sample_delay: Nanos::ZERO,
         dc_link: VoltageSensor { gain_error: 0.0, offset: 0.0, noise: 0.0, bandwidth: None, adc: None },
         resolver: Resolver { error: 0.0 },
+        comparator: ComparatorSettings {
+            arrangement: Comparators::Common,
+            timer: 0.0,
+            timer_error: 0.0,
+            offset: 0.0,
+            delay: 0.0,
+            delay_spread: 0.0,
+            noise: 0.0,
+            blanking: Nanos::ZERO,
+            bits: 0,
+            range: 0.0,
+            trip: 0.0,
+        },
     };
 }
 
@@ -260,6 +278,8 @@ pub struct Sensors {
     pub dc_link_offset: f64,
     /// Error of the resolver in rad electrical.
     pub resolver_error: f64,
+    /// The comparators.
+    pub comparator: Comparator,
 }
 
 impl Sensors {
@@ -273,6 +293,7 @@ impl Sensors {
             dc_link_gain: 1.0,
             dc_link_offset: 0.0,
             resolver_error: 0.0,
+            comparator: Comparator::nominal(&settings.comparator),
         }
     }
 
@@ -302,6 +323,7 @@ impl Sensors {
             dc_link_gain: 1.0 + settings.dc_link.gain_error * link.normal(),
             dc_link_offset: settings.dc_link.offset * link.normal(),
             resolver_error: settings.resolver.error * resolver.normal(),
+            comparator: Comparator::draw(&settings.comparator, streams),
         }
     }
 }

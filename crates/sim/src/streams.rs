@@ -49,6 +49,14 @@ pub enum Purpose {
     Detector = 14,
     /// Direction of the iron's last magnetisation.
     Memory = 15,
+    /// Offsets of the comparators.
+    ComparatorOffset = 24,
+    /// Propagation delays of the comparators.
+    ComparatorDelay = 25,
+    /// Error of the timer's clock, and its phase against the pulses.
+    CaptureTimer = 26,
+    /// Noise at the comparators: one draw for each command with a threshold.
+    ComparatorNoise = 27,
 }
 
 /// The random draws of one trial: from its seed, or from a [`Tape`].

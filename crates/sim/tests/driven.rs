@@ -9,6 +9,7 @@ use standstill_sim::{
     Adc, Case, Driven, NoProbe, RotorState, RunError, SensorSettings, Sensors, Streams, run,
 };
 
+#[allow(clippy::large_types_passed_by_value, reason = "of a test")]
 fn case(motor: &Motor, rotor: RotorState, devices: Devices, sensors: SensorSettings) -> Case<'_> {
     let dead_time = Nanos(if devices == Devices::default() { 0 } else { 2000 });
     let inverter = Inverter {

@@ -119,6 +119,7 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
             Event::LeftMap => "left_map",
             Event::Motion(_) => "motion",
             Event::Sample(..) => "sample",
+            Event::Trip(_) => "trip",
         }
         .into();
         match event {
@@ -136,6 +137,7 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
                     *cell = Value::Number(*value);
                 }
             }
+            Event::Trip(phase) => row[2] = phase.letter().to_string().into(),
             Event::Command | Event::LeftMap => {}
         }
         to(&row)?;

@@ -2,9 +2,10 @@
 
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Ampere, Degree, Hertz, One, Second, Share, Volt};
-use standstill_sim::{Adc, Arrangement, Purpose};
+use standstill_sim::{Adc, Arrangement, Comparators, Purpose};
 
 use super::{NOT_NEGATIVE, POSITIVE, Range, SHARE, TIME, Usual, number, table};
+use crate::Scenario;
 use crate::named::Named;
 
 const SPREAD: Range = Range::new(
@@ -21,6 +22,30 @@ const RINGING: &str = "from 0 to 1000 MHz: samples are taken in whole nanosecond
 
 /// Range of all draws of a purpose, for purposes with one draw per sample.
 const EACH: std::ops::Range<usize> = 0..usize::MAX;
+
+const TICK: Range =
+    Range::new(0.0, 1e-3, "from 0 to 1 ms: a pulse lasts several ticks", "a pulse lasts several ticks");
+const DELAY: Range = Range::new(
+    0.0,
+    1e-4,
+    "from 0 to 100 us: a comparator is faster than the pulse that it ends",
+    "a comparator is faster than the pulse that it ends",
+);
+
+/// Returns whether the drive has comparators.
+fn watches<M>(scenario: &Scenario<M>) -> bool {
+    scenario.sensors.comparator.any()
+}
+
+/// Returns whether the drive captures when a comparator trips.
+fn captures<M>(scenario: &Scenario<M>) -> bool {
+    scenario.sensors.comparator.timer > 0.0
+}
+
+/// Returns whether the threshold is set by a converter.
+fn coarse<M>(scenario: &Scenario<M>) -> bool {
+    captures(scenario) && scenario.sensors.comparator.bits > 0
+}
 
 fn bits(adc: Option<Adc>) -> toml::Value {
     number(adc.map_or(0.0, |adc| adc.bits.into()))
@@ -122,6 +147,48 @@ table! {
         /// Bits of the DC link's converter; 0: nothing is rounded, the range stays.
         dc_link_bits: Quantity<One> {
             range: Some(BITS), get: |scenario| Some(bits(scenario.sensors.dc_link.adc)), example: "12",
+        };
+        /// What the comparators watch: the current in the DC link, or the current of each phase.
+        comparators: Named<Comparators> {
+            get: |scenario| Some(scenario.sensors.comparator.arrangement.name().into()), applies: watches, example: "\"common\"",
+        };
+        /// Tick of the timer that captures when a comparator trips. 0: there is none.
+        timer: Quantity<Second> [scenario.sensors.comparator.timer] { range: Some(TICK), example: "\"0.32 us\"" };
+        /// Standard deviation of the clock of that timer.
+        timer_error: Quantity<Share> [scenario.sensors.comparator.timer_error] {
+            range: Some(SPREAD), draws: Some((Purpose::CaptureTimer, 0..1)), applies: captures, drawn: captures, example: "\"0.3 %\"",
+        };
+        /// Current at which the comparators switch the drive off for good, as an overcurrent. 0: they do not.
+        trip: Quantity<Ampere> [scenario.sensors.comparator.trip] { range: Some(NOT_NEGATIVE), example: "\"0 A\"" };
+        /// Standard deviation of the offset of each comparator.
+        comparator_offset: Quantity<Ampere> [scenario.sensors.comparator.offset] {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::ComparatorOffset, 0..6)),
+            applies: watches, drawn: watches, example: "\"40 mA\"",
+        };
+        /// Mean time from the crossing of the threshold to gates and timer, which the drive knows.
+        comparator_delay: Quantity<Second> [scenario.sensors.comparator.delay] {
+            range: Some(DELAY), applies: watches, example: "\"200 ns\"",
+        };
+        /// Standard deviation of each comparator's delay.
+        comparator_delay_spread: Quantity<Second> [scenario.sensors.comparator.delay_spread] {
+            range: Some(DELAY), draws: Some((Purpose::ComparatorDelay, 0..6)), applies: watches, drawn: watches, example: "\"20 ns\"",
+        };
+        /// Noise of the current at a comparator, rms; one draw for each pulse.
+        comparator_noise: Quantity<Ampere> [scenario.sensors.comparator.noise] {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::ComparatorNoise, EACH)),
+            applies: captures, drawn: captures, example: "\"10 mA\"",
+        };
+        /// How long after the begin of each stage the comparators are ignored.
+        blanking: Quantity<Second> [scenario.sensors.comparator.blanking] {
+            range: Some(DELAY), applies: watches, example: "\"1 us\"",
+        };
+        /// Upper end of the range of the converter that sets the threshold, from zero.
+        threshold_range: Quantity<Ampere> [scenario.sensors.comparator.range] {
+            range: Some(POSITIVE), applies: coarse, example: "\"20 A\"",
+        };
+        /// Bits of the converter that sets the threshold. 0: it is exact.
+        threshold_bits: Quantity<One> {
+            range: Some(BITS), get: |scenario| Some(number(scenario.sensors.comparator.bits.into())), applies: captures, example: "10",
         };
         /// Standard deviation of the resolver that stands for "measured angle" in traces.
         resolver_error: Quantity<Degree> {
