@@ -22,10 +22,10 @@ pub use keys::{Key, Keyed, Kind, Setting, Value};
 pub use method::{
     Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, LineInductance,
     LineInductanceSettings, MaximumLikelihood, MaximumLikelihoodSettings, Method, MethodName,
-    PulsatingInjection, PulsatingInjectionSettings, RotatingInjection, RotatingInjectionSettings,
-    Subdivision, SubdivisionSettings,
+    PulsatingInjection, PulsatingInjectionSettings, RotatingInjection, RotatingInjectionSettings, SixPulse,
+    SixPulseSettings, Subdivision, SubdivisionSettings,
 };
-pub use nameplate::{Nameplate, Sensing, longest_dead_time};
+pub use nameplate::{Comparing, Nameplate, Sensing, longest_dead_time};
 pub use parts::both_ways::BothWaysSettings;
 pub use parts::injection::{InjectionMethod, InjectionSettings};
 pub use parts::lines::{Interval, Saliency, SaliencySign, line_impedance};

@@ -7,6 +7,7 @@ mod line_inductance;
 mod maximum_likelihood;
 mod pulsating;
 mod rotating;
+mod six_pulse;
 mod subdivision;
 
 use core::fmt;
@@ -25,6 +26,7 @@ pub use line_inductance::{LineInductance, LineInductanceSettings};
 pub use maximum_likelihood::{Adaptive, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings};
 pub use pulsating::{PulsatingInjection, PulsatingInjectionSettings};
 pub use rotating::{RotatingInjection, RotatingInjectionSettings};
+pub use six_pulse::{SixPulse, SixPulseSettings};
 pub use subdivision::{Subdivision, SubdivisionSettings};
 
 #[cfg(test)]
@@ -61,6 +63,8 @@ choice! {
         MaximumLikelihood = "maximum-likelihood",
         /// The same with pulses that grow until all is certain enough.
         MaximumLikelihoodAdaptive = "maximum-likelihood-adaptive",
+        /// One leg against two in six directions: the time to a comparator's threshold.
+        SixPulse = "six-pulse",
     }
 }
 
@@ -199,6 +203,8 @@ methods! {
     Bipolar: BipolarSettings => Bipolar,
     /// Maximum likelihood.
     MaximumLikelihood: MaximumLikelihoodSettings => MaximumLikelihood,
+    /// Six pulses.
+    SixPulse: SixPulseSettings => SixPulse,
     /// From elsewhere.
     Foreign: ForeignSettings => Foreign,
 }
@@ -211,7 +217,11 @@ impl<T: Real> Method<T> {
             Self::Subdivision(settings) => Some(&mut settings.vector),
             Self::HfiRotating(settings) => Some(&mut settings.0.polarity),
             Self::HfiPulsating(settings) => Some(&mut settings.0.polarity),
-            Self::DcAlignment(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_) | Self::Foreign(_) => None,
+            Self::DcAlignment(_)
+            | Self::Bipolar(_)
+            | Self::MaximumLikelihood(_)
+            | Self::SixPulse(_)
+            | Self::Foreign(_) => None,
         }
     }
 
@@ -252,6 +262,7 @@ impl<T: Real> Method<T> {
             MethodName::MaximumLikelihoodAdaptive => {
                 Self::MaximumLikelihood(MaximumLikelihoodSettings::adaptive(drive))
             }
+            MethodName::SixPulse => Self::SixPulse(SixPulseSettings::suited(drive)),
         }
     }
 }

@@ -7,6 +7,46 @@ use crate::parts::polarity::Signature;
 use crate::parts::train::{Derived, LINES};
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
+/// The drive's comparators and the timer that captures when one of them trips, as their data sheets state it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Comparing<T> {
+    /// Tick of the timer in s; 0: no time is captured.
+    pub tick: T,
+    /// Mean delay in s from the threshold to the captured time.
+    pub delay: T,
+    /// Whether each leg has comparators of its own, one for each direction of its current; else one serves all.
+    pub own: bool,
+    /// Standard deviation of each comparator's offset in A.
+    pub offset: T,
+    /// Standard deviation of each comparator's delay in s.
+    pub delay_spread: T,
+    /// Noise at a comparator in A rms.
+    pub noise: T,
+}
+
+impl<T: Real> Comparing<T> {
+    /// Conversion to another precision.
+    fn cast<U: Real>(&self) -> Comparing<U> {
+        let cast = |value: T| U::of(value.to_double());
+        Comparing {
+            tick: cast(self.tick),
+            delay: cast(self.delay),
+            own: self.own,
+            offset: cast(self.offset),
+            delay_spread: cast(self.delay_spread),
+            noise: cast(self.noise),
+        }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        require_zero_or_more(self.tick, "sensing.comparator.tick")?;
+        require_zero_or_more(self.delay, "sensing.comparator.delay")?;
+        require_zero_or_more(self.offset, "sensing.comparator.offset")?;
+        require_zero_or_more(self.delay_spread, "sensing.comparator.delay_spread")?;
+        require_zero_or_more(self.noise, "sensing.comparator.noise")
+    }
+}
+
 /// How the current sensors and their converter work, as their data sheets state it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing<T> {
@@ -20,12 +60,20 @@ pub struct Sensing<T> {
     /// Amplitude in A of what an edge of a leg's potential adds to all readings of current, and the time constant in s with
     /// which it decays. Zeros: nothing.
     pub pick_up: [T; 2],
+    /// Comparators and timer.
+    pub comparator: Comparing<T>,
 }
 
 impl<T: Real> Default for Sensing<T> {
     /// Sensors without filters, all converted at once, without pick-up.
     fn default() -> Self {
-        Self { bandwidth: None, bandwidth_mismatch: T::zero(), skew: Nanos::ZERO, pick_up: [T::zero(); 2] }
+        Self {
+            bandwidth: None,
+            bandwidth_mismatch: T::zero(),
+            skew: Nanos::ZERO,
+            pick_up: [T::zero(); 2],
+            comparator: Comparing::default(),
+        }
     }
 }
 
@@ -38,6 +86,7 @@ impl<T: Real> Sensing<T> {
             bandwidth_mismatch: cast(self.bandwidth_mismatch),
             skew: self.skew,
             pick_up: self.pick_up.map(cast),
+            comparator: self.comparator.cast(),
         }
     }
 
@@ -99,7 +148,8 @@ impl<T: Real> Sensing<T> {
         require(self.skew <= Nanos::from_micros(100), "sensing.skew", "at most 100 us")?;
         let [amplitude, decay] = self.pick_up;
         require_zero_or_more(amplitude, "sensing.pick_up")?;
-        require_zero_or_more(decay, "sensing.pick_up")
+        require_zero_or_more(decay, "sensing.pick_up")?;
+        self.comparator.check()
     }
 }
 

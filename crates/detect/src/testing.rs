@@ -6,7 +6,7 @@ use std::vec::Vec;
 use standstill_interface::{AlphaBeta, Angle, Command, Leg, Nanos, Outcome, Phase, Reading, Real};
 
 use crate::method::likelihood::{LineParameters, PulseModel};
-use crate::nameplate::{Nameplate, Sensing};
+use crate::nameplate::{Comparing, Nameplate, Sensing};
 use crate::parts::lines::line_directions;
 use crate::parts::polarity::Signature;
 use crate::parts::train::LINES;
@@ -29,8 +29,17 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
     switch_drop: [1.0, 0.01],
     diode_drop: [1.0, 0.01],
     reverse_drop: [1.0, 0.01],
-    sensing: Sensing { bandwidth: None, bandwidth_mismatch: 0.0, skew: Nanos::ZERO, pick_up: [0.0; 2] },
+    sensing: Sensing {
+        bandwidth: None,
+        bandwidth_mismatch: 0.0,
+        skew: Nanos::ZERO,
+        pick_up: [0.0; 2],
+        comparator: NO_COMPARATOR,
+    },
 };
+
+const NO_COMPARATOR: Comparing<f64> =
+    Comparing { tick: 0.0, delay: 0.0, own: false, offset: 0.0, delay_spread: 0.0, noise: 0.0 };
 
 /// Normally distributed numbers, the same each time.
 pub(crate) struct Noise(u64);

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use standstill_detect::{
-    AnyDetector, Kind, Method, MethodName, Nameplate, Sensing, Settings as _, SettingsError, Signature,
+    AnyDetector, Kind, Method, MethodName, Comparing, Nameplate, Sensing, Settings as _, SettingsError, Signature,
     Value, keys,
 };
 use standstill_interface::Nanos;
@@ -59,6 +59,8 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
             bandwidth_mismatch: plate.bandwidth_mismatch,
             skew: Nanos(plate.skew_ns),
             pick_up: plate.pick_up,
+            // Neither a command with a threshold nor a captured time goes through this interface.
+            comparator: Comparing::default(),
         },
         dc_link: plate.dc_link,
         dead_time: Nanos(plate.dead_time_ns),

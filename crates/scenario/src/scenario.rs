@@ -4,15 +4,16 @@ use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use standstill_detect::{
-    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError, Signature,
+    Comparing, Decay, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings,
+    SettingsError, Signature,
 };
 use standstill_foreign::{Maker, kept};
 use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
-    Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape, Tolerance, run,
-    run_side_by_side,
+    Case, Comparators, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape,
+    Tolerance, run, run_side_by_side,
 };
 
 use crate::errors::{dc_link, device_kind};
@@ -127,6 +128,14 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
             bandwidth_mismatch: sensors.bandwidth_mismatch,
             skew: sensors.skew,
             pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
+            comparator: Comparing {
+                tick: sensors.comparator.timer,
+                delay: sensors.comparator.delay,
+                own: sensors.comparator.arrangement == Comparators::PerLeg,
+                offset: sensors.comparator.offset,
+                delay_spread: sensors.comparator.delay_spread,
+                noise: sensors.comparator.noise,
+            },
         },
         dc_link: drive.link.voltage,
         dead_time: drive.dead_time,

@@ -156,7 +156,8 @@ fn law_each_name_is_its_method() {
             | (MethodName::HfiRotating, Method::HfiRotating(_))
             | (MethodName::HfiPulsating, Method::HfiPulsating(_))
             | (MethodName::DcAlignment, Method::DcAlignment(_))
-            | (MethodName::Bipolar, Method::Bipolar(_)) => true,
+            | (MethodName::Bipolar, Method::Bipolar(_))
+            | (MethodName::SixPulse, Method::SixPulse(_)) => true,
             _ => false,
         };
         assert!(is, "{name}");

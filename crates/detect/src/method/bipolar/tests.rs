@@ -147,6 +147,7 @@ fn law_the_drive_knows_how_its_sensors_lag_when_they_are_converted_and_what_edge
         bandwidth_mismatch: 0.03,
         skew: Nanos(500),
         pick_up: [0.2, 0.5e-6],
+        ..Sensing::default()
     };
     let untold = settings::<f64>();
     let informed = BipolarSettings(BothWaysSettings { sensing: known, ..untold.0 });

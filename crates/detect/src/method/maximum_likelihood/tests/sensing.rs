@@ -4,7 +4,13 @@ use super::*;
 
 /// What the drive knows of sensors like these.
 fn sensing(bandwidth: Option<f64>, skew: f64, pick_up: [f64; 2]) -> Sensing<f64> {
-    Sensing { bandwidth, bandwidth_mismatch: 0.03, skew: Nanos::from_seconds(skew), pick_up }
+    Sensing {
+        bandwidth,
+        bandwidth_mismatch: 0.03,
+        skew: Nanos::from_seconds(skew),
+        pick_up,
+        ..Sensing::default()
+    }
 }
 
 #[test]
