@@ -202,6 +202,11 @@ pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
         Purpose::TerminalNoise => {
             format!("noise of the terminal of {} in sample {}", phase(number), number / 3 + 1)
         }
+        Purpose::ComparatorOffset => format!("offset of comparator {}", number + 1),
+        Purpose::ComparatorDelay => format!("delay of comparator {}", number + 1),
+        Purpose::CaptureTimer if number == 0 => "clock of the timer".to_owned(),
+        Purpose::CaptureTimer => "phase of the timer".to_owned(),
+        Purpose::ComparatorNoise => format!("noise of threshold {}", number + 1),
         Purpose::Resolver => "resolver".to_owned(),
         Purpose::Backlash => "place within the brake's play".to_owned(),
         Purpose::Tolerance => key.to_owned(),

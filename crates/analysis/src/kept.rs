@@ -29,7 +29,7 @@ type KeptStrip = (u8, String, Vec<f64>, usize);
 pub(crate) struct KeptTapes(Vec<(u64, Vec<KeptStrip>)>);
 
 /// All purposes that a tape may have; their indices here are what is stored.
-const PURPOSES: [Purpose; 19] = [
+const PURPOSES: [Purpose; 23] = [
     Purpose::Angle,
     Purpose::GateDelay,
     Purpose::Ripple,
@@ -49,6 +49,10 @@ const PURPOSES: [Purpose; 19] = [
     Purpose::TerminalGain,
     Purpose::TerminalOffset,
     Purpose::TerminalNoise,
+    Purpose::ComparatorOffset,
+    Purpose::ComparatorDelay,
+    Purpose::CaptureTimer,
+    Purpose::ComparatorNoise,
 ];
 
 const ENDS: [End; 4] = [End::Reached, End::Flat, End::TooRare, End::Constant];

@@ -73,6 +73,11 @@ const EFFECTS: [(&str, &str, &str); 5] = [
         "sensors.terminals = true\ndetector.method = \"open-terminal\"\n[axes]\nerrors = [\"default\", \"field\"]\nmotor = [\"paper-5k5\", \"outrunner\"]",
         "00000000",
     ),
+    (
+        "six pulses, timed with common and own comparators",
+        "errors = \"field\"\ndetector.method = \"six-pulse\"\n[sensors]\ntimer = \"0.32 us\"\n[axes]\nmotor = [\"paper-5k5\", \"outrunner\"]\n\"sensors.comparators\" = [\"common\", \"per-leg\"]\n\"rotor.state\" = [\"locked\", \"free\"]",
+        "00000000",
+    ),
 ];
 
 /// Each method on the motors, each of these with other errors and another state of the rotor.
@@ -135,9 +140,10 @@ fn digest(name: &str, rows: &Vec<Row>) -> String {
 fn digests() -> Vec<(String, String)> {
     let folder = tempfile::tempdir().expect("a folder");
     write_motor(folder.path());
-    // A method that reads terminals is among the effects: it came later, with a sensor of its own.
-    let methods = MethodName::ALL.into_iter().filter(|name| *name != MethodName::OpenTerminal);
-    let methods = methods.map(|name| (name.to_string(), method(name)));
+    // Methods that came later, with sensors of their own, are among the effects.
+    let later = |name: &MethodName| [MethodName::OpenTerminal, MethodName::SixPulse].contains(name);
+    let methods =
+        MethodName::ALL.into_iter().filter(|name| !later(name)).map(|name| (name.to_string(), method(name)));
     let others = OTHERS.map(|(name, text)| (name.to_owned(), vec![format!("trials = 4\n{text}")]));
     let mut digests = Vec::new();
     for (name, scenarios) in methods.chain(others) {

@@ -203,6 +203,14 @@ macro_rules! method_keys {
             COMPENSATION = compensation: Flag, as "true";
             /// Whether the dividers at the terminals are compared on an all-high vector first.
             COMPARISON = comparison: Flag, as "false";
+            /// Current at which each of six pulses ends; without a timer, that for which it is made.
+            THRESHOLD = threshold: Ampere [f64::MIN_POSITIVE, 1e12, "more than zero"]
+                because "without current nothing saturates", as "\"8 A\"";
+            /// Whether six pulses are timed until a comparator trips, and not sampled after a time.
+            TIMED = timed: Flag, as "true";
+            /// Width of the sectors in which six pulses answer: 30° or 60°; 0: not in sectors.
+            SECTOR = sector: Degree [0.0, 60.0, "0, 30 or 60 degrees"]
+                because "six directions divide a turn into sectors of 60° or halves of these", as "\"0 deg\"";
         }
     };
 }

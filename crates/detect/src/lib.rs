@@ -23,9 +23,9 @@ pub use method::{
     Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, LineInductance,
     LineInductanceSettings, MaximumLikelihood, MaximumLikelihoodSettings, Method, MethodName, OpenTerminal,
     OpenTerminalSettings, PulsatingInjection, PulsatingInjectionSettings, RotatingInjection,
-    RotatingInjectionSettings, Subdivision, SubdivisionSettings,
+    RotatingInjectionSettings, SixPulse, SixPulseSettings, Subdivision, SubdivisionSettings,
 };
-pub use nameplate::{Dividers, Nameplate, Sensing, longest_dead_time};
+pub use nameplate::{Comparing, Dividers, Nameplate, Sensing, longest_dead_time};
 pub use parts::both_ways::BothWaysSettings;
 pub use parts::injection::{InjectionMethod, InjectionSettings};
 pub use parts::lines::{Interval, Saliency, SaliencySign, line_impedance};

@@ -8,6 +8,7 @@ mod maximum_likelihood;
 mod open_terminal;
 mod pulsating;
 mod rotating;
+mod six_pulse;
 mod subdivision;
 
 use core::fmt;
@@ -27,6 +28,7 @@ pub use maximum_likelihood::{Adaptive, MOST_SAMPLES, MaximumLikelihood, MaximumL
 pub use open_terminal::{OpenTerminal, OpenTerminalSettings};
 pub use pulsating::{PulsatingInjection, PulsatingInjectionSettings};
 pub use rotating::{RotatingInjection, RotatingInjectionSettings};
+pub use six_pulse::{SixPulse, SixPulseSettings};
 pub use subdivision::{Subdivision, SubdivisionSettings};
 
 #[cfg(test)]
@@ -65,6 +67,8 @@ choice! {
         MaximumLikelihoodAdaptive = "maximum-likelihood-adaptive",
         /// Line pulses both ways, read from the voltage of the terminal that floats.
         OpenTerminal = "open-terminal",
+        /// One leg against two in six directions: the time to a comparator's threshold.
+        SixPulse = "six-pulse",
     }
 }
 
@@ -215,6 +219,8 @@ methods! {
     MaximumLikelihood: MaximumLikelihoodSettings => MaximumLikelihood,
     /// The open terminal.
     OpenTerminal: OpenTerminalSettings => OpenTerminal,
+    /// Six pulses.
+    SixPulse: SixPulseSettings => SixPulse,
     /// From elsewhere.
     Foreign: ForeignSettings => Foreign,
 }
@@ -231,6 +237,7 @@ impl<T: Real> Method<T> {
             | Self::Bipolar(_)
             | Self::MaximumLikelihood(_)
             | Self::OpenTerminal(_)
+            | Self::SixPulse(_)
             | Self::Foreign(_) => None,
         }
     }
@@ -273,6 +280,7 @@ impl<T: Real> Method<T> {
                 Self::MaximumLikelihood(MaximumLikelihoodSettings::adaptive(drive))
             }
             MethodName::OpenTerminal => Self::OpenTerminal(OpenTerminalSettings::suited(drive)),
+            MethodName::SixPulse => Self::SixPulse(SixPulseSettings::suited(drive)),
         }
     }
 }

@@ -7,6 +7,46 @@ use crate::parts::polarity::Signature;
 use crate::parts::train::{Derived, LINES};
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
+/// The drive's comparators and the timer that captures when one of them trips, as their data sheets state it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Comparing<T> {
+    /// Tick of the timer in s; 0: no time is captured.
+    pub tick: T,
+    /// Mean delay in s from the threshold to the captured time.
+    pub delay: T,
+    /// Whether each leg has comparators of its own, one for each direction of its current; else one serves all.
+    pub own: bool,
+    /// Standard deviation of each comparator's offset in A.
+    pub offset: T,
+    /// Standard deviation of each comparator's delay in s.
+    pub delay_spread: T,
+    /// Noise at a comparator in A rms.
+    pub noise: T,
+}
+
+impl<T: Real> Comparing<T> {
+    /// Conversion to another precision.
+    fn cast<U: Real>(&self) -> Comparing<U> {
+        let cast = |value: T| U::of(value.to_double());
+        Comparing {
+            tick: cast(self.tick),
+            delay: cast(self.delay),
+            own: self.own,
+            offset: cast(self.offset),
+            delay_spread: cast(self.delay_spread),
+            noise: cast(self.noise),
+        }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        require_zero_or_more(self.tick, "sensing.comparator.tick")?;
+        require_zero_or_more(self.delay, "sensing.comparator.delay")?;
+        require_zero_or_more(self.offset, "sensing.comparator.offset")?;
+        require_zero_or_more(self.delay_spread, "sensing.comparator.delay_spread")?;
+        require_zero_or_more(self.noise, "sensing.comparator.noise")
+    }
+}
+
 /// How the current sensors and their converter work, as their data sheets state it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing<T> {
@@ -24,6 +64,8 @@ pub struct Sensing<T> {
     pub one_shunt: bool,
     /// Time after a request to a leg during which shunts are not read: dead time and settling of their amplifiers.
     pub settle: Nanos,
+    /// Comparators and timer.
+    pub comparator: Comparing<T>,
 }
 
 /// The dividers through which a drive reads its terminals' voltages, as their data sheets state them.
@@ -76,6 +118,7 @@ impl<T: Real> Default for Sensing<T> {
             pick_up: [T::zero(); 2],
             one_shunt: false,
             settle: Nanos::ZERO,
+            comparator: Comparing::default(),
         }
     }
 }
@@ -91,6 +134,7 @@ impl<T: Real> Sensing<T> {
             pick_up: self.pick_up.map(cast),
             one_shunt: self.one_shunt,
             settle: self.settle,
+            comparator: self.comparator.cast(),
         }
     }
 
@@ -158,7 +202,8 @@ impl<T: Real> Sensing<T> {
         require(self.skew <= Nanos::from_micros(100), "sensing.skew", "at most 100 us")?;
         let [amplitude, decay] = self.pick_up;
         require_zero_or_more(amplitude, "sensing.pick_up")?;
-        require_zero_or_more(decay, "sensing.pick_up")
+        require_zero_or_more(decay, "sensing.pick_up")?;
+        self.comparator.check()
     }
 }
 

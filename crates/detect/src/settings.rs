@@ -87,11 +87,14 @@ pub enum Source {
     LinkCurrent,
     /// The voltages of the terminals, behind dividers.
     Terminals,
+    /// The times that currents take to a comparator's threshold.
+    CapturedTimes,
 }
 
 impl Source {
     /// All kinds.
-    pub const ALL: &'static [Self] = &[Self::PhaseCurrents, Self::LinkCurrent, Self::Terminals];
+    pub const ALL: &'static [Self] =
+        &[Self::PhaseCurrents, Self::LinkCurrent, Self::Terminals, Self::CapturedTimes];
 
     /// Returns the readings in words.
     pub const fn words(self) -> &'static str {
@@ -99,6 +102,7 @@ impl Source {
             Self::PhaseCurrents => "the currents of the phases",
             Self::LinkCurrent => "the current of the DC link",
             Self::Terminals => "the voltages of the terminals",
+            Self::CapturedTimes => "the time that a current takes to a threshold",
         }
     }
 
@@ -110,6 +114,7 @@ impl Source {
             }
             Self::LinkCurrent => "`sensors.arrangement` \"dc-link-shunt\"",
             Self::Terminals => "`sensors.terminals` true",
+            Self::CapturedTimes => "`sensors.timer`",
         }
     }
 }

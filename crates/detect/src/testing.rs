@@ -6,7 +6,7 @@ use std::vec::Vec;
 use standstill_interface::{AlphaBeta, Angle, Command, Leg, Nanos, Outcome, Phase, Reading, Real};
 
 use crate::method::likelihood::{LineParameters, PulseModel};
-use crate::nameplate::{Dividers, Nameplate, Sensing};
+use crate::nameplate::{Comparing, Dividers, Nameplate, Sensing};
 use crate::parts::lines::line_directions;
 use crate::parts::polarity::Signature;
 use crate::parts::train::LINES;
@@ -37,9 +37,13 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
         pick_up: [0.0; 2],
         one_shunt: false,
         settle: Nanos::ZERO,
+        comparator: NO_COMPARATOR,
     },
     dividers: Dividers { gain_tolerance: 0.005, offset: 0.5, bandwidth: None },
 };
+
+const NO_COMPARATOR: Comparing<f64> =
+    Comparing { tick: 0.0, delay: 0.0, own: false, offset: 0.0, delay_spread: 0.0, noise: 0.0 };
 
 /// Normally distributed numbers, the same each time.
 pub(crate) struct Noise(u64);

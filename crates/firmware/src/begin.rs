@@ -3,8 +3,8 @@
 use core::fmt;
 
 use standstill_detect::{
-    AnyDetector, Dividers, Kind, Method, MethodName, Nameplate, Sensing, Settings as _, SettingsError, Source,
-    Signature, Value, keys,
+    AnyDetector, Dividers, Kind, Method, MethodName, Nameplate, Sensing, Settings as _, SettingsError, Signature, Source,
+    Value, keys,
 };
 use standstill_interface::Nanos;
 use standstill_interface::abi::Plate;
@@ -60,6 +60,7 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
             bandwidth_mismatch: plate.bandwidth_mismatch,
             skew: Nanos(plate.skew_ns),
             pick_up: plate.pick_up,
+            // A shunt in the DC link has no place in this interface; neither a command with a threshold nor a captured time goes through this interface.
             ..Sensing::default()
         },
         dividers: Dividers::default(),

@@ -124,7 +124,7 @@ impl Rig {
         // A share of at most a tenth of a second.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let at = Nanos((sample_at * duration.0 as f64).round() as u64);
-        let command = Command { stage: first, then, sampling: Sampling::once(at) };
+        let command = Command { stage: first, then, sampling: Sampling::once(at), threshold: None };
         let readings = self.driven.carry_out(&command).map_err(|error| why(&error))?;
         if let Some(reading) = readings.first() {
             self.reading = *reading;

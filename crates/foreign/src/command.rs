@@ -55,7 +55,7 @@ pub fn command(from: &abi::Command) -> Result<Command<f64>, Fault<f64>> {
     };
     let sampling =
         Sampling { first: Nanos(from.first_ns), interval: Nanos(from.interval_ns), count: from.samples };
-    let command = Command { stage: stage(&from.stage[0])?, then, sampling };
+    let command = Command { stage: stage(&from.stage[0])?, then, sampling, threshold: None };
     Guard::possible(&command).map_err(|wrong| broken(&wrong))?;
     Ok(command)
 }

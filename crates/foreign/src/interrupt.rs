@@ -76,7 +76,7 @@ impl Interrupts {
         let at = Nanos((f64::from(self.timing.sample_at) * duration.0 as f64).round() as u64);
         (self.start, self.end) = (self.end, self.end + duration);
         self.given += 1;
-        Ok(Command { stage: first, then, sampling: Sampling::once(at) })
+        Ok(Command { stage: first, then, sampling: Sampling::once(at), threshold: None })
     }
 
     fn stage(&self, legs: &Legs, half: usize) -> Result<Stage<f64>, Fault<f64>> {

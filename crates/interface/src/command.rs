@@ -212,14 +212,16 @@ pub struct Command<T> {
     pub stage: Stage<T>,
     /// A second stage that follows at once, if any.
     pub then: Option<Stage<T>>,
-    /// ADC triggers over the whole command.
+    /// ADC triggers over the whole command; of a command with a threshold, from the end of its first stage on.
     pub sampling: Sampling,
+    /// Threshold in A of the drive's comparators, if the first stage ends when one of them trips. See [`Command::until`].
+    pub threshold: Option<T>,
 }
 
 impl<T> Command<T> {
     /// A single stage.
     pub const fn hold(stage: Stage<T>, sampling: Sampling) -> Self {
-        Self { stage, then: None, sampling }
+        Self { stage, then: None, sampling, threshold: None }
     }
 
     /// Two stages, one after the other.
@@ -234,10 +236,32 @@ impl<T> Command<T> {
     /// assert_eq!(command.duration(), Nanos::from_micros(600));
     /// ```
     pub const fn sequence(stage: Stage<T>, then: Stage<T>, sampling: Sampling) -> Self {
-        Self { stage, then: Some(then), sampling }
+        Self { stage, then: Some(then), sampling, threshold: None }
     }
 
-    /// Duration of all stages.
+    /// A stage that ends when a comparator of the drive trips at `threshold`, in A, at the latest after its duration; then
+    /// another stage, for the whole of its duration.
+    ///
+    /// The comparator stops the pulse itself: its output opens the gates after its propagation delay, without a program, and
+    /// the drive's timer captures that instant ([`Reading::capture`](crate::Reading::capture)). Until then the legs of the first
+    /// stage must keep their gates: no duty and no edge within it. Samples are counted from the end of the first stage, whether
+    /// it tripped or not: a trigger at zero samples where the pulse ends, and its reading has the captured time.
+    ///
+    /// ```
+    /// use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
+    ///
+    /// // Phase a against both others until 2 A flow, for at most 300 µs; then all gates are off for 400 µs.
+    /// let pulse = Stage { legs: Abc::new(Leg::High, Leg::Low, Leg::Low), duration: Nanos::from_micros(300) };
+    /// let decay = Stage::off(Nanos::from_micros(400));
+    /// let command: Command<f32> = Command::until(2.0, pulse, decay, Sampling::once(Nanos::ZERO));
+    /// // At most.
+    /// assert_eq!(command.duration(), Nanos::from_micros(700));
+    /// ```
+    pub const fn until(threshold: T, stage: Stage<T>, then: Stage<T>, sampling: Sampling) -> Self {
+        Self { stage, then: Some(then), sampling, threshold: Some(threshold) }
+    }
+
+    /// Duration of all stages; of a command with a threshold, the longest.
     pub fn duration(&self) -> Nanos {
         self.stage.duration + self.then.as_ref().map_or(Nanos::ZERO, |stage| stage.duration)
     }

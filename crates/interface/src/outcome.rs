@@ -89,6 +89,8 @@ pub struct Findings<T> {
     pub pole_evidence: Option<PoleEvidence<T>>,
     /// Gains of the phases' current sensors relative to their mean, where a method compares them.
     pub sensor_gain: Option<Abc<T>>,
+    /// Half the width in rad of the sector that the angle is the middle of, of a method that answers in sectors.
+    pub half_sector: Option<T>,
     /// How near the nearest of the checks that end a detection with a fault came to doing so: by which factor what was checked
     /// kept its limit, less one. Negative where one did. None of a detector that does not say, or that checked nothing with a
     /// limit: a clipped current, say, has none.

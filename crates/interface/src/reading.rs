@@ -35,19 +35,20 @@ impl Counts {
     pub const NONE: Self = Self { current: Abc([0; 3]), dc_link: 0, link_current: 0, terminal: Abc([0; 3]) };
 }
 
-/// Time from the begin of a command to the trip of a comparator, as the drive's timer captured it.
+/// Time from the begin of a command to the output of the comparator that tripped, as the drive's timer captured it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capture {
-    /// Counted ticks of the timer.
+    /// Whole ticks of the timer that had passed.
     pub ticks: u32,
-    /// The comparator that tripped first: that of this phase's leg; phase a where one comparator serves all.
+    /// The comparator that tripped: of this phase; phase a where one comparator serves all.
     pub comparator: Phase,
 }
 
 /// One sample of the drive's sensors. There is no field for the rotor's true angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading<T> {
-    /// The trigger's nominal time, counted from the start of the command.
+    /// The trigger's nominal time, counted from the start of the command; of a command with a threshold, from the end of its
+    /// first stage.
     pub at: Nanos,
     /// Phase currents in A, positive into the motor.
     pub current: Abc<T>,

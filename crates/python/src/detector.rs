@@ -228,7 +228,7 @@ fn command(py: Python<'_>, drive: &Bound<'_, PyAny>) -> PyResult<Command<f64>> {
         interval: time("an interval", pyo3::intern!(py, "interval"))?,
         count: drive.getattr(pyo3::intern!(py, "count"))?.extract()?,
     };
-    let command = Command { stage: stage(py, first)?, then, sampling };
+    let command = Command { stage: stage(py, first)?, then, sampling, threshold: None };
     Guard::possible(&command).map_err(PyValueError::new_err)?;
     Ok(command)
 }

@@ -289,6 +289,23 @@ impl SensorsTable {
         if let Some(Named(arrangement)) = self.arrangement {
             sensors.arrangement = arrangement;
         }
+        self.needs_comparators(sensors)?;
+        if let Some(Named(comparators)) = self.comparators {
+            sensors.comparator.arrangement = comparators;
+        }
+        if let Some(bits) = self.threshold_bits {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "whole, from 0 to 24"
+            )]
+            let bits = bits.value() as u8;
+            sensors.comparator.bits = bits;
+            if bits > 0 && sensors.comparator.range == 0.0 {
+                let needed = "`sensors.threshold_range` beside it, where the error set has none";
+                return Err(FileError::key("sensors.threshold_bits", &bits.to_string(), needed));
+            }
+        }
         if sensors.arrangement == Arrangement::DcLinkShunt {
             self.check_one_shunt()?;
             sensors.settle =
@@ -315,6 +332,38 @@ impl SensorsTable {
             if let Some(value) = value {
                 let needed =
                     "another `sensors.arrangement`, or no such key: one shunt in the DC link is one channel";
+                return Err(FileError::key(key, &value, needed));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that a drive has what the keys of comparators and timer belong to.
+    fn needs_comparators(&self, sensors: &SensorSettings) -> Result<(), FileError> {
+        let (watches, captures) = (sensors.comparator.any(), sensors.comparator.timer > 0.0);
+        let of = |value: &dyn std::fmt::Display| value.to_string();
+        let keys = [
+            ("sensors.comparators", self.comparators.map(|Named(kind)| of(&kind.name())), watches),
+            ("sensors.comparator_offset", self.comparator_offset.as_ref().map(|value| of(value)), watches),
+            ("sensors.comparator_delay", self.comparator_delay.as_ref().map(|value| of(value)), watches),
+            (
+                "sensors.comparator_delay_spread",
+                self.comparator_delay_spread.as_ref().map(|value| of(value)),
+                watches,
+            ),
+            ("sensors.blanking", self.blanking.as_ref().map(|value| of(value)), watches),
+            ("sensors.timer_error", self.timer_error.as_ref().map(|value| of(value)), captures),
+            ("sensors.comparator_noise", self.comparator_noise.as_ref().map(|value| of(value)), captures),
+            ("sensors.threshold_range", self.threshold_range.as_ref().map(|value| of(value)), captures),
+            ("sensors.threshold_bits", self.threshold_bits.as_ref().map(|value| of(value)), captures),
+        ];
+        for (key, value, is_there) in keys {
+            if let (Some(value), false) = (value, is_there) {
+                let needed = if watches {
+                    "`sensors.timer` beside it: without a timer no trip is captured"
+                } else {
+                    "`sensors.timer` or `sensors.trip` beside it: this drive has no comparators"
+                };
                 return Err(FileError::key(key, &value, needed));
             }
         }

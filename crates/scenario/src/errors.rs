@@ -4,7 +4,8 @@ use standstill_interface::{Nanos, choice};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::Motor;
 use standstill_sim::{
-    Adc, Arrangement, PickUp, Purpose, Resolver, SensorSettings, Streams, TerminalSensor, VoltageSensor,
+    Adc, Arrangement, ComparatorSettings, PickUp, Purpose, Resolver, SensorSettings, Streams, TerminalSensor,
+    VoltageSensor,
 };
 
 use super::terminals::damp;
@@ -175,6 +176,19 @@ impl ErrorSet {
             },
             terminal: None,
             resolver: Resolver { error: 0.2_f64.to_radians() },
+            // A comparator of a microcontroller on a shunt of a tenth of a volt at rated current, an RC oscillator. Neither a
+            // timer nor a trip: these are a drive's own choice.
+            comparator: ComparatorSettings {
+                timer_error: 0.003,
+                offset: 40e-3 * scale,
+                delay: 100e-9,
+                delay_spread: 10e-9,
+                noise: 10e-3 * scale,
+                blanking: Nanos(1000),
+                bits: 10,
+                range: 20.0 * scale,
+                ..SensorSettings::IDEAL.comparator
+            },
         };
         match self {
             Self::None => SensorSettings::IDEAL,
@@ -186,6 +200,15 @@ impl ErrorSet {
                 noise: 20e-3 * scale,
                 jitter: Nanos(1000),
                 resolver: Resolver { error: 0.5_f64.to_radians() },
+                comparator: ComparatorSettings {
+                    timer_error: 0.01,
+                    offset: 100e-3 * scale,
+                    delay: 300e-9,
+                    delay_spread: 50e-9,
+                    noise: 20e-3 * scale,
+                    bits: 8,
+                    ..default.comparator
+                },
                 ..default
             },
             // A Hall or shunt sensor with an amplifier, one converter behind a multiplexer, and a hundredth of its range.
@@ -195,6 +218,13 @@ impl ErrorSet {
                 bandwidth_mismatch: 0.03,
                 skew: Nanos(500),
                 pick_up: Some(PickUp { amplitude: 0.2 * scale, ..PICK_UP }),
+                comparator: ComparatorSettings {
+                    offset: 80e-3 * scale,
+                    delay: 200e-9,
+                    delay_spread: 20e-9,
+                    blanking: Nanos(2000),
+                    ..default.comparator
+                },
                 ..default
             },
         }

@@ -124,6 +124,8 @@ impl Record {
                 RunError::Chatter => "error 3 0 0".to_owned(),
                 RunError::NotFinite => "error 4 0 0".to_owned(),
                 RunError::Stuck => "error 6 0 0".to_owned(),
+                RunError::NoComparator => "error 7 0 0".to_owned(),
+                RunError::Overcurrent { current_ma } => format!("error 8 {current_ma} 0"),
                 RunError::LeftMap { current_ma: [d, q] } => format!("error 5 {d} {q}"),
             },
         };
@@ -179,6 +181,8 @@ fn ended(text: &str) -> Option<Ended<f64>> {
             3 => RunError::Chatter,
             4 => RunError::NotFinite,
             6 => RunError::Stuck,
+            7 => RunError::NoComparator,
+            8 => RunError::Overcurrent { current_ma: a },
             5 => RunError::LeftMap { current_ma: [a, b] },
             _ => return None,
         }));
@@ -225,6 +229,8 @@ mod tests {
             Ended::Outcome(Outcome::Failed { fault: Fault::Own(own), findings }),
             Ended::Error(RunError::Chatter),
             Ended::Error(RunError::Stuck),
+            Ended::Error(RunError::NoComparator),
+            Ended::Error(RunError::Overcurrent { current_ma: 12_345 }),
             Ended::Error(RunError::LeftMap { current_ma: [-1234, 5] }),
             Ended::Error(RunError::Chatter),
         ];

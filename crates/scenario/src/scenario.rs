@@ -4,16 +4,16 @@ use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use standstill_detect::{
-    Decay, Dividers, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError,
-    Signature, Source,
+    Comparing, Decay, Dividers, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings,
+    SettingsError, Signature, Source,
 };
 use standstill_foreign::{Maker, kept};
 use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
-    Arrangement, Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape,
-    Tolerance, run, run_side_by_side,
+    Arrangement, Case, Comparators, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors,
+    Streams, Tape, Tolerance, run, run_side_by_side,
 };
 
 use crate::errors::{dc_link, device_kind};
@@ -145,6 +145,14 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
             pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
             one_shunt,
             settle: if sensors.settle > Nanos::ZERO { drive.dead_time + sensors.settle } else { Nanos::ZERO },
+            comparator: Comparing {
+                tick: sensors.comparator.timer,
+                delay: sensors.comparator.delay,
+                own: sensors.comparator.arrangement == Comparators::PerLeg,
+                offset: sensors.comparator.offset,
+                delay_spread: sensors.comparator.delay_spread,
+                noise: sensors.comparator.noise,
+            },
         },
         dividers: sensors.terminal.map_or_else(Dividers::default, |of| Dividers {
             gain_tolerance: of.gain_error,
@@ -232,7 +240,9 @@ impl<S: Settings<f64>> Scenario<S> {
             Arrangement::DcLinkShunt => Some(Source::LinkCurrent),
             Arrangement::None => None,
         };
-        currents.into_iter().chain(self.sensors.terminal.map(|_| Source::Terminals)).collect()
+        let terminals = self.sensors.terminal.map(|_| Source::Terminals);
+        let captured = (self.sensors.comparator.timer > 0.0).then_some(Source::CapturedTimes);
+        [currents, terminals, captured].into_iter().flatten().collect()
     }
 
     /// Returns whether the drive has readings that a method with these settings can work with.

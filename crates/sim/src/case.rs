@@ -172,6 +172,9 @@ pub enum RunError {
     /// A duty that is not a number, or a duty on a drive whose carrier has no period.
     #[error("duty cycle that is not a number, or on a carrier without period")]
     BadDuty,
+    /// A command with a threshold on a drive without comparators, or without a timer that captures their trips.
+    #[error("command with a threshold on a drive without comparator and timer")]
+    NoComparator,
     /// The detector was not done within the time limit.
     #[error("not done within {} s", .0.seconds())]
     TimeLimit(Nanos),
@@ -185,6 +188,12 @@ pub enum RunError {
     /// A mode had ended before a step began, and no step however short located its end.
     #[error("a conduction mode had ended before a step began: no step can be taken from there")]
     Stuck,
+    /// A comparator reported a current beyond the drive's trip level: all switches are off, and stay off.
+    #[error("overcurrent: a comparator tripped at {:.3} A", *current_ma as f64 * 1e-3)]
+    Overcurrent {
+        /// Current in mA at the comparator at that instant.
+        current_ma: i64,
+    },
     /// The currents left the flux map of the motor: what follows is not known.
     #[error(
         "the currents left the motor's flux map at i_d = {:.3} A, i_q = {:.3} A",
@@ -198,6 +207,14 @@ pub enum RunError {
 }
 
 impl RunError {
+    /// Returns the error for a current in A that tripped the drive.
+    pub(crate) fn overcurrent(current: f64) -> Self {
+        // What a machine carries is far below what i64 holds in mA.
+        #[allow(clippy::cast_possible_truncation)]
+        let current_ma = (current * 1e3).round() as i64;
+        Self::Overcurrent { current_ma }
+    }
+
     /// Returns the error for currents in A along d and q that left the flux map.
     pub(crate) fn left_map(current: [f64; 2]) -> Self {
         // Currents of a map are far below what i64 holds in mA.

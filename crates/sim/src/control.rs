@@ -1,5 +1,6 @@
 //! State of one run: carries out all that is due at an instant and returns the next request (a step or a command).
 
+mod comparators;
 mod conduction;
 mod course;
 mod dividers;

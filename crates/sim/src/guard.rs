@@ -5,6 +5,8 @@ use standstill_numeric::{Mask, Wide};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
 use crate::physics::state::State;
+use crate::sensing::Input;
+use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
 /// A condition that ends a mode, and with it the smooth part of a run.
@@ -24,6 +26,8 @@ pub enum Guard {
     Kink(usize),
     /// A mode of the branch beside the core ends; each step finds these modes anew.
     Branch,
+    /// The current at a comparator reaches its level.
+    Trip(Input),
 }
 
 /// A value for each guard except those of the branch.
@@ -66,6 +70,62 @@ pub struct Bounds<V: Wide> {
     pub slack: PerGuard<V>,
     /// Magnitude of a current in A below which it may be set to zero where its mode ends.
     pub ended: V,
+    /// Levels of the comparators, on drives with comparators.
+    pub levels: Option<Levels<V>>,
+}
+
+/// Currents in A at which the comparators trip. Those that do not watch have infinite ones.
+#[derive(Clone, Copy, Debug)]
+pub struct Levels<V> {
+    /// Of the current in the DC link.
+    pub link: V,
+    /// Of each phase's current into the motor and out of it.
+    pub phase: [[V; 3]; 2],
+}
+
+impl<V: Wide> Levels<V> {
+    /// Returns the margins in A of all comparators over a step, as cubics: link, phases into the motor, phases out of it.
+    /// `phases`: the legs' currents in A at both ends, `rise`: their slopes per step, `rail`: 1 for a leg at the positive rail,
+    /// else 0.
+    #[inline(always)]
+    pub fn margins(&self, phases: &[[V; 3]; 2], rise: &[[V; 3]; 2], rail: [V; 3]) -> [Cubic<V>; 7] {
+        let sum = |of: &[V; 3]| rail[0] * of[0] + rail[1] * of[1] + rail[2] * of[2];
+        let link = Cubic {
+            value: [self.link - sum(&phases[0]), self.link - sum(&phases[1])],
+            slope: [-sum(&rise[0]), -sum(&rise[1])],
+        };
+        let mut margins = [link; 7];
+        for k in 0..3 {
+            let [into, out] = [self.phase[0][k], self.phase[1][k]];
+            margins[1 + k] = Cubic {
+                value: [into - phases[0][k], into - phases[1][k]],
+                slope: [-rise[0][k], -rise[1][k]],
+            };
+            margins[4 + k] =
+                Cubic { value: [out + phases[0][k], out + phases[1][k]], slope: [rise[0][k], rise[1][k]] };
+        }
+        margins
+    }
+
+    /// The comparators in the order of [`Self::margins`].
+    pub const INPUTS: [Input; 7] = [
+        Input::Link,
+        Input::Into(0),
+        Input::Into(1),
+        Input::Into(2),
+        Input::Out(0),
+        Input::Out(1),
+        Input::Out(2),
+    ];
+
+    /// Sets the level of each comparator of a lane.
+    pub fn put(&mut self, lane: usize, level: impl Fn(Input) -> f64) {
+        self.link.put(lane, level(Input::Link));
+        for k in 0..3 {
+            self.phase[0][k].put(lane, level(Input::Into(k)));
+            self.phase[1][k].put(lane, level(Input::Out(k)));
+        }
+    }
 }
 
 /// Distances of the modes from their ends, negative beyond. Leg: the current in A in the direction of its mode,
@@ -75,8 +135,8 @@ pub struct Bounds<V: Wide> {
 pub type Margins<V> = PerGuard<V>;
 
 impl<V: Wide> Bounds<V> {
-    /// Makes bounds that cannot be crossed, for cores with or without kinks.
-    pub fn new(kinks: bool) -> Self {
+    /// Makes bounds that cannot be crossed, for cores with or without kinks, for drives with or without comparators.
+    pub fn new(kinks: bool, comparators: bool) -> Self {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         Self {
             motion: [far, zero, zero, zero],
@@ -84,6 +144,7 @@ impl<V: Wide> Bounds<V> {
             sides: kinks.then_some([[zero, far]; 2]),
             slack: PerGuard::all(zero),
             ended: zero,
+            levels: comparators.then_some(Levels { link: far, phase: [[far; 3]; 2] }),
         }
     }
 

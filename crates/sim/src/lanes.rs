@@ -77,6 +77,7 @@ fn has_kinks(case: &Case) -> bool {
 fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     bank.machine.fits(case.motor, &case.inverter, can_move(case.rotor))
         && bank.bounds.sides.is_some() == has_kinks(case)
+        && bank.bounds.levels.is_some() == case.sensors.settings.comparator.any()
         && Sensed::fits(bank.sensed.as_ref(), &case.sensors.settings)
         && (bank.control.follow || !is_followed(case))
 }

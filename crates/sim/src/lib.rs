@@ -71,7 +71,8 @@ pub use lanes::{referee, run, run_side_by_side};
 pub use ledger::Ledger;
 pub use physics::motion::Motion;
 pub use sensing::{
-    Adc, Arrangement, PickUp, Resolver, SensorSettings, Sensors, TerminalSensor, VoltageSensor,
+    Adc, Arrangement, Comparator, ComparatorSettings, Comparators, PickUp, Resolver, SensorSettings, Sensors,
+    TerminalSensor, VoltageSensor,
 };
 pub use streams::{Draws, Purpose, Streams, Tape};
 pub use trace::{Event, NoProbe, Probe, Snapshot, Trace};

@@ -1,5 +1,6 @@
 //! The sensors: the drive's measurements of the currents, the DC link and the rotor.
 
+mod comparator;
 mod dividers;
 mod filters;
 mod low_pass;
@@ -10,6 +11,8 @@ mod sensed;
 use standstill_interface::{Nanos, choice};
 use standstill_inverter::Modes;
 
+pub(crate) use comparator::Input;
+pub use comparator::{Comparator, ComparatorSettings, Comparators};
 pub(crate) use low_pass::LowPass;
 pub use pick_up::PickUp;
 pub(crate) use sampler::{Instant, Sampler};
@@ -267,6 +270,8 @@ pub struct SensorSettings {
     pub terminal: Option<TerminalSensor>,
     /// The resolver.
     pub resolver: Resolver,
+    /// The comparators and the timer that captures their trips.
+    pub comparator: ComparatorSettings,
 }
 
 impl SensorSettings {
@@ -317,6 +322,19 @@ impl SensorSettings {
         dc_link: VoltageSensor { gain_error: 0.0, offset: 0.0, noise: 0.0, bandwidth: None, adc: None },
         terminal: None,
         resolver: Resolver { error: 0.0 },
+        comparator: ComparatorSettings {
+            arrangement: Comparators::Common,
+            timer: 0.0,
+            timer_error: 0.0,
+            offset: 0.0,
+            delay: 0.0,
+            delay_spread: 0.0,
+            noise: 0.0,
+            blanking: Nanos::ZERO,
+            bits: 0,
+            range: 0.0,
+            trip: 0.0,
+        },
     };
 }
 
@@ -341,6 +359,8 @@ pub struct Sensors {
     pub terminal_offset: [f64; 3],
     /// Error of the resolver in rad electrical.
     pub resolver_error: f64,
+    /// The comparators.
+    pub comparator: Comparator,
 }
 
 impl Sensors {
@@ -356,6 +376,7 @@ impl Sensors {
             terminal_gain: [1.0; 3],
             terminal_offset: [0.0; 3],
             resolver_error: 0.0,
+            comparator: Comparator::nominal(&settings.comparator),
         }
     }
 
@@ -394,6 +415,7 @@ impl Sensors {
             terminal_gain,
             terminal_offset,
             resolver_error: settings.resolver.error * resolver.normal(),
+            comparator: Comparator::draw(&settings.comparator, streams),
         }
     }
 }

@@ -55,6 +55,14 @@ pub enum Purpose {
     TerminalOffset = 21,
     /// Noise of each sample of the terminals' voltages: draw 3 n + k is that of phase k in sample n.
     TerminalNoise = 22,
+    /// Offsets of the comparators.
+    ComparatorOffset = 24,
+    /// Propagation delays of the comparators.
+    ComparatorDelay = 25,
+    /// Error of the timer's clock, and its phase against the pulses.
+    CaptureTimer = 26,
+    /// Noise at the comparators: one draw for each command with a threshold.
+    ComparatorNoise = 27,
 }
 
 /// The random draws of one trial: from its seed, or from a [`Tape`].

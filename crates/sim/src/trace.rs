@@ -66,6 +66,8 @@ pub enum Event {
     Motion(Motion),
     /// The currents left the motor's flux map; the run ends.
     LeftMap,
+    /// A comparator tripped: that of this phase, phase a where one serves all.
+    Trip(Phase),
     /// The ADC sampled: phase currents in A and the DC link's voltage in V as read by the drive.
     Sample([f64; 3], f64),
     /// What the drive read of its terminals in that sample, in V; only of a drive with dividers.

@@ -27,7 +27,14 @@ impl Kind {
 
 /// Returns true if draws of this purpose are drawn for each sample, and not for the specimen.
 pub(crate) const fn of_samples(purpose: Purpose) -> bool {
-    matches!(purpose, Purpose::CurrentNoise | Purpose::LinkNoise | Purpose::Jitter | Purpose::TerminalNoise)
+    matches!(
+        purpose,
+        Purpose::CurrentNoise
+            | Purpose::LinkNoise
+            | Purpose::Jitter
+            | Purpose::TerminalNoise
+            | Purpose::ComparatorNoise
+    )
 }
 
 /// Numbers of moves of each kind that were tried and accepted in a level.

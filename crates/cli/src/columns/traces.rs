@@ -131,6 +131,8 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
             Event::LeftMap => "left_map",
             Event::Motion(_) => "motion",
             Event::Sample(..) | Event::Terminals(_) => "sample",
+            Event::Sample(..) => "sample",
+            Event::Trip(_) => "trip",
         }
         .into();
         match event {
@@ -155,6 +157,7 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
                     *cell = Value::Number(*value);
                 }
             }
+            Event::Trip(phase) => row[2] = phase.letter().to_string().into(),
             Event::Command | Event::LeftMap | Event::Terminals(_) => {}
         }
         to(&row[..columns])?;

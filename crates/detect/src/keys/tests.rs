@@ -3,6 +3,7 @@ use std::string::ToString;
 use std::vec::Vec;
 
 use super::*;
+use crate::nameplate::{Comparing, Nameplate, Sensing};
 use crate::parts::polarity::{PolarityRule, SequentialSettings};
 use crate::settings::Settings;
 use crate::testing::PLATE;
@@ -15,21 +16,25 @@ fn other(key: &Key) -> Value {
         "rest" => Value::Number(1.2),
         "rounds" => Value::Number(5.0),
         "least_saliency" => Value::Number(0.03),
-        "vector_current" => Value::Number(6.5),
-        "pole_error" => Value::Number(1e-4),
+        "vector_current" | "threshold" => Value::Number(6.5),
+        "pole_error" => Value::Number(1e-3),
         "gain_tolerance" => Value::Number(0.01),
         "bandwidth" => Value::Number(2e5),
         "deviation" => Value::Number(0.5),
         "voltage" => Value::Number(40.0),
-        "compensation" | "comparison" => Value::Flag(false),
+        "compensation" | "comparison" | "timed" => Value::Flag(false),
+        "sector" => Value::Number(30.0),
         other => panic!("{other} is not tried"),
     }
 }
 
 #[test]
 fn law_what_is_set_is_what_is_got_and_nothing_else_changes() {
+    // With a timer, so that six pulses are timed.
+    let comparator = Comparing { tick: 1e-6, ..Comparing::default() };
+    let plate = Nameplate { sensing: Sensing { comparator, ..PLATE.sensing }, ..PLATE };
     for name in MethodName::ALL {
-        let suited = Method::<f64>::suited(name, &PLATE);
+        let suited = Method::<f64>::suited(name, &plate);
         for key in ALL {
             let mut changed = suited;
             let before = suited.get(key);
@@ -43,7 +48,9 @@ fn law_what_is_set_is_what_is_got_and_nothing_else_changes() {
             assert_ne!(before, Some(other(key)));
             let (found, wanted) = (changed.get(key).expect("set").number(), other(key).number());
             assert!((found - wanted).abs() <= 1e-12, "{name} {}: {found}", key.name);
-            changed.detector().expect("settings that work");
+            // One round of sampled currents does not show how they scatter.
+            let works = changed.detector();
+            assert!(works.is_ok() || key.name == "timed", "{name} {}", key.name);
             for same in ALL.into_iter().filter(|same| same.name != key.name) {
                 assert_eq!(changed.get(same), suited.get(same), "{name} {} by {}", same.name, key.name);
             }

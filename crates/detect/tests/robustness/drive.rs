@@ -1,6 +1,6 @@
 //! A drive that sends what it likes.
 
-use standstill_interface::{Command, Leg, Nanos, Reading, Real, Sensed};
+use standstill_interface::{Capture, Command, Leg, Nanos, Phase, Reading, Real, Sensed};
 
 use crate::random::Random;
 
@@ -41,6 +41,11 @@ impl Drive {
                 reading.dc_link = random.any();
             }
             reading.dc_link_clipped = random.one_in(8);
+        }
+        if random.one_in(2) {
+            let usual = u32::try_from(1000 + random.below(300)).expect("few");
+            let ticks = if wild { random.of(&[0, 1, u32::MAX]) } else { usual };
+            reading.capture = Some(Capture { ticks, comparator: Phase::A });
         }
         reading
     }

@@ -157,7 +157,8 @@ fn law_each_name_is_its_method() {
             | (MethodName::HfiPulsating, Method::HfiPulsating(_))
             | (MethodName::DcAlignment, Method::DcAlignment(_))
             | (MethodName::Bipolar, Method::Bipolar(_))
-            | (MethodName::OpenTerminal, Method::OpenTerminal(_)) => true,
+            | (MethodName::OpenTerminal, Method::OpenTerminal(_))
+            | (MethodName::SixPulse, Method::SixPulse(_)) => true,
             _ => false,
         };
         assert!(is, "{name}");

@@ -1,6 +1,6 @@
 //! Numbers, and nameplates of motors and drives, plausible or not.
 
-use standstill_detect::{Dividers, Nameplate, Sensing, Signature};
+use standstill_detect::{Comparing, Dividers, Nameplate, Sensing, Signature};
 use standstill_interface::{Nanos, Real};
 
 /// A small deterministic generator (xorshift).
@@ -76,6 +76,10 @@ pub fn plausible<T: Real>(random: &mut Random) -> Nameplate<T> {
     let dc_link = within(12.0, 1500.0);
     let carrier = within(2e-5, 5e-4);
     let q = d * ratio;
+    // A pulse of some thousand ticks, half of the drives without comparator.
+    let tick = 1.3e-3 * rated_current * d.max(q) / dc_link;
+    let tick = if within(0.5, 2.0) > 1.0 { tick } else { 0.0 };
+    let comparator = Comparing { tick: T::of(tick), ..Comparing::default() };
     Nameplate {
         rated_current: T::of(rated_current),
         resistance: T::of(within(1e-3, 20.0)),
@@ -94,7 +98,7 @@ pub fn plausible<T: Real>(random: &mut Random) -> Nameplate<T> {
         switch_drop: [T::of(1.0), T::of(0.01)],
         diode_drop: [T::of(1.0), T::of(0.01)],
         reverse_drop: [T::of(1.0), T::of(0.01)],
-        sensing: Sensing::default(),
+        sensing: Sensing { comparator, ..Sensing::default() },
         dividers: Dividers { gain_tolerance: T::of(0.005), offset: T::of(0.2), bandwidth: None },
     }
 }

@@ -177,5 +177,17 @@ pub fn spoil<T: Real>(method: &mut Method<T>, random: &mut Random) {
             }
             _ => spoil_both_ways(&mut s.pulses, random),
         },
+        Method::SixPulse(s) => match random.below(10) {
+            0 => s.threshold = random.any(),
+            1 => s.longest = random.nanos(),
+            2 => s.sampled = random.nanos(),
+            3 => s.rest = random.any(),
+            4 => s.rounds = random.small(),
+            5 => s.timed = !s.timed,
+            6 => s.sensing.comparator.tick = random.any(),
+            7 => s.sensing.comparator.delay = random.any(),
+            8 => s.pole_error = random.any(),
+            _ => s.dead_time = random.nanos(),
+        },
     }
 }

@@ -3,7 +3,7 @@
 use standstill_detect::Method;
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Ampere, Degree, Hertz, Ohm, One, Second, Share, Volt};
-use standstill_sim::{Adc, Arrangement, Purpose, TerminalSensor};
+use standstill_sim::{Adc, Arrangement, Comparators, Purpose, TerminalSensor};
 
 use super::{NOT_NEGATIVE, POSITIVE, Range, SHARE, TIME, Usual, number, table};
 use crate::Scenario;
@@ -35,6 +35,30 @@ fn has_dividers(scenario: &Scenario<Method<f64>>) -> bool {
 /// Returns a number of the dividers; none where the drive has none.
 fn of_dividers(scenario: &Scenario<Method<f64>>, of: fn(&TerminalSensor) -> f64) -> Option<toml::Value> {
     scenario.sensors.terminal.as_ref().map(|terminal| number(of(terminal)))
+}
+
+const TICK: Range =
+    Range::new(0.0, 1e-3, "from 0 to 1 ms: a pulse lasts several ticks", "a pulse lasts several ticks");
+const DELAY: Range = Range::new(
+    0.0,
+    1e-4,
+    "from 0 to 100 us: a comparator is faster than the pulse that it ends",
+    "a comparator is faster than the pulse that it ends",
+);
+
+/// Returns whether the drive has comparators.
+fn watches<M>(scenario: &Scenario<M>) -> bool {
+    scenario.sensors.comparator.any()
+}
+
+/// Returns whether the drive captures when a comparator trips.
+fn captures<M>(scenario: &Scenario<M>) -> bool {
+    scenario.sensors.comparator.timer > 0.0
+}
+
+/// Returns whether the threshold is set by a converter.
+fn coarse<M>(scenario: &Scenario<M>) -> bool {
+    captures(scenario) && scenario.sensors.comparator.bits > 0
 }
 
 fn bits(adc: Option<Adc>) -> toml::Value {
@@ -201,6 +225,48 @@ table! {
                 of.resistance = (value > 0.0).then_some(value);
             }),
             example: "\"1 MΩ\"",
+        };
+        /// What the comparators watch: the current in the DC link, or the current of each phase.
+        comparators: Named<Comparators> {
+            get: |scenario| Some(scenario.sensors.comparator.arrangement.name().into()), applies: watches, example: "\"common\"",
+        };
+        /// Tick of the timer that captures when a comparator trips. 0: there is none.
+        timer: Quantity<Second> [scenario.sensors.comparator.timer] { range: Some(TICK), example: "\"0.32 us\"" };
+        /// Standard deviation of the clock of that timer.
+        timer_error: Quantity<Share> [scenario.sensors.comparator.timer_error] {
+            range: Some(SPREAD), draws: Some((Purpose::CaptureTimer, 0..1)), applies: captures, drawn: captures, example: "\"0.3 %\"",
+        };
+        /// Current at which the comparators switch the drive off for good, as an overcurrent. 0: they do not.
+        trip: Quantity<Ampere> [scenario.sensors.comparator.trip] { range: Some(NOT_NEGATIVE), example: "\"0 A\"" };
+        /// Standard deviation of the offset of each comparator.
+        comparator_offset: Quantity<Ampere> [scenario.sensors.comparator.offset] {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::ComparatorOffset, 0..6)),
+            applies: watches, drawn: watches, example: "\"40 mA\"",
+        };
+        /// Mean time from the crossing of the threshold to gates and timer, which the drive knows.
+        comparator_delay: Quantity<Second> [scenario.sensors.comparator.delay] {
+            range: Some(DELAY), applies: watches, example: "\"200 ns\"",
+        };
+        /// Standard deviation of each comparator's delay.
+        comparator_delay_spread: Quantity<Second> [scenario.sensors.comparator.delay_spread] {
+            range: Some(DELAY), draws: Some((Purpose::ComparatorDelay, 0..6)), applies: watches, drawn: watches, example: "\"20 ns\"",
+        };
+        /// Noise of the current at a comparator, rms; one draw for each pulse.
+        comparator_noise: Quantity<Ampere> [scenario.sensors.comparator.noise] {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::ComparatorNoise, EACH)),
+            applies: captures, drawn: captures, example: "\"10 mA\"",
+        };
+        /// How long after the begin of each stage the comparators are ignored.
+        blanking: Quantity<Second> [scenario.sensors.comparator.blanking] {
+            range: Some(DELAY), applies: watches, example: "\"1 us\"",
+        };
+        /// Upper end of the range of the converter that sets the threshold, from zero.
+        threshold_range: Quantity<Ampere> [scenario.sensors.comparator.range] {
+            range: Some(POSITIVE), applies: coarse, example: "\"20 A\"",
+        };
+        /// Bits of the converter that sets the threshold. 0: it is exact.
+        threshold_bits: Quantity<One> {
+            range: Some(BITS), get: |scenario| Some(number(scenario.sensors.comparator.bits.into())), applies: captures, example: "10",
         };
         /// Standard deviation of the resolver that stands for "measured angle" in traces.
         resolver_error: Quantity<Degree> {

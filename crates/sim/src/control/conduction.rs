@@ -119,6 +119,7 @@ impl<'a> Control<'a> {
                 self.cross_kink(bank, axis);
                 return Ok(());
             }
+            Guard::Trip(input) => return self.trip(bank, input),
             Guard::Domain => {
                 self.event(passed * 1e-9, Event::LeftMap);
                 return Err(self.left_map(bank));

@@ -227,6 +227,14 @@ pub fn validate(command: &Command<f64>, carrier: Nanos) -> Result<(), RunError> 
     if duration == Nanos::ZERO || too_many || sampling.last().is_some_and(|last| last > duration) {
         return Err(RunError::BadCommand);
     }
+    if let Some(threshold) = command.threshold {
+        let samples_end = sampling.last().is_none_or(|last| last <= duration - command.stage.duration);
+        let keeps = |leg: &Leg<f64>| matches!(leg, Leg::Off | Leg::Low | Leg::High);
+        let first = command.stage.duration > Nanos::ZERO && command.stage.legs.0.iter().all(keeps);
+        if !(threshold.is_finite() && samples_end && first) {
+            return Err(RunError::BadCommand);
+        }
+    }
     let stages = [Some(command.stage), command.then];
     let nonsense =
         |leg: &Leg<f64>| matches!(leg, Leg::Duty(duty) if !duty.is_finite() || carrier == Nanos::ZERO);

@@ -4,11 +4,12 @@
 //!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
 //! ```
 
-use standstill_interface::{Command, Nanos, Reading};
+use standstill_interface::{Command, Nanos, Reading, Sampling};
 use standstill_inverter::{Conduction, Gate, Modes};
 use standstill_numeric::Wide;
 use standstill_plant::Magnetics;
 
+use super::comparators::Watching;
 use super::course::Course;
 use super::gates::GateSequencer;
 use super::ledger::Accounts;
@@ -55,6 +56,7 @@ pub struct Control<'a> {
     pub(super) sampler: Sampler<'a>,
     pub(super) link_filter: Option<LowPass>,
     pub(super) terminal_filters: Option<[LowPass; 3]>,
+    pub(super) comparators: Option<Watching<'a>>,
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
     events: u32,
@@ -96,6 +98,7 @@ impl<'a> Control<'a> {
             sampler: Sampler::new(&case.sensors, case.streams),
             link_filter: settings.dc_link.bandwidth.map(|corner| LowPass::new(corner, link.source(0.0))),
             terminal_filters: None,
+            comparators: Watching::of(&case),
             readings,
             events: 0,
             counted_from: 0.0,
@@ -125,6 +128,7 @@ impl<'a> Control<'a> {
             probe: None,
             sequencer: self.sequencer.clone(),
             sampler: self.sampler.clone(),
+            comparators: self.comparators.clone(),
             readings: self.readings.clone(),
             accounts: None,
             ..*self
@@ -157,7 +161,17 @@ impl<'a> Control<'a> {
         }
         self.event(start.seconds(), Event::Command);
         self.found = -1.0;
-        self.sequencer.begin(&mut bank.machine.legs, self.lane, command, start, carrier);
+        let (mut command, mut end) = (*command, end);
+        if self.comparators.is_some() || command.threshold.is_some() {
+            if let Err(error) = self.set_comparators(bank, &command, start) {
+                return Want::Over(error);
+            }
+            if command.threshold.is_some() {
+                end = start + command.stage.duration;
+                command = Command::hold(command.stage, Sampling::NONE);
+            }
+        }
+        self.sequencer.begin(&mut bank.machine.legs, self.lane, &command, start, carrier);
         self.course = Course { start, end, sampling: command.sampling, ..Course::NONE };
         self.next_trigger();
         self.go_on(bank, true)
@@ -220,6 +234,11 @@ impl<'a> Control<'a> {
             }
             let end = self.course.end.0 as f64;
             if time >= end {
+                if self.comparators.as_ref().is_some_and(Watching::goes_on) {
+                    self.go_on_after_trip(bank);
+                    carried_out = true;
+                    continue;
+                }
                 self.show_here(bank);
                 return Want::Command;
             }
@@ -235,11 +254,22 @@ impl<'a> Control<'a> {
                 return Want::Over(error);
             }
             self.show_change(bank);
+            if let Some(watching) = &self.comparators
+                && watching.next() <= time
+            {
+                if let Err(error) = self.unblank(bank) {
+                    return Want::Over(error);
+                }
+                continue;
+            }
             let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
             let rests = self.rests(bank);
             let mut stop = end.min(self.next_source_instant(time));
             if rests || !self.reads_within(bank) {
                 stop = stop.min(sample);
+            }
+            if let Some(watching) = &self.comparators {
+                stop = stop.min(watching.next());
             }
             self.segments += 1;
             if rests {

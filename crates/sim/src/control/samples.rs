@@ -131,7 +131,10 @@ impl<'a> Control<'a> {
         }
         let Some((current, dc_link)) = self.course.converted(current, dc_link, skew) else { return false };
         let there = Instant { current, dc_link, terminal: self.course.terminal, requested, settled };
-        let reading: Reading<f64> = self.sampler.read(nominal, &there);
+        let mut reading: Reading<f64> = self.sampler.read(nominal, &there);
+        if let Some(watching) = &self.comparators {
+            reading.capture = watching.capture();
+        }
         if self.probe.is_some() {
             self.event(time * 1e-9, Event::Sample(reading.current.0, reading.dc_link));
             if self.case.sensors.settings.terminal.is_some() {

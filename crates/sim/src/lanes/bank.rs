@@ -140,7 +140,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         let at = Operating { inverse_inductance: Symmetric::new(one, zero, one), ..Operating::default() };
         let source = Source { voltage: zero, rise: zero };
         let here = Here { time: zero, state: State::default(), at, source };
-        let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
+        let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2], sensors.comparator.any());
         let accuracy = Accuracy { per_flux: one, per_angle: one, per_flux_scale: one, ..Accuracy::default() };
         Self {
             machine,

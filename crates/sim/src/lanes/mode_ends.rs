@@ -4,7 +4,7 @@ use standstill_numeric::{Mask, Wide};
 
 use super::bank::Bank;
 use crate::effect::CoreBranch;
-use crate::guard::Guard;
+use crate::guard::{Guard, Levels};
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
 
@@ -24,6 +24,9 @@ impl<V: Wide> Bank<'_, V> {
         to.phase_rise = tried.phase_rise;
         for end in 0..2 {
             to.margins[end].blocked = tried.margins[end].blocked;
+        }
+        if self.bounds.levels.is_some() {
+            to.legs.leg = tried.legs.leg;
         }
         if RARE {
             to.floating = tried.floating;
@@ -58,6 +61,7 @@ impl<V: Wide> Bank<'_, V> {
             self.motion_ends(lane, &mut first);
         }
         self.core_ends(lane, &mut first);
+        self.trips(lane, &mut first);
         let First { share, guard } = first;
         let share = if guard.is_some() { share } else { 1.0 };
         let (from, to) = (self.outcome.begin.time.get(lane), self.outcome.tried.end.time.get(lane));
@@ -111,6 +115,16 @@ impl<V: Wide> Bank<'_, V> {
         let ahead = Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) };
         first.ends(Guard::Stop, ahead, one(&slack.stop));
         first.ends(Guard::Stop, Cubic { value: turned.map(|a| a - lower), slope: rise }, one(&slack.stop));
+    }
+
+    /// Examines the comparators.
+    fn trips(&self, lane: usize, first: &mut First) {
+        let (Some(levels), tried) = (&self.bounds.levels, &self.outcome.tried) else { return };
+        let rail = tried.legs.leg.each_ref().map(|leg| leg.rail);
+        let margins = levels.margins(&tried.phases, &tried.phase_rise, rail);
+        for (input, margin) in Levels::<V>::INPUTS.into_iter().zip(margins) {
+            first.ends(Guard::Trip(input), margin.get(lane), self.bounds.slack.leg[0].get(lane));
+        }
     }
 
     /// Examines the range of the core's flux map, its kinks, and the branch beside it.

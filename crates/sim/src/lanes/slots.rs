@@ -111,6 +111,7 @@ fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
         stage: stage_of(&command.stage),
         then: command.then.as_ref().map(stage_of),
         sampling: command.sampling,
+        threshold: command.threshold.map(T::to_double),
     }
 }
 

@@ -7,7 +7,7 @@ use super::two_derivative::{Here, Tried};
 use crate::effect::CoreBranch;
 use crate::effect::link::LinkStep;
 use crate::effect::terminals::floating::Floating;
-use crate::guard::{Bounds, PerGuard};
+use crate::guard::{Bounds, Levels, PerGuard};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
 
@@ -80,6 +80,11 @@ impl<V: Wide> Tried<V> {
                 least = least.least(self.margins[1].kink[axis] + bounds.slack.kink[axis]);
             }
         }
+        if let Some(levels) = &bounds.levels {
+            let [within, at_end] = self.room_to_trip(levels);
+            least = least.least(within + bounds.slack.leg[0]);
+            at_mode_end = at_mode_end.least(at_end + bounds.ended);
+        }
         if let (Some(branch), Some(step)) = (machine.branch_if::<RARE>(), &self.branch) {
             let [within, at_end] = branch.room(step);
             least = least.least(within);
@@ -126,6 +131,21 @@ impl<V: Wide> Tried<V> {
             least = least.least(V::choose(floating.safe[k], far, both));
         }
         least
+    }
+
+    /// Returns the smallest margin in A of the comparators within the step and at its end, and the smallest at its end of those
+    /// that the current had not passed before: a level that an edge jumps over trips where the step begins.
+    #[inline(always)]
+    fn room_to_trip(&self, levels: &Levels<V>) -> [V; 2] {
+        let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
+        let rail = [self.legs.leg[0].rail, self.legs.leg[1].rail, self.legs.leg[2].rail];
+        let (mut within, mut at_end) = (far, far);
+        for margin in &levels.margins(&self.phases, &self.phase_rise, rail) {
+            let [begin, end] = margin.value;
+            within = within.least(end.least(margin.dip()));
+            at_end = at_end.least(V::choose(begin.above(zero), end, far));
+        }
+        [within, at_end]
     }
 
     /// Returns the largest angle in rad by which the ringing modes of a lane turn in the step.

@@ -186,7 +186,7 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
         let mut known = [0.0; 3];
         for _ in 0..12 {
             let then = (dice.below(2) == 0).then(|| dice.stage());
-            let command = Command { stage: dice.stage(), then, sampling: Sampling::NONE };
+            let command = Command { stage: dice.stage(), then, sampling: Sampling::NONE, threshold: None };
             let (start, end) = (now, now + command.duration());
             if end == start {
                 continue;

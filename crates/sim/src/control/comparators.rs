@@ -1,0 +1,210 @@
+//! The comparators of a run: when they watch, and what follows when one of them trips.
+
+use standstill_interface::{Capture, Command, Nanos, Sampling, Stage};
+use standstill_numeric::Wide;
+
+use super::course::Course;
+use super::run::Control;
+use crate::case::{Case, RunError};
+use crate::guard::Levels;
+use crate::lanes::bank::Bank;
+use crate::physics::gates::NEVER;
+use crate::sensing::{Comparator, ComparatorSettings, Comparators, Input};
+use crate::trace::Event;
+use crate::{Draws, Purpose};
+
+/// The comparators of one run.
+#[derive(Clone, Debug)]
+pub struct Watching<'a> {
+    settings: ComparatorSettings,
+    specimen: Comparator,
+    noise: Draws<'a>,
+    /// The threshold in A that the command has set, with the noise of its pulse; none where it has none, or once a comparator
+    /// has tripped there.
+    threshold: Option<f64>,
+    /// Time in ns from which on the comparators are looked at again; never if they are, or if none has anything to do.
+    wakes: f64,
+    /// Whether the last step ended just before a trip.
+    near: bool,
+    /// What a command with a threshold does after its first stage, until that has ended.
+    after: Option<(Option<Stage<f64>>, Sampling)>,
+    /// The trip in the present command.
+    capture: Option<Capture>,
+}
+
+impl<'a> Watching<'a> {
+    /// Makes the comparators of a case; none if its drive has none.
+    pub fn of(case: &Case<'a>) -> Option<Self> {
+        let settings = case.sensors.settings.comparator;
+        settings.any().then(|| Self {
+            settings,
+            specimen: case.sensors.comparator,
+            noise: case.streams.open(Purpose::ComparatorNoise),
+            threshold: None,
+            wakes: NEVER,
+            near: false,
+            after: None,
+            capture: None,
+        })
+    }
+
+    /// Time in ns of the next instant at which they change what they watch.
+    pub fn next(&self) -> f64 {
+        self.wakes
+    }
+
+    /// The trip in the present command.
+    pub fn capture(&self) -> Option<Capture> {
+        self.capture
+    }
+
+    /// Whether a first stage that may trip has still to be followed by what comes after it.
+    pub fn goes_on(&self) -> bool {
+        self.after.is_some()
+    }
+
+    /// Returns the level in A at which a comparator trips the drive for good; infinite for comparators that do not exist.
+    fn overcurrent(&self, input: Input) -> f64 {
+        let exists = (input == Input::Link) == (self.settings.arrangement == Comparators::Common);
+        if exists && self.settings.trip > 0.0 {
+            self.settings.trip + self.specimen.offset[input.number()]
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Returns the level in A at which a comparator ends the stage; infinite if it does not.
+    fn ends_stage(&self, input: Input) -> f64 {
+        let exists = (input == Input::Link) == (self.settings.arrangement == Comparators::Common);
+        self.threshold
+            .filter(|_| exists)
+            .map_or(f64::INFINITY, |threshold| threshold + self.specimen.offset[input.number()])
+    }
+}
+
+impl<'a> Control<'a> {
+    /// Prepares the comparators for a command that starts at `start`, and returns the end of its first part. Refuses a threshold
+    /// on a drive that cannot capture when it is reached.
+    pub(super) fn set_comparators<V: Wide>(
+        &mut self,
+        bank: &mut Bank<'a, V>,
+        command: &Command<f64>,
+        start: Nanos,
+    ) -> Result<(), RunError> {
+        let Some(watching) = &mut self.comparators else {
+            return if command.threshold.is_some() { Err(RunError::NoComparator) } else { Ok(()) };
+        };
+        if command.threshold.is_some() && watching.settings.timer == 0.0 {
+            return Err(RunError::NoComparator);
+        }
+        (watching.capture, watching.near) = (None, false);
+        watching.after = command.threshold.map(|_| (command.then, command.sampling));
+        watching.threshold = command.threshold.map(|threshold| {
+            let noise = watching.settings.noise;
+            let shift = if noise > 0.0 { noise * watching.noise.normal() } else { 0.0 };
+            watching.settings.set(threshold) - shift
+        });
+        self.blank(bank, start);
+        Ok(())
+    }
+
+    /// Blanks the comparators from the begin of a stage on.
+    fn blank<V: Wide>(&mut self, bank: &mut Bank<'a, V>, start: Nanos) {
+        let Some(watching) = &mut self.comparators else { return };
+        let watches = watching.threshold.is_some() || watching.settings.trip > 0.0;
+        let until = (start + watching.settings.blanking).0 as f64;
+        watching.wakes = if watches { until } else { NEVER };
+        if let Some(levels) = &mut bank.bounds.levels {
+            levels.put(self.lane, |_| f64::INFINITY);
+        }
+    }
+
+    /// Lets the comparators watch again after the blanking. One whose level the current has already passed trips at once.
+    pub(super) fn unblank<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
+        let Some(watching) = &mut self.comparators else { return Ok(()) };
+        watching.wakes = NEVER;
+        self.put_levels(bank);
+        let passed =
+            Levels::<V>::INPUTS.into_iter().find(|input| self.current_at(bank, *input) >= self.level(*input));
+        passed.map_or(Ok(()), |input| self.trip(bank, input))
+    }
+
+    /// Returns the level in A at which a comparator trips next.
+    fn level(&self, input: Input) -> f64 {
+        let level = |watching: &Watching<'_>| watching.ends_stage(input).min(watching.overcurrent(input));
+        self.comparators.as_ref().map_or(f64::INFINITY, level)
+    }
+
+    /// Writes the comparators' levels into the bank.
+    fn put_levels<V: Wide>(&self, bank: &mut Bank<'a, V>) {
+        if let Some(levels) = &mut bank.bounds.levels {
+            levels.put(self.lane, |input| self.level(input));
+        }
+    }
+
+    /// Returns the present current in A at a comparator, in the direction in which it trips.
+    fn current_at<V: Wide>(&self, bank: &Bank<'a, V>, input: Input) -> f64 {
+        let current = self.currents(bank);
+        match input {
+            Input::Link => {
+                let modes = bank.machine.legs.modes(self.lane, self.time(bank));
+                (0..3).filter(|k| modes[*k].is_upper()).map(|k| current[k]).sum()
+            }
+            Input::Into(k) => current[k],
+            Input::Out(k) => -current[k],
+        }
+    }
+
+    /// Carries out what a comparator's trip at the present time leads to: the end of the stage after its delay, or of the run.
+    pub(super) fn trip<V: Wide>(&mut self, bank: &mut Bank<'a, V>, input: Input) -> Result<(), RunError> {
+        let now = self.time(bank);
+        let current = self.current_at(bank, input);
+        let short = self.level(input) - current > bank.bounds.ended.get(self.lane);
+        let (start, end) = (self.course.start, self.course.end);
+        let Some(watching) = &mut self.comparators else { return Ok(()) };
+        if short && !std::mem::replace(&mut watching.near, true) {
+            // It only seemed to trip, on the cubic of a longer step; the next one begins close to where it does.
+            return Ok(());
+        }
+        watching.near = false;
+        let for_good = watching.overcurrent(input) <= watching.ends_stage(input);
+        if !for_good {
+            let delay = watching.specimen.delay[input.number()];
+            let output = now + delay * 1e9;
+            // Gates switch in whole nanoseconds. A stage that has ended before is not ended by its comparator.
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a time within a stage"
+            )]
+            let at = Nanos(output.ceil() as u64);
+            watching.threshold = None;
+            if at <= end {
+                let ticks = watching.specimen.ticks((output - start.0 as f64) * 1e-9);
+                watching.capture = Some(Capture { ticks, comparator: input.phase() });
+                self.course.end = at;
+            }
+            self.put_levels(bank);
+        }
+        self.event(now * 1e-9, Event::Trip(input.phase()));
+        if for_good { Err(RunError::overcurrent(current)) } else { Ok(()) }
+    }
+
+    /// Begins what follows the first stage of a command with a threshold.
+    pub(super) fn go_on_after_trip<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
+        let Some(watching) = &mut self.comparators else { return };
+        watching.threshold = None;
+        let Some((then, sampling)) = watching.after.take() else { return };
+        let start = self.course.end;
+        let duration = then.map_or(Nanos::ZERO, |stage| stage.duration);
+        self.course = Course { start, end: start + duration, sampling, ..Course::NONE };
+        if let Some(stage) = then {
+            self.found = -1.0;
+            let carrier = self.case.inverter.carrier_period;
+            let command = Command::hold(stage, sampling);
+            self.sequencer.begin(&mut bank.machine.legs, self.lane, &command, start, carrier);
+        }
+        self.blank(bank, start);
+        self.next_trigger();
+    }
+}

@@ -1,0 +1,207 @@
+//! Comparators: they end a pulse where its current reaches a threshold, and a timer captures when.
+
+use standstill_interface::{Nanos, Phase, choice};
+
+use crate::{Purpose, Streams};
+
+choice! {
+    /// What the comparators compare with the threshold.
+    #[derive(Default)]
+    pub enum Comparators {
+        /// One comparator for the current in the DC link, as a shunt there shows it: the sum of the legs at the positive rail.
+        /// While one leg alone is high, that is its current; while one alone is low, what it returns.
+        Common = "common" default,
+        /// Two for each phase, for current of either direction, each with an offset and a delay of its own.
+        PerLeg = "per-leg",
+    }
+}
+
+/// Number of comparators of a drive with comparators of their own for each phase: current into the motor for phases a, b
+/// and c, then current out of it.
+pub const OWN: usize = 6;
+
+/// The comparators as a type: the settings from which the errors of specimens are drawn. Without a timer and without an
+/// overcurrent trip a drive has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ComparatorSettings {
+    /// What they compare.
+    pub arrangement: Comparators,
+    /// Duration in s of a tick of the timer that captures their trips; 0: no timer.
+    pub timer: f64,
+    /// Standard deviation of the relative error of the timer's clock.
+    pub timer_error: f64,
+    /// Standard deviation of each comparator's offset in A.
+    pub offset: f64,
+    /// Mean propagation delay in s from the crossing to the gate signals and to the timer.
+    pub delay: f64,
+    /// Standard deviation in s of each comparator's delay.
+    pub delay_spread: f64,
+    /// Noise of the current at the comparator in A rms, see [`Comparator`].
+    pub noise: f64,
+    /// Blanking: how long after the begin of each stage the comparators are ignored.
+    pub blanking: Nanos,
+    /// Bits of the converter that sets the threshold; 0: exact.
+    pub bits: u8,
+    /// Upper end of that converter's range in A.
+    pub range: f64,
+    /// Current in A at which the comparators switch the drive off for good; 0: they do not.
+    pub trip: f64,
+}
+
+impl ComparatorSettings {
+    /// Returns whether the drive has comparators.
+    pub fn any(&self) -> bool {
+        self.timer > 0.0 || self.trip > 0.0
+    }
+
+    /// Returns the threshold in A that the drive's converter sets for this one.
+    ///
+    /// ```
+    /// use standstill_sim::ComparatorSettings;
+    ///
+    /// let coarse = ComparatorSettings { bits: 4, range: 16.0, ..ComparatorSettings::default() };
+    /// assert_eq!([2.4, 2.6, 99.0].map(|threshold| coarse.set(threshold)), [2.0, 3.0, 15.0]);
+    /// assert_eq!(ComparatorSettings::default().set(2.4), 2.4);
+    /// ```
+    pub fn set(&self, threshold: f64) -> f64 {
+        if self.bits == 0 {
+            return threshold;
+        }
+        let codes = f64::from(1_u32 << self.bits);
+        let step = self.range / codes;
+        step * (threshold / step).round().clamp(0.0, codes - 1.0)
+    }
+}
+
+/// One drive's comparators and timer: the errors of this specimen.
+///
+/// A comparator trips once: the drive latches its output, so that neither noise nor the current that reverses in the link
+/// when the gates open changes anything. A hysteresis would show only before that, where it is part of the offset.
+///
+/// Noise shifts the threshold by one normal draw per pulse: its correlation time is taken to be longer than the crossing,
+/// during which the current passes through the noise. What is faster makes the first of many crossings an earlier one, by an
+/// amount that all pulses have in common, and is left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparator {
+    /// Offset of each comparator in A: as if the current were less by it. One alone has the first.
+    pub offset: [f64; OWN],
+    /// Propagation delay of each comparator in s.
+    pub delay: [f64; OWN],
+    /// Duration of the timer's tick in s.
+    pub tick: f64,
+    /// By what share of a tick, at most half of one, the timer starts before the pulse.
+    pub phase: f64,
+}
+
+impl Comparator {
+    /// The comparators of a drive without errors.
+    pub const fn nominal(settings: &ComparatorSettings) -> Self {
+        Self { offset: [0.0; OWN], delay: [settings.delay; OWN], tick: settings.timer, phase: 0.0 }
+    }
+
+    /// Draws the comparators of one specimen; nothing is drawn for a drive without any.
+    pub(super) fn draw(settings: &ComparatorSettings, streams: Streams) -> Self {
+        let mut drawn = Self::nominal(settings);
+        if !settings.any() {
+            return drawn;
+        }
+        let [mut offsets, mut delays, mut timer] = streams.open_together([
+            Purpose::ComparatorOffset,
+            Purpose::ComparatorDelay,
+            Purpose::CaptureTimer,
+        ]);
+        let own = match settings.arrangement {
+            Comparators::Common => 1,
+            Comparators::PerLeg => OWN,
+        };
+        for n in 0..own {
+            drawn.offset[n] = settings.offset * offsets.normal();
+            drawn.delay[n] = (settings.delay + settings.delay_spread * delays.normal()).max(0.0);
+        }
+        drawn.tick = settings.timer * (1.0 + settings.timer_error * timer.normal()).max(0.1);
+        drawn.phase = timer.uniform() - 0.5;
+        drawn
+    }
+
+    /// Returns the whole ticks of the timer up to a time in s after the pulse's begin.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a conversion saturates")]
+    pub fn ticks(&self, time: f64) -> u32 {
+        (time / self.tick + self.phase).floor() as u32
+    }
+}
+
+/// A comparator of a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// The one for the current in the DC link.
+    Link,
+    /// Of a phase (0 to 2), for current into the motor.
+    Into(usize),
+    /// Of a phase (0 to 2), for current out of the motor.
+    Out(usize),
+}
+
+impl Input {
+    /// Its number among the comparators of a drive.
+    pub fn number(self) -> usize {
+        match self {
+            Self::Link => 0,
+            Self::Into(phase) => phase,
+            Self::Out(phase) => 3 + phase,
+        }
+    }
+
+    /// Its phase; a for the one in the DC link.
+    pub fn phase(self) -> Phase {
+        Phase::ALL[self.number() % 3]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_ticks_that_have_passed() {
+        let settings = ComparatorSettings { timer: 0.32e-6, ..ComparatorSettings::default() };
+        let timer = Comparator::nominal(&settings);
+        assert_eq!(
+            [0.0, 0.31e-6, 0.33e-6, 320.1e-6, 1e6].map(|time| timer.ticks(time)),
+            [0, 0, 1, 1000, u32::MAX]
+        );
+        let early = Comparator { phase: -0.4, ..timer };
+        assert_eq!([0.0, 0.33e-6, 0.46e-6].map(|time| early.ticks(time)), [0, 0, 1]);
+    }
+
+    #[test]
+    fn law_specimens_have_the_stated_spread() {
+        let settings = ComparatorSettings {
+            arrangement: Comparators::PerLeg,
+            timer: 1e-6,
+            timer_error: 0.01,
+            offset: 0.1,
+            delay: 200e-9,
+            delay_spread: 10e-9,
+            ..ComparatorSettings::default()
+        };
+        let n = 2000;
+        let drawn = |arrangement| {
+            (0..n).map(move |k| {
+                Comparator::draw(&ComparatorSettings { arrangement, ..settings }, Streams::new(1, k))
+            })
+        };
+        let rms = |of: &dyn Fn(&Comparator) -> f64| {
+            (drawn(Comparators::PerLeg).map(|one| of(&one).powi(2)).sum::<f64>() / n as f64).sqrt()
+        };
+        for k in 0..OWN {
+            assert!((rms(&|one| one.offset[k]) / 0.1 - 1.0).abs() < 0.06);
+            assert!((rms(&|one| one.delay[k] - 200e-9) / 10e-9 - 1.0).abs() < 0.06);
+        }
+        assert!((rms(&|one| one.tick / 1e-6 - 1.0) / 0.01 - 1.0).abs() < 0.06);
+        assert!((rms(&|one| one.phase) * 12.0_f64.sqrt() - 1.0).abs() < 0.06);
+        // The offset of one alone is the same draw, and the others do not exist.
+        assert!(drawn(Comparators::Common).zip(drawn(Comparators::PerLeg)).all(|(one, own)| {
+            one.offset[0] == own.offset[0] && one.offset[1..] == [0.0; 5] && own.offset[1] != 0.0
+        }));
+    }
+}
