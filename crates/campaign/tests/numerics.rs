@@ -47,7 +47,7 @@ const OTHERS: [(&str, &str); 6] = [
 
 /// Effects that no other kept run contains, each with the digest of its rows. A digest that changes is a change of results: it asks
 /// for the next number, too (see [`OTHERS`]).
-const EFFECTS: [(&str, &str, &str); 5] = [
+const EFFECTS: [(&str, &str, &str); 6] = [
     (
         "source resistance",
         "[inverter]\ncapacitance = \"100 uF\"\nsource_resistance = \"2 Ω\"\n[axes]\n\"rotor.state\" = [\"locked\", \"free\"]",
