@@ -11,7 +11,7 @@ use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
-    Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape, Tolerance, run,
+    Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tape, Tolerance, run,
     run_side_by_side,
 };
 
@@ -304,14 +304,8 @@ impl<S: Settings<f64>> Scenario<S> {
         trials: impl IntoIterator<Item = u64>,
         mut done: impl FnMut(Record),
     ) -> Result<(), TrialError<SettingsError>> {
-        let numbers = RefCell::new(Vec::new());
-        let cases = trials.into_iter().map(|trial| {
-            numbers.borrow_mut().push(trial);
-            let case = self.case(trial);
-            let detector = self.detector_for(&case).map_err(|error| TrialError { trial, error })?;
-            Ok((case, detector))
-        });
-        side_by_side(cases, |number, run| done(Record { trial: numbers.borrow()[number], run }))
+        let of = |trial| (self, Streams::new(self.seed, trial));
+        side_by_side(trials.into_iter().map(of), |_, record| done(record))
     }
 
     /// Runs the trial whose draws a tape gives, with the scenario's detector. The record has the number of the tape.
@@ -345,17 +339,8 @@ impl<S: Settings<f64>> Scenario<S> {
     ///
     /// # Errors
     /// A tape for which no detector can be made: no further trial is begun, and trials that have begun are completed.
-    pub fn trials_taped(
-        &self,
-        tapes: &[Tape],
-        mut done: impl FnMut(usize, Record),
-    ) -> Result<(), SettingsError> {
-        let cases = tapes.iter().map(|tape| {
-            let case = self.case_taped(tape);
-            let detector = self.detector_for(&case)?;
-            Ok((case, detector))
-        });
-        side_by_side(cases, |number, run| done(number, Record { trial: tapes[number].index(), run }))
+    pub fn trials_taped(&self, tapes: &[Tape], done: impl FnMut(usize, Record)) -> Result<(), SettingsError> {
+        Ok(side_by_side(tapes.iter().map(|tape| (self, Streams::taped(tape))), done)?)
     }
 
     /// Runs a trial with any detector.
@@ -364,15 +349,23 @@ impl<S: Settings<f64>> Scenario<S> {
     }
 }
 
-/// Runs cases with their detectors side by side in this thread, until there are no more or one detector cannot be made; cases
-/// that have begun are completed. `done` gets each result with the index of its case.
-pub(crate) fn side_by_side<'a, D: Detector<f64>, E>(
-    cases: impl Iterator<Item = Result<(Case<'a>, D), E>>,
-    done: impl FnMut(usize, Run<f64>),
-) -> Result<(), E> {
-    let mut failed = None;
-    let cases = cases.map_while(|case| case.map_err(|error| failed = Some(error)).ok());
+/// Runs the trials of these draws side by side in this thread, each with a detector of its scenario, until there are no more or
+/// one detector cannot be made; trials that have begun are completed. `done` gets each record with the index of its draws.
+pub(crate) fn side_by_side<'a, S: Settings<f64> + 'a>(
+    trials: impl Iterator<Item = (&'a Scenario<S>, Streams<'a>)>,
+    mut done: impl FnMut(usize, Record),
+) -> Result<(), TrialError<SettingsError>> {
+    let (numbers, mut failed) = (RefCell::new(Vec::new()), None);
+    let cases = trials.map_while(|(scenario, streams)| {
+        let trial = streams.index();
+        numbers.borrow_mut().push(trial);
+        let case = scenario.case_of(streams);
+        let detector = scenario.detector_for(&case);
+        Some((case, detector.map_err(|error| failed = Some(TrialError { trial, error })).ok()?))
+    });
     // Fused: other lanes must not go on behind it.
-    run_side_by_side(cases.fuse(), done);
+    run_side_by_side(cases.fuse(), |number, run| {
+        done(number, Record { trial: numbers.borrow()[number], run });
+    });
     failed.map_or(Ok(()), Err)
 }
