@@ -137,7 +137,7 @@ fn done(journal: &Path) -> Option<(Identity, String)> {
     let mut rows = Rows::open(journal).ok()?;
     while rows.block().ok()?.is_some() {}
     let all = rows.identity().rows();
-    let done = format!(", {} of {all} trials are done", all - rows.left());
+    let done = format!(", {} of {all} trials are done", all - rows.walk().left());
     Some((rows.identity().clone(), done))
 }
 
