@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use standstill_detect::SettingsError;
-use standstill_interface::{Angle, Outcome};
+use standstill_interface::{Angle, Findings, Outcome};
 use standstill_sim::{Ended, Run};
 
 /// Record of one trial.
@@ -113,11 +113,11 @@ impl Record {
         self.error_deg().map(|error| self.run.has_pole && error.abs() <= 90.0)
     }
 
-    /// Returns the margin to the nearest fault, see [`standstill_interface::Findings::fault_margin`].
-    pub fn fault_margin(&self) -> Option<f64> {
-        match &self.run.ended {
-            Ended::Outcome(outcome) => outcome.findings().fault_margin,
-            Ended::Error(_) => None,
+    /// Returns the quantities that the detector measured; none of them where the simulation could not continue.
+    pub fn findings(&self) -> Findings<f64> {
+        match self.run.ended {
+            Ended::Outcome(outcome) => *outcome.findings(),
+            Ended::Error(_) => Findings::default(),
         }
     }
 

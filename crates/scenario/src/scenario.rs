@@ -11,8 +11,8 @@ use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
-    Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tape, Tolerance, run,
-    run_side_by_side,
+    Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape, Tolerance, Trace,
+    run, run_side_by_side,
 };
 
 use crate::errors::{dc_link, device_kind};
@@ -47,6 +47,9 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     /// Seed of all random numbers.
     pub seed: u64,
 }
+
+/// Longest time in s between two points of a waveform; instants have points of their own.
+const RESOLUTION: f64 = 5e-6;
 
 /// Trials whose random numbers a case has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -341,6 +344,24 @@ impl<S: Settings<f64>> Scenario<S> {
     /// A tape for which no detector can be made: no further trial is begun, and trials that have begun are completed.
     pub fn trials_taped(&self, tapes: &[Tape], done: impl FnMut(usize, Record)) -> Result<(), SettingsError> {
         Ok(side_by_side(tapes.iter().map(|tape| (self, Streams::taped(tape))), done)?)
+    }
+
+    /// Runs the trial of a case as a campaign does, to the last bit, and once more with an observer: returns the record, the
+    /// observed run and its waveforms, a point at least every 5 µs but at most about `most_rows` points. Energies of a `ledger`
+    /// are integrated along, which moves the observed steps a little.
+    ///
+    /// # Errors
+    /// Settings with which the detector cannot work.
+    pub fn watched(
+        &self,
+        case: &Case,
+        ledger: bool,
+        most_rows: f64,
+    ) -> Result<(Record, Run<f64>, Trace), SettingsError> {
+        let alone = run(case, &mut self.detector_for(case)?, false, &mut NoProbe);
+        let mut trace = Trace::new(RESOLUTION.max(alone.duration.seconds() / most_rows));
+        let observed = run(case, &mut self.detector_for(case)?, ledger, &mut trace);
+        Ok((Record { trial: case.streams.index(), run: alone }, observed, trace))
     }
 
     /// Runs a trial with any detector.

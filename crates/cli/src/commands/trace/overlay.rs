@@ -2,13 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::json;
 use standstill_report::page::{Block, Column, Table, Tone};
 
 use super::{ended, plan, trial_of};
 use crate::answer::{Answer, Made, verdict};
 use crate::arguments::{FormatName, Keys, Source, Trace as Options};
-use crate::commands::explain::watch;
 use crate::commands::question::Identity;
 use crate::error::Error;
 use crate::figures;
@@ -127,7 +125,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         let known = || conditions(plan.file(), |key| keys.iter().any(|varied| varied == key));
         spoken.get_or_insert_with(known);
         identities.push(Identity::new(&plan, [])?);
-        singles.push((name, single, plan.text()?));
+        singles.push((name, single, plan.file_at(options.point)?, plan.text()?));
     }
     let names = ["result.json", "overlay.svg", "overlay.png", "overlay.html"];
     let spoken = spoken.unwrap_or_default();
@@ -137,8 +135,8 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     let mut output = Output::answering(asked, &options.out, &names)?;
     let (mut traces, mut rows, mut results) = (Vec::new(), Vec::new(), Vec::new());
     let mut code = 0;
-    for (name, single, text) in &singles {
-        let (record, trace) = watch(single)?;
+    for (name, single, file, text) in &singles {
+        let (record, observed, trace) = single.scenario.watched(&single.case(), false, f64::INFINITY)?;
         code = code.max(u8::from(record.verdict() == Verdict::Error));
         rows.push(vec![
             for_reading(name),
@@ -147,18 +145,10 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
             format!("{:.2}", record.run.peak_current),
             format!("{:.3}", record.rotor_moved_deg()),
         ]);
-        results.push(json!({
-            "setting": name,
-            "outcome": record.verdict().name(),
-            "reason": record.reason(),
-            "estimated_angle_deg": record.estimated_angle_deg(),
-            "error_deg": record.error_deg(),
-            "true_angle_deg": record.true_angle_deg(),
-            "rotor_moved_deg": record.rotor_moved_deg(),
-            "duration_s": record.run.duration.seconds(),
-            "peak_current_A": record.run.peak_current,
-            "scenario": text,
-        }));
+        let mut result = super::result(file, &single.scenario, &record, &observed);
+        result["setting"] = name.as_str().into();
+        result["scenario"] = text.as_str().into();
+        results.push(result);
         traces.push((for_reading(name), trace));
     }
     let title = format!("Trial {} with several values of {}", options.trial, keys.join(" and "));
@@ -178,7 +168,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     // They have just been read.
     let files = BTreeMap::new();
     let setup =
-        Setup { place: &place, text: &singles[0].2, files: &files, fence: None, varied: keys, others };
+        Setup { place: &place, text: &singles[0].3, files: &files, fence: None, varied: keys, others };
     let command = typed_of(options.source.scenario.as_deref());
     let made = Made { setup: Some(setup), command, ..Made::default() };
     let headline = format!("trial {}", options.trial);
