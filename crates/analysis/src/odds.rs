@@ -301,11 +301,11 @@ impl Odds {
     /// Reports a finding that concerns this share of the event's starts: as an alarm above a tenth, as a remark above a
     /// hundredth.
     pub(crate) fn tell(&mut self, share: f64, what: fn(f64) -> Alarm) {
-        const TOLD: f64 = 0.01;
+        const REMARKED: f64 = 0.01;
         const DOUBTFUL: f64 = 0.1;
         if share > DOUBTFUL {
             self.alarms.push(what(share));
-        } else if share > TOLD {
+        } else if share > REMARKED {
             self.remarks.push(what(share));
         }
     }

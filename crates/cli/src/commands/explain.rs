@@ -200,6 +200,6 @@ fn answer(run: &FinishedRun, plan: &Plan, all: &[Repeated], lost: u64) -> Answer
         csv: Some(
             all.iter().flat_map(|one| one.explained.causes.iter().map(|cause| record(one, cause))).collect(),
         ),
-        code: 0,
+        ..Answer::default()
     }
 }

@@ -68,10 +68,9 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let file = plan.file_at(options.point)?;
     let scenario = &single.scenario;
     doubts::warn(scenario);
-    let format = Format::from(options.format);
     let host = host::current();
     let in_memory = host.as_ref().is_some_and(|host| !host.files);
-    let tables = TraceTable::ALL.map(|table| format!("{}.{}", table.name, format.extension()));
+    let tables = TraceTable::ALL.map(|table| format!("{}.{}", table.name, options.format.name()));
     let mut names: Vec<&str> = tables.iter().map(String::as_str).collect();
     names.extend(["result.json", "waveform.svg", "waveform.png"]);
     names.extend(options.verify.then_some("verify.csv"));
@@ -141,14 +140,13 @@ fn write(
     trace: &Trace,
     of: &[(String, String)],
 ) -> Result<(), Error> {
-    let format = Format::from(options.format);
     for table in TraceTable::ALL {
-        let name = format!("{}.{}", table.name, format.extension());
+        let name = format!("{}.{}", table.name, options.format.name());
         let path = options.out.join(&name);
         let failed = |error| Error::table(&path, error);
         let mut file = output.begin(&name)?;
-        let mut writer = Writer::new(&mut file, format, table.columns(), of).map_err(failed)?;
-        table.rows(trace, format, &mut |row| writer.row(row)).map_err(failed)?;
+        let mut writer = Writer::new(&mut file, options.format, table.columns(), of).map_err(failed)?;
+        table.rows(trace, options.format, &mut |row| writer.row(row)).map_err(failed)?;
         writer.finish().map_err(failed)?;
         output.close(&name, file)?;
     }

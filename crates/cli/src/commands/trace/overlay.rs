@@ -6,18 +6,17 @@ use standstill_report::page::{Block, Column, Table, Tone};
 
 use super::{ended, plan, trial_of};
 use crate::answer::{Answer, Made, verdict};
-use crate::arguments::{FormatName, Keys, Source, Trace as Options};
+use crate::arguments::{Keys, Source, Trace as Options};
 use crate::commands::question::Identity;
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::typed_of;
-use crate::shell::output::Output;
-use crate::shell::output::file_list;
 use crate::shell::setup::Setup;
 use crate::shell::setup::conditions;
 use standstill_scenario::Verdict;
+use standstill_table::Format;
 
 /// Largest number of settings that a reader can distinguish in one picture.
 const MOST: usize = 6;
@@ -97,7 +96,7 @@ fn check(options: &Options, settings: &[Setting]) -> Result<(), Error> {
     {
         return Err(Error::Arguments(format!("-s with lists: {twice} is there twice")));
     }
-    if options.format != FormatName::Csv {
+    if options.format != Format::Csv {
         return Err(Error::Arguments(
             "--format: needed a single setting, not lists, which are laid over one another without tables"
                 .to_owned(),
@@ -127,12 +126,10 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         identities.push(Identity::new(&plan, [])?);
         singles.push((name, single, plan.file_at(options.point)?, plan.text()?));
     }
-    let names = ["result.json", "overlay.svg", "overlay.png", "overlay.html"];
     let spoken = spoken.unwrap_or_default();
     let said = format!("{spoken}, {} with several values of {}", trial_of(options), keys.join(" and "));
     let asked =
         NotedQuestion::new("trace", said, &(identities, options.point, options.trial), options.force.force);
-    let mut output = Output::answering(asked, &options.out, &names)?;
     let (mut traces, mut rows, mut results) = (Vec::new(), Vec::new(), Vec::new());
     let mut code = 0;
     for (name, single, file, text) in &singles {
@@ -161,8 +158,6 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         Column::number("moved").unit("°"),
     ];
     let table = Block::Table(Table::new(columns).rows(rows));
-    output.file("result.json", format!("{:#}\n", serde_json::Value::from(results)).as_bytes())?;
-    output.figure("overlay", &figure)?;
     let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
     let others = singles[1..].iter().map(|(.., text)| text.as_str()).collect();
     // They have just been read.
@@ -170,15 +165,17 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     let setup =
         Setup { place: &place, text: &singles[0].3, files: &files, fence: None, varied: keys, others };
     let command = typed_of(options.source.scenario.as_deref());
-    let made = Made { setup: Some(setup), command, ..Made::default() };
+    let made = Made { setup: Some(setup), command, asked: Some(asked), ..Made::default() };
     let headline = format!("trial {}", options.trial);
     let verdict = verdict(Tone::Neutral, headline, Vec::new());
-    let answer = Answer::new("overlay", title, String::new(), verdict, vec![table]);
-    let text = answer.text();
-    let figures = vec![("overlay".to_owned(), figure, "Drag to zoom.".to_owned())];
-    output.file("overlay.html", answer.page(figures, &made).html().map_err(Error::Page)?.as_bytes())?;
-    let files = output.finish()?;
-    Ok(Report { text: format!("{text}\n{}", file_list(&options.out, &files)), code })
+    let answer = Answer::new("overlay", title, String::new(), verdict, vec![table]).with(
+        "overlay",
+        figure,
+        "Drag to zoom.",
+    );
+    let result = format!("{:#}\n", serde_json::Value::from(results)).into_bytes();
+    let answer = Answer { files: vec![("result.json", result)], code, ..answer };
+    answer.report(Some(options.out.clone()), false, &made)
 }
 
 /// Returns the keys whose values differ between settings.
