@@ -55,6 +55,8 @@ fn detector(settings: &Method<f32>) -> Result<Weighed, Box<dyn Error>> {
         Method::DcAlignment(settings) => boxed(settings.detector()?),
         Method::Bipolar(settings) => boxed(settings.detector()?),
         Method::MaximumLikelihood(settings) => boxed(settings.detector()?),
+        Method::OpenTerminal(settings) => boxed(settings.detector()?),
+        Method::SixPulse(settings) => boxed(settings.detector()?),
         Method::Foreign(settings) => boxed(settings.detector()?),
     })
 }

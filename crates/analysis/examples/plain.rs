@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for start in (0..trials).step_by(AT_ONCE) {
         let tapes = (start..trials.min(start + AT_ONCE as u64)).map(|trial| Tape::new(seed, trial)).collect();
         let records = of.all_records(tapes, &never).map_err(|halt| format!("{halt:?}"))?;
-        hits += records.iter().filter(|record| event.happened(record)).count() as u64;
+        hits += records.iter().filter(|record| event.value(record) > 0.0).count() as u64;
     }
     let p = binomial_interval(hits, trials);
     println!(

@@ -86,7 +86,7 @@ impl Anatomy {
         let sector = |((number, positive), sums): &((usize, Option<bool>), Sums)| {
             let from = *number as f64 * width(event);
             let angles_deg = (from, from + width(event));
-            Sector { angles_deg, positive: *positive, share: sums.share, draws: sums.told() }
+            Sector { angles_deg, positive: *positive, share: sums.share, draws: sums.means_away_from_zero() }
         };
         Ok(Self { sectors: sectors.iter().map(sector).collect(), typical })
     }
@@ -144,7 +144,7 @@ impl Sums {
         })
     }
 
-    fn told(&self) -> Vec<Draw> {
+    fn means_away_from_zero(&self) -> Vec<Draw> {
         let far = self.means().filter(|(_, _, mean, _)| mean.abs() >= LEAST_MEAN);
         let mut draws: Vec<Draw> = far
             .map(|(place, purpose, mean, deviation)| Draw {

@@ -133,11 +133,6 @@ const OUTSIDE: f64 = 0.0;
 const INSIDE: f64 = f64::MIN_POSITIVE;
 
 impl Event {
-    /// Returns true if the event happened.
-    pub fn happened(self, record: &Record) -> bool {
-        self.value(record) > 0.0
-    }
-
     /// Returns the name of the order parameter, which rises as a start comes nearer to the event.
     pub const fn order_parameter(self) -> &'static str {
         match self {
@@ -184,9 +179,10 @@ impl Event {
                 let found = evidence(&outcome, run.end_angle);
                 beyond(happened, found.map(|(wrong, needed)| needed - wrong.abs()))
             }
-            Self::Failed => {
-                beyond(record.verdict() == Verdict::Failed, record.fault_margin().map(|margin| -margin))
-            }
+            Self::Failed => beyond(
+                record.verdict() == Verdict::Failed,
+                record.findings().fault_margin.map(|margin| -margin),
+            ),
             Self::Moved(bound) => run.moved.to_degrees() - bound,
             Self::PeakCurrent(bound) => run.peak_current - bound,
         };

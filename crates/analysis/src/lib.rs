@@ -27,7 +27,6 @@ mod compare;
 mod event;
 mod explain;
 pub mod fit;
-mod kept;
 pub mod limit;
 mod odds;
 pub mod paper;

@@ -9,7 +9,6 @@ use standstill_campaign::{Estimate, binomial_interval, student};
 use standstill_numeric::power;
 use standstill_sim::Tape;
 
-use crate::kept::{KeptRun, KeptTapes};
 use crate::subset::{End, Run, Settings, run};
 use crate::system::kept;
 use crate::{Halt, System, Watch};
@@ -173,19 +172,9 @@ impl Odds {
     ) -> Result<Self, Halt<S::Error>> {
         let mut runs: Vec<Run> = Vec::new();
         for number in 0..RUNS {
-            let key = format!("{name}: run {number} of {settings:?}");
-            let mut fresh = None;
-            let compute = || {
-                let found = run(system, settings, number, watch)?;
-                let keep = KeptRun::of(&found);
-                fresh = Some(found);
-                Ok::<_, Halt<S::Error>>(keep)
-            };
-            let found = kept(watch, &key, |kept: &KeptRun| kept.trials, compute)?;
-            let found = match fresh.or_else(|| found.run(settings.seed)) {
-                Some(found) => found,
-                None => run(system, settings, number, watch)?,
-            };
+            let key = format!("{name}: run {number} with tapes of {settings:?}");
+            let compute = || run(system, settings, number, watch);
+            let found = kept(watch, &key, |run: &Run| run.trials, compute)?;
             done(&found);
             let flat = found.end == End::Flat;
             runs.push(found);
@@ -194,18 +183,7 @@ impl Odds {
                 break;
             }
             if number == 0 && runs[0].end == End::Constant {
-                return Ok(Self {
-                    answer: Answer::Plain,
-                    probability: binomial_interval(0, runs[0].trials),
-                    widened: false,
-                    trials: runs[0].trials,
-                    plain: runs[0].trials,
-                    levels: 1,
-                    runs: Vec::new(),
-                    alarms: vec![Alarm::Constant],
-                    remarks: Vec::new(),
-                    failures: Vec::new(),
-                });
+                return Ok(Self::of_plain(0, runs[0].trials, Alarm::Constant, Vec::new()));
             }
         }
         if runs.iter().filter(|run| run.end == End::Flat).count() * 2 > runs.len() {
@@ -215,6 +193,22 @@ impl Odds {
             return Ok(odds);
         }
         Ok(Self::of_runs(settings, runs))
+    }
+
+    /// Makes the odds of plain trials, of which `hits` had the event.
+    fn of_plain(hits: u64, trials: u64, alarm: Alarm, failures: Vec<(f64, Tape)>) -> Self {
+        Self {
+            answer: Answer::Plain,
+            probability: binomial_interval(hits, trials),
+            widened: false,
+            trials,
+            plain: trials,
+            levels: 1,
+            runs: Vec::new(),
+            alarms: vec![alarm],
+            remarks: Vec::new(),
+            failures,
+        }
     }
 
     /// Computes the odds from all runs: the mean m of their probabilities, with the interval m·exp(± t s/(m √R)), where s is the
@@ -307,11 +301,11 @@ impl Odds {
     /// Reports a finding that concerns this share of the event's starts: as an alarm above a tenth, as a remark above a
     /// hundredth.
     pub(crate) fn tell(&mut self, share: f64, what: fn(f64) -> Alarm) {
-        const TOLD: f64 = 0.01;
+        const REMARKED: f64 = 0.01;
         const DOUBTFUL: f64 = 0.1;
         if share > DOUBTFUL {
             self.alarms.push(what(share));
-        } else if share > TOLD {
+        } else if share > REMARKED {
             self.remarks.push(what(share));
         }
     }
@@ -365,24 +359,10 @@ fn plain<S: System>(
 ) -> Result<Odds, Halt<S::Error>> {
     // The first level of one run with as many states.
     let all = Settings { states: PLAIN, chain: PLAIN / 400, ..*settings };
-    let compute = || {
-        let (hits, mut failures) = crate::subset::plain(system, &all, RUNS, watch)?;
-        Ok::<_, Halt<S::Error>>((hits, KeptTapes::of(&mut failures)))
-    };
-    let key = format!("{name}: plain trials of {all:?}");
+    let key = format!("{name}: plain trials with tapes of {all:?}");
+    let compute = || crate::subset::plain(system, &all, RUNS, watch);
     let (hits, failures) = kept(watch, &key, |_| u64::from(PLAIN), compute)?;
-    let failures = failures.tapes(settings.seed).unwrap_or_default();
     let weight = 1.0 / failures.len().max(1) as f64;
-    Ok(Odds {
-        answer: Answer::Plain,
-        probability: binomial_interval(hits, u64::from(PLAIN)),
-        widened: false,
-        trials: u64::from(PLAIN),
-        plain: u64::from(PLAIN),
-        levels: 1,
-        runs: Vec::new(),
-        alarms: vec![Alarm::Flat],
-        remarks: Vec::new(),
-        failures: failures.into_iter().map(|tape| (weight, tape)).collect(),
-    })
+    let failures = failures.into_iter().map(|tape| (weight, tape)).collect();
+    Ok(Odds::of_plain(hits, u64::from(PLAIN), Alarm::Flat, failures))
 }

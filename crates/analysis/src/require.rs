@@ -25,17 +25,6 @@ pub struct Bench<'a> {
     pub keys: Vec<(String, bool)>,
 }
 
-/// Result of the trials at one value.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Judgement {
-    /// Estimates of the measures, limit by limit.
-    pub measures: Vec<Estimate>,
-    /// The measures compared with their limits.
-    pub look: Look,
-    /// Share of starts without an answer; none unless the root mean square is limited.
-    pub without_answer: Option<Estimate>,
-}
-
 /// A value that was judged, with the estimate of each limited measure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
@@ -172,8 +161,8 @@ impl<'a> Bench<'a> {
         Ok(plan)
     }
 
-    /// Judges these values by this number of trials, or by fewer if the result is clear. The inner error is the reason why the
-    /// values are invalid.
+    /// Judges these values by this number of trials, or by fewer if the result is clear. The result is that of the last key's
+    /// value, with the measures compared with their limits. The inner error is the reason why the values are invalid.
     ///
     /// # Errors
     /// A trial that cannot be run; an interruption.
@@ -183,7 +172,7 @@ impl<'a> Bench<'a> {
         trials: u64,
         taken: &mut Taken,
         watch: &dyn Watch,
-    ) -> Result<Result<Judgement, FileError>, Halt<FileError>> {
+    ) -> Result<Result<(Judged, Look), FileError>, Halt<FileError>> {
         let plan = match self.plan(values) {
             Ok(plan) => plan,
             Err(error) => return Ok(Err(error)),
@@ -197,7 +186,10 @@ impl<'a> Bench<'a> {
                 if done >= trials || look.clear.is_some() {
                     let (measures, without_answer) = (tally.estimates(), tally.without_answer());
                     taken.insert(values, tally);
-                    return Ok(Ok(Judgement { measures, look, without_answer }));
+                    let (value, trials) = (values.last().copied().unwrap_or(f64::NAN), look.trials);
+                    let judged =
+                        Judged { value, trials, clear: look.clear.is_some(), measures, without_answer };
+                    return Ok(Ok((judged, look)));
                 }
             }
             let next = (done * MORE).clamp(FIRST, trials.max(FIRST));

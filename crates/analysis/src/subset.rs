@@ -17,6 +17,7 @@ mod moves;
 mod population;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use standstill_interface::choice;
 use standstill_sim::{Purpose, Streams, Tape};
 
@@ -97,7 +98,7 @@ impl Settings {
 }
 
 /// Reason why a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum End {
     /// At least a tenth of a level's states are in the event.
     Reached,
@@ -112,7 +113,7 @@ pub enum End {
 }
 
 /// Result of one run of subset simulation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// Reason why the run ended.
     pub end: End,

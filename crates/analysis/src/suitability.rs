@@ -21,8 +21,10 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
+use serde::Serialize;
 use standstill_campaign::{CampaignError, Summary};
 use standstill_detect::{Method, MethodName, Signature};
+use standstill_interface::choice;
 use standstill_plant::{Motor, PolarityPoint, PoleKnowledge};
 use standstill_scenario::{Document, FileError, Origin, Rotor};
 
@@ -45,7 +47,7 @@ use thiserror::Error;
 /// let demands = Demands { movement_deg: 0.2, ..Demands::default() };
 /// assert_eq!(demands.error_deg, 5.0);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Demands {
     /// Axis error in electrical degrees that 95 of 100 detections must not exceed.
     pub error_deg: f64,
@@ -56,6 +58,7 @@ pub struct Demands {
     /// Allowed share of detections with a wrong pole.
     pub wrong_poles: f64,
     /// Largest allowed phase current in A; none: the rated current.
+    #[serde(rename = "current_A")]
     pub current_a: Option<f64>,
     /// Longest allowed time of a detection in s.
     pub time_s: f64,
@@ -133,25 +136,15 @@ pub enum Progress<'a> {
     Change(&'a str),
 }
 
-/// Answer to whether a motor is suited.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Suited {
-    /// The motor is suited.
-    Yes,
-    /// The motor is suited if [`Suitability::condition`] holds.
-    If,
-    /// The motor is not suited with any settings.
-    No,
-}
-
-impl Suited {
-    /// Returns the answer's name in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Yes => "suited",
-            Self::If => "suited-if",
-            Self::No => "not-suited",
-        }
+choice! {
+    /// Answer to whether a motor is suited.
+    pub enum Suited {
+        /// The motor is suited.
+        Yes = "suited",
+        /// The motor is suited if [`Suitability::condition`] holds.
+        If = "suited-if",
+        /// The motor is not suited with any settings.
+        No = "not-suited",
     }
 }
 

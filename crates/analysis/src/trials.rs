@@ -163,7 +163,7 @@ impl<'a> Trials<'a> {
             odds.alarms.push(Alarm::Errors(errors));
         }
         let lost = |record: &Record| record.axis_error_deg().is_some_and(|error| error.abs() > LOST);
-        let unled = |record: &Record| record.fault_margin().is_none_or(|margin| margin >= 0.0);
+        let unled = |record: &Record| record.findings().fault_margin.is_none_or(|margin| margin >= 0.0);
         let (share, aside): (_, fn(f64) -> Alarm) = match (event, odds.answer) {
             (Event::WrongPole, _) => (self.share(&odds, lost, watch)?, Alarm::WrongAxes),
             (Event::Failed, Answer::Subset) => (self.share(&odds, unled, watch)?, Alarm::Unled),

@@ -34,7 +34,7 @@ use crate::require::Bench;
 use crate::{Halt, Watch};
 
 /// Measures that are reported for all settings.
-const TOLD: [Measure; 6] = [
+const ALWAYS_REPORTED: [Measure; 6] = [
     Measure::Rms,
     Measure::WrongPoles,
     Measure::Undetermined,
@@ -174,7 +174,7 @@ impl Question<'_> {
     pub fn taken(&self) -> Limits {
         let wanted = self.goal.limits.0.iter().map(|limit| limit.measure);
         let mut measures: Vec<Measure> = Vec::new();
-        for measure in [self.goal.minimise, self.against].into_iter().chain(wanted).chain(TOLD) {
+        for measure in [self.goal.minimise, self.against].into_iter().chain(wanted).chain(ALWAYS_REPORTED) {
             if !measures.contains(&measure) {
                 measures.push(measure);
             }

@@ -34,7 +34,7 @@ fn law_sectors_have_the_shares_and_the_means_of_their_starts() {
     let tapes = (0..4000).map(|trial| Tape::new(1, trial)).collect();
     let (records, tapes) = trials.all_with_tapes(tapes, &NEVER).expect("runs");
     let hit: Vec<(Record, Tape)> =
-        records.into_iter().zip(tapes).filter(|(record, _)| event.happened(record)).collect();
+        records.into_iter().zip(tapes).filter(|(record, _)| event.value(record) > 0.0).collect();
     assert!(hit.len() > 300, "{}", hit.len());
     // Of unequal weights, which sum to one.
     let whole: f64 = (0..hit.len()).map(|k| 1.0 + (k % 3) as f64).sum();

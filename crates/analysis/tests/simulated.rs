@@ -18,7 +18,7 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 fn plainly(trials: &Trials<'_>, event: Event, count: u64) -> (Vec<Record>, f64) {
     let tapes: Vec<Tape> = (0..count).map(|k| Tape::new(77, k)).collect();
     let records = trials.all_records(tapes, &NEVER).expect("trials");
-    let share = records.iter().filter(|record| event.happened(record)).count() as f64 / count as f64;
+    let share = records.iter().filter(|record| event.value(record) > 0.0).count() as f64 / count as f64;
     (records, share)
 }
 
@@ -94,7 +94,9 @@ fn cross_subset_simulation_counts_as_plain_trials_do() {
     let [[early_forwards, early_backwards], [late_forwards, late_backwards]] = gains;
     assert!(early_forwards > 0.5 && early_backwards < -0.5, "{gains:?}");
     assert!(late_forwards < -0.5 && late_backwards > 0.5, "{gains:?}");
-    assert!(anatomy.typical.is_some_and(|tape| event.happened(&trials.records(&[tape]).expect("runs")[0])));
+    assert!(
+        anatomy.typical.is_some_and(|tape| event.value(&trials.records(&[tape]).expect("runs")[0]) > 0.0)
+    );
 }
 
 #[test]
@@ -119,7 +121,7 @@ fn cross_levels_of_the_fault_margin_count_failed_starts_as_plain_trials_do() {
     assert!((7e-4..2.5e-3).contains(&plain), "{plain}");
     // The margin is the saliency's, as its fault says, and that of the others too: none is flat.
     for record in &records {
-        let margin = record.fault_margin().expect("checks with limits");
+        let margin = record.findings().fault_margin.expect("checks with limits");
         assert_eq!(margin < 0.0, record.verdict() == Verdict::Failed, "{margin}");
         if let Ended::Outcome(Outcome::Failed { fault: Fault::NoSaliency { ratio, needed }, .. }) =
             record.run.ended
@@ -143,7 +145,7 @@ fn cross_levels_reach_an_offset_that_looks_like_a_current_that_stays() {
     );
     let trials = Trials::new(&plan).expect("a scenario");
     let (records, plain) = plainly(&trials, Event::Failed, 20_000);
-    let failed = |record: &&Record| Event::Failed.happened(record);
+    let failed = |record: &&Record| Event::Failed.value(record) > 0.0;
     assert!((1e-3..1e-2).contains(&plain), "{plain}");
     let persists = |record: &Record| {
         let Ended::Outcome(outcome) = record.run.ended else { return false };

@@ -19,6 +19,7 @@ use crate::shell::table::Print as _;
 use crate::shell::terminal::paragraph;
 
 /// The answer of a command.
+#[derive(Default)]
 pub struct Answer {
     /// Base name of the answer's files.
     pub name: &'static str,
@@ -34,6 +35,8 @@ pub struct Answer {
     pub json: Value,
     /// The rows of the CSV file; none of an answer that has no files but the page and its figures.
     pub csv: Option<Records>,
+    /// Further files: name and content.
+    pub files: Vec<(&'static str, Vec<u8>)>,
     /// Exit code of the command.
     pub code: u8,
 }
@@ -63,7 +66,7 @@ impl Answer {
         blocks: Vec<Block>,
     ) -> Self {
         let sections = vec![Section::new("Answer", std::iter::once(verdict).chain(blocks))];
-        Self { name, title, setting, sections, figures: Vec::new(), json: Value::Null, csv: None, code: 0 }
+        Self { name, title, setting, sections, ..Self::default() }
     }
 
     /// Adds a figure and the caption under it.
@@ -100,6 +103,7 @@ impl Answer {
         for (name, ..) in &self.figures {
             names.extend(["svg", "png"].map(|kind| format!("{name}.{kind}")));
         }
+        names.extend(self.files.iter().map(|(name, _)| (*name).to_owned()));
         names
     }
 
@@ -117,6 +121,9 @@ impl Answer {
         }
         for (name, figure, _) in &self.figures {
             output.figure(name, figure)?;
+        }
+        for (name, content) in &self.files {
+            output.file(name, content)?;
         }
         let html = format!("{}.html", self.name);
         let figures = std::mem::take(&mut self.figures);

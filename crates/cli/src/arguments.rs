@@ -15,12 +15,13 @@ use standstill_campaign::NUMERICS;
 use standstill_detect::{Decay, MethodName, Signature};
 use standstill_foreign::ABI;
 use standstill_scenario::{ErrorSet, PoleRule, Rotor};
+use standstill_table::Format;
 
 #[cfg(feature = "program")]
 pub use campaigns::Completions;
 pub use campaigns::{
-    Amount, Bounds, Budget, Explain, FormatName, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Question,
-    Report, Require, Results, Rows, Run, Status, Sweep, Tune,
+    Amount, Bounds, Budget, Explain, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Question, Report, Require,
+    Results, Rows, Run, Status, Sweep, Tune,
 };
 pub use folder::default_folder;
 pub use motors::{Fit, Magnetics, Motors};
@@ -168,9 +169,9 @@ pub struct Trace {
     pub out: PathBuf,
     #[command(flatten)]
     pub force: Force,
-    /// Format of the files of the waveform and the events
-    #[arg(long, value_enum, default_value_t = FormatName::Csv)]
-    pub format: FormatName,
+    /// Format of the files of the waveform and the events; `npz`: a NumPy archive, `mat`: a MATLAB file
+    #[arg(long, value_parser = choice::<Format>(), default_value = "csv")]
+    pub format: Format,
     /// Repeat the run by another method, a thousand times tighter, and print the numerical error
     #[arg(long)]
     pub verify: bool,

@@ -184,7 +184,7 @@ impl LineMotor {
         currents.into_iter().enumerate().map(reading).collect()
     }
 
-    /// The same motor with this noise in A and that of another trial.
+    /// Returns this motor with noise of this rms value in A, drawn for another trial.
     pub fn with_noise(mut self, deviation: f64, trial: u32) -> Self {
         (self.deviation, self.noise) = (deviation, Noise::new(u64::from(trial) + 1));
         self

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 use std::sync::{Mutex, Once, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What a library is called for.
+/// Purpose of a call into a library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moment {
     /// To be loaded.
@@ -47,7 +47,7 @@ impl Site {
     }
 }
 
-/// What a thread is doing, for signal handlers and other threads.
+/// The present call of a thread, as signal handlers and other threads see it.
 #[derive(Debug)]
 struct Place {
     /// The library that it is in; null if it is in none.

@@ -19,7 +19,7 @@ use crate::library::{Level, Library};
 use crate::texts::kept;
 use standstill_interface::abi::{self, Answer, Drive, Sample};
 
-/// What all detectors of a scenario are made from.
+/// Factory of the detectors of a scenario: the library, and all that `create` is passed besides seed and trial.
 #[derive(Clone, Debug)]
 pub struct Maker {
     library: Arc<Library>,
@@ -95,7 +95,7 @@ impl Maker {
     /// A detector with its library's memory as after loading; of a trial, or to see whether one can be made.
     ///
     /// # Errors
-    /// What `create` said when it refused, and an image that cannot be loaded.
+    /// The message of a `create` that refused; an image that cannot be loaded.
     pub fn detector(&self, seed: u64, trial: Option<u64>) -> Result<Foreign, String> {
         let mut image = self.library.image().map_err(|error| error.to_string())?;
         let moment = trial.map_or(Moment::Check, Moment::Trial);
@@ -189,8 +189,8 @@ fn sample(reading: &Reading<f64>, before: Nanos, half: u8) -> Sample {
     }
 }
 
-/// What speaks for the pole. Without the evidence that the detector asks for, that which there is would look like enough, also of a
-/// start whose pole it does not name.
+/// Returns the evidence for the pole, in standard deviations. Evidence without the threshold that the detector needs is refused: any
+/// evidence would look sufficient, also that of a start whose pole it does not name.
 fn evidence(deviations: Option<f64>, needed: Option<f64>) -> Result<Option<PoleEvidence<f64>>, Fault<f64>> {
     match (deviations, needed) {
         // What it asks for is the same in every start, also where it did not come to ask.

@@ -9,7 +9,7 @@ use object::read::elf::{
 };
 use object::{Endianness, elf::FileHeader64};
 
-/// What a file says of itself.
+/// Contents of an ELF file that matter for loading it.
 #[derive(Clone, Debug, Default)]
 pub struct Elf {
     /// Writable memory by addresses from where the library is loaded, without what becomes read-only after loading.
@@ -55,7 +55,7 @@ pub struct Places {
 /// The functions and variables that a shared library of Linux has for others.
 ///
 /// # Errors
-/// What the file is instead of a shared library for this machine.
+/// The kind of a file that is no shared library for this machine.
 pub fn exported(library: &[u8]) -> Result<Vec<String>, String> {
     Elf::parse(library).map(|elf| elf.exported)
 }
@@ -168,7 +168,7 @@ impl Elf {
         Ok(found)
     }
 
-    /// What the dynamic section says.
+    /// Reads the dynamic section.
     fn read_dynamic(
         &mut self,
         sections: &SectionTable<'_, FileHeader64<Endianness>>,

@@ -15,7 +15,7 @@ pub struct Image {
     pub loads: Vec<PathBuf>,
 }
 
-/// What a library is called for.
+/// Purpose of a call into a library.
 #[allow(dead_code, reason = "nothing is called here")]
 #[derive(Debug)]
 pub enum Moment {

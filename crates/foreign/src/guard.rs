@@ -33,7 +33,7 @@ impl Guard {
     /// Whether a command is one that there is.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The reason why the command is impossible.
     pub fn possible(command: &Command<f64>) -> Result<(), String> {
         let (duration, samples) = (command.duration(), command.sampling.count);
         if duration == Nanos::ZERO {

@@ -28,7 +28,7 @@ const CLASSES: usize = 136;
 const UNIT: usize = 16;
 const FINE: usize = 64;
 
-/// What stands before each block.
+/// Header before each block.
 #[repr(C, align(16))]
 struct Head {
     /// Bytes from the block's begin on.
@@ -43,7 +43,7 @@ struct Head {
 const IN_USE: u16 = 0x5355;
 const FREE: u16 = 0x5346;
 
-/// What is in use and what is free.
+/// A heap: the used part of its memory, and the free blocks by size class.
 #[derive(Debug)]
 #[repr(C)]
 pub struct Heap {
@@ -178,7 +178,7 @@ impl Space {
         Ok(Self { state: NonNull::new(state).ok_or_else(io::Error::last_os_error)?, kept: Vec::new() })
     }
 
-    /// What stands at its begin.
+    /// Returns the state at the begin of the heap's memory.
     pub fn state(&self) -> *mut State {
         self.state.as_ptr()
     }

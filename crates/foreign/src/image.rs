@@ -14,7 +14,7 @@ use std::ptr::NonNull;
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
-/// What a library defines is its own, also where the C library has the same name: firmware knows none of it.
+/// Flag of `dlopen` by which a library's own symbols come before those of the C library with equal names.
 #[cfg(target_env = "gnu")]
 const OWN_FIRST: libc::c_int = libc::RTLD_DEEPBIND;
 #[cfg(not(target_env = "gnu"))]

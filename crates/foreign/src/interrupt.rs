@@ -26,9 +26,9 @@ pub struct Interrupts {
     given: u64,
     start: Nanos,
     end: Nanos,
-    /// What the library ordered last.
+    /// The legs that the library commanded last.
     pub legs: Legs,
-    /// What takes effect at the next updates.
+    /// The legs that take effect at the next updates.
     preloaded: VecDeque<Legs>,
 }
 

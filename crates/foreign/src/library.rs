@@ -15,9 +15,9 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("found {found}, needed {needed}")]
 pub struct LoadError {
-    /// What it is instead.
+    /// The file or library that was found.
     pub found: String,
-    /// What would be right.
+    /// The file or library that is needed.
     pub needed: String,
 }
 
@@ -53,10 +53,10 @@ pub struct Timing {
     pub update_delay: u32,
 }
 
-/// What must be known of a library before there are trials with it.
+/// Properties of a library that are known once it is loaded, before any trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
-    /// What it calls itself.
+    /// Name by which the library identifies itself.
     pub name: String,
     /// How it is called.
     pub level: Level,
@@ -79,7 +79,7 @@ pub struct Library {
     /// The path as messages have it: a crash may name it at any time.
     label: &'static String,
     description: Description,
-    /// What an image consists of; the library itself is the last.
+    /// The files of an image; the library itself is the last.
     parts: Vec<Part>,
     /// Images that no detection uses now; nothing if it is loaded in other processes only.
     images: Option<Mutex<Vec<Image>>>,
@@ -112,7 +112,7 @@ impl Library {
     /// that it is linked to, but for those of the system, and of those that it loads itself.
     ///
     /// # Errors
-    /// What is not a library that exports `sts_entry` of this ABI, on this machine, with all that it needs.
+    /// A file that is no library with `sts_entry` of this ABI for this machine, or that needs what is not there.
     pub fn of(path: &Path, bytes: &Arc<[u8]>, read: Read) -> Result<Arc<Self>, LoadError> {
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(library) = known.iter().find(|library| library.is(path, bytes, read)) {
@@ -170,12 +170,12 @@ impl Library {
         Ok(Self { path: path.to_owned(), label, description, parts, images })
     }
 
-    /// What it calls itself.
+    /// Returns the name by which the library identifies itself.
     pub fn name(&self) -> &str {
         &self.description.name
     }
 
-    /// What there is to know of it without a detection.
+    /// Returns the properties that are known without a detection.
     pub fn description(&self) -> &Description {
         &self.description
     }
@@ -185,8 +185,8 @@ impl Library {
         self.images.is_some()
     }
 
-    /// What it takes from the C library, or from others, that is there once for all copies and is not set back; nothing if
-    /// there is none.
+    /// Returns the remark on state of the C library or of others that all copies share and that is not set back between trials;
+    /// none if there is no such state.
     pub fn shared_note(&self) -> Option<String> {
         shared::note(&self.parts, &self.description.loads)
     }

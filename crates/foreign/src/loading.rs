@@ -21,7 +21,7 @@ use crate::parts::{self, Part};
 type Constructor = unsafe extern "C-unwind" fn(c_int, *const *const c_char, *const *const c_char);
 
 unsafe extern "C" {
-    /// What the program was given by its environment.
+    /// Environment variables of the program.
     static environ: *const *const c_char;
 }
 
@@ -109,7 +109,7 @@ pub unsafe fn construct(base: usize, elf: &Elf) {
     }
 }
 
-/// What the loader says; all that is missing, where it names only the first.
+/// Returns the loader's error, with all missing symbols where the loader names only the first.
 pub fn load_error(error: &libloading::Error, parts: &[Part]) -> LoadError {
     let said = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
     let missing = missing(parts);
@@ -123,7 +123,7 @@ pub fn load_error(error: &libloading::Error, parts: &[Part]) -> LoadError {
     LoadError::because(said)
 }
 
-/// What neither this program, nor any part of the image, nor any library of the C library that these need has.
+/// Returns the symbols that neither this program, nor any part of the image, nor a library that these need defines.
 fn missing(parts: &[Part]) -> Vec<String> {
     let mut others = vec![Library::this()];
     let all = || parts.iter().map(|part| &part.elf);

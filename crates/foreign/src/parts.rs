@@ -51,7 +51,7 @@ const OF_PROGRAM: [&str; 16] = [
     "libclang_rt.",
 ];
 
-/// What compilers bring along.
+/// Runtime libraries of compilers.
 const OF_COMPILER: [&str; 5] = ["libstdc++.so", "libc++.so", "libc++abi.so", "libatomic.so", "libgomp.so"];
 
 /// Folders of the system's own libraries; those for one kind of processor are below them.
@@ -171,7 +171,7 @@ impl<'a> Found<'a> {
     }
 }
 
-/// Whether copies of a library can be told apart.
+/// Checks that copies of a library can be distinguished.
 fn copies_of(name: &str, elf: &Elf) -> Result<(), LoadError> {
     if elf.thread_local > 0 && !is_one_of(name, &OF_COMPILER) {
         return Err(LoadError::new(

@@ -287,8 +287,8 @@ const RANDOM: [&str; 6] = ["rand", "srand", "random", "srandom", "initstate", "s
 const RANDOM_48: [&str; 6] = ["drand48", "lrand48", "mrand48", "srand48", "seed48", "lcong48"];
 const RANDOM_STATES: [&str; 4] = ["initstate", "setstate", "seed48", "lcong48"];
 
-/// What stands in a library that an image has loaded, in place of functions that take a block back: theirs know the image's blocks and
-/// those of the C library.
+/// Returns the replacement, for a library that an image has loaded, of a function that releases blocks: the replacement knows the
+/// image's blocks and those of the C library.
 fn taking_back(name: &str) -> Option<usize> {
     ["free", "realloc", "reallocarray", "malloc_usable_size"]
         .contains(&name)
@@ -296,7 +296,7 @@ fn taking_back(name: &str) -> Option<usize> {
         .flatten()
 }
 
-/// What stands in an image in place of the C library's function of this name that asks for memory, takes it back or measures it.
+/// Returns an image's replacement of the C library's function of this name that allocates, releases or measures memory.
 fn memory_in_place_of(name: &str) -> Option<usize> {
     Some(match name {
         "malloc" => malloc as *const () as usize,
@@ -311,8 +311,8 @@ fn memory_in_place_of(name: &str) -> Option<usize> {
     })
 }
 
-/// What stands in an image in place of the C library's function of this name; nothing if that serves. `memory`: whether its memory
-/// is its own.
+/// Returns an image's replacement of the C library's function of this name; none if the original serves. `memory`: whether the
+/// image has a heap of its own.
 pub fn in_place_of(name: &str, memory: bool, elf: &Elf) -> Option<usize> {
     let beside = |set: &[&str]| {
         set.contains(&name) && set.iter().any(|name| RANDOM_STATES.contains(name) && elf.takes(name))

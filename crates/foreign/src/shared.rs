@@ -106,7 +106,7 @@ const ALLOCATES: [&str; 15] = [
     "wordexp",
 ];
 
-/// What parts of the run take from elsewhere of a list, or by one of these beginnings, by name.
+/// Returns the names of a list, or with one of these prefixes, that parts of the image take from elsewhere.
 fn taken<'a>(parts: &'a [Part], names: &[&str], beginnings: &[&str]) -> Vec<&'a str> {
     // Weak names that a relocation uses are called as others are.
     let of = |part: &'a Part| {
@@ -175,8 +175,8 @@ pub fn check(parts: &[Part]) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// What must be said of results with a library of these parts, which has loaded further ones itself; nothing if all that it keeps is
-/// set back.
+/// Returns the remark on results with a library of these parts, which has loaded the libraries `loads` itself; none if all of its
+/// state is set back.
 pub fn note(parts: &[Part], loads: &[PathBuf]) -> Option<String> {
     const SHARED: &str = "is there once for all copies of the library and is not set back, so that results may depend on the \
                           number of threads";

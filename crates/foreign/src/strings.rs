@@ -192,7 +192,7 @@ printing!(asprintf, "16", "rsi");
 #[cfg(target_arch = "x86_64")]
 printing!(checked_asprintf, "24", "rdx");
 
-/// What stands in an image in place of the C library's function of this name; nothing if there is none.
+/// Returns an image's replacement of the C library's function of this name; none if there is none.
 pub fn in_place_of(name: &str) -> Option<usize> {
     Some(match name {
         "strdup" | "__strdup" => strdup as *const () as usize,

@@ -42,7 +42,7 @@ pub struct Port<T = f64> {
 pub struct Bridge {
     /// Their drops.
     pub devices: Devices,
-    /// What an idle leg may do.
+    /// Behaviour of a leg with both switches off and no current.
     pub open_leg: OpenLeg,
     /// Capacitance in F from each terminal to the negative rail: of the switches and of the cable. Zero: none, and a leg without
     /// current has no charge of its own.

@@ -194,12 +194,7 @@ fn frame(kind: u32, bytes: &[u8]) -> Vec<u8> {
 fn points(records: &[Record]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(16 * records.len());
     for record in records {
-        let verdict = match record.verdict() {
-            Verdict::Found => 0_u32,
-            Verdict::Undetermined => 1,
-            Verdict::Failed => 2,
-            Verdict::Error => 3,
-        };
+        let verdict = record.verdict() as u32;
         let wrong = u32::from(record.pole_correct() == Some(false));
         bytes.extend((record.trial as u32).to_le_bytes());
         bytes.extend((record.true_angle_deg() as f32).to_le_bytes());

@@ -7,11 +7,10 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
-use standstill_detect::Settings;
 use standstill_interface::Outcome;
 use standstill_inverter::Conduction;
-use standstill_scenario::{Record, Scenario, Specimen, specimen};
-use standstill_sim::{Case, Ended, Event, NoProbe, Snapshot, Trace, run as simulate};
+use standstill_scenario::{Record, Specimen, specimen};
+use standstill_sim::{Ended, Event, Snapshot, Trace};
 
 use crate::bench::Bench;
 use crate::error::LabError;
@@ -28,9 +27,6 @@ pub struct DetectionRequest {
     /// Electrical angle at the start in degrees; none: as the trial draws it.
     pub angle: Option<f64>,
 }
-
-/// Time in s between two rows at most, as in `waveform.csv`.
-const RESOLUTION: f64 = 5e-6;
 
 /// Rows of a long detection: more than a screen has points.
 const MOST_ROWS: f64 = 30e3;
@@ -53,7 +49,7 @@ pub(crate) fn answer(bench: &Bench, request: &DetectionRequest) -> Result<Vec<u8
         Some(_) => return Err(LabError::request("an angle that is no number")),
         None => single.case(),
     };
-    let (record, trace) = traced(scenario, &case, request.trial)?;
+    let (record, _, trace) = scenario.watched(&case, false, MOST_ROWS).map_err(LabError::of)?;
     let samples = samples(&trace);
     let words = specimen(&case, &single.drawn);
     let mut header = header(&record, &trace, samples.len(), &words);
@@ -61,20 +57,6 @@ pub(crate) fn answer(bench: &Bench, request: &DetectionRequest) -> Result<Vec<u8
         header["doubt"] = doubtful.said().into();
     }
     Ok(bytes(&header, &trace, &samples))
-}
-
-/// The trial as a campaign runs it, and watched.
-fn traced<S: Settings<f64>>(
-    scenario: &Scenario<S>,
-    case: &Case<'_>,
-    trial: u64,
-) -> Result<(Record, Trace), LabError> {
-    let detector = || scenario.detector_for(case).map_err(LabError::of);
-    let run = simulate(case, &mut detector()?, false, &mut NoProbe);
-    let resolution = RESOLUTION.max(run.duration.seconds() / MOST_ROWS);
-    let mut trace = Trace::new(resolution);
-    simulate(case, &mut detector()?, false, &mut trace);
-    Ok((Record { trial, run }, trace))
 }
 
 /// A sample: its readings and their errors.
@@ -106,10 +88,7 @@ fn current_at(snapshots: &[Snapshot], time: f64) -> [f64; 3] {
 }
 
 fn header(record: &Record, trace: &Trace, samples: usize, words: &[(String, String)]) -> Value {
-    let findings = match &record.run.ended {
-        Ended::Outcome(outcome) => Some(*outcome.findings()),
-        Ended::Error(_) => None,
-    };
+    let findings = record.findings();
     let commands: Vec<f64> = trace
         .events
         .iter()
@@ -138,11 +117,11 @@ fn header(record: &Record, trace: &Trace, samples: usize, words: &[(String, Stri
         "moved": record.rotor_moved_deg(),
         "duration": record.run.duration.seconds(),
         "peak_current": record.run.peak_current,
-        "mean_inductance": findings.and_then(|f| f.mean_inductance),
-        "saliency": findings.and_then(|f| f.saliency),
-        "angle_deviation": findings.and_then(|f| f.angle_deviation).map(f64::to_degrees),
-        "pole_error": findings.and_then(|f| f.pole_error),
-        "pole_evidence": findings.and_then(|f| f.pole_evidence).map(|e| [e.deviations, e.needed]),
+        "mean_inductance": findings.mean_inductance,
+        "saliency": findings.saliency,
+        "angle_deviation": findings.angle_deviation.map(f64::to_degrees),
+        "pole_error": findings.pole_error,
+        "pole_evidence": findings.pole_evidence.map(|e| [e.deviations, e.needed]),
         "specimen": words,
     })
 }

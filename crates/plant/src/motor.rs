@@ -1,6 +1,6 @@
 //! A motor: everything that the simulation needs, validated.
 
-use standstill_interface::{AlphaBeta, Dq};
+use standstill_interface::Dq;
 use standstill_numeric::{Heading, Lane};
 
 use crate::{Core, FluxMap, Linear, MagneticCircuit, PoleKnowledge, Rotor, Thermal, Winding};
@@ -121,12 +121,6 @@ impl Motor {
         let eddy = self.magnetics.eddy(lag).map_or(0.0, |eddy| eddy.current.dot(lag) / 2.0);
         let cogging = self.rotor.cogging.map_or(0.0, |cogging| cogging.energy(angle, self.pole_pairs));
         1.5 * (self.magnetics.energy(flux, Heading::of(angle)) + eddy) + cogging
-    }
-
-    /// Flux in Wb with no current, at electrical angle θ in rad.
-    pub fn open_circuit_flux(&self, angle: f64) -> AlphaBeta<f64> {
-        let at = Heading::of(angle);
-        self.magnetics.rest(at).unpark_by(at.sin, at.cos)
     }
 
     /// The electrical angle in rad at which a free rotor stands that was let go at `angle`: there, if friction holds

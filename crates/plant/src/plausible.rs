@@ -15,10 +15,10 @@ use standstill_quantity::listed;
 use self::slips::Slip;
 use crate::{Motor, Ratings};
 
-/// What is hardly meant, and what may be meant instead.
+/// A finding that numbers are hardly meant, and the slips that would explain them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Doubtful {
-    /// What the numbers would make that no machine is, in words.
+    /// Implausible machine that the numbers describe, in words.
     pub what: String,
     /// The slip that would explain it, by its key, its factor and the number that is then meant; the likelier one first. None: no single
     /// slip explains it.
@@ -30,7 +30,7 @@ pub struct Doubtful {
 pub struct Guess {
     /// The key that is off.
     pub key: &'static str,
-    /// What the number is to be multiplied with.
+    /// Factor from the number found to the number meant.
     pub factor: f64,
     /// In words.
     pub said: String,
@@ -75,7 +75,7 @@ struct Check {
 const RPM: f64 = 30.0 / std::f64::consts::PI;
 
 impl Motor {
-    /// What is hardly meant of its numbers.
+    /// Returns the implausible numbers of the motor; none if all are plausible.
     ///
     /// ```
     /// use standstill_plant::DataSheet;

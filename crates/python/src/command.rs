@@ -12,7 +12,7 @@ use standstill_cli::{Host, Report};
 use crate::Error;
 use crate::table::Table;
 
-/// How often Python may raise what a signal asks for, and how often progress is told.
+/// How often Python may raise what a signal asks for, and how often progress is reported.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// How long an interrupted command has to end by itself, which it does after the block of trials at hand.
@@ -66,7 +66,7 @@ pub fn beside<T: Send + 'static>(
     // Shared with the calls without the interpreter, of which there is one at a time.
     let from = Mutex::new(from);
     let wait = |most| from.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(most);
-    let mut told = None;
+    let mut reported = None;
     loop {
         match py.detach(|| wait(LOOK)) {
             Ok(done) => return Ok(done),
@@ -83,9 +83,9 @@ pub fn beside<T: Send + 'static>(
             Err(RecvTimeoutError::Timeout) => {}
         }
         let heard = py.check_signals().and_then(|()| {
-            let now = host.progress().filter(|now| Some(*now) != told);
+            let now = host.progress().filter(|now| Some(*now) != reported);
             if let (Some(progress), Some(now)) = (&progress, now) {
-                told = Some(now);
+                reported = Some(now);
                 progress.call1(py, now)?;
             }
             Ok(())

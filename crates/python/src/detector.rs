@@ -54,7 +54,7 @@ impl Classes {
 struct FromPython<'a> {
     object: Py<PyAny>,
     classes: &'a Classes,
-    /// What it raised.
+    /// The exception that it raised.
     raised: Option<PyErr>,
     /// Why it has no angle, in its words.
     reason: Option<String>,
@@ -127,7 +127,7 @@ impl FromPython<'_> {
     }
 }
 
-/// What it says that speaks for the pole: both numbers or neither. Without what is needed, any evidence would look like enough.
+/// Returns the evidence for the pole: both numbers or neither. Without the threshold, any evidence would look sufficient.
 fn evidence(answer: &Bound<'_, PyAny>) -> PyResult<Option<PoleEvidence<f64>>> {
     let number = |name: &Bound<'_, pyo3::types::PyString>| answer.getattr(name)?.extract::<Option<f64>>();
     let py = answer.py();
@@ -287,7 +287,7 @@ pub fn detect(
     Ok((text, Table::new(table.1)))
 }
 
-/// The same exception, which says in which trial it was raised.
+/// Returns the exception with the number of the trial in which it was raised.
 fn in_trial(py: Python<'_>, error: PyErr, number: u64) -> PyErr {
     let value = error.value(py);
     // Of a class that takes no attributes, only the note tells.

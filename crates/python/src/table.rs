@@ -31,7 +31,7 @@ enum Cells {
     Text(OffsetBuffer<i64>, Buffer),
 }
 
-/// What keeps a column in memory as long as an array reads it.
+/// Owner of a column's memory for as long as an array reads it.
 #[pyclass(frozen)]
 struct Keeper(#[allow(dead_code, reason = "held, not read")] Buffer);
 
@@ -108,7 +108,7 @@ impl Cells {
 }
 
 impl Table {
-    /// The same columns, which are not copied.
+    /// Returns the columns without copying them.
     pub fn new(columns: Columns) -> Self {
         let rows = usize::try_from(columns.rows()).unwrap_or(usize::MAX);
         let columns =

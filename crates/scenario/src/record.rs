@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use standstill_detect::SettingsError;
-use standstill_interface::{Angle, Outcome};
+use standstill_interface::{Angle, Findings, Outcome, choice};
 use standstill_sim::{Ended, Run};
 
 /// Record of one trial.
@@ -14,28 +14,18 @@ pub struct Record {
     pub run: Run<f64>,
 }
 
-/// Kind of a trial's end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Verdict {
-    /// The detector found an angle: axis and pole.
-    Found,
-    /// The detector found an axis without a pole.
-    Undetermined,
-    /// The detector gave up, with a reason.
-    Failed,
-    /// The simulation could not continue.
-    Error,
-}
-
-impl Verdict {
-    /// Returns the name as in `trials.csv`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Found => "found",
-            Self::Undetermined => "undetermined",
-            Self::Failed => "failed",
-            Self::Error => "error",
-        }
+choice! {
+    /// Kind of a trial's end, with its name in `trials.csv`.
+    #[derive(Hash, Serialize, Deserialize)]
+    pub enum Verdict {
+        /// The detector found an angle: axis and pole.
+        Found = "found",
+        /// The detector found an axis without a pole.
+        Undetermined = "undetermined",
+        /// The detector gave up, with a reason.
+        Failed = "failed",
+        /// The simulation could not continue.
+        Error = "error",
     }
 }
 
@@ -113,11 +103,11 @@ impl Record {
         self.error_deg().map(|error| self.run.has_pole && error.abs() <= 90.0)
     }
 
-    /// Returns the margin to the nearest fault, see [`standstill_interface::Findings::fault_margin`].
-    pub fn fault_margin(&self) -> Option<f64> {
-        match &self.run.ended {
-            Ended::Outcome(outcome) => outcome.findings().fault_margin,
-            Ended::Error(_) => None,
+    /// Returns the quantities that the detector measured; none of them where the simulation could not continue.
+    pub fn findings(&self) -> Findings<f64> {
+        match self.run.ended {
+            Ended::Outcome(outcome) => *outcome.findings(),
+            Ended::Error(_) => Findings::default(),
         }
     }
 

@@ -1,8 +1,9 @@
 //! Trials that another process runs: the interface to this process, and a record as a line of text.
 
-use std::fmt::{self, Write as _};
+use std::fmt;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use standstill_detect::Method;
 use standstill_foreign::kept;
 use standstill_interface::{Angle, Fault, Findings, Nanos, Outcome, Own, PoleEvidence, Undetermined};
@@ -86,126 +87,117 @@ impl Plan {
     }
 }
 
+/// End of a trial of a library, as a line has it.
+#[derive(Serialize, Deserialize)]
+enum End {
+    Found(Measured),
+    /// The axis with the code and the text of the reason why there is no pole.
+    Axis(Measured, u32, String),
+    Failed(Measured, u32, String),
+    /// Index of the error in [`ERRORS`].
+    Error(usize),
+    TimeLimit(u64),
+    LeftMap([i64; 2]),
+    Overcurrent(i64),
+}
+
+/// Errors of a run without numbers.
+const ERRORS: [RunError; 6] = [
+    RunError::BadCommand,
+    RunError::BadDuty,
+    RunError::Chatter,
+    RunError::NotFinite,
+    RunError::Stuck,
+    RunError::NoComparator,
+];
+
+/// Bits of the numbers that a library measures: angle in rad, its standard deviation, evidence for the pole, evidence needed.
+type Measured = [Option<u64>; 4];
+
+/// Trial, duration in ns, and whether there is a pole; bits of the run's numbers; counts of work; end.
+type Line = (u64, u64, bool, [u64; 5], [u64; 4], End);
+
 impl Record {
-    /// Writes a record of a library's trial as a line of text, each number by its bits. Findings that only built-in methods
+    /// Writes a record of a library's trial as a line of JSON, each number by its bits. Findings that only built-in methods
     /// measure are left out.
     pub fn to_line(&self) -> String {
-        let run = &self.run;
-        let bits = [run.start_angle, run.end_angle, run.resolver_angle, run.moved, run.peak_current]
-            .map(f64::to_bits);
+        let Self { trial, run } = self;
+        let bits = [run.start_angle, run.end_angle, run.resolver_angle, run.moved, run.peak_current];
         let work = [run.work.derivatives, run.work.steps, run.work.segments, run.work.events];
-        let numbers = [&[self.trial, run.duration.0, run.has_pole.into()][..], &bits, &work].concat();
-        let mut line = String::new();
-        for number in numbers {
-            let _ = write!(line, "{number:x} ");
-        }
-        let ended = match run.ended {
+        let end = match run.ended {
             Ended::Outcome(Outcome::Found { angle, findings }) => {
-                format!("found {}", answered(Some(angle), &findings))
+                End::Found(measured(Some(angle), &findings))
             }
             Ended::Outcome(Outcome::Axis { angle, reason, findings }) => {
-                let own = match reason {
-                    Undetermined::Own(own) => own,
-                    other => Own { code: 0, text: kept(&other.to_string()) },
-                };
-                format!("axis {} {:x} {}", answered(Some(angle), &findings), own.code, own.text)
+                let code = if let Undetermined::Own(own) = reason { own.code } else { 0 };
+                End::Axis(measured(Some(angle), &findings), code, reason.to_string())
             }
             Ended::Outcome(Outcome::Failed { fault, findings }) => {
-                let own = match fault {
-                    Fault::Own(own) => own,
-                    other => Own { code: 0, text: kept(&other.to_string()) },
-                };
-                format!("failed {} {:x} {}", answered(None, &findings), own.code, own.text)
+                let code = if let Fault::Own(own) = fault { own.code } else { 0 };
+                End::Failed(measured(None, &findings), code, fault.to_string())
             }
-            Ended::Error(error) => match error {
-                RunError::BadCommand => "error 0 0 0".to_owned(),
-                RunError::BadDuty => "error 1 0 0".to_owned(),
-                RunError::TimeLimit(limit) => format!("error 2 {} 0", limit.0),
-                RunError::Chatter => "error 3 0 0".to_owned(),
-                RunError::NotFinite => "error 4 0 0".to_owned(),
-                RunError::Stuck => "error 6 0 0".to_owned(),
-                RunError::NoComparator => "error 7 0 0".to_owned(),
-                RunError::Overcurrent { current_ma } => format!("error 8 {current_ma} 0"),
-                RunError::LeftMap { current_ma: [d, q] } => format!("error 5 {d} {q}"),
-            },
+            Ended::Error(RunError::TimeLimit(limit)) => End::TimeLimit(limit.0),
+            Ended::Error(RunError::LeftMap { current_ma }) => End::LeftMap(current_ma),
+            Ended::Error(RunError::Overcurrent { current_ma }) => End::Overcurrent(current_ma),
+            Ended::Error(error) => {
+                End::Error(ERRORS.iter().position(|known| *known == error).unwrap_or(ERRORS.len()))
+            }
         };
-        line + &ended
+        let line: Line = (*trial, run.duration.0, run.has_pole, bits.map(f64::to_bits), work, end);
+        serde_json::json!(line).to_string()
     }
 
     /// Reads a record from such a line; none if the line is invalid.
     pub fn from_line(line: &str) -> Option<Self> {
-        let mut words = line.splitn(13, ' ');
-        let mut number = || u64::from_str_radix(words.next()?, 16).ok();
-        let [trial, duration, has_pole] = [number()?, number()?, number()?];
-        let mut real = || number().map(f64::from_bits);
-        let [start_angle, end_angle, resolver_angle] = [real()?, real()?, real()?];
-        let [moved, peak_current] = [real()?, real()?];
-        let work = Work { derivatives: number()?, steps: number()?, segments: number()?, events: number()? };
+        let (trial, duration, has_pole, bits, work, end): Line = serde_json::from_str(line).ok()?;
+        let [start_angle, end_angle, resolver_angle, moved, peak_current] = bits.map(f64::from_bits);
+        let [derivatives, steps, segments, events] = work;
+        let own = |code, text: String| Own { code, text: kept(&text) };
+        let ended = match end {
+            End::Found(of) => Ended::Outcome(Outcome::Found { angle: angle(of)?, findings: findings(of) }),
+            End::Axis(of, code, text) => {
+                let (angle, reason) = (angle(of)?, Undetermined::Own(own(code, text)));
+                Ended::Outcome(Outcome::Axis { angle, reason, findings: findings(of) })
+            }
+            End::Failed(of, code, text) => {
+                Ended::Outcome(Outcome::Failed { fault: Fault::Own(own(code, text)), findings: findings(of) })
+            }
+            End::Error(index) => Ended::Error(*ERRORS.get(index)?),
+            End::TimeLimit(limit) => Ended::Error(RunError::TimeLimit(Nanos(limit))),
+            End::LeftMap(current_ma) => Ended::Error(RunError::LeftMap { current_ma }),
+            End::Overcurrent(current_ma) => Ended::Error(RunError::Overcurrent { current_ma }),
+        };
         let run = Run {
-            ended: ended(words.next()?)?,
+            ended,
             duration: Nanos(duration),
             start_angle,
             end_angle,
-            has_pole: has_pole == 1,
+            has_pole,
             resolver_angle,
             moved,
             peak_current,
             ledger: None,
-            work,
+            work: Work { derivatives, steps, segments, events },
         };
         Some(Self { trial, run })
     }
 }
 
-/// Writes an angle with a library's findings as a line of text.
-fn answered(angle: Option<Angle<f64>>, findings: &Findings<f64>) -> String {
+fn measured(angle: Option<Angle<f64>>, findings: &Findings<f64>) -> Measured {
     let evidence = findings.pole_evidence;
-    let all = [
-        angle.map(Angle::radians),
-        findings.angle_deviation,
-        evidence.map(|evidence| evidence.deviations),
-        evidence.map(|evidence| evidence.needed),
-    ];
-    all.map(|value| value.map_or_else(|| "-".to_owned(), |value| format!("{:x}", value.to_bits()))).join(" ")
+    let [deviations, needed] = [evidence.map(|of| of.deviations), evidence.map(|of| of.needed)];
+    [angle.map(Angle::radians), findings.angle_deviation, deviations, needed].map(|x| x.map(f64::to_bits))
 }
 
-fn ended(text: &str) -> Option<Ended<f64>> {
-    let (kind, rest) = text.split_once(' ')?;
-    if kind == "error" {
-        let mut words = rest.split(' ').map(str::parse::<i64>);
-        let [kind, a, b] = [words.next()?.ok()?, words.next()?.ok()?, words.next()?.ok()?];
-        return Some(Ended::Error(match kind {
-            0 => RunError::BadCommand,
-            1 => RunError::BadDuty,
-            2 => RunError::TimeLimit(Nanos(a.unsigned_abs())),
-            3 => RunError::Chatter,
-            4 => RunError::NotFinite,
-            6 => RunError::Stuck,
-            7 => RunError::NoComparator,
-            8 => RunError::Overcurrent { current_ma: a },
-            5 => RunError::LeftMap { current_ma: [a, b] },
-            _ => return None,
-        }));
-    }
-    let mut words = rest.splitn(6, ' ');
-    let mut value = || match words.next()? {
-        "-" => Some(None),
-        bits => u64::from_str_radix(bits, 16).ok().map(|bits| Some(f64::from_bits(bits))),
-    };
-    let [angle, deviation, evidence, needed] = [value()?, value()?, value()?, value()?];
-    let pole_evidence = evidence.zip(needed).map(|(deviations, needed)| PoleEvidence { deviations, needed });
-    let findings = Findings { angle_deviation: deviation, pole_evidence, ..Findings::default() };
-    let angle = angle.map(Angle::from_radians);
-    if kind == "found" {
-        return Some(Ended::Outcome(Outcome::Found { angle: angle?, findings }));
-    }
-    let code = u32::from_str_radix(words.next()?, 16).ok()?;
-    let own = Own { code, text: kept(words.next()?) };
-    Some(Ended::Outcome(match kind {
-        "axis" => Outcome::Axis { angle: angle?, reason: Undetermined::Own(own), findings },
-        "failed" => Outcome::Failed { fault: Fault::Own(own), findings },
-        _ => return None,
-    }))
+fn angle([angle, ..]: Measured) -> Option<Angle<f64>> {
+    angle.map(|bits| Angle::from_radians(f64::from_bits(bits)))
+}
+
+fn findings(of: Measured) -> Findings<f64> {
+    let [_, angle_deviation, deviations, needed] = of.map(|bits| bits.map(f64::from_bits));
+    let pole_evidence =
+        deviations.zip(needed).map(|(deviations, needed)| PoleEvidence { deviations, needed });
+    Findings { angle_deviation, pole_evidence, ..Findings::default() }
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
     Arrangement, Case, Comparators, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors,
-    Streams, Tape, Tolerance, run, run_side_by_side,
+    Streams, Tape, Tolerance, Trace, run, run_side_by_side,
 };
 
 use crate::errors::{dc_link, device_kind};
@@ -48,6 +48,9 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     /// Seed of all random numbers.
     pub seed: u64,
 }
+
+/// Longest time in s between two points of a waveform; instants have points of their own.
+const RESOLUTION: f64 = 5e-6;
 
 /// Trials whose random numbers a case has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -367,14 +370,8 @@ impl<S: Settings<f64>> Scenario<S> {
         trials: impl IntoIterator<Item = u64>,
         mut done: impl FnMut(Record),
     ) -> Result<(), TrialError<SettingsError>> {
-        let numbers = RefCell::new(Vec::new());
-        let cases = trials.into_iter().map(|trial| {
-            numbers.borrow_mut().push(trial);
-            let case = self.case(trial);
-            let detector = self.detector_for(&case).map_err(|error| TrialError { trial, error })?;
-            Ok((case, detector))
-        });
-        side_by_side(cases, |number, run| done(Record { trial: numbers.borrow()[number], run }))
+        let of = |trial| (self, Streams::new(self.seed, trial));
+        side_by_side(trials.into_iter().map(of), |_, record| done(record))
     }
 
     /// Runs the trial whose draws a tape gives, with the scenario's detector. The record has the number of the tape.
@@ -408,17 +405,26 @@ impl<S: Settings<f64>> Scenario<S> {
     ///
     /// # Errors
     /// A tape for which no detector can be made: no further trial is begun, and trials that have begun are completed.
-    pub fn trials_taped(
+    pub fn trials_taped(&self, tapes: &[Tape], done: impl FnMut(usize, Record)) -> Result<(), SettingsError> {
+        Ok(side_by_side(tapes.iter().map(|tape| (self, Streams::taped(tape))), done)?)
+    }
+
+    /// Runs the trial of a case as a campaign does, to the last bit, and once more with an observer: returns the record, the
+    /// observed run and its waveforms, a point at least every 5 µs but at most about `most_rows` points. Energies of a `ledger`
+    /// are integrated along, which moves the observed steps a little.
+    ///
+    /// # Errors
+    /// Settings with which the detector cannot work.
+    pub fn watched(
         &self,
-        tapes: &[Tape],
-        mut done: impl FnMut(usize, Record),
-    ) -> Result<(), SettingsError> {
-        let cases = tapes.iter().map(|tape| {
-            let case = self.case_taped(tape);
-            let detector = self.detector_for(&case)?;
-            Ok((case, detector))
-        });
-        side_by_side(cases, |number, run| done(number, Record { trial: tapes[number].index(), run }))
+        case: &Case,
+        ledger: bool,
+        most_rows: f64,
+    ) -> Result<(Record, Run<f64>, Trace), SettingsError> {
+        let alone = run(case, &mut self.detector_for(case)?, false, &mut NoProbe);
+        let mut trace = Trace::new(RESOLUTION.max(alone.duration.seconds() / most_rows));
+        let observed = run(case, &mut self.detector_for(case)?, ledger, &mut trace);
+        Ok((Record { trial: case.streams.index(), run: alone }, observed, trace))
     }
 
     /// Runs a trial with any detector.
@@ -427,15 +433,23 @@ impl<S: Settings<f64>> Scenario<S> {
     }
 }
 
-/// Runs cases with their detectors side by side in this thread, until there are no more or one detector cannot be made; cases
-/// that have begun are completed. `done` gets each result with the index of its case.
-pub(crate) fn side_by_side<'a, D: Detector<f64>, E>(
-    cases: impl Iterator<Item = Result<(Case<'a>, D), E>>,
-    done: impl FnMut(usize, Run<f64>),
-) -> Result<(), E> {
-    let mut failed = None;
-    let cases = cases.map_while(|case| case.map_err(|error| failed = Some(error)).ok());
+/// Runs the trials of these draws side by side in this thread, each with a detector of its scenario, until there are no more or
+/// one detector cannot be made; trials that have begun are completed. `done` gets each record with the index of its draws.
+pub(crate) fn side_by_side<'a, S: Settings<f64> + 'a>(
+    trials: impl Iterator<Item = (&'a Scenario<S>, Streams<'a>)>,
+    mut done: impl FnMut(usize, Record),
+) -> Result<(), TrialError<SettingsError>> {
+    let (numbers, mut failed) = (RefCell::new(Vec::new()), None);
+    let cases = trials.map_while(|(scenario, streams)| {
+        let trial = streams.index();
+        numbers.borrow_mut().push(trial);
+        let case = scenario.case_of(streams);
+        let detector = scenario.detector_for(&case);
+        Some((case, detector.map_err(|error| failed = Some(TrialError { trial, error })).ok()?))
+    });
     // Fused: other lanes must not go on behind it.
-    run_side_by_side(cases.fuse(), done);
+    run_side_by_side(cases.fuse(), |number, run| {
+        done(number, Record { trial: numbers.borrow()[number], run });
+    });
     failed.map_or(Ok(()), Err)
 }

@@ -256,13 +256,17 @@ fn law_tolerances_have_the_spread_that_is_stated() {
     let one = plan.trial(0, &nominal, 3).expect("valid");
     assert_eq!(one, drawn[3].trial(3).expect("settings"));
     // A tape has them too, each under its key.
+    let taped = |tape: &Tape| {
+        let drawn = plan.scenario_taped(0, &nominal, tape).expect("valid");
+        drawn.trial_taped(tape).expect("settings")
+    };
     let mut tape = Tape::new(1, 3);
-    assert_eq!(plan.trial_taped(0, &nominal, &tape).expect("valid"), one);
+    assert_eq!(taped(&tape), one);
     assert_eq!(tape.normals_named(Purpose::Tolerance, "motor.winding.resistance").len(), 1);
     tape.grow_from(2, 3);
-    assert_eq!(plan.trial_taped(0, &nominal, &tape).expect("valid"), one);
+    assert_eq!(taped(&tape), one);
     tape.normals_named(Purpose::Tolerance, "motor.winding.resistance")[0] += 1.0;
-    assert_ne!(plan.trial_taped(0, &nominal, &tape).expect("valid"), one);
+    assert_ne!(taped(&tape), one);
     // A further tolerance shifts none of the others.
     let other = self::plan(
         "[tolerances]\n\"sensors.offset\" = { normal = \"1 mA\", mean = \"9 mA\" }\n\"motor.winding.resistance\" = { normal = \"5 %\" }",

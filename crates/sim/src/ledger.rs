@@ -1,7 +1,9 @@
 //! Energy balance.
 
+use serde::Serialize;
+
 /// Energies transferred since the start of the run, in J.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Ledger {
     /// Energy delivered by the DC source.
     pub source: f64,

@@ -6,6 +6,7 @@ mod tape;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use serde::{Deserialize, Serialize};
 
 pub use draws::Draws;
 pub use tape::{Strip, Tape};
@@ -15,7 +16,7 @@ pub use tape::{Strip, Tape};
 ///
 /// The discriminant of a purpose is the place of its first draws. Purposes that are drawn together are neighbours by
 /// fours, because the generator computes four blocks at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Purpose {
     /// The rotor's angle.
     Angle = 0,
@@ -141,7 +142,7 @@ const AT_ONCE: usize = 32;
 const IN_BLOCK: usize = 8;
 
 /// Source of the draws of one trial: ChaCha's key and stream.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Source {
     /// ChaCha's key, derived from the seed once, not for each purpose.
     key: [u8; 32],

@@ -93,17 +93,18 @@ pub enum Value<'a> {
     Text(Cow<'a, str>),
 }
 
-/// How a table is stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// Text after RFC 4180 with `\n` at the end of lines and a header.
-    Csv,
-    /// Parquet, compressed with Snappy.
-    Parquet,
-    /// A NumPy archive (`.npz`) with an array for each column.
-    Npz,
-    /// A MATLAB file of level 5 (`.mat`) with a variable for each column; what its name cannot have is an underscore.
-    Mat,
+standstill_interface::choice! {
+    /// How a table is stored, by the extension of its file.
+    pub enum Format {
+        /// Text after RFC 4180 with `\n` at the end of lines and a header.
+        Csv = "csv",
+        /// Parquet, compressed with Snappy.
+        Parquet = "parquet",
+        /// A NumPy archive with an array for each column.
+        Npz = "npz",
+        /// A MATLAB file of level 5 with a variable for each column; what its name cannot have is an underscore.
+        Mat = "mat",
+    }
 }
 
 /// Writes a table row by row. Without [`Writer::finish`] the file is incomplete.
@@ -147,33 +148,10 @@ impl Column {
 }
 
 impl Format {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Csv, Self::Parquet, Self::Npz, Self::Mat];
-
-    /// How the format is called.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Csv => "CSV",
-            Self::Parquet => "Parquet",
-            Self::Npz => "NumPy",
-            Self::Mat => "MATLAB",
-        }
-    }
-
-    /// Extension of files of this format, without the dot.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Parquet => "parquet",
-            Self::Npz => "npz",
-            Self::Mat => "mat",
-        }
-    }
-
     /// The format that a path's extension, in letters of any case, stands for.
     pub fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?;
-        Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.extension()))
+        Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.name()))
     }
 }
 

@@ -69,52 +69,17 @@ impl Reader {
         }
     }
 
-    /// Calls `each` with the numbers that every row has in the columns of these indices.
-    ///
-    /// # Panics
-    ///
-    /// If there is no column of one of the indices.
-    pub fn numbers<const N: usize>(
-        self,
-        places: [usize; N],
-        mut each: impl FnMut([Option<f64>; N]),
-    ) -> Result<(), TableError> {
-        let numeric = |_: Kind, cell: &Value<'_>| {
-            matches!(cell, Value::Empty | Value::Whole(_))
-                || matches!(cell, Value::Number(x) if x.is_finite())
-        };
-        self.cells(&places.map(|place| (place, Kind::Number)), numeric, |cells| {
-            let number = |cell: &Value<'_>| match cell {
-                Value::Whole(whole) => Some(*whole as f64),
-                Value::Number(number) => Some(*number),
-                _ => None,
-            };
-            each(std::array::from_fn(|n| number(&cells[n])));
-        })
-    }
-
     /// Calls `each` with the values that every row has in these columns, which must be there with these kinds.
     ///
     /// # Errors
     /// A column that is missing; a value of another kind; a file that cannot be read any further.
-    pub fn values(self, columns: &[Column], each: impl FnMut(&[Value<'_>])) -> Result<(), TableError> {
+    pub fn values(self, columns: &[Column], mut each: impl FnMut(&[Value<'_>])) -> Result<(), TableError> {
         let place = |column: &Column| {
             let found = self.columns.iter().position(|name| *name == column.name);
             let found = found.ok_or_else(|| file_error(&self.path, &format!("no column {}", column.name)));
             found.map(|place| (place, column.kind))
         };
-        let places = columns.iter().map(place).collect::<Result<Vec<_>, _>>()?;
-        self.cells(&places, is_of, each)
-    }
-
-    /// Calls `each` with the cells that every row has in columns of these indices and kinds; `fits` says whether one of a Parquet file
-    /// is of its kind.
-    fn cells(
-        self,
-        columns: &[(usize, Kind)],
-        fits: fn(Kind, &Value<'_>) -> bool,
-        mut each: impl FnMut(&[Value<'_>]),
-    ) -> Result<(), TableError> {
+        let columns = columns.iter().map(place).collect::<Result<Vec<_>, _>>()?;
         let wrong = |place: Place, (column, kind): (usize, Kind), found: String| TableError::At {
             path: self.path.clone(),
             place,
@@ -142,7 +107,9 @@ impl Reader {
             Source::Parquet(file) => {
                 let places: Vec<usize> = columns.iter().map(|(place, _)| *place).collect();
                 file.rows(&self.path, &places, |row, cells| {
-                    let unlike = |((_, kind), cell): &(&(usize, Kind), &Value<'_>)| !fits(*kind, cell);
+                    let unlike = |((_, kind), cell): &(&(usize, Kind), &Value<'_>)| {
+                        !cell.fits(*kind) || matches!(cell, Value::Number(number) if !number.is_finite())
+                    };
                     if let Some((column, cell)) = columns.iter().zip(cells).find(unlike) {
                         return Err(wrong(Place::Row(row), *column, said(cell)));
                     }
@@ -193,20 +160,13 @@ fn value(kind: Kind, text: &str) -> Option<Value<'_>> {
     }
     match kind {
         Kind::Whole => text.parse().ok().map(Value::Whole),
-        Kind::Number => number(text).ok().map(|number| number.map_or(Value::Empty, Value::Number)),
+        // Not-a-number is how other programs write nothing.
+        Kind::Number => match text.parse::<f64>().ok()? {
+            number if number.is_nan() => Some(Value::Empty),
+            number => number.is_finite().then_some(Value::Number(number)),
+        },
         Kind::Flag => text.parse().ok().map(Value::Flag),
         Kind::Text => Some(Value::Text(text.into())),
-    }
-}
-
-/// Whether a cell of a Parquet file is of this kind.
-fn is_of(kind: Kind, cell: &Value<'_>) -> bool {
-    match cell {
-        Value::Empty => true,
-        Value::Whole(_) => kind == Kind::Whole,
-        Value::Number(number) => kind == Kind::Number && number.is_finite(),
-        Value::Flag(_) => kind == Kind::Flag,
-        Value::Text(_) => kind == Kind::Text,
     }
 }
 
@@ -218,18 +178,6 @@ fn said(cell: &Value<'_>) -> String {
         Value::Number(number) => number.to_string(),
         Value::Flag(flag) => flag.to_string(),
         Value::Text(text) => quoted(text),
-    }
-}
-
-/// Value of a field: a number or, also as other programs write it, nothing.
-fn number(text: &str) -> Result<Option<f64>, ()> {
-    if text.is_empty() {
-        return Ok(None);
-    }
-    match text.parse::<f64>() {
-        Ok(number) if number.is_nan() => Ok(None),
-        Ok(number) if number.is_finite() => Ok(Some(number)),
-        _ => Err(()),
     }
 }
 

@@ -23,7 +23,7 @@ fn noisy(method: MethodName, motor: Motor) -> Scenario<Method<f64>> {
     scenario
 }
 
-/// The maximum-likelihood method told that all gains are equal, with pulses of this length, sampled every 10 µs.
+/// The maximum-likelihood method under the assumption that all gains are equal, with pulses of this length, sampled every 10 µs.
 fn likelihood(motor: Motor, micros: u64) -> Scenario<Method<f64>> {
     let mut scenario = noisy(MethodName::MaximumLikelihood, motor);
     if let Method::MaximumLikelihood(settings) = &mut scenario.detector {

@@ -38,7 +38,7 @@ pub struct Pole {
     /// True if the difference identifies the pole.
     pub identified: bool,
     /// True if the pulses drive currents along +d and along −d. With only one of them, iron that saturates equally on both sides
-    /// cannot be told from iron that does not saturate.
+    /// cannot be distinguished from iron that does not saturate.
     pub both_ways: bool,
 }
 

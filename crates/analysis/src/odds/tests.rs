@@ -1,5 +1,7 @@
 //! Estimates by all runs together.
 
+use standstill_sim::{Purpose, Streams};
+
 use super::*;
 
 /// A run that ended so, and knows its probability to a tenth.
@@ -104,4 +106,26 @@ fn analytic_runs_that_agree_by_chance_have_the_interval_that_they_expect_of_them
     assert!((high(&scattering) / factor(own) - 1.0).abs() < 1e-6, "{:?}", scattering.probability);
     assert!(agreeing.alarms.is_empty() && scattering.alarms.is_empty(), "{:?}", scattering.alarms);
     assert!(matches!(of(0.2).alarms[..], [Alarm::Disagree { .. }]));
+}
+
+#[test]
+fn law_a_run_that_is_kept_goes_on_as_it_was() {
+    let tape = |number| {
+        let mut tape = Tape::new(7, number);
+        let mut draws = Streams::taped(&tape).open_named(Purpose::Tolerance, "motor.winding.resistance");
+        let _ = draws.normal();
+        let _ = Streams::taped(&tape).open(Purpose::CurrentNoise).normal();
+        *tape.normals(Purpose::CurrentGain) = vec![-1.5, 0.25];
+        tape
+    };
+    let run = Run { failures: (0..3).map(tape).collect(), ..run(1e-6, End::TooRare) };
+    let bytes = postcard::to_stdvec(&run).expect("bytes");
+    let again: Run = postcard::from_bytes(&bytes).expect("a run");
+    assert_eq!(again, run);
+    // Draws beyond the end of a tape are those of its own number.
+    let next = |tape: &Tape| Streams::taped(tape).open(Purpose::Resolver).normal();
+    assert_eq!(
+        again.failures.iter().map(next).collect::<Vec<_>>(),
+        run.failures.iter().map(next).collect::<Vec<_>>()
+    );
 }

@@ -1,8 +1,8 @@
 //! Simulates Tables 1 and 2 of the paper at its five resolver angles.
 
 use standstill_detect::{Settings, SettingsError};
-use standstill_interface::{Abc, Angle, Findings};
-use standstill_sim::{Ended, NoProbe, Run, run};
+use standstill_interface::{Abc, Angle};
+use standstill_sim::{NoProbe, run};
 
 use super::TABLE_2;
 use standstill_scenario::{Record, Scenario, Specimen};
@@ -14,8 +14,6 @@ pub struct SimulatedRow {
     pub angle_deg: f64,
     /// Line inductances L_AB, L_BC, L_CA in H by equation (4).
     pub ideal_lines: Abc<f64>,
-    /// Measurements of the detector.
-    pub findings: Findings<f64>,
     /// Record of the trial.
     pub record: Record,
     /// Reading of the simulated resolver in degrees.
@@ -23,30 +21,11 @@ pub struct SimulatedRow {
 }
 
 impl SimulatedRow {
-    /// Makes a row from a trial that started at `angle_deg`.
-    fn of<S>(scenario: &Scenario<S>, angle_deg: f64, run: &Run<f64>) -> Self {
-        Self {
-            angle_deg,
-            ideal_lines: scenario.motor.winding.line_inductances(angle_deg.to_radians()),
-            findings: match run.ended {
-                Ended::Outcome(outcome) => *outcome.findings(),
-                Ended::Error(_) => Findings::default(),
-            },
-            record: Record { trial: 0, run: *run },
-            resolver_deg: run.resolver_angle.to_degrees().rem_euclid(360.0),
-        }
-    }
-
     /// Returns the angle found minus that of the resolver, in (−180, 180]°, as the paper states its errors; none without an
     /// angle.
     pub fn error_to_resolver_deg(&self) -> Option<f64> {
         let resolver = Angle::from_degrees(self.resolver_deg);
         self.record.run.found().map(|found| Angle::from_radians(found).difference(resolver).to_degrees())
-    }
-
-    /// Returns the axis by equation (7), in [0, 180)°; none without an axis.
-    pub fn axis_deg(&self) -> Option<f64> {
-        self.record.axis_deg()
     }
 }
 
@@ -56,7 +35,12 @@ pub fn simulate<S: Settings<f64>>(scenario: &Scenario<S>) -> Result<[SimulatedRo
         let angle_deg = TABLE_2[usize::from(number)].measured_deg;
         let case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: u64::from(number) });
         let run = run(&case, &mut scenario.detector.detector()?, false, &mut NoProbe);
-        Ok::<_, SettingsError>(SimulatedRow::of(scenario, angle_deg, &run))
+        Ok::<_, SettingsError>(SimulatedRow {
+            angle_deg,
+            ideal_lines: scenario.motor.winding.line_inductances(angle_deg.to_radians()),
+            record: Record { trial: 0, run },
+            resolver_deg: run.resolver_angle.to_degrees().rem_euclid(360.0),
+        })
     };
     Ok([row(0)?, row(1)?, row(2)?, row(3)?, row(4)?])
 }

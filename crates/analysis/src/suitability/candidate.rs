@@ -65,7 +65,7 @@ impl Bench<'_> {
     ) -> Result<Option<(usize, Confirmed)>, SuitabilityError> {
         let mut order: Vec<usize> = (0..candidates.len()).collect();
         order.retain(|number| candidates[*number].objections.is_empty());
-        // Those whose wrong poles can be told from few starts first, and injections last.
+        // Those whose wrong poles show in few starts first, and injections last.
         let effort =
             |candidate: &Candidate| (is_slow(candidate.method()), stops_when_content(candidate.settings));
         order.sort_by(|a, b| {

@@ -4,6 +4,7 @@
 //! in the choice. If a confirmation fails, the next settings are confirmed with a seed of their own, and each failure lowers the
 //! confidence: all bounds of one answer hold together with at least the remaining confidence (Bonferroni).
 
+use serde::Serialize;
 use standstill_scenario::Rotor;
 
 use super::SuitabilityError;
@@ -27,7 +28,7 @@ const CONFIRMATION: u64 = SIFTING + 1;
 
 /// Results of fresh starts. Each bound of the error and of starts without an answer holds with [`Confirmed::confidence`] for
 /// these settings; movement and current are the largest of these starts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Confirmed {
     /// Number of starts in all: in each state of the rotor, and with each saturation that was tried.
     pub starts: u64,
@@ -49,6 +50,7 @@ pub struct Confirmed {
     /// Largest movement of a free rotor, in electrical degrees.
     pub moved_deg: f64,
     /// Largest phase current in A.
+    #[serde(rename = "peak_current_A")]
     pub peak_current_a: f64,
 }
 

@@ -3,39 +3,27 @@
 use std::cmp::Ordering;
 use std::fmt;
 
+use standstill_interface::choice;
 use standstill_scenario::Rotor;
 
 use super::Demands;
 use super::starts::{COMFORTABLE, Starts};
 
-/// The demands that a start makes on a detection.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Demand {
-    /// Error of the axis.
-    Error,
-    /// Movement of a free rotor.
-    Movement,
-    /// Largest phase current.
-    Current,
-    /// Time of a detection.
-    Time,
-    /// Evidence for the right pole, in 99 of 100 starts.
-    Pole,
-    /// Share of starts that end with an angle.
-    Answers,
-}
-
-impl Demand {
-    /// Returns the demand's name in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Error => "error",
-            Self::Movement => "movement",
-            Self::Current => "current",
-            Self::Time => "time",
-            Self::Pole => "pole",
-            Self::Answers => "answers",
-        }
+choice! {
+    /// The demands that a start makes on a detection.
+    pub enum Demand {
+        /// Error of the axis.
+        Error = "error",
+        /// Movement of a free rotor.
+        Movement = "movement",
+        /// Largest phase current.
+        Current = "current",
+        /// Time of a detection.
+        Time = "time",
+        /// Evidence for the right pole, in 99 of 100 starts.
+        Pole = "pole",
+        /// Share of starts that end with an angle.
+        Answers = "answers",
     }
 }
 

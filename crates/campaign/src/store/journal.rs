@@ -12,6 +12,8 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use standstill_files::{open, open_as};
 use thiserror::Error;
 
@@ -121,24 +123,23 @@ impl Journal {
             }
         }
         let mut rows = Rows::open(path)?;
-        if let Some(difference) = rows.identity().difference(identity) {
-            return Err(JournalError::Other { path: path.to_owned(), difference });
-        }
+        rows.blocks.check(identity)?;
         while let Some(block) = rows.block()? {
             for (point, row) in &block {
                 seen(*point, row);
             }
         }
         let end = file.metadata().map_err(io)?.len();
-        let damaged = rows.damaged.then(|| damaged_name(path));
+        let Blocks { whole, damaged, .. } = rows.blocks;
+        let damaged = damaged.then(|| damaged_name(path));
         if let Some(aside) = &damaged {
             // A process that is killed leaves a block that is short; this one is whole and wrong.
             let keep = |error| JournalError::Io(aside.clone(), error);
-            file.seek(SeekFrom::Start(rows.whole)).map_err(io)?;
+            file.seek(SeekFrom::Start(whole)).map_err(io)?;
             let mut tail = File::create(aside).map_err(keep)?;
-            io::copy(&mut (&file).take(end - rows.whole), &mut tail).map_err(keep)?;
+            io::copy(&mut (&file).take(end - whole), &mut tail).map_err(keep)?;
         }
-        file.set_len(rows.whole).map_err(io)?;
+        file.set_len(whole).map_err(io)?;
         file.seek(SeekFrom::End(0)).map_err(io)?;
         let file = BufWriter::new(file);
         Ok(Self { path: path.to_owned(), file, walk: rows.walk, synced: Instant::now(), damaged })
@@ -166,11 +167,10 @@ impl Keep for Journal {
             return Ok(());
         }
         let io = |error| JournalError::Io(self.path.clone(), error);
-        let bytes = postcard::to_stdvec(rows).map_err(|error| io(io::Error::other(error)))?;
         for row in rows {
             self.walk.take(row).ok_or_else(|| out_of_order(&self.path))?;
         }
-        self.file.write_all(&block(&bytes).map_err(io)?).map_err(io)?;
+        encoded(rows).and_then(|block| self.file.write_all(&block)).map_err(io)?;
         // The process may be killed at any time; what the system has, it keeps.
         self.file.flush().map_err(io)?;
         if self.synced.elapsed() >= PATIENCE {
@@ -228,43 +228,6 @@ pub(super) fn beginning(magic: [u8; 8], identity: &Identity) -> io::Result<Vec<u
     Ok([magic.to_vec(), block(&serde_json::to_vec(identity)?)?].concat())
 }
 
-/// Reads what a journal begins with; `whole` moves behind it.
-pub(super) fn header(
-    file: &mut impl Read,
-    magic: [u8; 8],
-    path: &Path,
-    whole: &mut u64,
-) -> Result<Identity, JournalError> {
-    let io = |error| JournalError::Io(path.to_owned(), error);
-    let foreign = || JournalError::Foreign(path.to_owned());
-    let mut found = [0; 8];
-    file.read_exact(&mut found).map_err(|error| match error.kind() {
-        io::ErrorKind::UnexpectedEof => foreign(),
-        _ => io(error),
-    })?;
-    if found != magic {
-        let keeps = |what: &str, here: &str| JournalError::Other {
-            path: path.to_owned(),
-            difference: format!("it keeps {what} there and {here} here (--rows)"),
-        };
-        return Err(match (found, magic) {
-            (ROWS, TALLY) => keeps("rows", "statistics alone"),
-            (TALLY, ROWS) => keeps("statistics alone", "rows"),
-            _ => foreign(),
-        });
-    }
-    *whole += 8;
-    let Block::Whole(header) = read_block(file, whole).map_err(io)? else {
-        return Err(foreign());
-    };
-    let identity: Identity = serde_json::from_slice(&header).map_err(|_| foreign())?;
-    let Shard { index, count } = identity.shard;
-    if identity.trials == 0 || !(1..=count).contains(&index) {
-        return Err(foreign());
-    }
-    Ok(identity)
-}
-
 /// Whether a journal keeps statistics alone.
 pub(super) fn is_tally(path: &Path) -> bool {
     let mut found = [0; 8];
@@ -272,81 +235,130 @@ pub(super) fn is_tally(path: &Path) -> bool {
 }
 
 /// A block of these bytes.
-pub(super) fn block(bytes: &[u8]) -> io::Result<Vec<u8>> {
+fn block(bytes: &[u8]) -> io::Result<Vec<u8>> {
     let length = u32::try_from(bytes.len()).ok().filter(|length| *length <= MOST_BLOCK);
     let length = length.ok_or(io::ErrorKind::FileTooLarge)?;
     Ok([&length.to_le_bytes(), bytes, &crc32fast::hash(bytes).to_le_bytes()].concat())
 }
 
-/// A journal that is being read, block by block.
+/// The block of a value.
+pub(super) fn encoded(value: &(impl Serialize + ?Sized)) -> io::Result<Vec<u8>> {
+    block(&postcard::to_stdvec(value).map_err(io::Error::other)?)
+}
+
+/// A journal of any kind that is being read, block by block.
 #[derive(Debug)]
-pub struct Rows {
+pub(super) struct Blocks {
     path: PathBuf,
     file: BufReader<File>,
-    identity: Identity,
-    walk: Walk,
+    /// Identity of the run.
+    pub(super) identity: Identity,
     /// Bytes up to the end of the last whole block.
-    whole: u64,
+    pub(super) whole: u64,
     /// Whether what follows is not a block that was cut short, but one that is wrong.
-    damaged: bool,
+    pub(super) damaged: bool,
+}
+
+impl Blocks {
+    /// Opens a journal with these magic bytes and reads its header.
+    pub(super) fn open(path: &Path, magic: [u8; 8]) -> Result<Self, JournalError> {
+        let io = |error| JournalError::Io(path.to_owned(), error);
+        let foreign = || JournalError::Foreign(path.to_owned());
+        let mut file = BufReader::new(open(path).map_err(io)?);
+        let mut found = [0; 8];
+        file.read_exact(&mut found).map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => foreign(),
+            _ => io(error),
+        })?;
+        if found != magic {
+            let keeps = |what: &str, here: &str| JournalError::Other {
+                path: path.to_owned(),
+                difference: format!("it keeps {what} there and {here} here (--rows)"),
+            };
+            return Err(match (found, magic) {
+                (ROWS, TALLY) => keeps("rows", "statistics alone"),
+                (TALLY, ROWS) => keeps("statistics alone", "rows"),
+                _ => foreign(),
+            });
+        }
+        let mut whole = 8;
+        let Block::Whole(header) = read_block(&mut file, &mut whole).map_err(io)? else {
+            return Err(foreign());
+        };
+        let identity: Identity = serde_json::from_slice(&header).map_err(|_| foreign())?;
+        let Shard { index, count } = identity.shard;
+        if identity.trials == 0 || !(1..=count).contains(&index) {
+            return Err(foreign());
+        }
+        Ok(Self { path: path.to_owned(), file, identity, whole, damaged: false })
+    }
+
+    /// Refuses the journal of another run.
+    pub(super) fn check(&self, identity: &Identity) -> Result<(), JournalError> {
+        let other = |difference| Err(JournalError::Other { path: self.path.clone(), difference });
+        self.identity.difference(identity).map_or(Ok(()), other)
+    }
+
+    /// The value of the next block; none at the end, or where a block is not whole.
+    pub(super) fn next<T: DeserializeOwned>(&mut self) -> Result<Option<T>, JournalError> {
+        let io = |error| JournalError::Io(self.path.clone(), error);
+        match read_block(&mut self.file, &mut self.whole).map_err(io)? {
+            // The checksum is right: only another version of the program writes what this one cannot read.
+            Block::Whole(bytes) => postcard::from_bytes(&bytes).map(Some).map_err(|_| self.foreign()),
+            Block::Short => self.file.seek(SeekFrom::Start(self.whole)).map(|_| None).map_err(io),
+            Block::Wrong => {
+                self.damaged = true;
+                Ok(None)
+            }
+        }
+    }
+
+    fn foreign(&self) -> JournalError {
+        JournalError::Foreign(self.path.clone())
+    }
+}
+
+/// A journal of rows that is being read, block by block.
+#[derive(Debug)]
+pub struct Rows {
+    blocks: Blocks,
+    walk: Walk,
 }
 
 impl Rows {
     /// Opens a journal and reads its header.
     pub fn open(path: &Path) -> Result<Self, JournalError> {
-        let file = open(path).map_err(|error| JournalError::Io(path.to_owned(), error))?;
-        let mut file = BufReader::new(file);
-        let mut whole = 0;
-        let identity = header(&mut file, ROWS, path, &mut whole)?;
-        Ok(Self { path: path.to_owned(), file, walk: Walk::new(&identity), identity, whole, damaged: false })
+        let blocks = Blocks::open(path, ROWS)?;
+        Ok(Self { walk: Walk::new(&blocks.identity), blocks })
     }
 
     /// Identity of the run.
     pub fn identity(&self) -> &Identity {
-        &self.identity
+        &self.blocks.identity
     }
 
     /// The next rows with their points; none at the end, or where a block is not whole. A journal that is being written may
     /// have more when asked again.
     pub fn block(&mut self) -> Result<Option<Vec<(usize, Row)>>, JournalError> {
-        let block = read_block(&mut self.file, &mut self.whole);
-        let bytes = match block.map_err(|error| JournalError::Io(self.path.clone(), error))? {
-            Block::Whole(bytes) => bytes,
-            Block::Short => {
-                let back = self.file.seek(SeekFrom::Start(self.whole));
-                back.map_err(|error| JournalError::Io(self.path.clone(), error))?;
-                return Ok(None);
-            }
-            Block::Wrong => {
-                self.damaged = true;
-                return Ok(None);
-            }
-        };
-        // The checksum is right: only another version of the program writes what this one cannot read.
-        let foreign = || JournalError::Foreign(self.path.clone());
-        let rows: Vec<Row> = postcard::from_bytes(&bytes).map_err(|_| foreign())?;
+        let Some(rows) = self.blocks.next::<Vec<Row>>()? else { return Ok(None) };
         let place = |row: Row| Some((self.walk.take(&row)?, row));
-        rows.into_iter().map(place).collect::<Option<_>>().map(Some).ok_or_else(foreign)
+        let placed = rows.into_iter().map(place).collect::<Option<_>>();
+        placed.map(Some).ok_or_else(|| self.blocks.foreign())
     }
 
     /// Whether what follows the last whole block is none that was cut short, but one that is wrong.
     pub fn is_damaged(&self) -> bool {
-        self.damaged
+        self.blocks.damaged
     }
 
-    /// Whether the blocks so far are all of the run, or of its shard.
-    pub fn is_done(&self) -> bool {
-        self.walk.is_done()
-    }
-
-    /// How many rows are missing, at most.
-    pub fn left(&self) -> u64 {
-        self.walk.left()
+    /// Where the run stands after the blocks so far.
+    pub fn walk(&self) -> &Walk {
+        &self.walk
     }
 }
 
 /// Result of reading a block.
-pub(super) enum Block {
+enum Block {
     Whole(Vec<u8>),
     /// The end of the file, in a block or behind the last.
     Short,
@@ -355,7 +367,7 @@ pub(super) enum Block {
 }
 
 /// The next block; `whole` moves behind it.
-pub(super) fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Block> {
+fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Block> {
     let mut word = [0; 4];
     if !read_word(file, &mut word)? {
         return Ok(Block::Short);

@@ -7,13 +7,11 @@
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
-use std::io::{BufReader, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use standstill_files::open;
-
 use super::identity::Identity;
-use super::journal::{self, Block, JournalError};
+use super::journal::{self, Blocks, JournalError};
 
 /// Magic bytes of a journal of notes.
 const NOTES: [u8; 8] = *b"stdstilN";
@@ -47,22 +45,16 @@ impl Notes {
             return Ok(notes);
         }
         let mut file = journal::locked(path, OpenOptions::new().read(true).write(true))?;
-        let mut end = 0;
-        let mut from = BufReader::new(open(path).map_err(io)?);
-        let found = journal::header(&mut from, NOTES, path, &mut end)?;
-        if let Some(difference) = found.difference(identity) {
-            return Err(JournalError::Other { path: path.to_owned(), difference });
-        }
-        while let Block::Whole(bytes) = journal::read_block(&mut from, &mut end).map_err(io)? {
-            if end > MOST_BYTES {
+        let mut blocks = Blocks::open(path, NOTES)?;
+        blocks.check(identity)?;
+        while let Some((key, note)) = blocks.next::<(String, Vec<u8>)>()? {
+            if blocks.whole > MOST_BYTES {
                 let found = format!("it has more than {} MiB of notes", MOST_BYTES >> 20);
                 return Err(io(std::io::Error::other(found)));
             }
-            let note = postcard::from_bytes(&bytes);
-            let (key, note): (String, Vec<u8>) = note.map_err(|_| JournalError::Foreign(path.to_owned()))?;
             notes.known.insert(key, note);
         }
-        file.set_len(end).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io)?;
+        file.set_len(blocks.whole).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io)?;
         notes.file = Some(file);
         Ok(notes)
     }
@@ -93,8 +85,7 @@ impl Notes {
     /// A file that cannot be written, or that another process is writing.
     pub fn add(&mut self, key: &str, bytes: &[u8]) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
-        let note = postcard::to_stdvec(&(key, bytes)).map_err(|error| io(std::io::Error::other(error)))?;
-        let block = journal::block(&note).map_err(io)?;
+        let block = journal::encoded(&(key, bytes)).map_err(io)?;
         if self.file.is_none() {
             self.file = Some(self.begin()?);
         }

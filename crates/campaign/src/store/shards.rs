@@ -26,11 +26,6 @@ pub struct Shards {
 /// # Errors
 /// A file that is no journal, or cannot be read.
 pub fn head(path: &Path) -> Result<Identity, JournalError> {
-    identity(path)
-}
-
-/// The head of a journal, whatever it keeps.
-pub(super) fn identity(path: &Path) -> Result<Identity, JournalError> {
     if is_tally(path) {
         Ok(Tallied::read(path)?.identity().clone())
     } else {
@@ -67,11 +62,11 @@ fn begins(shorter: &Identity, longer: &Identity) -> bool {
 pub(super) fn standing(path: &Path) -> Result<(bool, u64, bool), JournalError> {
     if is_tally(path) {
         let tallied = Tallied::read(path)?;
-        return Ok((tallied.is_done(), tallied.left(), tallied.is_damaged()));
+        return Ok((tallied.walk().is_done(), tallied.walk().left(), tallied.is_damaged()));
     }
     let mut rows = Rows::open(path)?;
     while rows.block()?.is_some() {}
-    Ok((rows.is_done(), rows.left(), rows.is_damaged()))
+    Ok((rows.walk().is_done(), rows.walk().left(), rows.is_damaged()))
 }
 
 /// Journals of one run, each of a shard of its own.
@@ -200,7 +195,7 @@ pub enum ShardsError {
 impl Shards {
     /// The journal of a whole run.
     pub fn single(path: &Path) -> Result<Self, ShardsError> {
-        let identity = identity(path)?.whole();
+        let identity = head(path)?.whole();
         Ok(Self { identity, journals: vec![path.to_owned()], tallies: is_tally(path) })
     }
 
@@ -211,7 +206,7 @@ impl Shards {
     pub fn collect(folders: &[PathBuf]) -> Result<Self, ShardsError> {
         let mut gathered = Gathered::default();
         for path in journals(folders)? {
-            let identity = identity(&path)?;
+            let identity = head(&path)?;
             if identity.numerics != NUMERICS {
                 return Err(ShardsError::Numerics { path, found: identity.numerics });
             }
@@ -275,7 +270,7 @@ impl Shards {
                 block.iter().try_for_each(|(point, row)| sink(*point, row))?;
             }
             // They were complete when they were collected.
-            if !rows.is_done() {
+            if !rows.walk().is_done() {
                 return Err(JournalError::Short(journal.clone()).into());
             }
         }
@@ -291,7 +286,7 @@ impl Shards {
 pub fn beside(folder: &Path, own: &Identity, others: bool) -> Result<(), ShardsError> {
     let path = folder.join(own.shard.file_name());
     for other in journals(&[folder.to_owned()]).unwrap_or_default() {
-        let Ok(of) = identity(&other) else { continue };
+        let Ok(of) = head(&other) else { continue };
         if other == path || of.shard == Shard::WHOLE {
             continue;
         }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::identity::{Identity, Shard};
 use super::journal::{Journal, JournalError};
-use super::shards::{Gathered, ShardsError, identity, journals, standing};
+use super::shards::{Gathered, ShardsError, head, journals, standing};
 
 /// How far a shard is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -59,7 +59,7 @@ impl Survey {
         let mut gathered = Gathered::default();
         let mut unreadable: Vec<(PathBuf, JournalError)> = Vec::new();
         for path in journals(folders)? {
-            match identity(&path) {
+            match head(&path) {
                 Ok(identity) => gathered.add(path, identity)?,
                 Err(error) => unreadable.push((path, error)),
             }

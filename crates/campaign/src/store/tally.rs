@@ -9,15 +9,14 @@
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
-use std::io::{BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
-use standstill_files::open;
 
 use super::identity::Identity;
-use super::journal::{self, Block, JournalError, Keep, TALLY};
+use super::journal::{self, Blocks, JournalError, Keep, TALLY};
 use super::row::Row;
 use super::walk::Walk;
 use crate::Statistics;
@@ -72,10 +71,10 @@ impl Tally {
         if there.len() < beginning.len() && beginning.starts_with(&there) {
             file.seek(SeekFrom::Start(0)).and_then(|_| file.write_all(&beginning)).map_err(io)?;
         } else {
-            (tally, end) = Tallied::open(path)?;
-            if let Some(difference) = tally.identity.difference(identity) {
-                return Err(JournalError::Other { path: path.to_owned(), difference });
-            }
+            let mut blocks = Blocks::open(path, TALLY)?;
+            blocks.check(identity)?;
+            tally = Tallied::of(&mut blocks)?;
+            end = blocks.whole;
         }
         file.set_len(end).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io)?;
         let now = Instant::now();
@@ -147,8 +146,7 @@ impl Keep for Tally {
     fn sync(&mut self) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
         let standing = Standing { next: self.walk.next(), points: std::mem::take(&mut self.open) };
-        let bytes = postcard::to_stdvec(&standing).map_err(|error| io(std::io::Error::other(error)))?;
-        let written = journal::block(&bytes).and_then(|block| self.file.write_all(&block));
+        let written = journal::encoded(&standing).and_then(|block| self.file.write_all(&block));
         written.and_then(|()| self.file.sync_data()).map_err(io)?;
         // The last point may go on.
         self.open = standing.points.into_iter().next_back().into_iter().collect();
@@ -170,33 +168,17 @@ pub struct Tallied {
 impl Tallied {
     /// Reads a journal up to its last whole block.
     pub fn read(path: &Path) -> Result<Self, JournalError> {
-        Self::open(path).map(|(tallied, _)| tallied)
+        Self::of(&mut Blocks::open(path, TALLY)?)
     }
 
-    /// Reads a journal, and where its last whole block ends.
-    fn open(path: &Path) -> Result<(Self, u64), JournalError> {
-        let io = |error| JournalError::Io(path.to_owned(), error);
-        let foreign = || JournalError::Foreign(path.to_owned());
-        let mut file = BufReader::new(open(path).map_err(io)?);
-        let mut end = 0;
-        let identity = journal::header(&mut file, TALLY, path, &mut end)?;
-        let mut tallied =
-            Self { walk: Walk::new(&identity), identity, points: BTreeMap::new(), damaged: false };
-        loop {
-            let bytes = match journal::read_block(&mut file, &mut end).map_err(io)? {
-                Block::Whole(bytes) => bytes,
-                Block::Wrong => {
-                    tallied.damaged = true;
-                    break;
-                }
-                Block::Short => break,
-            };
-            let Standing { next, points } = postcard::from_bytes(&bytes).map_err(|_| foreign())?;
-            tallied.points.extend(points);
-            let current = usize::try_from(next.0).ok().and_then(|point| tallied.points.get(&point));
-            tallied.walk.go_to(next, current);
+    /// Reads all whole blocks.
+    fn of(blocks: &mut Blocks) -> Result<Self, JournalError> {
+        let (mut walk, mut points) = (Walk::new(&blocks.identity), BTreeMap::new());
+        while let Some(Standing { next, points: changed }) = blocks.next()? {
+            points.extend(changed);
+            walk.go_to(next, usize::try_from(next.0).ok().and_then(|point| points.get(&point)));
         }
-        Ok((tallied, end))
+        Ok(Self { identity: blocks.identity.clone(), walk, points, damaged: blocks.damaged })
     }
 
     /// Identity of the run.
@@ -204,19 +186,14 @@ impl Tallied {
         &self.identity
     }
 
-    /// Whether all trials of the run, or of its shard, are in it.
-    pub fn is_done(&self) -> bool {
-        self.walk.is_done()
+    /// Where the run stands after its last whole block.
+    pub fn walk(&self) -> &Walk {
+        &self.walk
     }
 
     /// Whether a block is wrong: what is in it and behind it will be computed again.
     pub fn is_damaged(&self) -> bool {
         self.damaged
-    }
-
-    /// How many trials are missing, at most.
-    pub fn left(&self) -> u64 {
-        self.walk.left()
     }
 
     /// The statistics of each point that has trials in it.
@@ -270,7 +247,7 @@ mod tests {
             }
             let path = folder.path().join("run.journal");
             let mut times = 0;
-            while !Tallied::read(&path).is_ok_and(|tallied| tallied.is_done()) {
+            while !Tallied::read(&path).is_ok_and(|tallied| tallied.walk().is_done()) {
                 let mut tally = Tally::open(&path, &identity, 1.5).expect("the same run");
                 // A second process is kept out.
                 assert!(matches!(Tally::open(&path, &identity, 1.5), Err(JournalError::Busy(_))));

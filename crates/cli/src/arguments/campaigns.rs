@@ -67,9 +67,9 @@ pub struct Results {
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
-    /// Format of the trials' file
-    #[arg(long, value_enum, default_value_t = FormatName::Csv)]
-    pub format: FormatName,
+    /// Format of the trials' file; `npz`: a NumPy archive, `mat`: a MATLAB file
+    #[arg(long, value_parser = choice::<Format>(), default_value = "csv")]
+    pub format: Format,
     /// Replace the results of another run in that folder; without it, they stay, and nothing is run
     #[arg(long)]
     pub force: bool,
@@ -323,27 +323,6 @@ impl Amount {
                 "--trials {trials}: needed at most {MOST_ROWS} with a row of each; with `--rows none`, which keeps statistics alone, at most {MOST_TRIALS}"
             ))),
             _ => Ok(()),
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum FormatName {
-    Csv,
-    Parquet,
-    /// A NumPy archive
-    Npz,
-    /// A MATLAB file
-    Mat,
-}
-
-impl From<FormatName> for Format {
-    fn from(name: FormatName) -> Self {
-        match name {
-            FormatName::Csv => Self::Csv,
-            FormatName::Parquet => Self::Parquet,
-            FormatName::Npz => Self::Npz,
-            FormatName::Mat => Self::Mat,
         }
     }
 }

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use standstill_table::Format;
 
-use super::campaigns::{Amount, FormatName, Rows};
+use super::campaigns::{Amount, Rows};
 use super::scenario::{Axes, Keys};
-use super::values::{OUT, whole};
+use super::values::{OUT, choice, whole};
 
 #[derive(Debug, Args)]
 pub struct Slurm {
@@ -39,9 +40,9 @@ pub struct Slurm {
     /// Folder for the results; journals and logs go to `shards` in it
     #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
-    /// Format of the trials' file
-    #[arg(long, value_enum, default_value_t = FormatName::Csv)]
-    pub format: FormatName,
+    /// Format of the trials' file; `npz`: a NumPy archive, `mat`: a MATLAB file
+    #[arg(long, value_parser = choice::<Format>(), default_value = "csv")]
+    pub format: Format,
 }
 
 /// Checks a time limit in Slurm's syntax.

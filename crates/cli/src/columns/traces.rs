@@ -131,7 +131,6 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
             Event::LeftMap => "left_map",
             Event::Motion(_) => "motion",
             Event::Sample(..) | Event::Terminals(_) => "sample",
-            Event::Sample(..) => "sample",
             Event::Trip(_) => "trip",
         }
         .into();

@@ -11,7 +11,6 @@ use standstill_campaign::store::{Shard, Sweep};
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Section};
 use standstill_scenario::{Document, FileError, Plan, Record as Trial, Single};
-use standstill_sim::{NoProbe, Trace, run as simulate};
 
 use self::choose::{Choice, Chosen};
 use super::question::setting;
@@ -27,9 +26,6 @@ use crate::shell::interrupt::INTERRUPTED;
 use crate::shell::output::Output;
 use crate::shell::progress::Watched;
 use crate::shell::setup::{self, Setup};
-
-/// Longest time in s between two points of a waveform.
-const RESOLUTION: f64 = 5e-6;
 
 /// A trial that was repeated, with its causes and its waveforms.
 struct Repeated {
@@ -111,20 +107,12 @@ fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Repeated, Halt
         })?;
     let single = plan.single(chosen.point, chosen.trial).map_err(failed)?;
     let file = plan.file_at(chosen.point).map_err(failed)?;
-    let (record, trace) = watch(&single).map_err(|error| Halt::Failed(error.into()))?;
     let scenario = &single.scenario;
+    let watched = scenario.watched(&single.case(), false, f64::INFINITY);
+    let (record, _, trace) = watched.map_err(|error| Halt::Failed(error.into()))?;
     let title = format!("trial {}, rotor at {:.2}°", chosen.trial, record.start_angle_deg());
     let figure = figures::detection(&trace, &title, &setting(&file, scenario), super::found(&record));
     Ok(Repeated { chosen, single, explained, figure })
-}
-
-/// Repeats a trial with the same bits, and records its waveforms.
-pub fn watch(single: &Single) -> Result<(Trial, Trace), standstill_detect::SettingsError> {
-    let (case, scenario) = (single.case(), &single.scenario);
-    let alone = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut NoProbe);
-    let mut trace = Trace::new(RESOLUTION);
-    let _ = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut trace);
-    Ok((Trial { trial: single.trial, run: alone }, trace))
 }
 
 fn record(of: &Repeated, cause: &Cause) -> Record {
@@ -212,6 +200,6 @@ fn answer(run: &FinishedRun, plan: &Plan, all: &[Repeated], lost: u64) -> Answer
         csv: Some(
             all.iter().flat_map(|one| one.explained.causes.iter().map(|cause| record(one, cause))).collect(),
         ),
-        code: 0,
+        ..Answer::default()
     }
 }

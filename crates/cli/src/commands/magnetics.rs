@@ -11,13 +11,12 @@ use standstill_plant::{
 };
 use standstill_quantity::short;
 
+use crate::answer::{Answer, Made};
 use crate::arguments::Magnetics;
 use crate::error::Error;
-use crate::figures;
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt;
-use crate::shell::output::{Output, file_list};
 
 /// Number of current steps from zero to the largest current.
 const STEPS: u16 = 10;
@@ -138,16 +137,10 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
             survey.signature = PolaritySignature::None;
         }
     }
-    if options.json {
-        return Ok(Report { text: format!("{:#}\n", json::of(&subject, &survey)), code: 0 });
-    }
     let asked = NotedQuestion::new("magnetics", subject.name.clone(), &survey, options.force.force);
-    let mut output = Output::answering(asked, &options.out, &["magnetics.svg", "magnetics.png"])?;
-    let figure = figures::magnetics(&survey, &subject.name);
-    output.figure("magnetics", &figure)?;
-    let files = output.finish()?;
-    let text = text::of(&subject, &survey) + &file_list(&options.out, &files);
-    Ok(Report { text, code: 0 })
+    let answer = Answer { json: json::of(&subject, &survey), ..text::of(&subject, &survey) };
+    let folder = (!options.json).then(|| options.out.clone());
+    answer.report(folder, options.json, &Made { asked: Some(asked), ..Made::default() })
 }
 
 const fn name(signature: PolaritySignature) -> &'static str {

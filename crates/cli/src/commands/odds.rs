@@ -7,8 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use standstill_analysis::subset::{Effort, End, Run, Settings};
 use standstill_analysis::{Anatomy, Event, RUNS, Trials, Watch};
 use standstill_report::figure::Figure;
-use standstill_scenario::Record;
-use standstill_sim::{NoProbe, Tape, Trace, run as simulate};
+use standstill_sim::Tape;
 
 use super::question::{Asked, plan, setting};
 use crate::arguments::Odds as Options;
@@ -17,9 +16,6 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::progress::Watched;
 use crate::shell::values::probability;
-
-/// Longest time in s between two points of a waveform.
-const RESOLUTION: f64 = 5e-6;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
@@ -161,10 +157,7 @@ fn expected(settings: &Settings, done: &[(u32, f64)]) -> u64 {
 fn typical(trials: &Trials<'_>, tape: &Tape, event: Event, setting: &str) -> Result<(Figure, String), Error> {
     let scenario = trials.plan().scenario_taped(0, trials.scenario(), tape)?;
     let case = scenario.case_taped(tape);
-    let run = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut NoProbe);
-    let mut trace = Trace::new(RESOLUTION);
-    let _ = simulate(&case, &mut scenario.detector_for(&case)?, true, &mut trace);
-    let record = Record { trial: 0, run };
+    let (record, _, trace) = scenario.watched(&case, true, f64::INFINITY)?;
     let outcome = match (record.estimated_angle_deg(), record.error_deg()) {
         (Some(angle), Some(error)) => format!("found {angle:.2}°, error {error:+.2}°"),
         _ => format!("{}: {}", record.verdict().name(), record.reason()),

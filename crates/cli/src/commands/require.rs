@@ -11,7 +11,7 @@ use serde_json::json;
 use standstill_analysis::Halt;
 use standstill_analysis::bracket::{Bound, Edge, Found, Search, Side, Stretch};
 use standstill_analysis::limit::Limits;
-use standstill_analysis::require::{Bench, Judged, Judgement, Taken};
+use standstill_analysis::require::{Bench, Judged, Taken};
 use standstill_campaign::Estimate;
 use standstill_report::page::Tone;
 use standstill_scenario::FileError;
@@ -55,25 +55,22 @@ impl EdgeSearch<'_> {
             if before.is_empty() {
                 watched.bar.set_message(format!("{trials} trials at {}", shown(&bench.keys[0].0, value)));
             }
-            let judgement = match bench.judge(&values, trials, taken, watched)? {
-                Ok(judgement) => judgement,
+            let (one, look) = match bench.judge(&values, trials, taken, watched)? {
+                Ok(found) => found,
                 Err(error) => {
                     refused.add(value, error);
                     return Ok(None);
                 }
             };
-            let Judgement { measures, look, without_answer } = judgement;
-            let measures_text: Vec<String> = measures.iter().map(measure).collect();
-            let measures_text = measures_text.join("; ");
-            let (trials, verdict) = (look.trials, look.verdict());
+            let measures: Vec<String> = one.measures.iter().map(measure).collect();
             rows.0.push(
                 Record::default()
                     .with("value", value)
-                    .with("trials", trials)
-                    .with("holds", verdict.holds)
-                    .with("measures", measures_text),
+                    .with("trials", one.trials)
+                    .with("holds", look.verdict().holds)
+                    .with("measures", measures.join("; ")),
             );
-            judged.push(Judged { value, trials, clear: look.clear.is_some(), measures, without_answer });
+            judged.push(one);
             Ok(Some(look))
         })
     }

@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use standstill_scenario::Plan;
+use standstill_table::Format;
 
 use super::run::{document, isolated};
-use crate::arguments::{FormatName, Rows, Slurm};
+use crate::arguments::{Rows, Slurm};
 use crate::error::Error;
 use crate::scenario;
 use crate::shell::Report;
@@ -70,10 +71,8 @@ fn script(options: &Slurm, here: &Path, program: &Path) -> String {
         }
     }
     let format = match options.format {
-        FormatName::Csv => "",
-        FormatName::Parquet => " --format parquet",
-        FormatName::Npz => " --format npz",
-        FormatName::Mat => " --format mat",
+        Format::Csv => String::new(),
+        format => format!(" --format {}", format.name()),
     };
     let [out, shards] = [path(&options.out), path(&options.out.join("shards"))];
     let merge_partition =

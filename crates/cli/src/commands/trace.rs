@@ -9,7 +9,7 @@ use standstill_detect::MethodName;
 use standstill_interface::Abc;
 use standstill_scenario::{Plan, ScenarioFile};
 use standstill_scenario::{Record, Scenario, Verdict};
-use standstill_sim::{Ended, Ledger, NoProbe, Run, Trace, run as simulate};
+use standstill_sim::{Ledger, Run, Trace};
 use standstill_table::{Columns, Format, Writer};
 
 use crate::arguments::{Source, Trace as Options};
@@ -23,9 +23,6 @@ use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::output::{Output, file_list};
 use crate::shell::{host, interrupt};
-
-/// Longest time in s between two rows of `waveform.csv`; instants have rows of their own.
-const RESOLUTION: f64 = 5e-6;
 
 /// Returns the plan of the trial's campaign, with the keys of `source` instead of the command line's.
 fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
@@ -71,10 +68,9 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let file = plan.file_at(options.point)?;
     let scenario = &single.scenario;
     doubts::warn(scenario);
-    let format = Format::from(options.format);
     let host = host::current();
     let in_memory = host.as_ref().is_some_and(|host| !host.files);
-    let tables = TraceTable::ALL.map(|table| format!("{}.{}", table.name, format.extension()));
+    let tables = TraceTable::ALL.map(|table| format!("{}.{}", table.name, options.format.name()));
     let mut names: Vec<&str> = tables.iter().map(String::as_str).collect();
     names.extend(["result.json", "waveform.svg", "waveform.png"]);
     names.extend(options.verify.then_some("verify.csv"));
@@ -88,12 +84,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let output = if in_memory { None } else { Some(Output::answering(asked(), &options.out, &names)?) };
 
     let case = single.case();
-    // The campaign's trial to the last bit. Energies are integrated along, which moves the steps a little.
-    let alone = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut NoProbe);
-    let record = Record { trial: single.trial, run: alone };
-    let mut trace = Trace::new(RESOLUTION);
-    let watched = simulate(&case, &mut scenario.detector_for(&case)?, true, &mut trace);
-
+    let (record, watched, trace) = scenario.watched(&case, true, f64::INFINITY)?;
     if let Some(host) = &host {
         for table in TraceTable::ALL {
             let mut columns = Columns::new(table.columns(&trace));
@@ -149,14 +140,13 @@ fn write(
     trace: &Trace,
     of: &[(String, String)],
 ) -> Result<(), Error> {
-    let format = Format::from(options.format);
     for table in TraceTable::ALL {
-        let name = format!("{}.{}", table.name, format.extension());
+        let name = format!("{}.{}", table.name, options.format.name());
         let path = options.out.join(&name);
         let failed = |error| Error::table(&path, error);
         let mut file = output.begin(&name)?;
-        let mut writer = Writer::new(&mut file, format, table.columns(trace), of).map_err(failed)?;
-        table.rows(trace, format, &mut |row| writer.row(row)).map_err(failed)?;
+        let mut writer = Writer::new(&mut file, options.format, table.columns(trace), of).map_err(failed)?;
+        table.rows(trace, options.format, &mut |row| writer.row(row)).map_err(failed)?;
         writer.finish().map_err(failed)?;
         output.close(&name, file)?;
     }
@@ -222,10 +212,7 @@ fn result<S>(
         let Abc([ab, bc, ca]) = abc;
         json!({ "ab": ab * factor, "bc": bc * factor, "ca": ca * factor })
     };
-    let findings = match run.ended {
-        Ended::Outcome(outcome) => Some(*outcome.findings()),
-        Ended::Error(_) => None,
-    };
+    let f = record.findings();
     json!({
         "setup": super::setup_json(file, &scenario.motor),
         "method": file.detector.name(),
@@ -241,40 +228,26 @@ fn result<S>(
         "rotor_moved_deg": record.rotor_moved_deg(),
         "duration_s": run.duration.seconds(),
         "peak_current_A": run.peak_current,
-        "line_inductance_mH": findings.and_then(|f| f.line_inductance).map(|l| lines(l, 1e3)),
-        "line_resistance_ohm": findings.and_then(|f| f.line_resistance).map(|r| lines(r, 1.0)),
-        "L_A_mH": findings.and_then(|f| f.mean_inductance).map(|l| l * 1e3),
-        "L_B_mH": findings.and_then(|f| f.saliency).map(|l| l * 1e3),
-        "i_d_along_A": findings.and_then(|f| f.polarity).map(|p| p.along),
-        "i_d_against_A": findings.and_then(|f| f.polarity).map(|p| p.against),
-        "angle_deviation_deg": findings.and_then(|f| f.angle_deviation).map(f64::to_degrees),
-        "pole_error_probability": findings.and_then(|f| f.pole_error),
-        "pole_evidence_deviations": findings.and_then(|f| f.pole_evidence).map(|e| e.deviations),
-        "pole_evidence_needed": findings.and_then(|f| f.pole_evidence).map(|e| e.needed),
-        "sensor_gain": findings.and_then(|f| f.sensor_gain).map(|g| g.0),
-        "polarity_margin_A": findings.and_then(|f| f.polarity).map(|p| p.margin()),
+        "line_inductance_mH": f.line_inductance.map(|l| lines(l, 1e3)),
+        "line_resistance_ohm": f.line_resistance.map(|r| lines(r, 1.0)),
+        "L_A_mH": f.mean_inductance.map(|l| l * 1e3),
+        "L_B_mH": f.saliency.map(|l| l * 1e3),
+        "i_d_along_A": f.polarity.map(|p| p.along),
+        "i_d_against_A": f.polarity.map(|p| p.against),
+        "angle_deviation_deg": f.angle_deviation.map(f64::to_degrees),
+        "pole_error_probability": f.pole_error,
+        "pole_evidence_deviations": f.pole_evidence.map(|e| e.deviations),
+        "pole_evidence_needed": f.pole_evidence.map(|e| e.needed),
+        "sensor_gain": f.sensor_gain.map(|g| g.0),
+        "polarity_margin_A": f.polarity.map(|p| p.margin()),
         "energy_J": watched.ledger.as_ref().map(energies),
         "right_hand_sides": watched.work.derivatives,
     })
 }
 
 /// Returns the energy balance of a run, in J, as JSON.
-fn energies(e: &Ledger) -> serde_json::Value {
-    json!({
-    "source": e.source,
-    "source_loss": e.source_loss,
-    "device_loss": e.device_loss,
-    "copper_loss": e.copper_loss,
-    "eddy_loss": e.eddy_loss,
-    "hysteresis_loss": e.hysteresis_loss,
-    "shaft_work": e.shaft_work,
-    "friction_loss": e.friction_loss,
-    "load_work": e.load_work,
-    "impact_loss": e.impact_loss,
-    "link_change": e.link_change,
-    "terminal_change": e.terminal_change,
-    "field_change": e.field_change,
-    "kinetic_change": e.kinetic_change,
-    "imbalance": e.imbalance(),
-    })
+fn energies(ledger: &Ledger) -> serde_json::Value {
+    let mut json = json!(ledger);
+    json["imbalance"] = ledger.imbalance().into();
+    json
 }

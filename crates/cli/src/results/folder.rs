@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use standstill_campaign::store::{Identity, Journal, Row, Rows, Shard};
+use standstill_interface::Choice as _;
 use standstill_report::study::ErrorCloud;
 use standstill_scenario::{Document, ScenarioFile, Verdict};
 use standstill_table::{Column, Format, Reader, TableError, Value};
@@ -137,7 +138,7 @@ fn done(journal: &Path) -> Option<(Identity, String)> {
     let mut rows = Rows::open(journal).ok()?;
     while rows.block().ok()?.is_some() {}
     let all = rows.identity().rows();
-    let done = format!(", {} of {all} trials are done", all - rows.left());
+    let done = format!(", {} of {all} trials are done", all - rows.walk().left());
     Some((rows.identity().clone(), done))
 }
 
@@ -208,8 +209,6 @@ impl FinishedRun {
     }
 }
 
-const VERDICTS: [Verdict; 4] = [Verdict::Found, Verdict::Undetermined, Verdict::Failed, Verdict::Error];
-
 /// Reads the rows of a table of trials with the numbers of their points. Missing numbers become not-a-number or none;
 /// the table has reasons as text alone, without their kinds.
 ///
@@ -237,7 +236,7 @@ fn row(values: &[Value<'_>]) -> Option<Row> {
         true_angle_deg: known(0),
         estimated_angle_deg: number(1),
         error_deg: number(2),
-        verdict: VERDICTS.into_iter().find(|verdict| verdict.name() == text(3))?,
+        verdict: Verdict::named(text(3))?,
         pole_correct: if let Value::Flag(correct) = values[4] { Some(correct) } else { None },
         rotor_moved_deg: known(5),
         duration_s: known(6),

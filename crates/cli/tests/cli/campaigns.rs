@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::{folder, mistake, names, standstill};
 
 /// Two axes, a tolerance and few trials of a method that is quick to simulate.
-const SWEEP: &str = r#"
+pub(super) const SWEEP: &str = r#"
 trials = 250
 [detector]
 method = "bipolar"
@@ -20,11 +20,11 @@ method = "bipolar"
 "motor.winding.resistance" = { normal = "5 %", truncated = 3 }
 "#;
 
-fn scenario(folder: &Path, text: &str) {
+pub(super) fn scenario(folder: &Path, text: &str) {
     fs::write(folder.join("s.toml"), text).expect("written");
 }
 
-fn succeed(arguments: &[&str], folder: &Path) -> String {
+pub(super) fn succeed(arguments: &[&str], folder: &Path) -> String {
     let output = standstill(arguments, folder);
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {message}");
@@ -33,7 +33,7 @@ fn succeed(arguments: &[&str], folder: &Path) -> String {
 }
 
 /// All files of a folder.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+pub(super) fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let read = |name: String| (name.clone(), fs::read(folder.join(name)).expect("readable"));
     names(folder).into_iter().map(read).collect()
 }
@@ -352,51 +352,4 @@ fn law_a_rule_that_is_not_reached_is_said() {
     };
     assert!(run("rms=1%").contains("stop_at was not reached in 150 trials"));
     assert!(!run("rms=50%").contains("not reached"));
-}
-
-#[test]
-fn law_a_report_is_one_file_that_says_what_was_run() {
-    let folder = folder();
-    let path = folder.path();
-    scenario(path, SWEEP);
-    for format in ["csv", "parquet"] {
-        succeed(&["run", "s.toml", "--trials", "60", "--format", format, "--out", format], path);
-        let text = succeed(&["report", format], path);
-        assert!(
-            text.contains("at any of 4 points")
-                && text.contains("Worst point: ")
-                && text.contains("answered rightly"),
-            "{text}"
-        );
-        let report = path.join(format).join("report");
-        let made = names(&report);
-        for name in ["report.html", "sweep_sensors.noise.png", "heat_sensors.noise_errors.png"] {
-            assert!(made.iter().any(|made| made == name), "{name} in {made:?}");
-        }
-        let page = fs::read_to_string(report.join("report.html")).expect("readable");
-        for part in
-            ["bipolar", "standstill run scenario.toml", "errors&quot; = [", "sensors.noise", "Verdict"]
-        {
-            assert!(page.contains(part), "{part}");
-        }
-    }
-    // Both formats hold the same trials: only the command that is told differs.
-    let pictures = |format: &str| {
-        let mut files = files(&path.join(format).join("report"));
-        files.remove("report.html");
-        files
-    };
-    assert_eq!(pictures("csv"), pictures("parquet"));
-
-    assert!(mistake(&["report", "nowhere"], path).contains("nowhere: found no such folder"));
-    fs::remove_file(path.join("parquet/trials.parquet")).expect("there");
-    assert!(mistake(&["report", "parquet"], path).contains("no trials"));
-    succeed(&["run", "s.toml", "--trials", "60", "--seed", "2", "--out", "other"], path);
-    let write = |out: &str, trials: &str| super::changed::write_with_its_digest(&path.join(out), trials);
-    let other = fs::read_to_string(path.join("other/trials.csv")).expect("readable");
-    write("csv", &other);
-    assert!(mistake(&["report", "csv"], path).contains("another seed"));
-    let short: Vec<&str> = other.lines().take(100).collect();
-    write("other", &short.join("\n"));
-    assert!(mistake(&["report", "other"], path).contains("99 trials instead of 240"));
 }

@@ -29,6 +29,7 @@ mod pages;
 mod printed;
 mod questions;
 mod replaced;
+mod reports;
 mod requirements;
 mod scenarios;
 #[cfg(target_os = "linux")]
@@ -248,7 +249,7 @@ fn law_magnetics_tells_which_pole_draws_more_current() {
     }
     assert!(names(folder.path()).is_empty(), "--json writes no file");
     assert!(standstill(&["magnetics", "paper-5k5", "--out", "m"], folder.path()).status.success());
-    assert_eq!(names(&folder.path().join("m")), ["magnetics.png", "magnetics.svg"]);
+    assert_eq!(names(&folder.path().join("m")), ["magnetics.html", "magnetics.png", "magnetics.svg"]);
 }
 
 #[test]

@@ -73,8 +73,9 @@ impl Grid {
         for (name, axis) in [("i_d", &grid.d), ("i_q", &grid.q)] {
             if axis.len() < LEAST_VALUES {
                 let found = format!("only {} values of {name}", axis.len());
-                let needed =
-                    format!("at least {LEAST_VALUES} of each current, or the saturation cannot be told");
+                let needed = format!(
+                    "at least {LEAST_VALUES} of each current, or the saturation cannot be determined"
+                );
                 return Err(MapError::new(file, None, found, needed));
             }
         }

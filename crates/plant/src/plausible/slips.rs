@@ -2,6 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
+use standstill_interface::choice;
 use standstill_quantity::listed;
 
 use super::{Guess, Numbers};
@@ -10,52 +11,47 @@ use super::{Guess, Numbers};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slip {
     key: Key,
-    /// What the number is to be multiplied with.
+    /// Factor from the number found to the number meant.
     factor: f64,
     why: Why,
     /// How much rarer than the most usual one, as a logarithm.
     pub(super) rare: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Key {
-    PolePairs,
-    Resistance,
-    D,
-    Q,
-    Both,
-    Flux,
-    Current,
-    Link,
-    Power,
-    Speed,
-    Torque,
+choice! {
+    /// Number of a data sheet that may be meant otherwise.
+    pub enum Key {
+        /// Number of pole pairs.
+        PolePairs = "pole_pairs",
+        /// Resistance of a phase.
+        Resistance = "resistance",
+        /// Inductance along the d-axis.
+        D = "L_d",
+        /// Inductance along the q-axis.
+        Q = "L_q",
+        /// Both inductances.
+        Both = "L_d and L_q",
+        /// Flux linkage of the magnet.
+        Flux = "magnet_flux",
+        /// Rated current.
+        Current = "rated_current",
+        /// Voltage of the DC link.
+        Link = "dc_link",
+        /// Rated power.
+        Power = "power",
+        /// Rated speed.
+        Speed = "rated_speed",
+        /// Rated torque.
+        Torque = "rated_torque",
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Why {
     /// A prefix.
     Prefix,
-    /// What it looks like, and the factor in words.
+    /// Quantity that the number looks like, and the factor in words.
     Looks(&'static str, &'static str),
-}
-
-impl Key {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::PolePairs => "pole_pairs",
-            Self::Resistance => "resistance",
-            Self::D => "L_d",
-            Self::Q => "L_q",
-            Self::Both => "L_d and L_q",
-            Self::Flux => "magnet_flux",
-            Self::Current => "rated_current",
-            Self::Link => "dc_link",
-            Self::Power => "power",
-            Self::Speed => "rated_speed",
-            Self::Torque => "rated_torque",
-        }
-    }
 }
 
 impl Slip {

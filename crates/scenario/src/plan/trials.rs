@@ -43,49 +43,8 @@ impl Plan {
         if let Some(remote) = &self.remote {
             return self.remote_trials(remote.as_ref(), (point, scenario), trials, done);
         }
-        let failed = |trial| move |error| TrialError { trial, error };
-        if !self.has_tolerances() {
-            return scenario
-                .trials(trials, done)
-                .map_err(|TrialError { trial, error }| failed(trial)(FileError::settings(&error)));
-        }
-        let mut drawer = self.drawer(point, Some(scenario));
-        loop {
-            let numbers: Vec<u64> = trials.take(AT_A_TIME).collect();
-            let mut draw = |trial| drawer.draw(Streams::new(self.file.seed, trial)).map_err(failed(trial));
-            let drawn = all_until_error(numbers.iter().map(|trial| draw(*trial)));
-            let cases = drawn.all.iter().zip(&numbers).map(|(scenario, trial)| {
-                let case = scenario.case(*trial);
-                let detector = scenario.detector_for(&case);
-                let detector = detector.map_err(|error| failed(*trial)(FileError::settings(&error)))?;
-                Ok((case, detector))
-            });
-            side_by_side(cases, |number, run| done(Record { trial: numbers[number], run }))?;
-            drawn.ended?;
-            if numbers.len() < AT_A_TIME {
-                return Ok(());
-            }
-        }
-    }
-
-    /// Runs the trial whose draws, tolerances included, a tape gives.
-    ///
-    /// # Errors
-    /// An invalid drawn value.
-    pub fn trial_taped(
-        &self,
-        point: usize,
-        scenario: &Scenario<Method<f64>>,
-        tape: &Tape,
-    ) -> Result<Record, FileError> {
-        let run = |scenario: &Scenario<Method<f64>>| {
-            scenario.trial_taped(tape).map_err(|error| FileError::settings(&error))
-        };
-        if self.has_tolerances() {
-            run(&self.drawer(point, Some(scenario)).draw(Streams::taped(tape))?)
-        } else {
-            run(scenario)
-        }
+        let streams = trials.map(|trial| Streams::new(self.file.seed, trial));
+        self.side_by_side(point, scenario, streams, &|_| (), &mut |_, record| done(record))
     }
 
     /// Makes the scenario of the trial whose draws, tolerances included, a tape gives.
@@ -115,41 +74,48 @@ impl Plan {
         change: &dyn Fn(&mut Scenario<Method<f64>>),
         done: &mut dyn FnMut(usize, Record),
     ) -> Result<(), FileError> {
+        let streams = tapes.iter().map(Streams::taped);
+        self.side_by_side(point, scenario, streams, change, done).map_err(|failed| failed.error)
+    }
+
+    /// Runs the trials of these draws; `change` is applied to each trial's scenario before its detector is made.
+    fn side_by_side<'t>(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        mut streams: impl Iterator<Item = Streams<'t>>,
+        change: &dyn Fn(&mut Scenario<Method<f64>>),
+        done: &mut dyn FnMut(usize, Record),
+    ) -> Result<(), TrialError<FileError>> {
+        let settings = |TrialError { trial, error }| TrialError { trial, error: FileError::settings(&error) };
         if !self.has_tolerances() {
             let mut scenario = scenario.clone();
             change(&mut scenario);
-            return scenario.trials_taped(tapes, done).map_err(|error| FileError::settings(&error));
+            return side_by_side(streams.map(|streams| (&scenario, streams)), done).map_err(settings);
         }
-        let mut drawer = self.drawer(point, Some(scenario));
-        for (block, tapes) in tapes.chunks(AT_A_TIME).enumerate() {
-            let changed = |tape| {
-                let mut scenario = drawer.draw(Streams::taped(tape))?;
-                change(&mut scenario);
-                Ok(scenario)
-            };
-            let drawn = all_until_error(tapes.iter().map(changed));
-            let cases = drawn.all.iter().zip(tapes).map(|(scenario, tape)| {
-                let case = scenario.case_taped(tape);
-                let detector = scenario.detector_for(&case).map_err(|error| FileError::settings(&error))?;
-                Ok((case, detector))
-            });
-            side_by_side(cases, |number, run| {
-                done(block * AT_A_TIME + number, Record { trial: tapes[number].index(), run });
-            })?;
-            drawn.ended?;
+        let (mut drawer, mut before) = (self.drawer(point, Some(scenario)), 0);
+        loop {
+            let block: Vec<Streams<'_>> = streams.by_ref().take(AT_A_TIME).collect();
+            let (mut drawn, mut ended) = (Vec::new(), Ok(()));
+            for streams in &block {
+                match drawer.draw(*streams) {
+                    Ok(mut scenario) => {
+                        change(&mut scenario);
+                        drawn.push(scenario);
+                    }
+                    Err(error) => {
+                        ended = Err(TrialError { trial: streams.index(), error });
+                        break;
+                    }
+                }
+            }
+            let trials = drawn.iter().zip(block.iter().copied());
+            side_by_side(trials, |number, record| done(before + number, record)).map_err(settings)?;
+            ended?;
+            if block.len() < AT_A_TIME {
+                return Ok(());
+            }
+            before += AT_A_TIME;
         }
-        Ok(())
     }
-}
-
-/// Results before the first error, and that error if there was one.
-struct Made<T, E> {
-    all: Vec<T>,
-    ended: Result<(), E>,
-}
-
-fn all_until_error<T, E>(made: impl Iterator<Item = Result<T, E>>) -> Made<T, E> {
-    let mut ended = Ok(());
-    let all = made.map_while(|one| one.map_err(|error| ended = Err(error)).ok()).collect();
-    Made { all, ended }
 }

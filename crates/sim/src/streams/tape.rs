@@ -3,6 +3,8 @@
 use std::cell::RefCell;
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Draws, Purpose, Source};
 
 /// The draws of one trial as standard normals, purpose by purpose. Rare-event simulation and sensitivity analysis set
@@ -11,7 +13,7 @@ use super::{Draws, Purpose, Source};
 /// A uniform number is read from a normal as Φ(z), an angle as the direction of two normals. Draws that are not read
 /// stay as they are. Where a trial reads beyond the end of the tape, the draws that the tape's own seed and number
 /// give there are appended: new standard normals, independent of all others.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tape {
     source: Source,
     strips: RefCell<Vec<Strip>>,
@@ -25,7 +27,7 @@ impl Clone for Tape {
 }
 
 /// The draws of one purpose.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Strip {
     /// Purpose of the draws.
     pub purpose: Purpose,

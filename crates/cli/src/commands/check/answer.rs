@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
-use standstill_analysis::{Candidate, Condition, Demand, Setting, Suited};
+use standstill_analysis::{Candidate, Condition, Demand, Demands, Setting, Suited};
 
 use super::file::Written;
 use super::words::{Checked, settings};
@@ -131,25 +131,16 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
             .into_iter()
             .map(|(name, value)| (name.to_owned(), value.into()))
             .collect();
+        let mut confirmed = json!(fresh);
+        confirmed["wrong_poles_by"] =
+            if fresh.counted.is_some() { "count" } else { "normal evidence" }.into();
         json!({
             "method": candidate.method().name(),
             "keys": object(&candidate.setting),
             "margin": candidate.margin(),
             "binding": candidate.binding.map(Demand::name),
             "settings": settings,
-            "confirmed": {
-                "starts": fresh.starts,
-                "seed": fresh.seed,
-                "confidence": fresh.confidence,
-                "p95_at_most_deg": fresh.p95_at_most_deg,
-                "without_angle_at_most": fresh.without_angle_at_most,
-                "wrong_poles": fresh.wrong_poles,
-                "counted": fresh.counted,
-                "wrong_poles_at_most": fresh.wrong_poles_at_most,
-                "wrong_poles_by": if fresh.counted.is_some() { "count" } else { "normal evidence" },
-                "moved_deg": fresh.moved_deg,
-                "peak_current_A": fresh.peak_current_a,
-            },
+            "confirmed": confirmed,
         })
     });
     let condition = found.condition.as_ref().map(|condition| match condition {
@@ -174,14 +165,7 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         "pole": found.pole,
         "reasons": asked.reasons(),
         "doubts": asked.motor.doubtful().map(|doubtful| doubtful.said()),
-        "demands": {
-            "error_deg": asked.demands.error_deg,
-            "movement_deg": asked.demands.movement_deg,
-            "without_angle": asked.demands.without_angle,
-            "wrong_poles": asked.demands.wrong_poles,
-            "current_A": found.most_current_a,
-            "time_s": asked.demands.time_s,
-        },
+        "demands": Demands { current_a: Some(found.most_current_a), ..*asked.demands },
         "saliency_ratio": found.saliency_ratio,
         "limit_deg": found.limit.map(|bound| bound.scheme_deg),
         "limit_on_a_specimen_deg": found.limit.and_then(|bound| bound.hybrid_deg),

@@ -1,4 +1,4 @@
-//! The survey of a core as text.
+//! The survey of a core as an answer: text and page.
 
 use std::fmt::Write as _;
 
@@ -6,10 +6,11 @@ use standstill_plant::{
     Continuation, FluxMap, MapReport, OperatingPoint, PolaritySignature, PoleKnowledge, Survey,
 };
 use standstill_quantity::{decimals, number, short};
+use standstill_report::page::{Block, Column, Table, Tone};
 
 use super::{Subject, name, reach, short_pulse, standard_errors};
-use crate::shell::table::Print as _;
-use standstill_report::page::{Column, Table};
+use crate::answer::{Answer, verdict};
+use crate::figures;
 
 const fn meaning(signature: PolaritySignature) -> &'static str {
     match signature {
@@ -74,19 +75,20 @@ fn beside_the_core(subject: &Subject, survey: &Survey) -> String {
     text
 }
 
-pub fn of(subject: &Subject, survey: &Survey) -> String {
-    let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "{}: open-circuit flux {} Wb, L_d {} mH, L_q {} mH without current{}\n\
-         polarity signature up to {} A{}: {}: {}\nreciprocity error {:.1e}, {}\n",
+pub fn of(subject: &Subject, survey: &Survey) -> Answer {
+    let setting = format!(
+        "{}: open-circuit flux {} Wb, L_d {} mH, L_q {} mH without current{}",
         subject.name,
         number(6, survey.open_circuit_flux),
         number(3, survey.l_dd * 1e3),
         number(3, survey.l_qq * 1e3),
         standard_errors(subject, [0.0; 2]).map_or_else(String::new, |[d, _, q]| {
             format!(" (standard errors {} and {} mH)", number(2, d * 1e3), number(2, q * 1e3))
-        }),
+        })
+    );
+    let tone = if survey.signature == PolaritySignature::Normal { Tone::Good } else { Tone::Warning };
+    let headline = format!(
+        "polarity signature up to {} A{}: {}: {}",
         reach(survey),
         if subject.map.as_ref().is_some_and(|(map, _)| map.pole(reach(survey)) != PoleKnowledge::Known) {
             " of what is simulated, which the file does not tell"
@@ -94,7 +96,10 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
             ""
         },
         name(survey.signature),
-        meaning(survey.signature),
+        meaning(survey.signature)
+    );
+    let mut text = format!(
+        "reciprocity error {:.1e}, {}\n\n",
         survey.reciprocity_error,
         if survey.convex { "inductances positive definite" } else { "inductances NOT positive definite" }
     );
@@ -106,7 +111,6 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
     }
     text += &motor_text(subject, survey);
     text += &beside_the_core(subject, survey);
-    text.push('\n');
     let points = || survey.along_d.iter().chain(&survey.along_q);
     let largest = |of: fn(&OperatingPoint) -> f64| points().map(of).map(f64::abs).fold(0.0, f64::max);
     let current = decimals(2, largest(|p| p.i_d).max(largest(|p| p.i_q)));
@@ -145,15 +149,21 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
         5 => Column::number(title).rank(1),
         _ => Column::number(title),
     });
-    text += &Table::new(columns).rows(rows).text();
-    text.push('\n');
-    text += &polarity(survey, current, inductance);
-    text.push('\n');
-    text
+    let blocks = vec![
+        Block::Code { caption: String::new(), text },
+        Block::Table(Table::new(columns).rows(rows)),
+        Block::Table(polarity(survey, current, inductance)),
+    ];
+    let title = format!("Inductances of {}", subject.name);
+    Answer::new("magnetics", title, setting, verdict(tone, headline, Vec::new()), blocks).with(
+        "magnetics",
+        figures::magnetics(survey, &subject.name),
+        "",
+    )
 }
 
 /// Returns the table of a polarity test's inductances; `current`, `inductance`: numbers of decimals.
-fn polarity(survey: &Survey, current: usize, inductance: usize) -> String {
+fn polarity(survey: &Survey, current: usize, inductance: usize) -> Table {
     let rows = survey.polarity.iter().map(|p| {
         vec![
             format!("{:.current$}", p.current),
@@ -163,7 +173,7 @@ fn polarity(survey: &Survey, current: usize, inductance: usize) -> String {
         ]
     });
     let titles = ["current along d (A)", "L to north (mH)", "L to south (mH)", "north draws more by (%)"];
-    Table::new(titles.map(Column::number)).rows(rows).text()
+    Table::new(titles.map(Column::number)).rows(rows)
 }
 
 /// Returns the text on the side of the map that the file does not contain, as continued by each kind of core.

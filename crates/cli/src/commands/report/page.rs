@@ -22,12 +22,10 @@ pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answ
     Answer {
         name: "report",
         title: "Initial rotor position: Monte Carlo".to_owned(),
-        setting: String::new(),
         sections: std::iter::once(verdict).chain(results).collect(),
         figures,
         json,
-        csv: None,
-        code: 0,
+        ..Answer::default()
     }
 }
 

@@ -24,8 +24,8 @@ pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Tabl
         let twice_published = TABLE_1[k].twice_deg;
         let recomputed = 2.0 * rotor_angle_from_lines(Abc(published), -1.0).to_degrees();
         let ideal = row.ideal_lines.0.map(|l| l * 1e3);
-        let simulated = row.findings.line_inductance.map(|Abc(lines)| lines.map(|l| l * 1e3));
-        let twice = row.axis_deg().map(|axis| 2.0 * axis);
+        let simulated = row.record.findings().line_inductance.map(|Abc(lines)| lines.map(|l| l * 1e3));
+        let twice = row.record.axis_deg().map(|axis| 2.0 * axis);
         let twice_true = (2.0 * row.angle_deg).rem_euclid(360.0);
         let lines = |record: Record, name: &str, lines: Option<[f64; 3]>| {
             ["ab", "bc", "ca"].iter().enumerate().fold(record, |record, (k, line)| {
@@ -63,7 +63,7 @@ pub fn table_1(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Tabl
 pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Table) {
     let build = |(k, row): (usize, &SimulatedRow)| {
         let published = TABLE_2[k];
-        let currents = row.findings.polarity.map(|p| [p.along, p.against]);
+        let currents = row.record.findings().polarity.map(|p| [p.along, p.against]);
         let current = |k: usize| currents.map(|currents| currents[k]);
         let (identified, apart) = (row.record.estimated_angle_deg(), row.error_to_resolver_deg());
         let record = Record::default()
@@ -75,8 +75,8 @@ pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Tabl
             .with("identified_published_deg", published.identified_deg)
             .with("measured_published_deg", published.measured_deg)
             .with("error_published_deg", published.error_deg)
-            .with("candidate_1_simulated_deg", row.axis_deg())
-            .with("candidate_2_simulated_deg", row.axis_deg().map(|axis| axis + 180.0))
+            .with("candidate_1_simulated_deg", row.record.axis_deg())
+            .with("candidate_2_simulated_deg", row.record.axis_deg().map(|axis| axis + 180.0))
             .with("i_d_1_simulated_a", current(0))
             .with("i_d_2_simulated_a", current(1))
             .with("identified_simulated_deg", identified)

@@ -16,12 +16,14 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 use standstill_files::{MOST_BYTES, read_at_most};
 use standstill_foreign::{Description, Level, Library, LoadError, Timing, load_elsewhere};
 use standstill_scenario::{Document, FileError, Lost, Plan, Record, Remote};
 
 use crate::error::Error;
+use crate::shell::command_line::one_line;
 use crate::shell::{Report, host};
 
 /// Mark at the begin of a worker's own lines, to distinguish them from the library's output.
@@ -77,7 +79,7 @@ impl Workers {
         }
         let folder = std::path::absolute(document.files().folder()).or_else(|_| std::env::current_dir());
         let path = folder.map_err(Error::writing(Path::new("scenario")))?.join("scenario.toml");
-        let scenario = json!({ "path": path, "text": file.text()? }).to_string();
+        let scenario = line(&Request::Run { path, text: file.text()? });
         Ok(Self { scenario, files: BTreeMap::new(), free: Mutex::default() })
     }
 
@@ -96,15 +98,13 @@ impl Workers {
         let of_library = |message: String| refused("detector.library", message);
         let mut worker = self.worker().map_err(|error| of_library(format!("no worker process: {error}")))?;
         match worker.answer() {
-            Some((Answer::Ready, text)) => {
-                Worker::begin(&text, &self.files).map_err(of_library)?;
+            Some(Answer::Ready(digests)) => {
+                Worker::begin(&digests, &self.files).map_err(of_library)?;
                 self.free.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
                 Ok(())
             }
-            Some((_, text)) => Err(match serde_json::from_str::<[String; 2]>(&text) {
-                Ok([key, message]) => refused(&key, message),
-                Err(_) => of_library(text),
-            }),
+            Some(Answer::Key { key, message }) => Err(refused(&key, message)),
+            Some(other) => Err(of_library(other.text())),
             None => Err(of_library(format!(
                 "found one of which no detector can be made: {}, needed one whose create() returns",
                 worker.ending()
@@ -116,79 +116,83 @@ impl Workers {
 /// Returns a worker's description of the library at a path.
 fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     let failed = |found: String| LoadError::new(found, "one that can be loaded".to_owned());
-    let request = json!({ "inspect": path, "limit": limit.as_secs_f64() });
-    let mut worker = Worker::new(&request.to_string())
-        .map_err(|error| failed(format!("no process that loads it: {error}")))?;
-    let Some((answer, text)) = worker.answer() else {
+    let request = Request::Inspect { path: path.to_owned(), limit };
+    let mut worker =
+        Worker::new(&line(&request)).map_err(|error| failed(format!("no process that loads it: {error}")))?;
+    let Some(answer) = worker.answer() else {
         return Err(failed(format!("a library that cannot be loaded: {}", worker.ending())));
     };
     // It ends at the end of its input.
     let _ = worker.ending();
-    let said: Value = serde_json::from_str(&text).unwrap_or_default();
-    let part = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
-    match (answer, level(&said["isr"])) {
-        (Answer::Library, Some(level)) => Ok(Description { name: part("name"), level, loads: loads(&said) }),
-        _ => Err(LoadError::new(part("found"), part("needed"))),
+    match answer {
+        Answer::Library { name, isr, loads } => {
+            let timing = |(pwm_hz, twice, sample_at, update_delay)| {
+                Level::Interrupt(Timing { pwm_hz, twice, sample_at, update_delay })
+            };
+            Ok(Description { name, level: isr.map_or(Level::Command, timing), loads })
+        }
+        Answer::NoLibrary { found, needed } => Err(LoadError { found, needed }),
+        other => Err(failed(other.text())),
     }
 }
 
-/// Returns the libraries that a library has loaded itself, from the answer of [`described`].
-fn loads(said: &Value) -> Vec<PathBuf> {
-    said["loads"].as_array().into_iter().flatten().filter_map(Value::as_str).map(PathBuf::from).collect()
-}
-
-/// Parses a level as written by [`described`].
-fn level(of: &Value) -> Option<Level> {
-    #[allow(clippy::cast_possible_truncation, reason = "it was a single one")]
-    match of.as_array().map(Vec::as_slice) {
-        None => Some(Level::Command),
-        Some([pwm, twice, at, delay]) => Some(Level::Interrupt(Timing {
-            pwm_hz: u32::try_from(pwm.as_u64()?).ok()?,
-            twice: twice.as_bool()?,
-            sample_at: at.as_f64()? as f32,
-            update_delay: u32::try_from(delay.as_u64()?).ok()?,
-        })),
-        Some(_) => None,
-    }
-}
-
-/// Returns a worker's description of a library, as JSON.
-fn described(path: &str) -> String {
-    let path = PathBuf::from(path);
-    let read = read_at_most(&path, MOST_BYTES).map_err(|error| {
+/// Loads the library at a path, and returns a worker's description of it.
+fn described(path: &Path) -> Answer {
+    let read = read_at_most(path, MOST_BYTES).map_err(|error| {
         LoadError::new(format!("a file that cannot be read: {error}"), "a shared library".to_owned())
     });
     let further = |path: &Path| read_at_most(path, MOST_BYTES).map(Into::into);
-    match read.and_then(|bytes| Library::of(&path, &bytes.into(), &further)) {
+    match read.and_then(|bytes| Library::of(path, &bytes.into(), &further)) {
         Ok(library) => {
             let isr = match library.level() {
-                Level::Command => Value::Null,
+                Level::Command => None,
                 Level::Interrupt(Timing { pwm_hz, twice, sample_at, update_delay }) => {
-                    json!([pwm_hz, twice, sample_at, update_delay])
+                    Some((pwm_hz, twice, sample_at, update_delay))
                 }
             };
-            let loads = &library.description().loads;
-            format!("library {}", json!({ "name": library.name(), "isr": isr, "loads": loads }))
+            let loads = library.description().loads.clone();
+            Answer::Library { name: library.name().to_owned(), isr, loads }
         }
-        Err(LoadError { found, needed }) => {
-            format!("refused {}", json!({ "found": found, "needed": needed }))
-        }
+        Err(LoadError { found, needed }) => Answer::NoLibrary { found, needed },
     }
 }
 
-/// The kind of a worker's answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// First line of a worker's input.
+#[derive(Serialize, Deserialize)]
+enum Request {
+    /// Describe the library at a path; `limit`: longest time of a call.
+    Inspect { path: PathBuf, limit: Duration },
+    /// Run trials of a scenario: the path of its file, and its text with all changes.
+    Run { path: PathBuf, text: String },
+}
+
+/// Answer of a worker.
+#[derive(Debug, Serialize, Deserialize)]
 enum Answer {
-    /// The worker has its scenario, and a detector could be made.
-    Ready,
-    /// The worker has loaded a library.
-    Library,
-    /// The worker cannot do what was requested.
-    Refused,
-    /// No trial can be run.
-    Error,
+    /// The worker has its scenario, and a detector could be made; with the digests of the files that it reads.
+    Ready(BTreeMap<String, String>),
+    /// The worker has loaded a library; `isr`: the fields of [`Timing`], of a library that is an interrupt.
+    Library { name: String, isr: Option<(u32, bool, f32, u32)>, loads: Vec<PathBuf> },
+    /// A file is no library that can be a detector.
+    NoLibrary { found: String, needed: String },
+    /// The scenario has a wrong key.
+    Key { key: String, message: String },
+    /// Neither the scenario nor a trial of it can be run.
+    Error(String),
     /// A trial's record.
-    Record,
+    Record(String),
+}
+
+impl Answer {
+    /// Returns the text of an error.
+    fn text(self) -> String {
+        if let Self::Error(text) = self { text } else { format!("an answer out of turn: {self:?}") }
+    }
+}
+
+/// Writes a message as a line.
+fn line(message: &impl Serialize) -> String {
+    json!(message).to_string()
 }
 
 impl Worker {
@@ -208,32 +212,25 @@ impl Worker {
     }
 
     /// Returns the worker's next answer; none if the process ends before.
-    fn answer(&mut self) -> Option<(Answer, String)> {
+    fn answer(&mut self) -> Option<Answer> {
         let mut line = Vec::new();
         loop {
             line.clear();
             if self.output.read_until(b'\n', &mut line).ok()? == 0 {
                 return None;
             }
-            let text = String::from_utf8_lossy(&line);
             // What a library prints may stand before it.
-            let Some((_, answer)) = text.trim_end_matches('\n').split_once(MARK) else { continue };
-            let (kind, text) = answer.split_once(' ').unwrap_or((answer, ""));
-            let kind = match kind {
-                "ready" => Answer::Ready,
-                "library" => Answer::Library,
-                "refused" => Answer::Refused,
-                "record" => Answer::Record,
-                _ => Answer::Error,
-            };
-            return Some((kind, text.to_owned()));
+            let text = String::from_utf8_lossy(&line);
+            let answer = text.split_once(MARK).and_then(|(_, answer)| serde_json::from_str(answer).ok());
+            if answer.is_some() {
+                return answer;
+            }
         }
     }
 
     /// Checks that the files read by the worker are those of the run.
-    fn begin(digests: &str, files: &BTreeMap<String, String>) -> Result<(), String> {
-        let own: BTreeMap<String, String> = serde_json::from_str(digests).unwrap_or_default();
-        let other = files.iter().chain(&own).find(|(path, _)| files.get(*path) != own.get(*path));
+    fn begin(own: &BTreeMap<String, String>, files: &BTreeMap<String, String>) -> Result<(), String> {
+        let other = files.iter().chain(own).find(|(path, _)| files.get(*path) != own.get(*path));
         if let Some((path, _)) = other {
             return Err(format!("the file {path} is another than when the run began"));
         }
@@ -250,15 +247,14 @@ impl Worker {
         // One that ended while it began says so by its end.
         let _ = writeln!(self.input, "{point} {trial}");
         loop {
-            let (answer, text) = self.answer()?;
-            return Some(match answer {
-                Answer::Ready => match Self::begin(&text, files) {
+            return Some(match self.answer()? {
+                Answer::Ready(digests) => match Self::begin(&digests, files) {
                     Ok(()) => continue,
                     Err(other) => Err(Lost::All(other)),
                 },
-                Answer::Record => Record::from_line(&text)
+                Answer::Record(text) => Record::from_line(&text)
                     .ok_or_else(|| Lost::All(format!("a record that is none: {text}"))),
-                _ => Err(Lost::All(text)),
+                other => Err(Lost::All(other.text())),
             });
         }
     }
@@ -310,25 +306,27 @@ pub fn worker() -> Result<Report, Error> {
     let failed = |error: std::io::Error| Error::Read("standard input".into(), error);
     let mut lines = std::io::stdin().lines();
     let first = lines.next().transpose().map_err(failed)?.unwrap_or_default();
-    let first: Value =
-        serde_json::from_str(&first).map_err(|error| Error::Arguments(format!("worker: {error}")))?;
-    if let Some(path) = first["inspect"].as_str() {
-        isolate(Duration::from_secs_f64(first["limit"].as_f64().unwrap_or(1.0)));
-        let _ = say(&described(path));
-        // Whoever asked has read it when the input ends.
-        while lines.next().is_some() {}
-        return Ok(Report { text: String::new(), code: 0 });
-    }
-    let plan = plan_of(&first);
-    let said = match &plan {
-        Ok(plan) => say(&format!("ready {}", json!(digests(plan)))),
-        Err(Error::Scenario(FileError::Key { key, message, .. })) => {
-            say(&format!("refused {}", json!([key, message])))
+    let first = serde_json::from_str(&first).map_err(|error| Error::Arguments(format!("worker: {error}")))?;
+    let done = || Ok(Report { text: String::new(), code: 0 });
+    let plan = match first {
+        Request::Inspect { path, limit } => {
+            isolate(limit);
+            let _ = say(&described(&path));
+            // Whoever asked has read it when the input ends.
+            while lines.next().is_some() {}
+            return done();
         }
-        Err(error) => say(&format!("refused {}", crate::shell::command_line::one_line(&error.to_string()))),
+        Request::Run { path, text } => plan_of(&path, &text),
+    };
+    let said = match &plan {
+        Ok(plan) => say(&Answer::Ready(digests(plan))),
+        Err(Error::Scenario(FileError::Key { key, message, .. })) => {
+            say(&Answer::Key { key: key.clone(), message: message.clone() })
+        }
+        Err(error) => say(&Answer::Error(one_line(&error.to_string()))),
     };
     if said.is_err() {
-        return Ok(Report { text: String::new(), code: 0 });
+        return done();
     }
     let mut point_at_hand = None;
     for line in lines {
@@ -345,19 +343,19 @@ pub fn worker() -> Result<Report, Error> {
             plan.trial(point, scenario, trial).map_err(|error| error.to_string())
         })();
         let answer = match answer {
-            Ok(record) => format!("record {}", record.to_line()),
-            Err(error) => format!("error {}", crate::shell::command_line::one_line(&error)),
+            Ok(record) => Answer::Record(record.to_line()),
+            Err(error) => Answer::Error(one_line(&error)),
         };
         if say(&answer).is_err() {
             break;
         }
     }
-    Ok(Report { text: String::new(), code: 0 })
+    done()
 }
 
-/// Writes a line to the parent process.
-fn say(answer: &str) -> std::io::Result<()> {
-    crate::shell::terminal::write(&format!("{MARK}{answer}\n"))
+/// Writes an answer to the parent process.
+fn say(answer: &Answer) -> std::io::Result<()> {
+    crate::shell::terminal::write(&format!("{MARK}{}\n", line(answer)))
 }
 
 /// Returns the digests of all files that a plan reads, by their paths.
@@ -373,9 +371,8 @@ fn isolate(limit: Duration) {
     let _ = limit;
 }
 
-fn plan_of(given: &Value) -> Result<Plan, Error> {
-    let text = |key: &str| given[key].as_str().unwrap_or_default().to_owned();
-    let document = Document::parse(Path::new(&text("path")), &text("text"))?;
+fn plan_of(path: &Path, text: &str) -> Result<Plan, Error> {
+    let document = Document::parse(path, text)?;
     isolate(document.load()?.detector.call_limit()?);
     Ok(Plan::new(document)?)
 }

@@ -32,7 +32,7 @@ use crate::summary;
 
 /// Returns the names of the files.
 pub fn names(options: &Run) -> Vec<&'static str> {
-    let trials = (options.rows == Rows::All).then(|| trials_name(options.results.format.into()));
+    let trials = (options.rows == Rows::All).then(|| trials_name(options.results.format));
     trials.into_iter().chain([SUMMARY]).filter(|_| files_wanted()).collect()
 }
 
@@ -117,7 +117,7 @@ impl Results {
             let output = files_wanted().then(|| Output::create(&options.out, &[SUMMARY])).transpose()?;
             return Self::finish(options, output, identity, points, None).map(Some);
         }
-        let format = Format::from(options.format);
+        let format = options.format;
         let name = trials_name(format);
         let path = options.out.join(name);
         let failed = |error: TableError| Error::table(&path, error);

@@ -2,24 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::json;
 use standstill_report::page::{Block, Column, Table, Tone};
 
 use super::{ended, plan, trial_of};
 use crate::answer::{Answer, Made, verdict};
-use crate::arguments::{FormatName, Keys, Source, Trace as Options};
-use crate::commands::explain::watch;
+use crate::arguments::{Keys, Source, Trace as Options};
 use crate::commands::question::Identity;
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::typed_of;
-use crate::shell::output::Output;
-use crate::shell::output::file_list;
 use crate::shell::setup::Setup;
 use crate::shell::setup::conditions;
 use standstill_scenario::Verdict;
+use standstill_table::Format;
 
 /// Largest number of settings that a reader can distinguish in one picture.
 const MOST: usize = 6;
@@ -99,7 +96,7 @@ fn check(options: &Options, settings: &[Setting]) -> Result<(), Error> {
     {
         return Err(Error::Arguments(format!("-s with lists: {twice} is there twice")));
     }
-    if options.format != FormatName::Csv {
+    if options.format != Format::Csv {
         return Err(Error::Arguments(
             "--format: needed a single setting, not lists, which are laid over one another without tables"
                 .to_owned(),
@@ -127,18 +124,16 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         let known = || conditions(plan.file(), |key| keys.iter().any(|varied| varied == key));
         spoken.get_or_insert_with(known);
         identities.push(Identity::new(&plan, [])?);
-        singles.push((name, single, plan.text()?));
+        singles.push((name, single, plan.file_at(options.point)?, plan.text()?));
     }
-    let names = ["result.json", "overlay.svg", "overlay.png", "overlay.html"];
     let spoken = spoken.unwrap_or_default();
     let said = format!("{spoken}, {} with several values of {}", trial_of(options), keys.join(" and "));
     let asked =
         NotedQuestion::new("trace", said, &(identities, options.point, options.trial), options.force.force);
-    let mut output = Output::answering(asked, &options.out, &names)?;
     let (mut traces, mut rows, mut results) = (Vec::new(), Vec::new(), Vec::new());
     let mut code = 0;
-    for (name, single, text) in &singles {
-        let (record, trace) = watch(single)?;
+    for (name, single, file, text) in &singles {
+        let (record, observed, trace) = single.scenario.watched(&single.case(), false, f64::INFINITY)?;
         code = code.max(u8::from(record.verdict() == Verdict::Error));
         rows.push(vec![
             for_reading(name),
@@ -147,18 +142,10 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
             format!("{:.2}", record.run.peak_current),
             format!("{:.3}", record.rotor_moved_deg()),
         ]);
-        results.push(json!({
-            "setting": name,
-            "outcome": record.verdict().name(),
-            "reason": record.reason(),
-            "estimated_angle_deg": record.estimated_angle_deg(),
-            "error_deg": record.error_deg(),
-            "true_angle_deg": record.true_angle_deg(),
-            "rotor_moved_deg": record.rotor_moved_deg(),
-            "duration_s": record.run.duration.seconds(),
-            "peak_current_A": record.run.peak_current,
-            "scenario": text,
-        }));
+        let mut result = super::result(file, &single.scenario, &record, &observed);
+        result["setting"] = name.as_str().into();
+        result["scenario"] = text.as_str().into();
+        results.push(result);
         traces.push((for_reading(name), trace));
     }
     let title = format!("Trial {} with several values of {}", options.trial, keys.join(" and "));
@@ -171,24 +158,24 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         Column::number("moved").unit("°"),
     ];
     let table = Block::Table(Table::new(columns).rows(rows));
-    output.file("result.json", format!("{:#}\n", serde_json::Value::from(results)).as_bytes())?;
-    output.figure("overlay", &figure)?;
     let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
     let others = singles[1..].iter().map(|(.., text)| text.as_str()).collect();
     // They have just been read.
     let files = BTreeMap::new();
     let setup =
-        Setup { place: &place, text: &singles[0].2, files: &files, fence: None, varied: keys, others };
+        Setup { place: &place, text: &singles[0].3, files: &files, fence: None, varied: keys, others };
     let command = typed_of(options.source.scenario.as_deref());
-    let made = Made { setup: Some(setup), command, ..Made::default() };
+    let made = Made { setup: Some(setup), command, asked: Some(asked), ..Made::default() };
     let headline = format!("trial {}", options.trial);
     let verdict = verdict(Tone::Neutral, headline, Vec::new());
-    let answer = Answer::new("overlay", title, String::new(), verdict, vec![table]);
-    let text = answer.text();
-    let figures = vec![("overlay".to_owned(), figure, "Drag to zoom.".to_owned())];
-    output.file("overlay.html", answer.page(figures, &made).html().map_err(Error::Page)?.as_bytes())?;
-    let files = output.finish()?;
-    Ok(Report { text: format!("{text}\n{}", file_list(&options.out, &files)), code })
+    let answer = Answer::new("overlay", title, String::new(), verdict, vec![table]).with(
+        "overlay",
+        figure,
+        "Drag to zoom.",
+    );
+    let result = format!("{:#}\n", serde_json::Value::from(results)).into_bytes();
+    let answer = Answer { files: vec![("result.json", result)], code, ..answer };
+    answer.report(Some(options.out.clone()), false, &made)
 }
 
 /// Returns the keys whose values differ between settings.

@@ -131,7 +131,7 @@ impl<V: Arithmetic> Memory<V> {
 mod tests {
     use super::*;
 
-    /// What a sensor with τ = 1 shows of x = 1 + 2 t − 3 t² from y(0) on.
+    /// Output y(t) of a first-order sensor with τ = 1 for the input x = 1 + 2 t − 3 t².
     fn exact(y: f64, t: f64) -> f64 {
         let p = |t: f64| (1.0 + 2.0 * t - 3.0 * t * t) - (2.0 - 6.0 * t) + -6.0;
         p(t) + (y - p(0.0)) * (-t).exp()
