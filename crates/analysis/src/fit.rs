@@ -15,6 +15,7 @@
 mod advice;
 mod between_rows;
 mod covariance;
+mod discrepancy;
 mod error;
 mod exchanged;
 mod far_off;
@@ -48,6 +49,7 @@ use record::Record;
 use solve::{Problem, Sum};
 
 pub use advice::Pulse;
+pub use discrepancy::Discrepancy;
 pub use error::FitError;
 pub use exchanged::{Exchanged, Mislabelled};
 pub use identifiability::{FixedBias, NonIdentifiable};
@@ -65,8 +67,16 @@ pub struct Start {
     pub devices: Devices,
     /// Dead time in s.
     pub dead_time: f64,
-    /// True if the resistance of the switches was stated; otherwise it may be anything up to twice the value here.
-    pub switch_is_stated: bool,
+    /// Parameters of the drive that were stated, by the names of their estimates; the others are guesses. A guessed
+    /// `switch_resistance` may be anything up to twice the value here.
+    pub stated: Vec<String>,
+}
+
+impl Start {
+    /// Returns true if the drive's parameter of this name was stated.
+    fn is_stated(&self, name: &str) -> bool {
+        self.stated.iter().any(|stated| stated == name)
+    }
 }
 
 /// Largest number of edges (changes of the legs' requests) whose times between rows are estimated as unknowns.
@@ -145,7 +155,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     let problem = Problem { frame, pieces, channels, free: Vec::new(), edges: Vec::new() };
     let begin = Begin {
         plant: point.plant.clone(),
-        switch_is_stated: start.switch_is_stated,
+        switch_is_stated: start.is_stated("switch_resistance"),
         winding_is_stated: start.motor.is_some(),
     };
     let mut work = Work { problem, scatter, begin, steps: MOST_STEPS, reach, link, did };

@@ -107,7 +107,7 @@ fn cross_a_resistance_that_depends_on_drops_is_named_and_contains_the_truth() {
     let (pulses, scope) = (scope::ngspice(), Scope::of(2.5));
     let motor = scope::like_it();
     let devices = Devices { switch_drop: 1.75, diode_drop: 1.0, ..scope::start(None, 0).devices };
-    let start = Start { motor: Some(motor), devices, dead_time: 2e-6, switch_is_stated: true };
+    let start = Start { motor: Some(motor), devices, dead_time: 2e-6, stated: scope::all_stated() };
     let fit = pulses.found(&scope, 0, &start);
     let resistance = fit.parameters.iter().find(|one| one.name == "resistance").expect("named");
     let [low, high] = resistance.interval.expect("an interval");

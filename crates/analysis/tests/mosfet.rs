@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use scope::mosfet::{Bench, Iron, drive, six_vectors};
 use scope::{Pulses, Scope};
 use standstill_analysis::fit::record::Record;
-use standstill_analysis::fit::{Estimate, Fit, FitError, fit};
+use standstill_analysis::fit::{DeviceKind, Devices, Estimate, Fit, FitError, Start, fit};
 
 fn found(bench: &Bench, scope: &Scope, seed: u64) -> (Pulses, Fit) {
     let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));
@@ -47,6 +47,38 @@ fn regress_a_search_on_a_mosfet_drive_ends_and_its_intervals_hold() {
         };
         assert!(width("resistance_with_switch") < 0.8 * width("resistance"));
     }
+}
+
+/// A diode's threshold that is stated four deviations of its estimate away from what the currents say is named, one that is stated
+/// right is not.
+#[test]
+fn regress_a_stated_drop_that_the_currents_contradict_is_named() {
+    let bench = Bench::drawn(3, Iron::Linear);
+    let scope = Scope { interval: 0.51e-6, codes: 2048.0, ..Scope::of(32.0) };
+    let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));
+    let devices = Devices {
+        kind: DeviceKind::Mosfet,
+        switch_drop: 0.0,
+        switch_resistance: bench.channel,
+        diode_drop: bench.diode[0],
+        diode_resistance: bench.diode[1],
+    };
+    let right = Start { motor: None, devices, dead_time: bench.dead_time, stated: scope::all_stated() };
+    let fit = pulses.found(&scope, 3, &right);
+    assert_eq!(fit.discrepancies, []);
+    let one = estimate(&fit, "diode_drop");
+    let [low, _] = one.interval.expect("told");
+    let stated = one.value - 4.5 * (one.value - low) / 1.96;
+    assert!(stated > 0.6 * bench.diode[0], "a data sheet's drop: {stated}");
+    let wrong = Start { devices: Devices { diode_drop: stated, ..devices }, ..right };
+    let fit = pulses.found(&scope, 3, &wrong);
+    let named = |fit: &Fit| fit.discrepancies.iter().map(|one| one.name.clone()).collect::<Vec<_>>();
+    assert_eq!(named(&fit), ["diode_drop"]);
+    let one = &fit.discrepancies[0];
+    assert!(one.is_stated && (3.0..6.0).contains(&one.deviations), "{one:?}");
+    // As a guess it is nothing to wonder about: diodes differ by half.
+    let fit = pulses.found(&scope, 3, &Start { stated: Vec::new(), ..wrong });
+    assert_eq!(fit.discrepancies, []);
 }
 
 /// A low-pass of 20 kHz looks like a delay of 8 µs; its time constant is found, and the sheet does not suffer.

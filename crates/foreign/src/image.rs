@@ -235,7 +235,8 @@ fn no_room(error: &std::io::Error) -> LoadError {
             "no room for a copy of the library, whose heap takes {} MiB of addresses: {error}",
             crate::heap::ROOM >> 20
         ),
-        "more addresses (ulimit -v unlimited), or fewer copies (--threads 1)".to_owned(),
+        "more addresses (ulimit -v unlimited), or fewer copies (--threads 1, with which 1 GiB of addresses usually suffices)"
+            .to_owned(),
     )
 }
 

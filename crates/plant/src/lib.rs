@@ -21,6 +21,7 @@ mod library;
 mod magnetics;
 mod motor;
 mod plausible;
+mod published;
 mod rotor;
 mod survey;
 mod thermal;
@@ -37,6 +38,7 @@ pub use magnetics::{
 };
 pub use motor::{Motor, Ratings};
 pub use plausible::Doubtful;
+pub use published::{MAGNETS_INSIDE_FROM, PUBLISHED_SATURATION, PublishedFall, PublishedSaturation};
 pub use rotor::{Friction, Rotor};
 pub use standstill_files::sheet::Source;
 pub use standstill_files::{Digest, Files, MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};

@@ -202,3 +202,17 @@ fn law_sizes_have_limits() {
     let flat = Figure { height: 0, ..figure(vec![]) };
     assert_eq!(flat.png(), Err(FigureError::Size { width: 600, height: 0 }));
 }
+
+/// An interval without an upper end has a whisker that leaves the panel, and no cap there; without a number it has none.
+#[test]
+fn regress_whiskers_of_open_intervals_are_drawn() {
+    let strokes = |high: f64| {
+        let bars = vec![(0.0, 1.0, 0.5, high), (1.0, 1.2, 1.0, 2.0)];
+        let bars = Layer::ErrorBars { label: None, points: bars, style: Style::Black };
+        let y = Axis::new("y").range(0.0, 3.0);
+        let svg = figure(vec![Panel::new(Axis::new("x").range(-1.0, 2.0), y).with(bars)]).svg().unwrap();
+        svg.matches('<').count()
+    };
+    let [closed, open, none] = [1.5, f64::INFINITY, f64::NAN].map(strokes);
+    assert!(none < open && open < closed, "{none} {open} {closed}");
+}

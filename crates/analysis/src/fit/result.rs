@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::between_rows::Between;
+use super::discrepancy::{Discrepancy, discrepancies};
 use super::identifiability::{FixedBias, NonIdentifiable, fixed_biases};
 use super::parameters::{Parameter, Point, last, letter};
 use super::plant::{Frame, Law, Plant};
@@ -76,6 +77,8 @@ pub struct Fit {
     pub reached: [f64; 3],
     /// Identification of the pole.
     pub pole: Pole,
+    /// Parameters of the drive whose estimates contradict the initial values.
+    pub discrepancies: Vec<Discrepancy>,
     /// Biases that fixed parameters may cause.
     pub fixed_biases: Vec<FixedBias>,
     /// Combinations of parameters that the readings hardly determine, the least determined first.
@@ -158,6 +161,8 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     parameters.push(with_switch(&between, &free, &fixed, &spread.off, &solved.point));
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
     parameters.splice(after..after, last_gains(&between, &free, &solved.point, channels));
+    let known_before = |parameter: Parameter| work.plausible(parameter, &solved.point);
+    let discrepancies = discrepancies(&parameters, start, known_before);
     let fixed_biases = fixed_biases(&spread, &free, &fixed, &parameters);
     let non_identifiable = work.non_identifiable(&sum, &solved.point);
     let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
@@ -181,6 +186,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         reach: work.reach,
         reached,
         pole,
+        discrepancies,
         fixed_biases,
         non_identifiable,
         residual_rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),

@@ -202,6 +202,13 @@ fn like_a_linear_one(seed: u64) -> Motor {
     Motor { magnetics, ..motor }
 }
 
+/// All parameters of a drive are stated.
+pub fn all_stated() -> Vec<String> {
+    ["dead_time", "switch_drop", "switch_resistance", "diode_drop", "diode_resistance"]
+        .map(str::to_owned)
+        .to_vec()
+}
+
 /// What the fits begin with: a drive that is known as well as a fit takes drives to be known, another one with each seed.
 pub fn start(motor: Option<Motor>, seed: u64) -> Start {
     let mut draws = Streams::new(seed, 1).open(Purpose::GateDelay);
@@ -214,7 +221,7 @@ pub fn start(motor: Option<Motor>, seed: u64) -> Start {
         diode_drop: about(1.0),
         diode_resistance: about(0.03),
     };
-    Start { motor, devices, dead_time: about(2e-6), switch_is_stated: true }
+    Start { motor, devices, dead_time: about(2e-6), stated: all_stated() }
 }
 
 impl Pulses {

@@ -303,5 +303,5 @@ pub fn drive(bench: &Bench, seed: u64) -> Start {
         diode_drop: about(bench.diode[0]),
         diode_resistance: about(bench.diode[1]),
     };
-    Start { motor: None, devices, dead_time: about(bench.dead_time), switch_is_stated: true }
+    Start { motor: None, devices, dead_time: about(bench.dead_time), stated: super::all_stated() }
 }

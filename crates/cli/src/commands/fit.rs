@@ -49,6 +49,11 @@ const DRIVE_KEYS: [&str; 7] = [
 /// Keys that state the resistance of the switches.
 const SWITCH_KEYS: [&str; 2] = ["inverter.switch_resistance", "inverter.channel_resistance"];
 
+/// Returns the name of the estimate of a drive's key.
+fn estimate_of(key: &str) -> &str {
+    if SWITCH_KEYS.contains(&key) { "switch_resistance" } else { key.trim_start_matches("inverter.") }
+}
+
 fn read(path: &Path) -> Result<Record, Error> {
     let bytes = Files::default().read(path).map_err(|error| Error::Read(path.to_owned(), error))?;
     let file = path.display().to_string();
@@ -86,9 +91,9 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
         let like = built_in("paper-5k5").ok_or_else(|| Error::UnknownMotor("paper-5k5".to_owned()))?;
         Motor { rated_current: current.max(1e-6), dc_link: Some(link), ..like }
     };
-    let switch_is_stated = options.set.iter().any(|(key, _)| SWITCH_KEYS.contains(&key.as_str()));
+    let stated = options.set.iter().map(|(key, _)| estimate_of(key).to_owned()).collect();
     let drive = document.unchecked_scenario_of(&drive_of)?.drive;
-    Ok(Start { motor, devices: drive.bridge.devices, dead_time: drive.dead_time.seconds(), switch_is_stated })
+    Ok(Start { motor, devices: drive.bridge.devices, dead_time: drive.dead_time.seconds(), stated })
 }
 
 /// Returns whether both paths lead to one existing file.
@@ -184,6 +189,13 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
             "moves": direction.parts.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "pole": { "identified": fit.pole.identified, "deviations": fit.pole.deviations, "both_ways": fit.pole.both_ways },
+        "discrepancies": fit.discrepancies.iter().map(|one| json!({
+            "name": one.name,
+            "unit": one.unit,
+            "begun_with": one.begun_with,
+            "stated": one.is_stated,
+            "deviations": one.deviations,
+        })).collect::<Vec<_>>(),
         "fixed_biases": fit.fixed_biases.iter().map(|bias| json!({
             "fixed": bias.fixed.0,
             "off_by": bias.fixed.1,
@@ -301,6 +313,7 @@ fn sentences(fit: &Fit) -> Vec<String> {
     } else {
         "The half turn of the angle stays open: the iron saturates alike in both directions, as far as these currents go. The angle may be 180° more.".to_owned()
     });
+    said.extend(fit.discrepancies.iter().map(|one| next::discrepancy(fit, one)));
     said.extend(next::saturation(fit));
     said.extend(next::probe(fit));
     said.push("The simulated terminals have no capacitance: what rings after a leg opens (66 kHz with 13 mH and 0.3 nF) is read as noise, and what charges a terminal as a current of the motor.".to_owned());

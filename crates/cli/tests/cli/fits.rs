@@ -52,6 +52,30 @@ fn law_a_trace_becomes_a_motor_that_loads() {
     assert!(standstill(&traced, at).status.success());
 }
 
+/// The trace's dead time is 2 µs. One that is stated otherwise is contradicted, in a sentence and with what to do next.
+#[test]
+fn regress_a_stated_number_that_the_currents_contradict_is_said() {
+    let folder = folder();
+    let at = folder.path();
+    let said = |dead_time: &str| {
+        let set = format!("inverter.dead_time={dead_time}");
+        let output =
+            standstill(&["fit", TRACE, "--motor", "paper-5k5", "-s", &set, "--out", "f", "--force"], at);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).expect("text");
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let text = said("3 us");
+    assert!(text.contains("standard deviations below the stated 3 µs: one of the two is wrong"), "{text}");
+    assert!(text.contains("For dead_time: measure both gate signals of a leg and state it"), "{text}");
+    let kept = fs::read_to_string(at.join("f/fit.json")).expect("written");
+    let kept: Value = serde_json::from_str(&kept).expect("JSON");
+    let one = &kept["discrepancies"][0];
+    assert!(one["name"] == "dead_time" && one["stated"] == true, "{one}");
+    assert!(one["deviations"].as_f64().is_some_and(|deviations| deviations < -3.0), "{one}");
+    assert!(!said("2 us").contains("standard deviations below the stated"));
+}
+
 #[test]
 fn law_mistakes_in_traces_name_file_line_and_column_and_leave_nothing() {
     let folder = folder();

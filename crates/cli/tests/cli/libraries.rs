@@ -181,3 +181,48 @@ fn analytic_the_odds_of_a_library_that_always_says_the_same_angle_are_even() {
     let [low, high] = ["low", "high"].map(|end| json[end].as_f64());
     assert!(low < Some(0.5) && high > Some(0.5) && low > Some(0.48) && high < Some(0.52), "{text}");
 }
+
+/// Runs the program with so many KiB of addresses.
+fn with_addresses(kib: u64, arguments: &[&str], folder: &Path) -> std::process::Output {
+    std::process::Command::new("sh")
+        .args(["-c", &format!("ulimit -v {kib} && exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_standstill")])
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("a shell")
+}
+
+/// Each copy of a library has 256 MiB of addresses. Where the system has no more, the run ends with what it needs, and both ways out
+/// that it names go on to the same table: one thread within 1 GiB, and no limit.
+#[test]
+fn regress_a_run_without_room_for_a_copy_of_a_library_says_what_suffices() {
+    let folder = reads();
+    let at = folder.path();
+    let run = ["run", "s.toml", "--detector", "./probe.so", "--trials", "400", "--out"];
+    let of = |out: &str, more: &[&str]| [&run[..], &[out], more].concat().join(" ");
+    let split = |command: &str| command.split(' ').map(str::to_owned).collect::<Vec<_>>();
+    let limited = |kib: u64, command: &str| {
+        let arguments = split(command);
+        with_addresses(kib, &arguments.iter().map(String::as_str).collect::<Vec<_>>(), at)
+    };
+    for threads in ["16", "1"] {
+        let output = limited(500_000, &of(threads, &["--threads", threads]));
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        for part in [
+            "no room for a copy of the library, whose heap takes 256 MiB of addresses: Cannot allocate memory",
+            "needed more addresses (ulimit -v unlimited), or fewer copies (--threads 1, with which 1 GiB",
+            "--resume goes on",
+        ] {
+            assert!(said.contains(part), "{said}");
+        }
+    }
+    let fewer = limited(1 << 20, &of("16", &["--threads", "1", "--resume"]));
+    assert!(fewer.status.success(), "{}", String::from_utf8_lossy(&fewer.stderr));
+    for command in [of("1", &["--threads", "1", "--resume"]), of("free", &[])] {
+        let output = standstill(&split(&command).iter().map(String::as_str).collect::<Vec<_>>(), at);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let rows = |out: &str| fs::read(at.join(out).join("trials.csv")).expect("a table");
+    assert!(rows("16") == rows("free") && rows("1") == rows("free"));
+}

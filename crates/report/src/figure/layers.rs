@@ -233,8 +233,8 @@ fn error_bars(
     const CAP: f64 = 3.5;
     let look = style.colour().stroke(1.2);
     for &(x, y, lower, upper) in points {
-        // False for a NaN, too.
-        if view.x.shows(x) && lower.is_finite() && upper.is_finite() {
+        // An interval without an end leaves the panel.
+        if view.x.shows(x) && !lower.is_nan() && !upper.is_nan() {
             let stem = [(x, lower), (x, upper)];
             chart.draw_series(view.clip(&stem, false).map(|part| PathElement::new(part, look)))?;
             let ends = [lower, upper].into_iter().filter(|y| view.y.shows(*y));

@@ -48,7 +48,10 @@
     const body = box.querySelector('tbody');
     const rows = [...body.rows];
     const heads = all('thead th', box);
+    // Rows that have their names in front are of different quantities and units: no column of them has an order.
+    const isList = heads[0]?.textContent.trim() === '';
     heads.forEach((head, column) => {
+      if (isList) return;
       const sort = document.createElement('button');
       sort.type = 'button';
       sort.append(...head.childNodes);
@@ -226,6 +229,11 @@
       const step = steps[name] * Math.max(1, Math.ceil(span / steps[name] / densest));
       return span / step < 2 ? { tickmode: 'auto', dtick: null } : { tickmode: 'linear', dtick: step };
     };
+    // A view between the places of a sweep has marks of its own where these places are numbers.
+    const named = Object.keys(layout).filter(name => layout[name]?.type === 'log'
+      && layout[name].tickmode === 'array' && !marked.includes(name));
+    const placed = (name, [from, to]) => layout[name].tickvals.map(Math.log10)
+      .some(at => at >= Math.min(from, to) && at <= Math.max(from, to));
     // On a narrow screen a horizontal title has lines no longer than its axis, or it would be cut off.
     const titled = name => {
       const { text } = layout[name].title;
@@ -252,6 +260,11 @@
           || (wanted.tickvals && String(wanted.tickvals) !== String(axis.tickvals))) {
           for (const [key, part] of Object.entries(wanted)) change[`${name}.${key}`] = part;
         }
+      }
+      for (const name of named) {
+        const axis = plot._fullLayout[name];
+        const mode = placed(name, axis.range) ? 'array' : 'auto';
+        if (mode !== axis.tickmode) change[`${name}.tickmode`] = mode;
       }
       if (Object.keys(change).length) Plotly.relayout(plot, change);
       // Numbers stand in cells where all have the room, as in the drawn figure; half a number would be another one.

@@ -258,7 +258,7 @@ pub fn figures(study: &Study) -> Vec<(String, Figure)> {
         let (name, stem) = (study.axes[axis].name(), study.axes[axis].stem());
         let caption = study.caption(&format!("Error over {name}"));
         add(format!("sweep_{stem}"), sweep(&caption, study, axis));
-        let caption = study.caption(&format!("Wrong poles over {name}"));
+        let caption = study.caption(&format!("Starts without a right answer over {name}"));
         add(format!("wrong_poles_{stem}"), odds(&caption, study, axis));
     }
     for (x, y) in pairs(study, &varied) {

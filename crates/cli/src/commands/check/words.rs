@@ -6,7 +6,10 @@ use standstill_analysis::{
     Advice, Candidate, Condition, Demand, Demands, Setting, Suitability, Suited, informative,
 };
 use standstill_detect::{Method, SequentialSettings, Signature};
-use standstill_plant::{DataSheet, Entry, Motor, PoleKnowledge, Source};
+use standstill_plant::{
+    DataSheet, Entry, MAGNETS_INSIDE_FROM, Motor, PUBLISHED_SATURATION, PoleKnowledge, PublishedFall,
+    PublishedSaturation, Source,
+};
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::ErrorSet;
 
@@ -63,6 +66,7 @@ impl Checked<'_> {
     pub fn reasons(&self) -> Vec<String> {
         let mut reasons = vec![saliency(self.found, self.demands, self.errors), poles(self.found)];
         reasons.extend(condition(self));
+        reasons.extend(published(self));
         reasons.extend(self.motor.map_note().map(|note| format!("Map: {note}.")));
         reasons
     }
@@ -227,16 +231,55 @@ const fn short(demand: Demand) -> &'static str {
     }
 }
 
+/// Names the measurement of the saturation.
+const MEASURE: &str = "Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor-traces.md, ten minutes), then `saturation = \"… %\"` in [nameplate].";
+
 /// Returns the sentence on the saturation that the verdict assumes and the data sheet does not state, and on the way
 /// to measure it; none without such a condition.
 fn condition(asked: &Checked<'_>) -> Option<String> {
     let Some(Condition::Saturation { least, most, minus_d }) = &asked.found.condition else { return None };
     Some(format!(
-        "Saturation is not given. The bench finds the least that suffices: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. The settings below hold at this value and at {}, where the same pulses draw the most current. Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor-traces.md, ten minutes), then `saturation = \"… %\"` in [nameplate].",
+        "Saturation is not given. The bench finds the least that suffices: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. The settings below hold at this value and at {}, where the same pulses draw the most current. {MEASURE}",
         percent(*least),
         -100.0 * minus_d,
         percent(*most),
     ))
+}
+
+/// Returns the sentence on published saturation of motors of this kind; none if the data sheet states the motor's own.
+fn published(asked: &Checked<'_>) -> Option<String> {
+    let found = asked.found;
+    let is_not_given = match &found.condition {
+        Some(Condition::Saturation { .. }) => true,
+        Some(Condition::Pole) => false,
+        None => found.pole == PoleKnowledge::NotGiven,
+    };
+    if !found.has_magnet || !is_not_given {
+        return None;
+    }
+    let winding = &asked.motor.winding;
+    Some(published_at(winding.q_axis_inductance() / winding.d_axis_inductance()))
+}
+
+/// Returns the sentence on published saturation of motors with this ratio of L_q to L_d.
+fn published_at(ratio: f64) -> String {
+    if ratio < MAGNETS_INSIDE_FROM {
+        return format!(
+            "No published fall of L_d is known to this program for motors whose L_q is {ratio:.2} times L_d, as surface magnets make it (hub motors, outrunners, gimbals): only the measurement tells. What is published is of magnets inside (docs/own-motor.md)."
+        );
+    }
+    let of_motor = |one: &PublishedSaturation| {
+        let fall = |fall: &PublishedFall| {
+            format!("{} / {} at {:.0} A", percent(fall.along), percent(fall.against), fall.current)
+        };
+        let falls: Vec<String> = one.falls.iter().map(fall).collect();
+        format!("{}: {} ({})", one.motor, falls.join(", "), one.source)
+    };
+    let motors: Vec<String> = PUBLISHED_SATURATION.iter().map(of_motor).collect();
+    format!(
+        "Published falls of L_d along +d / −d, magnets inside: {}. They are too far apart to guess from, and some are larger than what was tried here: measure.",
+        motors.join("; ")
+    )
 }
 
 /// Returns the assumptions of the verdict: numbers that the sheet leaves out, and those that it marks as assumed. A
@@ -349,10 +392,9 @@ fn poles(suitability: &Suitability) -> String {
         let way_out = match suitability.pole {
             PoleKnowledge::NotDetermined => {
                 "Points of both sides would tell; `standstill magnetics` shows what each core says."
+                    .to_owned()
             }
-            _ => {
-                "By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate]."
-            }
+            _ => format!("By how much L_d falls at rated current along +d would tell. {MEASURE}"),
         };
         return format!("Poles: {note}. {way_out}");
     }
@@ -384,4 +426,28 @@ pub fn settings(method: &Method<f64>, has_poles: bool) -> Vec<(&'static str, Str
     method.describe(&mut |name, value| all.push((name, value.to_string())));
     all.retain(|(name, _)| has_poles || !(name.starts_with("polarity") || *name == "signature"));
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_published_saturation_is_said_with_its_sources_or_that_there_is_none() {
+        for none in [0.9, 1.08] {
+            let said = published_at(none);
+            assert!(
+                said.starts_with("No published fall") && said.contains(&format!("{none:.2} times L_d")),
+                "{said}"
+            );
+        }
+        let said = published_at(1.6);
+        for one in &PUBLISHED_SATURATION {
+            assert!(said.contains(one.motor) && said.contains(one.source), "{said}");
+        }
+        assert!(
+            said.contains("6.3 % / -3.4 % at 8 A") && said.contains("-37 % / 4 % at 50 A, 48 % / 8 %"),
+            "{said}"
+        );
+    }
 }

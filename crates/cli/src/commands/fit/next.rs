@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use standstill_analysis::fit::{Fit, MISFIT, Pulse};
+use standstill_analysis::fit::{Discrepancy, Fit, MISFIT, Pulse};
 use standstill_quantity::unit::{Ampere, Hertz, Second};
-use standstill_quantity::{Quantity, number};
+use standstill_quantity::{Quantity, Scale, number};
 
 use crate::arguments::Fit as Options;
 use crate::shell::terminal::paragraph;
@@ -40,6 +40,51 @@ pub(super) fn saturation(fit: &Fit) -> Option<String> {
     );
     text += if fit.falls.is_some() { " but assumed, as it says." } else { " and left out." };
     Some(text)
+}
+
+/// Formats a parameter of the drive as estimated and as the fit began with it, both with three digits.
+fn estimated_and_begun_with(fit: &Fit, one: &Discrepancy) -> [String; 2] {
+    let estimate = fit.parameters.iter().find(|estimate| estimate.name == one.name);
+    [estimate.map_or(f64::NAN, |estimate| estimate.value), one.begun_with].map(|value| {
+        let scale = Scale::suiting(one.unit, value.abs());
+        format!("{} {}", rounded(scale.number(value), 3), scale.unit.replace("ohm", "Ω"))
+    })
+}
+
+/// Returns the sentence on a parameter of the drive that these currents contradict.
+pub(super) fn discrepancy(fit: &Fit, one: &Discrepancy) -> String {
+    let [estimate, begun_with] = estimated_and_begun_with(fit, one);
+    let (source, side) = (
+        if one.is_stated { "stated" } else { "guess of" },
+        if one.deviations > 0.0 { "above" } else { "below" },
+    );
+    format!(
+        "{} is {estimate} in these currents, {:.1} standard deviations {side} the {source} {begun_with}: one of the two is wrong, or the currents have something else that looks like it.",
+        one.name,
+        one.deviations.abs()
+    )
+}
+
+/// Returns what to do about a parameter of the drive that these currents contradict.
+fn settled(fit: &Fit, one: &Discrepancy) -> String {
+    let [_, begun_with] = estimated_and_begun_with(fit, one);
+    let (measure, resembles) = match &one.name[..] {
+        "dead_time" => {
+            ("measure both gate signals of a leg", "probes or their skew: a slow probe shifts all edges")
+        }
+        "diode_drop" | "switch_drop" => (
+            "measure it (a multimeter's diode test, or the data sheet's curve at this current and temperature)",
+            "the DC link's reading: taken away from the bridge it misses the drop of the leads",
+        ),
+        _ => (
+            "take the slope of the data sheet's curve at this current and temperature",
+            "the winding's resistance, which warms up, and the leads",
+        ),
+    };
+    format!(
+        "For {0}: {measure} and state it, -s inverter.{0}=…; if {begun_with} is right, look at {resembles}",
+        one.name
+    )
 }
 
 /// Returns the sentence on slow probes.
@@ -78,6 +123,9 @@ pub(super) fn steps(fit: &Fit, options: &Options) -> String {
             options.out.join("fit.png").display()
         ));
         return text;
+    }
+    for one in &fit.discrepancies {
+        add(&settled(fit, one));
     }
     let pulses: Vec<String> = fit
         .extrapolated()

@@ -128,6 +128,16 @@ impl Place<'_> {
         end(self.panel.x.scale, self.x_range, value)
     }
 
+    /// The upper end of an interval: far above the panel if it has none.
+    fn beyond(&self, value: f64) -> f64 {
+        let (first, last) = self.y_range;
+        match self.panel.y.scale {
+            _ if value != f64::INFINITY => value,
+            AxisScale::Linear => last + 10.0 * (last - first),
+            AxisScale::Log10 => last * (last / first).powi(10),
+        }
+    }
+
     /// Where something on the vertical axis ends.
     pub(super) fn y_end(&self, value: f64) -> f64 {
         end(self.panel.y.scale, self.y_range, value)
@@ -275,7 +285,7 @@ fn error_bars(place: &Place, points: &[(f64, f64, f64, f64)], style: Style, mark
         "error_y": {
             "type": "data",
             "symmetric": false,
-            "array": numbers(points.iter().map(|p| p.3 - p.1)),
+            "array": numbers(points.iter().map(|p| place.beyond(p.3) - p.1)),
             "arrayminus": numbers(points.iter().map(|p| p.1 - p.2)),
             "color": style.colour().css(),
             "thickness": 1.2,

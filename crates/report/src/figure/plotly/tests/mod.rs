@@ -89,6 +89,17 @@ fn law_error_bars_are_lengths_from_their_value() {
     assert_eq!(value["layout"]["hovermode"], "closest");
 }
 
+/// An interval that is open upwards leaves the panel at its top, drawn and on the page.
+#[test]
+fn regress_an_interval_without_an_end_is_not_drawn_as_one_without_its_upper_half() {
+    let points = vec![(1.0, 5.0, 4.0, f64::INFINITY), (2.0, 6.0, 5.5, 7.0)];
+    let (data, value) = drawn(vec![Layer::ErrorBars { label: None, points, style: Style::Black }]);
+    let top = value["layout"]["yaxis"]["range"][1].as_f64().expect("a range");
+    let lengths = &data[0]["error_y"]["array"];
+    assert!(lengths[0].as_f64().is_some_and(|length| 5.0 + length > 2.0 * top), "{lengths} {top}");
+    assert_eq!(lengths[1], 1.0);
+}
+
 #[test]
 fn law_rules_cross_their_panel() {
     let (data, value) = drawn(vec![
