@@ -121,8 +121,8 @@ mod tests {
 
     #[test]
     fn law_intervals_of_every_methods_errors_cover_the_truth_as_often_as_they_say() {
-        // Of 1,000 intervals a share is known to 0.7 %, of 600 to 0.9 %.
-        every_methods_intervals_cover(1, 1.0);
+        // Of 1,000 intervals a share is known to 0.7 %, of 600 to 0.9 %; the methods share the draws.
+        every_methods_intervals_cover(1, 1.5);
     }
 
     #[test]
