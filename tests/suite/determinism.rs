@@ -42,7 +42,7 @@ fn law_watching_changes_nothing() {
         ] {
             let motor = built_in("reluctance-6k7").expect("built in");
             let scenario = Scenario::of_method(method, motor, errors, rotor, 7);
-            for trial in 0..if method == MethodName::HfiRotating { 1 } else { 40 } {
+            for trial in 0..if method == MethodName::HfiRotating { 1 } else { 10 } {
                 let case = scenario.case(trial);
                 let run = |probe: &mut Trace| {
                     run(&case, &mut scenario.detector.detector().expect("settings"), false, probe)

@@ -8,8 +8,11 @@ use standstill_sim::{Arrangement, RotorState};
 
 use crate::bench::scenario;
 
-fn summary(scenario: &Scenario) -> Summary {
-    Campaign { scenario, trials: 3000, threads: None }.summary().expect("settings")
+/// An rms error of 1,000 trials is known to 2 %.
+const TRIALS: u64 = 1000;
+
+fn summary(scenario: &Scenario, trials: u64) -> Summary {
+    Campaign { scenario, trials, threads: None }.summary().expect("settings")
 }
 
 #[test]
@@ -20,7 +23,7 @@ fn cross_rms_within_a_fifth_of_the_prototype_in_all_four_combinations() {
         (Decay::Fast, ErrorSet::Default, 0.84),
         (Decay::Fast, ErrorSet::Harsh, 1.55),
     ] {
-        let got = summary(&scenario(errors, decay, RotorState::Locked));
+        let got = summary(&scenario(errors, decay, RotorState::Locked), TRIALS);
         let rms = got.rms_deg.value;
         assert!((rms / expected - 1.0).abs() < 0.2, "{decay:?} {errors:?}: {rms} against {expected}");
         assert_eq!(got.failed, 0);
@@ -38,19 +41,19 @@ fn cross_each_source_alone_costs_what_the_prototype_found() {
     ];
     for (name, change, slow, fast) in sources {
         for (decay, expected) in [(Decay::Slow, slow), (Decay::Fast, fast)] {
-            let rms = alone(decay, change);
+            let rms = alone(decay, TRIALS, change);
             assert!((rms / expected - 1.0).abs() < 0.2, "{name}, {decay:?}: {rms} against {expected}");
         }
     }
 }
 
 /// rms axis error in degrees with one source of error, on a linear core.
-fn alone(decay: Decay, change: impl Fn(&mut Scenario)) -> f64 {
+fn alone(decay: Decay, trials: u64, change: impl Fn(&mut Scenario)) -> f64 {
     let mut scenario = scenario(ErrorSet::None, decay, RotorState::Locked);
     scenario.motor = scenario.motor.linearised();
     scenario.detector.polarity.least_margin = 0.0;
     change(&mut scenario);
-    summary(&scenario).rms_deg.value
+    summary(&scenario, trials).rms_deg.value
 }
 
 #[test]
@@ -61,10 +64,10 @@ fn analytic_jitter_with_slow_decay_costs_only_when_early() {
     // samples rise along the pulse.) σ_θ = 0.408 ε / (|L_B|/L_A).
     let epsilon = (1.0_f64 / 6.0 - 1.0 / 16.0).sqrt() / 80.0 / 3.0_f64.sqrt();
     let expected = (0.408 * epsilon / (2.1 / 9.2)).to_degrees();
-    let slow = alone(Decay::Slow, |s| s.sensors.jitter.0 = 1000);
+    let slow = alone(Decay::Slow, TRIALS, |s| s.sensors.jitter.0 = 1000);
     assert!((slow / expected - 1.0).abs() < 0.1, "{slow} against {expected}");
     // With fast decay a late sample meets a falling current: both ways cost. Prototype: 0.31°.
-    let fast = alone(Decay::Fast, |s| s.sensors.jitter.0 = 1000);
+    let fast = alone(Decay::Fast, TRIALS, |s| s.sensors.jitter.0 = 1000);
     assert!((fast / 0.31 - 1.0).abs() < 0.2, "{fast}");
 }
 
@@ -77,7 +80,7 @@ fn law_other_sensor_arrangements_are_about_as_good() {
     {
         scenario.sensors.arrangement = arrangement;
         scenario.detector.sample_lead = Nanos(500);
-        let got = summary(&scenario);
+        let got = summary(&scenario, TRIALS);
         let rms = got.rms_deg.value;
         assert!(
             rms > low && rms < high && got.wrong_poles == 0 && got.failed == 0,
@@ -89,6 +92,6 @@ fn law_other_sensor_arrangements_are_about_as_good() {
 #[test]
 fn analytic_gain_mismatch_obeys_the_small_error_formula() {
     let expected = (0.408 * 0.005 / (2.1_f64 / 9.2)).to_degrees();
-    let got = alone(Decay::Slow, |s| s.sensors.gain_error = 0.005);
+    let got = alone(Decay::Slow, 3 * TRIALS, |s| s.sensors.gain_error = 0.005);
     assert!((got / expected - 1.0).abs() < 0.05, "{got} against {expected}");
 }

@@ -121,23 +121,35 @@ mod tests {
 
     #[test]
     fn law_intervals_of_every_methods_errors_cover_the_truth_as_often_as_they_say() {
+        // Of 1,000 intervals a share is known to 0.7 %, of 600 to 0.9 %; the methods share the draws.
+        every_methods_intervals_cover(1, 1.5);
+    }
+
+    #[test]
+    #[ignore = "ten times the intervals of the test that runs by default: scripts/test-all.sh long"]
+    fn law_ten_times_the_intervals_cover_as_often() {
+        every_methods_intervals_cover(10, 0.0);
+    }
+
+    /// Coverage of so many times 1,000 intervals within limits that are wider by some per cent.
+    fn every_methods_intervals_cover(thousands: u32, wider: f64) {
         let methods = recorded();
         assert_eq!(methods.len(), standstill_detect::MethodName::ALL.len());
         for (method, errors) in methods {
             assert_eq!(errors.len(), 1000, "{method}");
             for (count, times, [least, most]) in [
-                (50, 10_000, [93.0, 97.0]),
-                (100, 10_000, [93.0, 97.0]),
-                (200, 10_000, [94.0, 96.0]),
-                (2000, 6_000, [94.0, 96.0]),
+                (50, 1000, [93.0, 97.0]),
+                (100, 1000, [93.0, 97.0]),
+                (200, 1000, [94.0, 96.0]),
+                (2000, 600, [94.0, 96.0]),
             ] {
-                let [inside, below, above] = covered(&errors, count, times);
+                let [inside, below, above] = covered(&errors, count, times * thousands);
                 println!(
                     "{method:30} {count:5} errors: {inside:.2} % cover, {below:.2} % lie below, {above:.2} % above"
                 );
-                assert!((least..=most).contains(&inside), "{method}, {count}: {inside}");
+                assert!((least - wider..=most + wider).contains(&inside), "{method}, {count}: {inside}");
                 // Neither end bears all of it.
-                assert!(below < 5.0 && above < 5.0, "{method}, {count}: {below} {above}");
+                assert!(below < 5.0 + wider && above < 5.0 + wider, "{method}, {count}: {below} {above}");
             }
         }
     }

@@ -195,8 +195,8 @@ mod tests {
             );
             let document = Document::parse(Path::new("scenario"), &text).expect("a scenario");
             let single = Plan::new(document).expect("a plan").single(0, 0).expect("a trial");
-            // Of methods that take seconds the beginning.
-            let case = Case { time_limit: Nanos::from_micros(60_000), ..single.case() };
+            // The beginning: each method has switched by then.
+            let case = Case { time_limit: Nanos::from_micros(12_000), ..single.case() };
             let mut trace = Trace::new(5e-6);
             run(&case, &mut single.scenario.detector_for(&case).expect("a detector"), false, &mut trace);
             let mut charging = 0.0_f64;

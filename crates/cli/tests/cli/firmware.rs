@@ -43,6 +43,17 @@ pub fn probe(folder: &Path, what: &str) {
 
 #[test]
 fn golden_the_commands_of_the_page_run_as_they_are_printed() {
+    page_runs(false);
+}
+
+/// With the page's numbers of trials, and with the detectors as a C library, which `scripts/test-all.sh c` builds too.
+#[test]
+#[ignore = "builds the detectors for C and runs as many trials as printed: scripts/test-all.sh long"]
+fn golden_the_whole_page_runs_as_it_is_printed() {
+    page_runs(true);
+}
+
+fn page_runs(whole: bool) {
     let page = fs::read_to_string(root().join("docs/firmware.md")).expect("the page");
     let folder = folder();
     let bin = Path::new(env!("CARGO_BIN_EXE_standstill")).parent().expect("a folder");
@@ -50,7 +61,13 @@ fn golden_the_commands_of_the_page_run_as_they_are_printed() {
     let blocks: Vec<&str> =
         page.split("```sh\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     assert!(blocks.len() >= 3);
-    for block in blocks {
+    for printed in blocks {
+        if !whole && printed.contains("/scripts/detectors-c.sh") {
+            continue;
+        }
+        let few = printed.replace("00 --out", "0 --out").replace("--trials 30", "--trials 5");
+        assert!(few != printed || !printed.contains("--trials"), "{printed}");
+        let block = if whole { printed } else { &few };
         let output = Command::new("sh")
             .args(["-e", "-c", block])
             .current_dir(folder.path())

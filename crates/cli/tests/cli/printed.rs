@@ -66,7 +66,7 @@ fn holds(name: &str, files: &[&str], left_out: &[&str]) {
 
 /// The pages on own motors: files of `examples/` beside them, and searches for settings of motors after the first, which take 3 to 10 s each.
 const OWN_MOTORS: [(&str, &[&str], &[&str]); 3] = [
-    ("own-motor.md", &[], &[]),
+    ("own-motor.md", &[], &["check no-saturation.toml -s detector.method=bipolar"]),
     (
         "own-motor-map.md",
         &["maps/both_sides.csv", "maps/one_side.csv", "maps/measured.csv"],

@@ -52,7 +52,7 @@ fn regress_an_answer_is_not_replaced_by_that_to_another_question() {
             "moved > 1.5 deg",
             "--event is `moved > 1 deg` there and `moved > 1.5 deg` here",
         ),
-        (budget, "200", "300", "--pairs is `200` there and `300` here"),
+        (budget, "100", "150", "--pairs is `100` there and `150` here"),
         (
             require,
             "rms <= 60 deg",

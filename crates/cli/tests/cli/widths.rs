@@ -90,8 +90,9 @@ fn law_no_line_is_wider_than_the_terminal() {
     let at = folder.path();
     prepared(at);
     for width in [60, 80] {
-        let dear = if width == 60 { &DEAR[..] } else { &[] };
-        let pages = PRINT.iter().chain(dear).map(|of| (of, false));
+        // What fits in sixty columns is broken alike in eighty; tables are others there.
+        let pages = if width == 60 { [&PRINT[..], &DEAR[..]].concat() } else { Vec::new() };
+        let pages = pages.iter().map(|of| (of, false));
         for (arguments, tabulates) in pages.chain(TABULATE.iter().map(|of| (of, true))) {
             let output = with(&[("COLUMNS", &width.to_string())], arguments, at);
             let errors = String::from_utf8_lossy(&output.stderr);

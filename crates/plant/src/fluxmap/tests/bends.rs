@@ -5,10 +5,13 @@ use super::*;
 /// The map of a motor whose axes do not see each other: ψ_d(i_d) and ψ_q(i_q) on a grid.
 fn uncoupled(count: i32, psi_d: impl Fn(f64) -> f64, psi_q: impl Fn(f64) -> f64) -> MapSamples {
     let mut points = Vec::new();
+    // Of each current once: a flux may be an integral.
+    let along_q: Vec<[f64; 2]> = axis(40.0, count).into_iter().map(|i| [i, psi_q(i)]).collect();
     for i_d in axis(40.0, count) {
-        for i_q in axis(40.0, count) {
+        let psi_d = psi_d(i_d);
+        for [i_q, psi_q] in along_q.iter().copied() {
             let place = Place::Element(points.len() + 1);
-            points.push(MapPoint { i_d, i_q, psi_d: psi_d(i_d), psi_q: psi_q(i_q), place });
+            points.push(MapPoint { i_d, i_q, psi_d, psi_q, place });
         }
     }
     MapSamples { file: "map.npz".to_owned(), points, pole_pairs: None, resistance: None }
