@@ -48,8 +48,8 @@ pub const PUBLISHED_SATURATION: [PublishedSaturation; 4] = [
         source: "ee_ece_table.m of Simscape Electrical",
     },
     PublishedSaturation {
-        motor: "5.6 kW, magnet-assisted reluctance",
-        falls: &[at(14.0, 0.27, 0.35)],
+        motor: "5.5 kW, magnet-assisted reluctance",
+        falls: &[at(8.8, 0.27, 0.35)],
         source: "Lelli et al. 2024, doi:10.1109/ICEM60801.2024.10700403",
     },
 ];

@@ -270,7 +270,7 @@ fn published_at(ratio: f64) -> String {
     }
     let of_motor = |one: &PublishedSaturation| {
         let fall = |fall: &PublishedFall| {
-            format!("{} / {} at {:.0} A", percent(fall.along), percent(fall.against), fall.current)
+            format!("{} / {} at {} A", percent(fall.along), percent(fall.against), fall.current)
         };
         let falls: Vec<String> = one.falls.iter().map(fall).collect();
         format!("{}: {} ({})", one.motor, falls.join(", "), one.source)
