@@ -75,14 +75,14 @@ pub struct Magnetics {
     /// Largest current in A [default: the rated current, or what the map covers]
     #[arg(long, value_name = "A", value_parser = amperes(), allow_hyphen_values = true)]
     pub current: Option<f64>,
-    /// Folder for the figure; made if it does not exist
+    /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]
     pub force: Force,
     #[command(flatten)]
     pub temperature: Temperatures,
-    /// Print JSON and write no figure
+    /// Print JSON and write no files
     #[arg(long)]
     pub json: bool,
 }
