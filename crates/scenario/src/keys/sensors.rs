@@ -39,6 +39,8 @@ fn of_dividers(scenario: &Scenario<Method<f64>>, of: fn(&TerminalSensor) -> f64)
 
 const TICK: Range =
     Range::new(0.0, 1e-3, "from 0 to 1 ms: a pulse lasts several ticks", "a pulse lasts several ticks");
+const CLOCK: Range =
+    Range::new(0.0, 0.1, "a share from 0 to 0.1", "clocks without a crystal are off by a few per cent");
 const DELAY: Range = Range::new(
     0.0,
     1e-4,
@@ -234,7 +236,7 @@ table! {
         timer: Quantity<Second> [scenario.sensors.comparator.timer] { range: Some(TICK), example: "\"0.32 us\"" };
         /// Standard deviation of the clock of that timer.
         timer_error: Quantity<Share> [scenario.sensors.comparator.timer_error] {
-            range: Some(SPREAD), draws: Some((Purpose::CaptureTimer, 0..1)), applies: captures, drawn: captures, example: "\"0.3 %\"",
+            range: Some(CLOCK), draws: Some((Purpose::CaptureTimer, 0..1)), applies: captures, drawn: captures, example: "\"0.3 %\"",
         };
         /// Current at which the comparators switch the drive off for good, as an overcurrent. 0: they do not.
         trip: Quantity<Ampere> [scenario.sensors.comparator.trip] { range: Some(NOT_NEGATIVE), example: "\"0 A\"" };
