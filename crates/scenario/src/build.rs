@@ -108,7 +108,7 @@ impl ScenarioFile {
             DetectorTable::adopt_pwm(library, &mut scenario.drive, self.inverter.carrier.is_some())?;
         }
         check_channel(&scenario.drive.bridge.devices, motor.rated_current)?;
-        scenario.sensors.terminal = self.dividers(motor, scenario.drive.link.voltage)?;
+        scenario.sensors.terminal = self.dividers(motor, &scenario.drive)?;
         self.sensors.set(&mut scenario);
         self.sensors.apply_rules(self.errors.0, &mut scenario.sensors)?;
         check_load(&scenario, motor.rated_current)?;
@@ -139,9 +139,9 @@ impl ScenarioFile {
         })
     }
 
-    /// Returns the dividers at the terminals of a drive with a link of `dc_link` volts, with the errors of the error set and the file's
-    /// converter; none where the drive does not read its terminals.
-    fn dividers(&self, motor: &Motor, dc_link: f64) -> Result<Option<TerminalSensor>, FileError> {
+    /// Returns the dividers at the terminals of a drive, with the errors of the error set and the file's converter; none where the drive
+    /// does not read its terminals.
+    fn dividers(&self, motor: &Motor, drive: &DriveSettings) -> Result<Option<TerminalSensor>, FileError> {
         let sensors = &self.sensors;
         if sensors.terminals != Some(true) {
             let mut of_dividers =
@@ -151,7 +151,7 @@ impl ScenarioFile {
                 Err(FileError::key(key.path, &value.readable(key.allowed().unwrap_or_default()), needed))
             });
         }
-        let mut of = self.errors.0.dividers(motor.rated_current, dc_link);
+        let mut of = self.errors.0.dividers(motor.rated_current, drive);
         let range = sensors.terminal_range.map(|range| [0.0, range.value()]);
         of.adc = converter("sensors.terminal", of.adc, range, sensors.terminal_bits)?;
         Ok(Some(of))
@@ -232,20 +232,23 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
     Err(FileError::key("inverter.channel_resistance", &found, &needed))
 }
 
-/// Largest current through a divider, as a share of the rated current, of a drive whose terminals have no capacitance.
+/// Largest current through a divider, as a share of the rated current.
 const MOST_LOAD: f64 = 1e-3;
 
-/// Checks that dividers load terminals without a capacitance so little that their current is none of the winding's: only a
-/// terminal with a capacitance has their current in its equations.
+/// Checks that dividers load their terminals so little that their current is none of the winding's, which leaves it out, and that
+/// they load none with a capacitance, which they would discharge.
 fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<(), FileError> {
     let Some(load) = scenario.sensors.terminal.and_then(|of| of.resistance) else { return Ok(()) };
     let least = scenario.drive.link.voltage / (MOST_LOAD * rated_current);
-    if scenario.drive.bridge.terminal_capacitance > 0.0 || load >= least {
+    let needed = if scenario.drive.bridge.terminal_capacitance > 0.0 {
+        "0 where terminals have a capacitance, as those of \"field\" do unless `inverter.terminal_capacitance` is 0: its discharge through a divider is not simulated".to_owned()
+    } else if load < least {
+        format!(
+            "at least {least:.0} Ω, through which the link drives a thousandth of the rated current: a divider's current is left out of the winding's"
+        )
+    } else {
         return Ok(());
-    }
-    let needed = format!(
-        "at least {least:.0} Ω, through which the link drives a thousandth of the rated current, or `inverter.terminal_capacitance` beside it: without a capacitance a divider's current is left out of the winding's"
-    );
+    };
     Err(FileError::key("sensors.terminal_load", &format!("{load} Ω"), &needed))
 }
 

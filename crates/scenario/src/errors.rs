@@ -230,10 +230,13 @@ impl ErrorSet {
         }
     }
 
-    /// Returns the dividers at the terminals of a drive for this rated current in A and this DC-link voltage in V, where it has any.
-    /// Their range is 1.8 times the voltage; they draw 0.55 mA at it, or half a thousandth of the rated current if that is less.
-    pub fn dividers(self, rated_current: f64, dc_link: f64) -> TerminalSensor {
+    /// Returns the dividers at the terminals of this drive, where it has any, for this rated current in A. Their range is 1.8 times the
+    /// link's voltage; they draw 0.55 mA at it, or half a thousandth of the rated current if that is less, and nothing from terminals
+    /// with a capacitance, whose discharge is not simulated.
+    pub fn dividers(self, rated_current: f64, drive: &DriveSettings) -> TerminalSensor {
+        let dc_link = drive.link.voltage;
         let scale = dc_link / DC_LINK;
+        let loads = drive.bridge.terminal_capacitance == 0.0;
         let default = TerminalSensor {
             gain_error: 0.005,
             // A code of the converter.
@@ -241,7 +244,7 @@ impl ErrorSet {
             noise: 0.5 * scale,
             bandwidth: None,
             adc: Some(Adc { bits: 12, low: 0.0, high: 1000.0 * scale }),
-            resistance: Some(dc_link / (0.55e-3_f64).min(0.5e-3 * rated_current)),
+            resistance: loads.then(|| dc_link / 0.55e-3_f64.min(0.5e-3 * rated_current)),
         };
         match self {
             Self::None => TerminalSensor::IDEAL,

@@ -191,8 +191,7 @@ impl Scenario<Method<f64>> {
     ) -> Self {
         let mut scenario = Scenario::new(motor, errors, rotor, seed, |drive| Method::suited(method, drive));
         if scenario.detector.sources() == [Source::Terminals] {
-            let dividers = errors.dividers(scenario.motor.rated_current, scenario.drive.link.voltage);
-            scenario.sensors.terminal = Some(dividers);
+            scenario.sensors.terminal = Some(errors.dividers(scenario.motor.rated_current, &scenario.drive));
             scenario.detector = Method::suited(method, &scenario.nameplate());
         }
         scenario

@@ -211,7 +211,8 @@ pub struct TerminalSensor {
     pub bandwidth: Option<f64>,
     /// The converters; none: exact.
     pub adc: Option<Adc>,
-    /// Resistance in Ω of each divider, with which it loads its terminal; none: it loads nothing.
+    /// Resistance in Ω of each divider, with which it holds an idle terminal at the negative rail; none: it loads
+    /// nothing. Terminals with a capacitance are not discharged by it.
     pub resistance: Option<f64>,
 }
 
