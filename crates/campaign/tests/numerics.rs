@@ -76,7 +76,7 @@ const EFFECTS: [(&str, &str, &str); 6] = [
     (
         "six pulses, timed with common and own comparators",
         "errors = \"field\"\ndetector.method = \"six-pulse\"\n[sensors]\ntimer = \"0.32 us\"\n[axes]\nmotor = [\"paper-5k5\", \"outrunner\"]\n\"sensors.comparators\" = [\"common\", \"per-leg\"]\n\"rotor.state\" = [\"locked\", \"free\"]",
-        "00000000",
+        "87a5f053",
     ),
 ];
 
