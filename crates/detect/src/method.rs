@@ -72,6 +72,25 @@ choice! {
     }
 }
 
+impl MethodName {
+    /// Returns the kinds of readings of which any one is enough for the method.
+    pub const fn sources(self) -> &'static [Source] {
+        match self {
+            Self::LineInductance | Self::LineInductanceFast => LineInductanceSettings::<f64>::SOURCES,
+            Self::Subdivision => SubdivisionSettings::<f64>::SOURCES,
+            Self::HfiRotating => RotatingInjectionSettings::<f64>::SOURCES,
+            Self::HfiPulsating => PulsatingInjectionSettings::<f64>::SOURCES,
+            Self::DcAlignment => AlignmentSettings::<f64>::SOURCES,
+            Self::Bipolar => BipolarSettings::<f64>::SOURCES,
+            Self::MaximumLikelihood | Self::MaximumLikelihoodAdaptive => {
+                MaximumLikelihoodSettings::<f64>::SOURCES
+            }
+            Self::OpenTerminal => OpenTerminalSettings::<f64>::SOURCES,
+            Self::SixPulse => SixPulseSettings::<f64>::SOURCES,
+        }
+    }
+}
+
 impl fmt::Display for MethodName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())

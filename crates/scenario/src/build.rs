@@ -15,7 +15,7 @@ use super::named::Named;
 use super::rotor::Memory;
 use super::tables::ScenarioFile;
 use crate::errors::{ErrorSet, PICK_UP, device_kind};
-use crate::scenario::{nameplate, tolerance};
+use crate::scenario::{nameplate, sources, tolerance};
 use crate::{DriveSettings, Scenario};
 
 impl ScenarioFile {
@@ -29,11 +29,11 @@ impl ScenarioFile {
 
     /// Returns the methods that find on this drive what they read: currents, or the terminals' voltages.
     pub fn served(&self) -> Vec<MethodName> {
-        let none =
-            self.sensors.arrangement.is_some_and(|Named(arrangement)| arrangement == Arrangement::None);
-        let terminals = self.sensors.terminals == Some(true);
-        let has = |method: &MethodName| if *method == MethodName::OpenTerminal { terminals } else { !none };
-        MethodName::ALL.into_iter().filter(has).collect()
+        let arrangement = self.sensors.arrangement.map_or(Arrangement::ThreeInLine, |Named(place)| place);
+        let timer = self.sensors.timer.is_some_and(|tick| tick.value() > 0.0);
+        let there = sources(arrangement, self.sensors.terminals == Some(true), timer);
+        let served = |method: &MethodName| method.sources().iter().any(|source| there.contains(source));
+        MethodName::ALL.into_iter().filter(served).collect()
     }
 
     /// Builds the motor from its data sheet.
@@ -182,8 +182,8 @@ fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result
     };
     let found =
         format!("\"{method}\", which reads {}, on a drive that reads {has}", each(needs, Source::words));
-    let nameplate = scenario.nameplate();
-    let able = MethodName::ALL.iter().filter(|name| scenario.serves(&Method::suited(**name, &nameplate)));
+    let able =
+        MethodName::ALL.iter().filter(|name| name.sources().iter().any(|source| there.contains(source)));
     let able: Vec<String> = able.map(|name| format!("\"{name}\"")).collect();
     let instead = if able.is_empty() { String::new() } else { format!(", or one of {}", able.join(", ")) };
     let needed = format!("{}{instead}", each(needs, Source::setting));

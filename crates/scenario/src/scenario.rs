@@ -121,6 +121,20 @@ fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
     }
 }
 
+/// Returns the kinds of readings of a drive with current sensors in these places, with or without dividers at its terminals, and with or
+/// without a timer behind its comparators.
+pub(crate) fn sources(arrangement: Arrangement, terminals: bool, timer: bool) -> Vec<Source> {
+    let currents = match arrangement {
+        Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::LowSideShunts => {
+            Some(Source::PhaseCurrents)
+        }
+        Arrangement::DcLinkShunt => Some(Source::LinkCurrent),
+        Arrangement::None => None,
+    };
+    let others = [terminals.then_some(Source::Terminals), timer.then_some(Source::CapturedTimes)];
+    currents.into_iter().chain(others.into_iter().flatten()).collect()
+}
+
 /// Returns what the drive knows of this motor and of itself: values of the data sheets.
 pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
@@ -235,16 +249,8 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// Returns the kinds of readings that the drive has.
     pub fn sources(&self) -> Vec<Source> {
-        let currents = match self.sensors.arrangement {
-            Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::LowSideShunts => {
-                Some(Source::PhaseCurrents)
-            }
-            Arrangement::DcLinkShunt => Some(Source::LinkCurrent),
-            Arrangement::None => None,
-        };
-        let terminals = self.sensors.terminal.map(|_| Source::Terminals);
-        let captured = (self.sensors.comparator.timer > 0.0).then_some(Source::CapturedTimes);
-        [currents, terminals, captured].into_iter().flatten().collect()
+        let sensors = &self.sensors;
+        sources(sensors.arrangement, sensors.terminal.is_some(), sensors.comparator.timer > 0.0)
     }
 
     /// Returns whether the drive has readings that a method with these settings can work with.
