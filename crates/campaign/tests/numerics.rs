@@ -71,7 +71,7 @@ const EFFECTS: [(&str, &str, &str); 6] = [
     (
         "terminals",
         "sensors.terminals = true\ndetector.method = \"open-terminal\"\n[axes]\nerrors = [\"default\", \"field\"]\nmotor = [\"paper-5k5\", \"cross-saturation\"]",
-        "00000000",
+        "a3e86f6d",
     ),
     (
         "six pulses, timed with common and own comparators",
