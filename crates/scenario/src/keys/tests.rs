@@ -29,6 +29,17 @@ const BESIDE: &[(&str, &str)] = &[
     ("sensors.terminal_range", "sensors.terminals = true"),
     ("sensors.terminal_bits", "sensors.terminals = true"),
     ("sensors.terminal_load", "sensors.terminals = true"),
+    ("sensors.comparators", "sensors.timer = 1e-6"),
+    ("sensors.comparator_offset", "sensors.timer = 1e-6"),
+    ("sensors.comparator_delay", "sensors.timer = 1e-6"),
+    ("sensors.comparator_delay_spread", "sensors.timer = 1e-6"),
+    ("sensors.comparator_noise", "sensors.timer = 1e-6"),
+    ("sensors.blanking", "sensors.timer = 1e-6"),
+    ("sensors.timer_error", "sensors.timer = 1e-6"),
+    ("sensors.threshold_bits", "sensors.timer = 1e-6"),
+    ("sensors.threshold_range", "sensors.timer = 1e-6\nsensors.threshold_bits = 8"),
+    ("detector.threshold", "detector.method = \"six-pulse\""),
+    ("detector.timed", "sensors.timer = 1e-6\ndetector.method = \"six-pulse\""),
     ("detector.rest", "detector.method = \"bipolar\""),
     ("detector.pole_error", "detector.method = \"bipolar\""),
     ("detector.gain_tolerance", "detector.method = \"maximum-likelihood\""),
@@ -51,6 +62,8 @@ const OF_THE_DOCUMENT: &[&str] = &[
     "detector.python",
     "detector.call_timeout",
     "detector.config",
+    // One of three numbers: `tests/six_pulse.rs`.
+    "detector.sector",
 ];
 
 fn beside(key: &str) -> &'static str {

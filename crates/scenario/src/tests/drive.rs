@@ -2,7 +2,7 @@
 
 use standstill_interface::Nanos;
 use standstill_inverter::DeviceKind;
-use standstill_sim::PickUp;
+use standstill_sim::{PickUp, SensorSettings};
 
 use super::{error, scenario};
 use crate::ErrorSet;
@@ -94,7 +94,9 @@ fn law_sensors_of_the_field_and_their_keys() {
     let keys = scenario(
         "[sensors]\nbandwidth = \"200 kHz\"\nbandwidth_tolerance = \"20 %\"\nbandwidth_mismatch = \"3 %\"\nskew = \"0.5 us\"\npick_up = \"0.2 A\"",
     );
-    assert_eq!(keys.sensors, field.sensors);
+    // Its comparators differ, too, on drives that have any.
+    let keys_with = SensorSettings { comparator: field.sensors.comparator, ..keys.sensors };
+    assert_eq!(keys_with, field.sensors);
     let quiet = scenario("errors = \"field\"\nsensors.pick_up = 0");
     assert_eq!(quiet.sensors.pick_up, None);
     let quick = scenario("errors = \"field\"\nsensors.bandwidth = 0");

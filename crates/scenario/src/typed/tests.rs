@@ -92,6 +92,15 @@ fn spread(key: &str) -> &'static str {
         "sensors.noise" | "sensors.offset" => "uniform = \"30 %\", mean = \"10 mA\"",
         "sensors.gain_error" => "uniform = \"0.2 %\", mean = \"0.5 %\"",
         "sensors.bandwidth" | "sensors.terminal_bandwidth" => "uniform = \"10 kHz\", mean = \"150 kHz\"",
+        "sensors.timer" => "uniform = \"0.1 us\", mean = \"1 us\"",
+        "sensors.timer_error" => "uniform = \"0.1 %\", mean = \"0.3 %\"",
+        "sensors.trip" => "uniform = \"1 A\", mean = \"50 A\"",
+        "sensors.comparator_offset" | "sensors.comparator_noise" => "uniform = \"30 %\", mean = \"10 mA\"",
+        "sensors.comparator_delay" | "sensors.comparator_delay_spread" => {
+            "uniform = \"10 ns\", mean = \"50 ns\""
+        }
+        "sensors.blanking" => "uniform = \"0.2 us\", mean = \"1 us\"",
+        "sensors.threshold_range" => "uniform = \"1 A\", mean = \"20 A\"",
         "detector.time_limit" => "uniform = \"1 s\", mean = \"10 s\"",
         "sensors.bandwidth_tolerance" | "sensors.bandwidth_mismatch" => "uniform = \"1 %\", mean = \"2 %\"",
         "sensors.skew" | "sensors.jitter" | "sensors.sample_delay" => {
@@ -123,7 +132,11 @@ fn spread(key: &str) -> &'static str {
 fn tried(motor: &str, tolerances: &str) -> Result<Plan, FileError> {
     // What is lacking of tables comes before what stands in tables of its own.
     let dividers = if tolerances.contains("sensors.terminal_") { "sensors.terminals = true\n" } else { "" };
-    let text = format!("{dividers}tolerances = {{ {tolerances} }}\n{motor}");
+    let of_comparators =
+        ["sensors.comparator_", "sensors.timer_error", "sensors.blanking", "sensors.threshold_range"];
+    let timed = of_comparators.iter().any(|key| tolerances.contains(key));
+    let timer = if timed { "sensors.timer = 1e-6\n" } else { "" };
+    let text = format!("{dividers}{timer}tolerances = {{ {tolerances} }}\n{motor}");
     Plan::new(Document::parse(std::path::Path::new("s.toml"), &text)?)
 }
 
