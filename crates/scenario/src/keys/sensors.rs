@@ -138,7 +138,7 @@ table! {
         };
         /// Lowest current of the current converters' range, for amplifiers of one direction; as far below zero as `range` is above it unless set.
         range_low: Quantity<Ampere> {
-            range: Some(Range::new(f64::MIN, 0.0, "at most 0 A", "a reading without current lies within the range")),
+            range: Some(Range::new(-1e6, 0.0, "from -1e6 A to 0 A", "a reading without current lies within the range")),
             get: |scenario| scenario.sensors.adc.map(|adc| number(adc.low)), example: "\"-0.5 A\"",
         };
         /// Range of the current converters, either way.

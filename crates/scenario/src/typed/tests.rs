@@ -103,6 +103,7 @@ fn spread(key: &str) -> &'static str {
         "sensors.threshold_range" => "uniform = \"1 A\", mean = \"20 A\"",
         "detector.time_limit" => "uniform = \"1 s\", mean = \"10 s\"",
         "sensors.bandwidth_tolerance" | "sensors.bandwidth_mismatch" => "uniform = \"1 %\", mean = \"2 %\"",
+        "sensors.settle" => "uniform = \"0.2 us\", mean = \"3 us\"",
         "sensors.skew" | "sensors.jitter" | "sensors.sample_delay" => {
             "uniform = \"0.2 us\", mean = \"0.5 us\""
         }
@@ -136,7 +137,9 @@ fn tried(motor: &str, tolerances: &str) -> Result<Plan, FileError> {
         ["sensors.comparator_", "sensors.timer_error", "sensors.blanking", "sensors.threshold_range"];
     let timed = of_comparators.iter().any(|key| tolerances.contains(key));
     let timer = if timed { "sensors.timer = 1e-6\n" } else { "" };
-    let text = format!("{dividers}{timer}tolerances = {{ {tolerances} }}\n{motor}");
+    let shunts = tolerances.contains("sensors.settle");
+    let shunts = if shunts { "sensors.arrangement = \"low-side-shunts\"\n" } else { "" };
+    let text = format!("{dividers}{timer}{shunts}tolerances = {{ {tolerances} }}\n{motor}");
     Plan::new(Document::parse(std::path::Path::new("s.toml"), &text)?)
 }
 
