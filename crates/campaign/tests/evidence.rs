@@ -74,10 +74,9 @@ fn law_evidence_tells_a_wrong_signature_and_is_none_without_one() {
     for method in MethodName::ALL.into_iter().filter(|method| few(*method) > 0) {
         let configured = |signature| {
             let motor = built_in("paper-5k5").expect("built in");
-            let scenario = Scenario::new(motor, ErrorSet::Default, RotorState::Locked, 1, |drive| {
-                let drive = Nameplate { signature, pulse_signature: signature, ..*drive };
-                Method::suited(method, &drive)
-            });
+            let mut scenario = Scenario::of_method(method, motor, ErrorSet::Default, RotorState::Locked, 1);
+            let drive = Nameplate { signature, pulse_signature: signature, ..scenario.nameplate() };
+            scenario.detector = Method::suited(method, &drive);
             outcomes(&scenario, 2, false)
         };
         let evidence = |(outcome, north): &(Outcome<f64>, Angle<f64>)| outcome.evidence_for(*north);

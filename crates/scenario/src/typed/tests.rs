@@ -89,13 +89,14 @@ fn spread(key: &str) -> &'static str {
         "inverter.switch_drop" | "inverter.diode_drop" => "normal = \"0.1 V\", mean = \"1 V\", truncated = 3",
         "inverter.channel_resistance" => "uniform = \"20 %\", mean = \"1 mOhm\"",
         "inverter.switch_resistance" | "inverter.diode_resistance" => "uniform = \"20 %\", mean = \"3 mOhm\"",
-        "sensors.noise" | "sensors.offset" => "uniform = \"30 %\", mean = \"10 mA\"",
+        "sensors.noise" | "sensors.offset" | "sensors.comparator_offset" | "sensors.comparator_noise" => {
+            "uniform = \"30 %\", mean = \"10 mA\""
+        }
         "sensors.gain_error" => "uniform = \"0.2 %\", mean = \"0.5 %\"",
         "sensors.bandwidth" | "sensors.terminal_bandwidth" => "uniform = \"10 kHz\", mean = \"150 kHz\"",
         "sensors.timer" => "uniform = \"0.1 us\", mean = \"1 us\"",
         "sensors.timer_error" => "uniform = \"0.1 %\", mean = \"0.3 %\"",
         "sensors.trip" => "uniform = \"1 A\", mean = \"50 A\"",
-        "sensors.comparator_offset" | "sensors.comparator_noise" => "uniform = \"30 %\", mean = \"10 mA\"",
         "sensors.comparator_delay" | "sensors.comparator_delay_spread" => {
             "uniform = \"10 ns\", mean = \"50 ns\""
         }
