@@ -183,7 +183,9 @@ impl LegPlan {
     pub fn changed(&self, before: Gate, at: Nanos) -> Option<Nanos> {
         let (last, end) = (at - Nanos(1), self.ends[0]);
         let first = self.changed_in(0, before, last.min(end - Nanos(1)));
-        let second = if last < end { None } else { self.changed_in(1, self.requested(end), last) };
+        // A first stage without duration still has its request.
+        let held = if end > self.start { self.requested(end) } else { self.tasks[0].first() };
+        let second = if last < end { None } else { self.changed_in(1, held, last) };
         second.or(first)
     }
 
@@ -193,12 +195,13 @@ impl LegPlan {
         let passed = last - begin;
         let within = match self.tasks[stage] {
             Task::Once { from, at, to } if from != to && passed >= at => Some(at),
-            Task::Modulate { idle, on } => {
+            // A gap of a nanosecond cannot be centred: the leg stays high.
+            Task::Modulate { idle, on } if idle > Nanos::ZERO => {
                 let (periods, place) = (passed.0 / self.carrier.0, passed.0 % self.carrier.0);
                 let edge = |period: u64, after: Nanos| Some(self.carrier * period + after);
                 if place >= idle.0 + on.0 {
                     edge(periods, idle + on)
-                } else if place >= idle.0 && (idle > Nanos::ZERO || periods > 0) {
+                } else if place >= idle.0 {
                     edge(periods, idle)
                 } else {
                     periods.checked_sub(1).and_then(|period| edge(period, idle + on))
