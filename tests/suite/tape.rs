@@ -56,7 +56,12 @@ fn law_a_trial_replayed_from_its_tape_is_the_same_to_the_last_bit() {
                 );
                 assert_eq!(samples(Purpose::CurrentNoise) / 3, samples(Purpose::LinkNoise), "{what}");
                 // Other draws are another trial.
-                tape.normals(Purpose::CurrentNoise).iter_mut().for_each(|normal| *normal *= -1.0);
+                let read = if method == MethodName::OpenTerminal {
+                    Purpose::TerminalNoise
+                } else {
+                    Purpose::CurrentNoise
+                };
+                tape.normals(read).iter_mut().for_each(|normal| *normal *= -1.0);
                 assert_ne!(scenario.trial_taped(&tape).expect("settings").run, seeded.run, "{what}");
             }
         }
