@@ -97,10 +97,6 @@ fn compared(rotor: RotorState) {
         motors += 1;
         let motor = built_in(name).expect("built in");
         for method in MethodName::ALL {
-            // Some starts end in the vector that puts all legs high, before a reading: docs/notes/realism.md, voltages of terminals.
-            if (name, method) == ("gimbal", MethodName::OpenTerminal) {
-                continue;
-            }
             for errors in [ErrorSet::Default, ErrorSet::Harsh] {
                 let scenario = scenario(motor.clone(), method, errors, rotor);
                 if let Err(refused) = scenario.check() {

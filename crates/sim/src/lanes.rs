@@ -143,7 +143,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
         for lane in lanes_of(arrived | out_of_bounds | broken) {
             let Some(control) = &mut self.lanes[lane] else { continue };
             let want = if broken >> lane & 1 == 1 {
-                Want::Over(self.bank.why_broken(lane))
+                control.recover(&mut self.bank)
             } else {
                 control.resume(&mut self.bank, out_of_bounds >> lane & 1 == 1)
             };

@@ -109,6 +109,16 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
+    /// Returns whether legs conduct without any current, as channels do that connect all terminals to one rail. Which device a leg has
+    /// after an edge of its gate does not follow from a current then.
+    pub(super) fn conducts_nothing<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
+        let legs = &bank.machine.legs;
+        let least = NO_CURRENT * self.case.motor.rated_current;
+        let currents = self.currents(bank);
+        currents.iter().all(|current| current.abs() <= least)
+            && (0..3).any(|k| legs.direction(self.lane, k) != 0.0)
+    }
+
     /// Ends the mode whose guard's margin reached zero, and finds the modes that follow.
     pub(super) fn end_mode<V: Wide>(&mut self, bank: &mut Bank<'a, V>, guard: Guard) -> Result<(), RunError> {
         let passed = self.time(bank);

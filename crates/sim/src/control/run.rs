@@ -205,6 +205,18 @@ impl<'a> Control<'a> {
         }
     }
 
+    /// Continues after a step that could not be taken: with other modes where legs conduct without a current, else not.
+    pub fn recover<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Want {
+        let error = bank.why_broken(self.lane);
+        if error != RunError::Stuck || self.found >= self.time(bank) || !self.conducts_nothing(bank) {
+            return Want::Over(error);
+        }
+        match self.count_event(bank).and_then(|()| self.resolve(bank)) {
+            Ok(()) => self.go_on(bank, true),
+            Err(error) => Want::Over(error),
+        }
+    }
+
     /// Counts an event, and refuses too many within [`NO_TIME`]. Over a long wait, terminals that ring and iron with
     /// hysteresis have many ends of modes.
     fn count_event<V: Wide>(&mut self, bank: &Bank<'a, V>) -> Result<(), RunError> {

@@ -112,7 +112,8 @@ impl<'a> Driven<'a> {
                 control.sample_within(bank);
             }
             if broken != 0 {
-                return Err(bank.why_broken(0));
+                want = control.recover(bank);
+                continue;
             }
             if arrived | out_of_bounds != 0 {
                 want = control.resume(bank, out_of_bounds != 0);
