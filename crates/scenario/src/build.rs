@@ -309,6 +309,10 @@ impl SensorsTable {
                 return Err(FileError::key("sensors.threshold_bits", &bits.to_string(), needed));
             }
         }
+        if let (Some(settle), false) = (self.settle, sensors.arrangement.follows_legs()) {
+            let needed = "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": sensors in the phases see no edges";
+            return Err(FileError::key("sensors.settle", &settle.to_string(), needed));
+        }
         if sensors.arrangement == Arrangement::DcLinkShunt {
             self.check_one_shunt()?;
             sensors.settle =

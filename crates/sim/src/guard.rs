@@ -83,16 +83,22 @@ pub struct Levels<V> {
     pub phase: [[V; 3]; 2],
 }
 
+/// Returns the current in A that legs draw from the positive rail, or its slope.
+#[inline(always)]
+fn drawn<V: Wide>(rail: [V; 3], of: [V; 3]) -> V {
+    rail[0] * of[0] + rail[1] * of[1] + rail[2] * of[2]
+}
+
 impl<V: Wide> Levels<V> {
     /// Returns the margins in A of all comparators over a step, as cubics: link, phases into the motor, phases out of it.
     /// `phases`: the legs' currents in A at both ends, `rise`: their slopes per step, `rail`: 1 for a leg at the positive rail,
     /// else 0.
     #[inline(always)]
     pub fn margins(&self, phases: &[[V; 3]; 2], rise: &[[V; 3]; 2], rail: [V; 3]) -> [Cubic<V>; 7] {
-        let sum = |of: &[V; 3]| rail[0] * of[0] + rail[1] * of[1] + rail[2] * of[2];
+        let current = [drawn(rail, phases[0]), drawn(rail, phases[1])];
         let link = Cubic {
-            value: [self.link - sum(&phases[0]), self.link - sum(&phases[1])],
-            slope: [-sum(&rise[0]), -sum(&rise[1])],
+            value: [self.link - current[0], self.link - current[1]],
+            slope: [-drawn(rail, rise[0]), -drawn(rail, rise[1])],
         };
         let mut margins = [link; 7];
         for k in 0..3 {

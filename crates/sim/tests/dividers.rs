@@ -40,6 +40,8 @@ fn case(motor: &Motor, angle: f64, terminal: TerminalSensor, capacitance: f64) -
 fn readings(case: &Case<'_>, commands: &[Command<f64>]) -> Vec<Reading<f64>> {
     let mut script = Script::new(commands);
     run(case, &mut script, false, &mut NoProbe);
+    let asked: u32 = commands.iter().map(|command| command.sampling.count).sum();
+    assert_eq!(script.readings.len(), asked as usize, "a run that ended early");
     script.readings
 }
 
@@ -52,7 +54,7 @@ fn closed(motor: &Motor, line: f64, angle: f64) -> (f64, f64) {
     (-(3.0_f64.sqrt() / 2.0) * k * twice.sin() / lines, 2.0 * motor.resistance / inductance)
 }
 
-/// Samples of a pulse of 200 µs in each of which the terminals' voltages are told.
+/// Samples of a pulse of 200 µs that show the terminals' voltages.
 fn pulse(high: Phase, low: Phase) -> Command<f64> {
     let sampling = Sampling { first: Nanos(10_000), interval: Nanos(10_000), count: 20 };
     let rest = Stage::off(Nanos::from_micros(320));

@@ -211,6 +211,9 @@ impl<'a> Control<'a> {
         if error != RunError::Stuck || self.found >= self.time(bank) || !self.conducts_nothing(bank) {
             return Want::Over(error);
         }
+        // Nothing of the steps that were tried holds for the modes that follow.
+        bank.schedule.to_mode_end &= !(1 << self.lane);
+        bank.control.refused.put(self.lane, 0.0);
         match self.count_event(bank).and_then(|()| self.resolve(bank)) {
             Ok(()) => self.go_on(bank, true),
             Err(error) => Want::Over(error),

@@ -120,10 +120,13 @@ impl<V: Wide> Bank<'_, V> {
     /// Examines the comparators.
     fn trips(&self, lane: usize, first: &mut First) {
         let (Some(levels), tried) = (&self.bounds.levels, &self.outcome.tried) else { return };
-        let rail = tried.legs.leg.each_ref().map(|leg| leg.rail);
-        let margins = levels.margins(&tried.phases, &tried.phase_rise, rail);
-        for (input, margin) in Levels::<V>::INPUTS.into_iter().zip(margins) {
-            first.ends(Guard::Trip(input), margin.get(lane), self.bounds.slack.leg[0].get(lane));
+        // Of this machine alone: code for wide registers belongs into the functions for them.
+        let alone = |of: &[[V; 3]; 2]| of.map(|each| each.map(|pack| pack.get(lane)));
+        let levels = Levels { link: levels.link.get(lane), phase: alone(&levels.phase) };
+        let rail = tried.legs.leg.each_ref().map(|leg| leg.rail.get(lane));
+        let margins = levels.margins(&alone(&tried.phases), &alone(&tried.phase_rise), rail);
+        for (input, margin) in Levels::<f64>::INPUTS.into_iter().zip(margins) {
+            first.ends(Guard::Trip(input), margin, self.bounds.slack.leg[0].get(lane));
         }
     }
 
