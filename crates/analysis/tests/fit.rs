@@ -59,7 +59,7 @@ const ALWAYS: [&str; 8] = ["resistance", "L_d", "L_q", "angle", "dead_time", "de
 /// Half the width of an interval in intervals between rows.
 fn half(fit: &Fit, name: &str, interval: f64) -> f64 {
     let found = fit.parameters.iter().find(|one| one.name == name && one.identified);
-    let [low, high] = found.and_then(|one| one.interval).expect("told");
+    let [low, high] = found.and_then(|one| one.interval).expect("a value");
     (high - low) / 2.0 / interval
 }
 

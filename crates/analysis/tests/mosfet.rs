@@ -42,7 +42,7 @@ fn regress_a_search_on_a_mosfet_drive_ends_and_its_intervals_hold() {
             assert!(off < 1.6, "{seed} {name}: {off}");
         }
         let width = |name: &str| {
-            let [low, high] = estimate(&fit, name).interval.expect("told");
+            let [low, high] = estimate(&fit, name).interval.expect("a value");
             high - low
         };
         assert!(width("resistance_with_switch") < 0.8 * width("resistance"));
@@ -67,7 +67,7 @@ fn regress_a_stated_drop_that_the_currents_contradict_is_named() {
     let fit = pulses.found(&scope, 3, &right);
     assert_eq!(fit.discrepancies, []);
     let one = estimate(&fit, "diode_drop");
-    let [low, _] = one.interval.expect("told");
+    let [low, _] = one.interval.expect("a value");
     let stated = one.value - 4.5 * (one.value - low) / 1.96;
     assert!(stated > 0.6 * bench.diode[0], "a data sheet's drop: {stated}");
     let wrong = Start { devices: Devices { diode_drop: stated, ..devices }, ..right };

@@ -108,6 +108,11 @@ pub trait Keyed: Sized + 'static {
     /// The kinds of readings of which any one is enough for the method, see [`crate::Settings::sources`].
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents];
 
+    /// Those that the method needs with these settings.
+    fn needed_sources(&self) -> &'static [Source] {
+        Self::SOURCES
+    }
+
     /// Whether the method turns the rotor, see [`crate::Settings::turns_rotor`].
     const TURNS_ROTOR: bool = false;
 

@@ -140,7 +140,7 @@ macro_rules! methods {
             }
 
             fn sources(&self) -> &'static [Source] {
-                Self::SOURCES
+                self.needed_sources()
             }
         })*
 

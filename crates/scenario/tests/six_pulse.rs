@@ -200,3 +200,25 @@ fn law_an_overcurrent_is_a_record_with_its_reason() {
     });
     assert_eq!(format!("{with:?}"), format!("{without:?}"));
 }
+
+/// A timer alone does not sample: what pulses need follows from their settings, not from the method's name.
+#[test]
+fn law_sampled_pulses_are_refused_on_a_drive_without_phase_currents() {
+    for arrangement in ["none", "dc-link-shunt"] {
+        let text = |timed: &str| {
+            format!(
+                "sensors.arrangement = \"{arrangement}\"\nsensors.timer = 1e-6\ndetector.method = \"six-pulse\"\n{timed}"
+            )
+        };
+        let load = |timed| {
+            let document = Document::parse(Path::new("s.toml"), &text(timed)).expect("TOML");
+            Plan::new(document)
+                .and_then(|plan| plan.scenario(0))
+                .map(|_| ())
+                .map_err(|error| error.to_string())
+        };
+        assert_eq!(load(""), Ok(()), "{arrangement}");
+        let error = load("detector.timed = false\ndetector.rounds = 2").expect_err("no currents of phases");
+        assert!(error.contains("the currents of the phases") && error.contains("three-in-line"), "{error}");
+    }
+}

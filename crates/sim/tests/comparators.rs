@@ -19,19 +19,7 @@ use standstill_sim::{
 const LINK: f64 = 550.0;
 
 /// A timer of picoseconds.
-const TIMER: ComparatorSettings = ComparatorSettings {
-    arrangement: Comparators::Common,
-    timer: 1e-12,
-    timer_error: 0.0,
-    offset: 0.0,
-    delay: 0.0,
-    delay_spread: 0.0,
-    noise: 0.0,
-    blanking: Nanos::ZERO,
-    bits: 0,
-    range: 0.0,
-    trip: 0.0,
-};
+const TIMER: ComparatorSettings = ComparatorSettings { timer: 1e-12, ..SensorSettings::IDEAL.comparator };
 
 const USUAL: Devices = Devices {
     kind: DeviceKind::Igbt,

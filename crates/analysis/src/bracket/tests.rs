@@ -180,7 +180,7 @@ fn analytic_the_trials_that_are_needed_are_those_with_which_the_interval_is_narr
         let few = Search { most, ..SEARCH };
         let edge = edge(judged(&few, |value: f64| (value / 3.0).powf(power)));
         let truth = (6.0 / (0.05 * power)).powi(2);
-        let needed = edge.needed.expect("told") as f64;
+        let needed = edge.needed.expect("a value") as f64;
         assert!((0.8..1.25).contains(&(needed / truth)), "{needed} where {truth} are needed");
     }
 }

@@ -92,7 +92,7 @@ mod tests {
         assert!((one.deviations - 3.9).abs() < 1e-9 && one.is_stated, "{one:?}");
         assert!((found(1.056, true)[0].deviations + 3.9).abs() < 1e-9);
         assert_eq!(found(0.841, true), []);
-        // Of a guess more is unknown: 0.1 V.
+        // A guessed drop is known to 0.1 V only.
         assert_eq!(found(0.822, false), []);
         let off = 3.5 * 0.02_f64.hypot(0.1);
         assert!((found(0.9 - off, false)[0].deviations - 3.5).abs() < 1e-9);

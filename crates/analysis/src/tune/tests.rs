@@ -156,7 +156,7 @@ fn analytic_a_difference_of_shares_knows_what_was_not_seen() {
 fn analytic_what_a_difference_of_rms_leaves_out_is_told_where_it_might_turn_it() {
     let none_more = |trials: f64| Estimate { value: 0.0, low: 0.0, high: 3.69 / trials };
     // Of 20,000 up to 0.018 % may lack an answer, which make 1.22° alone.
-    let found = unseen(&exactly(0.8), &exactly(0.7), &none_more(20_000.0)).expect("told");
+    let found = unseen(&exactly(0.8), &exactly(0.7), &none_more(20_000.0)).expect("a value");
     assert!((found.share - 1.845e-4).abs() < 1e-9 && (found.rms_deg - 1.41).abs() < 0.01, "{found:?}");
     // From 2° to 0.8° it is better also with them.
     assert_eq!(unseen(&exactly(2.0), &exactly(0.8), &none_more(20_000.0)), None);

@@ -351,7 +351,7 @@ impl Rows {
         self.blocks.damaged
     }
 
-    /// Where the run stands after the blocks so far.
+    /// Progress of the run after the blocks so far.
     pub fn walk(&self) -> &Walk {
         &self.walk
     }

@@ -186,7 +186,7 @@ impl Tallied {
         &self.identity
     }
 
-    /// Where the run stands after its last whole block.
+    /// Progress of the run after its last whole block.
     pub fn walk(&self) -> &Walk {
         &self.walk
     }

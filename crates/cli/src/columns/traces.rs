@@ -145,7 +145,7 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
             }
             Event::Motion(motion) => row[3] = format!("{motion:?}").to_lowercase().into(),
             Event::Sample(currents, link) => {
-                // What the same sample read of the terminals follows it.
+                // The sample's readings of the terminals come with the next event.
                 let next = events.next_if(|(_, next)| matches!(next, Event::Terminals(_)));
                 let terminals = next.map_or(&[][..], |(_, next)| match next {
                     Event::Terminals(voltages) => voltages,

@@ -31,7 +31,7 @@ fn law_a_report_is_one_file_that_says_what_was_run() {
             assert!(page.contains(part), "{part}");
         }
     }
-    // Both formats hold the same trials: only the command that is told differs.
+    // Both formats hold the same trials; the printed command alone differs.
     let pictures = |format: &str| {
         let mut files = files(&path.join(format).join("report"));
         files.remove("report.html");

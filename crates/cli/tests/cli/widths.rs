@@ -90,7 +90,7 @@ fn law_no_line_is_wider_than_the_terminal() {
     let at = folder.path();
     prepared(at);
     for width in [60, 80] {
-        // What fits in sixty columns is broken alike in eighty; tables are others there.
+        // Text wraps at 80 columns as at 60; tables leave out other columns.
         let pages = if width == 60 { [&PRINT[..], &DEAR[..]].concat() } else { Vec::new() };
         let pages = pages.iter().map(|of| (of, false));
         for (arguments, tabulates) in pages.chain(TABULATE.iter().map(|of| (of, true))) {

@@ -92,7 +92,7 @@ pub struct OpenTerminalSettings<T> {
     pub gain_tolerance: T,
     /// Standard deviation of the dividers' offsets in V.
     pub offset: T,
-    /// Standard deviation of what looks like saturation and is none, as a share of the line's voltage.
+    /// Standard deviation of errors that imitate saturation, as a share of the line's voltage.
     pub pole_floor: T,
     /// Resistance of a phase in Ω.
     pub resistance: T,
@@ -218,7 +218,7 @@ impl<T: Real> OpenTerminalSettings<T> {
     }
 }
 
-/// What the pulses of one line in one direction showed: sums in V over samples and rounds.
+/// Sums in V over the samples and rounds of the pulses of one line in one direction.
 #[derive(Clone, Copy, Debug)]
 struct Sums<T> {
     across: T,

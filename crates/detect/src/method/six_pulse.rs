@@ -476,6 +476,11 @@ impl<T: Real> Keyed for SixPulseSettings<T> {
         ),
     ];
 
+    fn needed_sources(&self) -> &'static [Source] {
+        // Without a timer `check` refuses timed pulses, by their key.
+        if self.timed { Self::SOURCES } else { &[Source::PhaseCurrents] }
+    }
+
     fn describe(&self, line: &mut Lines<'_>) {
         let length = if self.timed { "longest pulse" } else { "pulse" };
         line(length, format_args!("{}", Microseconds(self.pulse())));

@@ -66,7 +66,7 @@ fn law_an_outcome_carries_what_the_library_told() {
     let Ended::Outcome(Outcome::Found { angle, findings }) = found.run.ended else { panic!("{found:?}") };
     assert_eq!(angle, Angle::from_radians(1.0));
     assert_eq!(findings.angle_deviation, Some(0.25));
-    let evidence = findings.pole_evidence.expect("told");
+    let evidence = findings.pole_evidence.expect("a value");
     assert_eq!((evidence.deviations, evidence.needed), (4.0, 3.0));
     // What it asks for says nothing of a start for whose pole nothing speaks.
     let alone = of("needed-alone");

@@ -137,7 +137,7 @@ mod tests {
     use standstill_inverter::Conduction::{Blocked, LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
     use standstill_inverter::Modes;
 
-    #[allow(clippy::large_types_passed_by_value, reason = "of a test")]
+    #[allow(clippy::large_types_passed_by_value, reason = "settings are made for each test")]
     fn sampler(settings: SensorSettings) -> Sampler<'static> {
         Sampler::new(&Sensors::nominal(settings), Streams::new(1, 0))
     }
@@ -166,7 +166,7 @@ mod tests {
     }
 
     impl Instant {
-        #[allow(clippy::large_types_passed_by_value, reason = "of a test")]
+        #[allow(clippy::large_types_passed_by_value, reason = "settings are made for each test")]
         fn through(self, settings: SensorSettings, modes: Modes) -> Self {
             Self { current: settings.seen(self.current, modes), ..self }
         }

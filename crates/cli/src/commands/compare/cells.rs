@@ -81,7 +81,7 @@ impl Comparison {
         // A library beside all methods, or beside those that are asked for.
         let library = comparison.document.get("detector.library").is_some();
         let own_name = file.detector.name().to_owned();
-        // Of all methods, those that find on this drive what they read.
+        // Methods whose readings this drive has.
         let served = file.served();
         let methods = asked.as_deref().unwrap_or(&served).iter().map(|method| Some(*method));
         for method in library.then_some(None).into_iter().chain(methods) {

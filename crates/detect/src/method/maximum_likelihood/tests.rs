@@ -269,7 +269,7 @@ fn law_settings_that_cannot_work_are_refused() {
 }
 
 /// A detector after it has ended.
-#[allow(clippy::large_types_passed_by_value, reason = "of a test")]
+#[allow(clippy::large_types_passed_by_value, reason = "settings are made for each test")]
 fn after(settings: MaximumLikelihoodSettings<f64>, motor: &mut LineMotor) -> MaximumLikelihood<f64> {
     let mut detector = MaximumLikelihood::new(settings).expect("settings");
     let mut readings = Vec::new();

@@ -1,4 +1,4 @@
-#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "of a test")]
+#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "times are small and positive")]
 
 use core::f64::consts::TAU;
 
