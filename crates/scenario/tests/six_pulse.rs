@@ -222,3 +222,14 @@ fn law_sampled_pulses_are_refused_on_a_drive_without_phase_currents() {
         assert!(error.contains("the currents of the phases") && error.contains("three-in-line"), "{error}");
     }
 }
+
+/// A motor that does not saturate has no pole to find. Shunts below the legs read both directions of a phase by other shunts, and the
+/// difference of their gains must not be taken for one.
+#[test]
+fn law_gains_of_shunts_below_the_legs_are_not_taken_for_a_pole() {
+    let text = "errors = \"none\"\n[sensors]\narrangement = \"low-side-shunts\"\ngain_error = \"1 %\"\n[detector]\nmethod = \"six-pulse\"\n";
+    let mut scenario = scenario(text, &[]);
+    scenario.motor = scenario.motor.linearised();
+    let ends = ends(&scenario, 200);
+    assert!(ends.open > 150 && ends.found == 0, "{ends:?}");
+}

@@ -41,6 +41,7 @@ use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole, Signature};
 use crate::parts::settle::{largest, link, seen};
 use crate::parts::significance;
+use crate::parts::train::Derived;
 use crate::settings::{
     LONGEST, SettingsError, Source, require, require_error, require_positive, require_share,
     require_zero_or_more,
@@ -231,6 +232,8 @@ pub struct SixPulse<T> {
     /// Pulses given.
     given: usize,
     pulses: [Pulses<T>; VECTORS],
+    /// Phases without a sensor, as seen so far.
+    derived: Derived,
     margin: Margin<T>,
     findings: Findings<T>,
 }
@@ -247,6 +250,7 @@ impl<T: Real> SixPulse<T> {
             settings,
             given: 0,
             pulses: [Pulses { count: zero, mean: zero, squares: zero, time: zero }; VECTORS],
+            derived: Derived::None,
             margin: Margin::new(),
             findings: Findings::default(),
         })
@@ -306,6 +310,7 @@ impl<T: Real> SixPulse<T> {
         let (phase, high) = alone(number);
         let voltage = link(end)?;
         // What the sensors read without current; where a phase is derived, that of those from which it is.
+        self.derived = self.derived.with(end);
         let read = seen(end, phase)?;
         let residual = if end.sensed[phase] == Sensed::Derived {
             let others = Phase::ALL.into_iter().filter(|other| *other != phase);
@@ -400,7 +405,10 @@ impl<T: Real> SixPulse<T> {
         let third_part = T::of(1.0 / 3.0);
         let scatter = scatter * third_part;
         let unknown = (T::of(0.5) * third * third - all - scatter).max(T::zero());
-        // A sensor's gain is that of both directions of its phase: it looks like a saliency, not like a pole.
+        // A sensor's gain is that of both directions of its phase: it looks like a saliency, not like a pole. Of shunts below the legs it is
+        // that of one: the other direction is read by the other two, and the pole's harmonic gets −½ Σ g e^{jφ} of the gains g.
+        let changing = if self.derived == Derived::Several { T::of(0.375) } else { T::zero() };
+        let changing = changing * s.gain_tolerance * s.gain_tolerance;
         let gains = if s.timed { T::zero() } else { s.gain_tolerance * s.gain_tolerance * third_part };
         let mut needed = significance::known(all + unknown + gains);
         if scatter > T::zero() {
@@ -410,7 +418,7 @@ impl<T: Real> SixPulse<T> {
         self.findings.angle_deviation =
             Some((of_axis + unknown + gains + scatter).sqrt() / (ratio * T::of(2.0)));
         significance::check(&mut self.margin, ratio, needed, s.least_saliency)?;
-        let deviation = (of_pole + unknown + scatter).sqrt();
+        let deviation = (of_pole + unknown + scatter + changing).sqrt();
         let pointer = Pointer { direction: first, deviation };
         Ok(self.in_sector(pointer.read(axis, s.signature, s.pole_error)))
     }

@@ -200,7 +200,7 @@ pub(crate) enum Derived {
 
 impl Derived {
     /// After a reading.
-    fn with<T>(self, reading: &Reading<T>) -> Self {
+    pub fn with<T>(self, reading: &Reading<T>) -> Self {
         Phase::ALL.into_iter().filter(|phase| reading.sensed[*phase] == Sensed::Derived).fold(
             self,
             |derived, phase| match derived {
