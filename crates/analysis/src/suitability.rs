@@ -23,7 +23,7 @@ mod tests;
 
 use serde::Serialize;
 use standstill_campaign::{CampaignError, Summary};
-use standstill_detect::{Method, MethodName, Signature};
+use standstill_detect::{Method, MethodName, Settings as _, Signature, Source};
 use standstill_interface::choice;
 use standstill_plant::{Motor, PolarityPoint, PoleKnowledge};
 use standstill_scenario::{Document, FileError, Origin, Rotor};
@@ -78,13 +78,16 @@ impl Default for Demands {
     }
 }
 
-/// Methods that are tried: those that need no separate test bench and finish within a fraction of a second.
-pub const CANDIDATES: [MethodName; 5] = [
+/// Methods that are tried where the drive has their readings: those that need no separate test bench and finish within a fraction
+/// of a second. Six pulses are tried where a timer captures times: sampled, they read less than `bipolar` does from as many pulses.
+pub const CANDIDATES: [MethodName; 7] = [
     MethodName::MaximumLikelihood,
     MethodName::MaximumLikelihoodAdaptive,
     MethodName::Bipolar,
     MethodName::LineInductanceFast,
     MethodName::HfiRotating,
+    MethodName::OpenTerminal,
+    MethodName::SixPulse,
 ];
 
 /// A method with the best settings that were found for it.
@@ -153,8 +156,8 @@ choice! {
 pub struct Suitability {
     /// Saliency ratio |L_B| / L_A at zero current, from the data sheet.
     pub saliency_ratio: f64,
-    /// The Cramér–Rao limit of the maximum-likelihood method's pulses on this drive, as rms over the angles. None if the method
-    /// cannot be set up.
+    /// The Cramér–Rao limit of the first method's pulses on this drive, as rms over the angles. None if the method cannot be set up,
+    /// and on a drive that does not read the currents of its phases.
     pub limit: Option<Bound>,
     /// True if the motor has a magnet, so that it has poles to tell apart.
     pub has_magnet: bool,
@@ -277,9 +280,13 @@ impl Suitability {
         let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
         let tried = bench.scenario(&tried, Rotor::Locked)?;
         let motor = bench.motor;
+        // Of other readings than phase currents no limit is known here.
+        let is_bounded = tried.check().is_ok()
+            && Source::any_of(&[Source::PhaseCurrents], tried.detector.sources())
+            && Source::any_of(&[Source::PhaseCurrents], &tried.sources());
         Ok(Self {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
-            limit: if tried.check().is_ok() { Bound::or_reason(&tried, ANGLES, None)?.0 } else { None },
+            limit: if is_bounded { Bound::or_reason(&tried, ANGLES, None)?.0 } else { None },
             has_magnet: motor.has_magnet(),
             pole: motor.pole_knowledge(),
             signature: [known.signature, known.pulse_signature],
@@ -356,14 +363,29 @@ fn methods(
                 Err(error) if error.is_foreign_setting() => unsuitable = Some(error),
                 Err(error) => return Err(error.into()),
                 Ok(_) if methods.last() == Some(&method) => {}
-                Ok(_) => methods.push(method),
+                Ok(scenario) if is_tried(method, &scenario.sources()) => methods.push(method),
+                Ok(_) => {}
             }
         }
     }
     match unsuitable {
         Some(error) if methods.is_empty() => Err(error.into()),
+        _ if methods.is_empty() => {
+            // On a drive that reads nothing the document's method says what it needs.
+            document.scenario_of(motor)?;
+            Ok(vec![document.load()?.detector.method()])
+        }
         _ => Ok(methods),
     }
+}
+
+/// Returns whether a method is a candidate on a drive with these readings.
+fn is_tried(method: MethodName, there: &[Source]) -> bool {
+    let needed = match method {
+        MethodName::SixPulse => &[Source::CapturedTimes],
+        other => other.sources(),
+    };
+    Source::any_of(needed, there)
 }
 
 /// Number of angles for the Cramér–Rao limit: enough to show a harmonic of the winding.

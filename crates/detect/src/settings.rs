@@ -96,6 +96,11 @@ impl Source {
     pub const ALL: &'static [Self] =
         &[Self::PhaseCurrents, Self::LinkCurrent, Self::Terminals, Self::CapturedTimes];
 
+    /// Returns whether a drive with the readings `there` has any that a method with the sources `needed` can work with.
+    pub fn any_of(needed: &[Self], there: &[Self]) -> bool {
+        needed.iter().any(|source| there.contains(source))
+    }
+
     /// Returns the readings in words.
     pub const fn words(self) -> &'static str {
         match self {

@@ -32,7 +32,7 @@ impl ScenarioFile {
         let arrangement = self.sensors.arrangement.map_or(Arrangement::ThreeInLine, |Named(place)| place);
         let timer = self.sensors.timer.is_some_and(|tick| tick.value() > 0.0);
         let there = sources(arrangement, self.sensors.terminals == Some(true), timer);
-        let served = |method: &MethodName| method.sources().iter().any(|source| there.contains(source));
+        let served = |method: &MethodName| Source::any_of(method.sources(), &there);
         MethodName::ALL.into_iter().filter(served).collect()
     }
 
@@ -182,8 +182,7 @@ fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result
     };
     let found =
         format!("\"{method}\", which reads {}, on a drive that reads {has}", each(needs, Source::words));
-    let able =
-        MethodName::ALL.iter().filter(|name| name.sources().iter().any(|source| there.contains(source)));
+    let able = MethodName::ALL.iter().filter(|name| Source::any_of(name.sources(), &there));
     let able: Vec<String> = able.map(|name| format!("\"{name}\"")).collect();
     let instead = if able.is_empty() { String::new() } else { format!(", or one of {}", able.join(", ")) };
     let needed = format!("{}{instead}", each(needs, Source::setting));

@@ -255,8 +255,7 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// Returns whether the drive has readings that a method with these settings can work with.
     pub(crate) fn serves(&self, settings: &impl Settings<f64>) -> bool {
-        let there = self.sources();
-        settings.sources().iter().any(|source| there.contains(source))
+        Source::any_of(settings.sources(), &self.sources())
     }
 
     /// Checks that the detector can work with its settings.

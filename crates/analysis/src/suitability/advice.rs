@@ -2,8 +2,10 @@
 
 use standstill_detect::MethodName;
 use standstill_scenario::{Document, Origin, Rotor};
+use standstill_sim::{Arrangement, Comparators};
 
 use super::bench::{Bench, Setting};
+use super::condition::QUICK;
 use super::{Demands, Progress, SuitabilityError};
 
 /// A change that was tried.
@@ -26,11 +28,15 @@ struct Change {
 }
 
 /// Keys of errors of sensors and drive that are improved together.
-const FINER: [&str; 4] = ["sensors.bits", "sensors.noise", "sensors.gain_error", "inverter.dead_time"];
-
-/// Methods with which changes are tried: those with short detections.
-const METHODS: [MethodName; 3] =
-    [MethodName::Bipolar, MethodName::MaximumLikelihood, MethodName::LineInductanceFast];
+const FINER: [&str; 7] = [
+    "sensors.bits",
+    "sensors.noise",
+    "sensors.gain_error",
+    "sensors.timer",
+    "sensors.terminal_bits",
+    "sensors.terminal_noise",
+    "inverter.dead_time",
+];
 
 /// Tries the changes that a drive's engineer can make.
 pub(super) fn tried(
@@ -39,7 +45,7 @@ pub(super) fn tried(
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Vec<Advice>, SuitabilityError> {
     let mut advice = Vec::new();
-    let short: Vec<MethodName> = METHODS.into_iter().filter(|method| methods.contains(method)).collect();
+    let short: Vec<MethodName> = QUICK.into_iter().filter(|method| methods.contains(method)).collect();
     let methods = if short.is_empty() { methods } else { &short[..] };
     let mut changes = changes(bench, methods);
     if changes.is_empty() {
@@ -99,7 +105,9 @@ fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
     let of = |method: &MethodName| bench.scenario(&Setting::plain(*method), Rotor::Locked).ok();
     let Some(scenario) = methods.iter().find_map(of) else { return changes };
     let (sensors, drive) = (scenario.sensors, scenario.drive);
-    let range = sensors.adc.map_or(f64::INFINITY, |adc| adc.high);
+    let reads_currents = sensors.arrangement != Arrangement::None;
+    let adc = sensors.adc.filter(|_| reads_currents);
+    let range = adc.map_or(f64::INFINITY, |adc| adc.high);
     for factor in [1.5, 2.0] {
         let current = digits(bench.most_current * factor, 3);
         // More than the sensors read is no help.
@@ -109,8 +117,13 @@ fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
             changes.push(Change { words, option, keys: Vec::new(), current: Some(current) });
         }
     }
+    let comparator = sensors.comparator;
+    if comparator.timer > 0.0 && comparator.arrangement == Comparators::PerLeg && comparator.offset > 0.0 {
+        let words = "one comparator for all legs, whose offset speaks for no pole";
+        changes.push(keyed(words, "sensors.comparators", Comparators::Common.name().to_owned()));
+    }
     let mut finer = Vec::new();
-    if let Some(adc) = sensors.adc.filter(|adc| adc.bits < 16) {
+    if let Some(adc) = adc.filter(|adc| adc.bits < 16) {
         finer.push(keyed("a converter of 16 bits", "sensors.bits", "16".to_owned()));
         let smaller = digits(1.1 * bench.most_current, 3);
         if smaller < range {
@@ -118,13 +131,28 @@ fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
             changes.push(keyed(&words, "sensors.range", format!("{smaller} A")));
         }
     }
-    if sensors.noise > 0.0 {
+    if reads_currents && sensors.noise > 0.0 {
         let noise = format!("{} A", digits(sensors.noise / 4.0, 2));
         finer.push(keyed(&format!("a quarter of the sensors' noise, {noise}"), "sensors.noise", noise));
     }
-    if sensors.gain_error > 0.0 {
+    if reads_currents && sensors.gain_error > 0.0 {
         let gain = format!("{} %", digits(100.0 * sensors.gain_error / 4.0, 2));
         finer.push(keyed(&format!("sensors calibrated to {gain}"), "sensors.gain_error", gain));
+    }
+    if comparator.timer > 0.0 {
+        let tick = format!("{} us", digits(comparator.timer * 1e6 / 4.0, 2));
+        finer.push(keyed(&format!("a timer of four times the clock, {tick} a tick"), "sensors.timer", tick));
+    }
+    if let Some(divider) = sensors.terminal {
+        if divider.adc.is_some_and(|adc| adc.bits < 16) {
+            let words = "a converter of 16 bits for the terminals";
+            finer.push(keyed(words, "sensors.terminal_bits", "16".to_owned()));
+        }
+        if divider.noise > 0.0 {
+            let noise = format!("{} V", digits(divider.noise / 4.0, 2));
+            let words = format!("a quarter of the noise at the terminals, {noise}");
+            finer.push(keyed(&words, "sensors.terminal_noise", noise));
+        }
     }
     let dead = drive.dead_time.seconds() * 1e6;
     if dead > 0.0 {
@@ -132,7 +160,11 @@ fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
         finer.push(keyed(&format!("a quarter of the dead time, {dead}"), "inverter.dead_time", dead));
     }
     let all = (finer.len() > 1).then(|| Change {
-        words: "converter, noise, calibration and dead time together".to_owned(),
+        words: if reads_currents {
+            "converter, noise, calibration and dead time together".to_owned()
+        } else {
+            "all changes of sensors and dead time together".to_owned()
+        },
         option: finer.iter().map(|change| change.option.as_str()).collect::<Vec<_>>().join(" "),
         keys: finer.iter().flat_map(|change| change.keys.clone()).collect(),
         current: None,

@@ -6,7 +6,7 @@ use standstill_scenario::Rotor;
 
 use super::bench::{Bench, SEARCH, Setting};
 use super::search::{Found, is_slow};
-use super::starts::{Starts, stops_when_content};
+use super::starts::{Spread, Starts};
 use super::{Candidate, Confirmed, Progress, SuitabilityError};
 
 /// Number of starts of a candidate in each state of the rotor.
@@ -66,8 +66,9 @@ impl Bench<'_> {
         let mut order: Vec<usize> = (0..candidates.len()).collect();
         order.retain(|number| candidates[*number].objections.is_empty());
         // Those whose wrong poles show in few starts first, and injections last.
-        let effort =
-            |candidate: &Candidate| (is_slow(candidate.method()), stops_when_content(candidate.settings));
+        let effort = |candidate: &Candidate| {
+            (is_slow(candidate.method()), Spread::of(candidate.settings).is_counted())
+        };
         order.sort_by(|a, b| {
             let (a, b) = (&candidates[*a], &candidates[*b]);
             effort(a).cmp(&effort(b)).then(b.margin().total_cmp(&a.margin()))

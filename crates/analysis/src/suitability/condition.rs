@@ -115,8 +115,13 @@ pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
 }
 
 /// Methods that are tried in the search: those with short detections.
-const QUICK: [MethodName; 3] =
-    [MethodName::Bipolar, MethodName::LineInductanceFast, MethodName::MaximumLikelihood];
+pub(super) const QUICK: [MethodName; 5] = [
+    MethodName::Bipolar,
+    MethodName::MaximumLikelihood,
+    MethodName::LineInductanceFast,
+    MethodName::OpenTerminal,
+    MethodName::SixPulse,
+];
 
 /// Keeps the methods with short detections. Keeps all methods if no method has one.
 pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {

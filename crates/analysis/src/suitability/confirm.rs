@@ -67,12 +67,12 @@ impl Confirmed {
         if starts.rotor == Rotor::Free {
             largest(&mut self.moved_deg, summary.max_moved_deg);
         }
-        if starts.stops_when_content {
+        if starts.spread.is_counted() {
             self.counted = Some(self.counted.unwrap_or(0) + summary.trials);
         }
         // A count of wrong poles is a bound only after many starts.
         if let Some(most) = &mut self.wrong_poles_at_most
-            && (!starts.stops_when_content || summary.trials >= COUNTED)
+            && (!starts.spread.is_counted() || summary.trials >= COUNTED)
         {
             largest(most, starts.wrong_poles_at_most());
         }
@@ -157,7 +157,7 @@ impl Bench<'_> {
             let (p95, without) = (starts.summary.p95_deg.high, self.without_answer(&starts));
             let wrong = if self.has_pole { starts.wrong_poles_at_most() } else { 0.0 };
             let answers = p95 <= self.demands.error_deg && without <= self.demands.without_angle;
-            let counts = starts.stops_when_content && !is_slow(setting.method);
+            let counts = starts.spread.is_counted() && !is_slow(setting.method);
             let in_another_state = counts && rotor != self.last_rotor();
             if answers && (wrong <= self.demands.wrong_poles || in_another_state) {
                 return Ok(Ok(starts));

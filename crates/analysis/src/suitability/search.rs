@@ -2,9 +2,11 @@
 //!
 //! The evidence for a pole grows with the square of the current, the precision of the axis in proportion to the current, the
 //! movement with a higher power of it. So the search begins at the largest allowed current and goes down in steps of a fifth;
-//! only if that does not suffice does it change the number of rounds, with whose root the noise falls.
+//! only if that does not suffice does it change the number of rounds, with whose root the noise falls. The current is set by the
+//! length of the pulses, or by the threshold of a comparator that ends them.
 
-use standstill_detect::{Method, MethodName, Signature};
+use standstill_detect::keys::THRESHOLD;
+use standstill_detect::{MethodName, Signature};
 use standstill_quantity::{magnitude, rounded};
 use standstill_scenario::Rotor;
 
@@ -20,7 +22,7 @@ const PROBE: u64 = 24;
 
 /// Lengths of pulses that are tried, as shares of the longest.
 const PULSES: [f64; 8] = [1.0, 0.85, 0.72, 0.6, 0.5, 0.36, 0.25, 0.17];
-/// Numbers of rounds that are tried beside the default of three.
+/// Numbers of rounds that are tried beside the default.
 const ROUNDS: [u8; 4] = [2, 6, 12, 24];
 /// Currents of vectors that are tried, as shares of the largest allowed.
 const VECTORS: [f64; 6] = [1.0, 0.95, 0.85, 0.7, 0.5, 0.3];
@@ -44,9 +46,25 @@ pub(super) fn is_slow(method: MethodName) -> bool {
     matches!(method, MethodName::HfiRotating | MethodName::HfiPulsating)
 }
 
-/// Returns true if a method reads axis and pole from the same pulses.
-fn is_both_ways(mut detector: Method<f64>) -> bool {
-    detector.has_line_pulses() && detector.polarity_mut().is_none()
+/// The key that sets the current of a method's pulses.
+#[derive(Clone, Copy)]
+struct Strength {
+    key: &'static str,
+    /// Value at which about the allowed current flows.
+    first: f64,
+    /// Part of a value that raises no current: the dead time of a pulse.
+    dead: f64,
+    text: fn(f64) -> String,
+    /// Lengths of pulses, or currents of thresholds, that are tried as shares of the largest.
+    shares: &'static [f64],
+}
+
+impl Strength {
+    /// Returns settings with a share of the largest value, of which none is known if the user set it.
+    fn set(&self, setting: &Setting, largest: Option<f64>, share: f64) -> Setting {
+        let text = |largest: f64| (self.text)(self.dead + (largest - self.dead) * share);
+        largest.map_or_else(|| setting.clone(), |largest| setting.with(self.key, &text(largest)))
+    }
 }
 
 impl Bench<'_> {
@@ -54,13 +72,9 @@ impl Bench<'_> {
     pub fn search(&self, method: MethodName) -> Result<Found, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
         let mut found = Found { looks: Vec::new(), stop: Some(Demand::Current) };
-        let scenario = self.scenario(&plain, Rotor::Locked)?;
-        if is_both_ways(scenario.detector) {
-            let dead = scenario.nameplate().dead_time.seconds();
-            let first = self.first_pulse(&plain)?;
-            self.pulses(&plain, first, dead, scenario.detector.is_adaptive(), &mut found)?;
-        } else {
-            self.vectors(&plain, &mut found)?;
+        match self.strength(&plain)? {
+            Some(strength) => self.pulses(&plain, strength, &mut found)?,
+            None => self.vectors(&plain, &mut found)?,
         }
         if found.looks.is_empty() {
             found.looks.extend(self.look(plain, LOOK)?);
@@ -88,20 +102,37 @@ impl Bench<'_> {
     /// Returns the settings with the strongest allowed pulses or vectors.
     pub fn strongest(&self, method: MethodName) -> Result<Vec<Setting>, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
-        let scenario = self.scenario(&plain, Rotor::Locked)?;
-        let dead = scenario.nameplate().dead_time.seconds();
-        if !is_both_ways(scenario.detector) {
+        let Some(strength) = self.strength(&plain)? else {
             let (most, _) = self.grown(&plain, "vector_current", self.most_current, 0.0, &amperes)?;
             let vector = most.map_or(plain.clone(), |most| plain.with("vector_current", &amperes(most)));
             return Ok(vec![vector.clone(), vector.with("polarity", "sequential")]);
-        }
-        let first = self.first_pulse(&plain)?;
-        let (Some(longest), _) = self.grown(&plain, "pulse", first, dead, &microseconds)? else {
+        };
+        let Strength { key, first, dead, text, shares } = strength;
+        let (Some(largest), _) = self.grown(&plain, key, first, dead, &text)? else {
             return Ok(vec![plain]);
         };
-        let with = |share: f64| plain.with("pulse", &microseconds(dead + (longest - dead) * share));
-        let pulses = PULSES[..3].iter().map(|share| with(*share));
+        let pulses = shares[..3].iter().map(|share| strength.set(&plain, Some(largest), *share));
         Ok(pulses.flat_map(|setting| [setting.clone(), setting.with("rounds", "12")]).collect())
+    }
+
+    /// Returns what sets the current of a method that reads axis and pole from the same pulses; none of a method with vectors of
+    /// their own for the pole.
+    fn strength(&self, plain: &Setting) -> Result<Option<Strength>, SuitabilityError> {
+        let scenario = self.scenario(plain, Rotor::Locked)?;
+        let mut detector = scenario.detector;
+        if detector.polarity_mut().is_some() {
+            return Ok(None);
+        }
+        let dead = scenario.nameplate().dead_time.seconds();
+        Ok(if detector.has_line_pulses() {
+            let first = self.first_pulse(plain)?;
+            Some(Strength { key: "pulse", first, dead, text: microseconds, shares: &PULSES })
+        } else if detector.has(&THRESHOLD) {
+            let first = 0.9 * self.most_current;
+            Some(Strength { key: "threshold", first, dead: 0.0, text: amperes, shares: &VECTORS })
+        } else {
+            None
+        })
     }
 
     /// Returns about the length in s of the pulse after which the allowed current flows.
@@ -111,30 +142,24 @@ impl Bench<'_> {
         Ok(rated + nameplate.dead_time.seconds())
     }
 
-    /// Tries settings of pulses in both directions: their length first, then their number of rounds.
-    fn pulses(
-        &self,
-        plain: &Setting,
-        first: f64,
-        dead: f64,
-        adaptive: bool,
-        found: &mut Found,
-    ) -> Result<(), SuitabilityError> {
-        let longest = if self.is_set("pulse") {
+    /// Tries settings of pulses that give axis and pole: their current first, then their number of rounds.
+    fn pulses(&self, plain: &Setting, strength: Strength, found: &mut Found) -> Result<(), SuitabilityError> {
+        let detector = self.scenario(plain, Rotor::Locked)?.detector;
+        let adaptive = detector.is_adaptive();
+        let usual = detector.get(&standstill_detect::keys::ROUNDS).map_or(1.0, standstill_detect::Value::number);
+        let Strength { key, first, dead, text, shares } = strength;
+        let largest = if self.is_set(key) {
             None
         } else {
-            let (longest, stop) = self.grown(plain, "pulse", first, dead, &microseconds)?;
+            let (largest, stop) = self.grown(plain, key, first, dead, &text)?;
             found.stop = stop;
-            longest
+            largest
         };
-        let lengths = longest.map_or(&[1.0][..], |_| &PULSES);
-        let with_pulse = |setting: &Setting, share: f64| match longest {
-            Some(longest) => setting.with("pulse", &microseconds(dead + (longest - dead) * share)),
-            None => setting.clone(),
-        };
+        let shares = largest.map_or(&[1.0][..], |_| shares);
+        let with_share = |share: f64| strength.set(plain, largest, share);
         let mut seen = Vec::new();
-        for share in lengths {
-            let Some(look) = self.look(with_pulse(plain, *share), LOOK)? else { continue };
+        for share in shares {
+            let Some(look) = self.look(with_share(*share), LOOK)? else { continue };
             // Shorter pulses move a rotor less, and speak less for a pole: once that is too little, they are not tried.
             let hopeless = look.margins.pole.is_some_and(|pole| pole < 0.15);
             seen.push((*share, look));
@@ -148,15 +173,15 @@ impl Bench<'_> {
         if !(at_ease || adaptive || self.is_set("rounds")) {
             for (share, look) in &seen {
                 for rounds in ROUNDS {
-                    let gain = (f64::from(rounds) / 3.0).sqrt();
+                    let gain = (f64::from(rounds) / usual).sqrt();
                     let margins = look.margins;
                     let weak =
                         margins.pole.is_some_and(|pole| pole * gain < 0.7) || margins.error * gain < 0.7;
                     let restless = margins.movement / gain < 0.4 || margins.time / (gain * gain) < 0.5;
-                    if weak || (restless && rounds > 3) {
+                    if weak || (restless && f64::from(rounds) > usual) {
                         continue;
                     }
-                    let setting = with_pulse(plain, *share).with("rounds", &rounds.to_string());
+                    let setting = with_share(*share).with("rounds", &rounds.to_string());
                     more.extend(self.look(setting, LOOK)?.map(|look| (*share, look)));
                 }
             }
@@ -175,9 +200,7 @@ impl Bench<'_> {
         {
             for share in NEAR.iter().map(|factor| factor * share).filter(|share| *share <= 1.0) {
                 for rounds in NEAR_ROUNDS {
-                    near.extend(
-                        self.look(with_pulse(plain, share).with("rounds", &rounds.to_string()), LOOK)?,
-                    );
+                    near.extend(self.look(with_share(share).with("rounds", &rounds.to_string()), LOOK)?);
                 }
             }
         }

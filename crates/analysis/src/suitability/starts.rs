@@ -22,8 +22,38 @@ pub(super) struct Starts {
     /// Pole evidence of each start with an axis, sorted: positive for the true pole, in units of the evidence that a decision
     /// needs. From 1 up the start finds the right pole, from −1 down the wrong one.
     pub evidence: Vec<f64>,
-    /// True if the method continues until its evidence suffices, so that the evidence is just enough for any motor.
-    pub stops_when_content: bool,
+    /// How the evidence is distributed over starts.
+    pub spread: Spread,
+}
+
+/// How a method's pole evidence is distributed over starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Spread {
+    /// About normally: it repeats from start to start, but for the errors of drive and sensors.
+    Normal,
+    /// From angle to angle by more than by errors, with a short lower tail: six directions and floating terminals answer a pole
+    /// the more, the nearer it is to one of them.
+    OverAngles,
+    /// The method continues until its evidence suffices, so that the evidence is just enough for any motor.
+    JustEnough,
+}
+
+impl Spread {
+    /// Returns the distribution of a method's evidence.
+    pub fn of(mut method: Method<f64>) -> Self {
+        let sequential =
+            method.polarity_mut().is_some_and(|of| matches!(of.rule, PolarityRule::Sequential(_)));
+        match method {
+            _ if sequential || method.is_adaptive() => Self::JustEnough,
+            Method::OpenTerminal(_) | Method::SixPulse(_) => Self::OverAngles,
+            _ => Self::Normal,
+        }
+    }
+
+    /// Returns true if few starts do not show how rare wrong poles are, so that they are counted in many.
+    pub fn is_counted(self) -> bool {
+        self != Self::Normal
+    }
 }
 
 impl Starts {
@@ -43,8 +73,8 @@ impl Starts {
             Ok::<(), CampaignError>(())
         })?;
         evidence.sort_by(f64::total_cmp);
-        let stops_when_content = stops_when_content(scenario.detector);
-        Ok(Self { rotor, summary: statistics.summary(), failures, longest_s, evidence, stops_when_content })
+        let spread = Spread::of(scenario.detector);
+        Ok(Self { rotor, summary: statistics.summary(), failures, longest_s, evidence, spread })
     }
 
     /// Returns the number of starts without an angle: given up, or not simulated to the end.
@@ -65,22 +95,40 @@ impl Starts {
     }
 
     /// Returns the first percentile of the pole evidence, as a multiple of the evidence that a decision needs. Few starts give it
-    /// by mean and standard deviation.
+    /// by mean and standard deviation, or where angles spread the evidence by the lower tail: with the 5th and 25th percentile a
+    /// normal distribution's first is `q5 − 0.70 (q25 − q5)`.
     pub fn least_evidence(&self) -> f64 {
         let n = self.evidence.len() as f64;
         if n < 2.0 {
             return 0.0;
         }
-        if self.stops_when_content {
-            let undetermined = self.summary.undetermined as f64 / self.summary.trials as f64;
-            return if undetermined == 0.0 { COMFORTABLE } else { 1.0 - undetermined };
+        match self.spread {
+            Spread::JustEnough => {
+                let undetermined = self.summary.undetermined as f64 / self.summary.trials as f64;
+                if undetermined == 0.0 { COMFORTABLE } else { 1.0 - undetermined }
+            }
+            Spread::OverAngles => {
+                let [q5, q25] = [0.05, 0.25].map(|share| self.quantile(share));
+                q5 - 0.70 * (q25 - q5)
+            }
+            Spread::Normal => {
+                let (mean, deviation) = self.moments();
+                mean - 2.326 * deviation * (1.0 + 1.0 / n.sqrt())
+            }
         }
-        let (mean, deviation) = self.spread();
-        mean - 2.326 * deviation * (1.0 + 1.0 / n.sqrt())
+    }
+
+    /// Returns a quantile of the evidence; of few starts between two of them. There is at least one.
+    fn quantile(&self, share: f64) -> f64 {
+        let place = share * (self.evidence.len() - 1) as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the starts")]
+        let below = place as usize;
+        let [low, high] = [below, self.evidence.len().min(below + 2) - 1].map(|k| self.evidence[k]);
+        low + (high - low) * (place - below as f64)
     }
 
     /// Returns mean and standard deviation of the evidence; the deviation is at least that of the lower half of the starts.
-    fn spread(&self) -> (f64, f64) {
+    fn moments(&self) -> (f64, f64) {
         let n = self.evidence.len() as f64;
         let mean = self.evidence.iter().sum::<f64>() / n;
         let square = |value: &f64| (value - mean) * (value - mean);
@@ -97,10 +145,10 @@ impl Starts {
         let counted =
             standstill_campaign::binomial_interval(self.summary.wrong_poles, self.summary.trials).high;
         let n = self.evidence.len() as f64;
-        if self.stops_when_content || self.summary.wrong_poles > 0 || n < 100.0 {
+        if self.spread.is_counted() || self.summary.wrong_poles > 0 || n < 100.0 {
             return counted;
         }
-        let (mean, deviation) = self.spread();
+        let (mean, deviation) = self.moments();
         let lowest = self.evidence.first().copied().unwrap_or(0.0);
         // As many deviations as a normal distribution's least of n is below its mean, and two more.
         let expected = (2.0 * standstill_numeric::ln(n)).sqrt() + 2.0;
@@ -164,12 +212,6 @@ impl Starts {
         }
         objections
     }
-}
-
-/// Returns true if a method continues until its evidence suffices.
-pub(super) fn stops_when_content(mut method: Method<f64>) -> bool {
-    let sequential = method.polarity_mut().is_some_and(|of| matches!(of.rule, PolarityRule::Sequential(_)));
-    sequential || method.is_adaptive()
 }
 
 /// Evidence above which more gains nothing: 1.3 times what a decision needs, in 99 of 100 starts.

@@ -1,5 +1,7 @@
 use std::path::Path;
 
+use standstill_sim::{Purpose, Streams};
+
 use super::condition::rounded_up;
 use super::*;
 
@@ -106,4 +108,80 @@ fn law_a_sheet_without_saturation_is_suited_from_some_saturation_on() {
 #[test]
 fn analytic_shares_are_rounded_up_to_two_digits() {
     assert_eq!([0.0312, 0.031, 0.1, 0.0999].map(rounded_up), [0.032, 0.031, 0.1, 0.1]);
+}
+
+/// A drive with these sensors on the paper's motor.
+fn drive(keys: &[(&str, &str)]) -> Document {
+    let mut document = Document::parse(Path::new("scenario"), "motor = \"paper-5k5\"").expect("TOML");
+    for (key, value) in keys {
+        document.set(key, value, Origin::CommandLine).expect("a key");
+    }
+    document
+}
+
+const NO_CURRENTS: (&str, &str) = ("sensors.arrangement", "none");
+const TERMINALS: (&str, &str) = ("sensors.terminals", "true");
+const TIMER: (&str, &str) = ("sensors.timer", "0.32 us");
+
+#[test]
+fn law_only_methods_whose_readings_the_drive_has_are_tried() {
+    use MethodName::{Bipolar, MaximumLikelihood, MaximumLikelihoodAdaptive, OpenTerminal, SixPulse};
+    let tried = |keys: &[(&str, &str)]| {
+        let document = drive(keys);
+        let motor = document.motor().expect("a motor");
+        methods(&document, &motor, &Demands::default())
+    };
+    let names = |keys: &[(&str, &str)]| tried(keys).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(names(&[]), CANDIDATES[..5]);
+    assert_eq!(names(&[TERMINALS, TIMER]), CANDIDATES);
+    let one_shunt = [("sensors.arrangement", "dc-link-shunt")];
+    assert_eq!(names(&one_shunt), [MaximumLikelihood, MaximumLikelihoodAdaptive, Bipolar]);
+    assert_eq!(names(&[NO_CURRENTS, TERMINALS]), [OpenTerminal]);
+    assert_eq!(names(&[NO_CURRENTS, TIMER]), [SixPulse]);
+    let message = tried(&[NO_CURRENTS]).expect_err("nothing is read").to_string();
+    assert!(message.contains("neither currents nor voltages") && message.contains("needed"), "{message}");
+    // The one method that the drive serves has no use for the key.
+    let refused = tried(&[NO_CURRENTS, TIMER, ("detector.pulse", "100 us")]).expect_err("no pulse");
+    assert!(refused.to_string().contains("detector.pulse"), "{refused}");
+}
+
+/// Few starts, so wrong poles are not counted in many: what is tried here is the way from sensors to settings that run.
+#[test]
+fn law_what_is_recommended_runs_on_a_drive_without_current_sensors() {
+    let demands = Demands { wrong_poles: 0.02, ..Demands::default() };
+    for (method, sensor, key) in
+        [(MethodName::OpenTerminal, TERMINALS, "pulse"), (MethodName::SixPulse, TIMER, "threshold")]
+    {
+        let document = drive(&[NO_CURRENTS, sensor]);
+        let suitability =
+            Suitability::of(&document, &demands, |_| {}).unwrap_or_else(|error| panic!("{error}"));
+        let candidate = suitability.recommended().unwrap_or_else(|| panic!("{suitability:?}"));
+        assert_eq!((candidate.method(), suitability.limit), (method, None));
+        assert!(candidate.setting.keys.iter().any(|(set, _)| *set == key), "{:?}", candidate.setting);
+        let fresh = suitability.confirmed().expect("confirmed");
+        assert!(fresh.peak_current_a <= 8.0 && fresh.p95_at_most_deg < 1.0, "{fresh:?}");
+        assert!(fresh.counted == Some(fresh.starts) && fresh.wrong_poles == 0, "{fresh:?}");
+        let further = suitability.document(&document).expect("keys").expect("recommended");
+        let motor = further.motor().expect("a motor");
+        let scenario = further.scenario_of(&motor).unwrap_or_else(|error| panic!("{error}"));
+        let right = (0..40).filter(|trial| {
+            scenario.trial(1000 + trial).is_ok_and(|record| record.pole_correct() == Some(true))
+        });
+        assert!(right.count() >= 39);
+    }
+}
+
+#[test]
+fn law_the_least_evidence_of_a_normal_distribution_is_its_first_percentile() {
+    let document = drive(&[NO_CURRENTS, TERMINALS]);
+    let motor = document.motor().expect("a motor");
+    let demands = Demands::default();
+    let bench = Bench::new(&document, &motor, &demands);
+    let setting = Setting::plain(MethodName::OpenTerminal);
+    let mut starts = bench.starts(&setting, Rotor::Locked, 0, 16).expect("runs").expect("set up");
+    assert_eq!(starts.spread, starts::Spread::OverAngles);
+    let mut draws = Streams::new(1, 0).open(Purpose::CurrentNoise);
+    starts.evidence = (0..40_000).map(|_| 3.0 + 0.5 * draws.normal()).collect();
+    starts.evidence.sort_by(f64::total_cmp);
+    assert!((starts.least_evidence() - (3.0 - 0.5 * 2.326)).abs() < 0.02, "{}", starts.least_evidence());
 }

@@ -39,7 +39,13 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         return Err(document.refuse("detector.library", &format!("\"{library}\""), needed).into());
     }
     let motor = document.motor()?;
-    doubts::warn(&document.scenario_of(&motor)?);
+    // A method that was asked for must find its readings on the drive; of the others those that do are tried.
+    let asked_for = document.origin("detector.method").is_some();
+    doubts::warn(&if asked_for {
+        document.scenario_of(&motor)?
+    } else {
+        document.unchecked_scenario_of(&motor)?
+    });
     let demands = Demands {
         error_deg: options.tolerance,
         movement_deg: options.movement,

@@ -490,6 +490,8 @@ impl<T: Real> Keyed for SixPulseSettings<T> {
     }
 
     fn describe(&self, line: &mut Lines<'_>) {
+        line("threshold", format_args!("{} A", self.threshold.to_double()));
+        line("rounds", format_args!("{}", self.rounds));
         let length = if self.timed { "longest pulse" } else { "pulse" };
         line(length, format_args!("{}", Microseconds(self.pulse())));
         line("rest", format_args!("{}", Microseconds(self.rest())));
