@@ -116,8 +116,9 @@ static void find_axis(void)
     axis = 0.5f * atan2f(y, x);
 }
 
-static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts_result *result)
+static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs, sts_result *result)
 {
+    const sts_sample *sample = sts_reading(readings, 0);
     uint32_t place;
     int ended, next, k;
     (void)detector;

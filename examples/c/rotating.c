@@ -169,8 +169,9 @@ static int32_t done(sts_result *result)
     return STS_FOUND;
 }
 
-static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts_result *result)
+static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs, sts_result *result)
 {
+    const sts_sample *sample = sts_reading(readings, 0);
     float alpha = sample->current[0];
     float beta = (sample->current[1] - sample->current[2]) * 0.57735027f;
     float x, y;

@@ -107,8 +107,8 @@ static void pulse(const struct six *six, sts_command *command)
     int phase;
     command->stages = 2;
     for (phase = 0; phase < 3; phase++) {
-        command->stage[0].legs.leg[phase] = high[six->next][phase] ? STS_HIGH : STS_LOW;
-        command->stage[1].legs.leg[phase] = STS_OFF;
+        command->stage[0].leg[phase] = high[six->next][phase] ? STS_HIGH : STS_LOW;
+        command->stage[1].leg[phase] = STS_OFF;
     }
     command->stage[0].duration_ns = six->pulse_ns;
     command->stage[1].duration_ns = 3 * six->pulse_ns;
@@ -116,18 +116,19 @@ static void pulse(const struct six *six, sts_command *command)
     command->first_ns = six->pulse_ns;
 }
 
-static int32_t step(void *detector, const sts_sample *samples, uint32_t count, sts_command *command, sts_result *result)
+static int32_t step(void *detector, const sts_readings *readings, sts_command *command, sts_result *result)
 {
     struct six *six = detector;
     float x1 = 0.0f, y1 = 0.0f, x2 = 0.0f, y2 = 0.0f, mean = 0.0f, axis, along;
     uint32_t k;
-    if (count > 0) {
+    if (readings->count > 0) {
         /* The current's component along its vector. */
+        const sts_sample *sample = sts_reading(readings, 0);
         uint32_t last = six->next - 1;
-        float alpha = samples[0].current[0];
-        float beta = (samples[0].current[1] - samples[0].current[2]) * 0.57735027f;
+        float alpha = sample->current[0];
+        float beta = (sample->current[1] - sample->current[2]) * 0.57735027f;
         for (k = 0; k < 3; k++) {
-            if (samples[0].sensed[k] == STS_CLIPPED) {
+            if (sample->sensed[k] == STS_CLIPPED) {
                 result->reason = 1;
                 return STS_FAILED;
             }

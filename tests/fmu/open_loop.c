@@ -12,11 +12,11 @@ static void *create(const sts_drive *drive, const char *config, uint64_t seed, c
     return &tick;
 }
 
-static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts_result *result)
+static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs, sts_result *result)
 {
     uint32_t n = ++tick;
     int k;
-    (void)detector, (void)sample;
+    (void)detector, (void)readings;
     if (n == STEPS) {
         result->reason = 0;
         return STS_FAILED;

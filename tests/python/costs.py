@@ -30,9 +30,9 @@ static void *create(const sts_drive *drive, const char *config, uint64_t seed, c
     (void)drive, (void)config, (void)seed, (void)refused;
     return &left;
 }
-static int32_t step(void *detector, const sts_sample *samples, uint32_t count, sts_command *command, sts_result *result)
+static int32_t step(void *detector, const sts_readings *readings, sts_command *command, sts_result *result)
 {
-    (void)detector, (void)samples, (void)count, (void)result;
+    (void)detector, (void)readings, (void)result;
     if (++left >= COMMANDS)
         return STS_FAILED;
     command->stages = 1;

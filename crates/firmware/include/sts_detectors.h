@@ -1,9 +1,9 @@
-/* sts_detectors.h: Standstill's detectors in a drive of yours, from the static library libsts_detectors.a. ABI 1.
+/* sts_detectors.h: Standstill's detectors in a drive of yours, from the static library libsts_detectors.a. ABI 2.
  *
  * The other way round than standstill.h, with the same types: here the drive is C and the detector is Rust. No standard
  * library, no allocation; all that a detector keeps is in the memory that you give it. Detectors compute in single precision;
  * sts_begin() needs a few numbers in double precision. SI units; angles in electrical radians from the axis of phase a;
- * currents flow into the motor. docs/firmware.md tells the rest.
+ * currents flow into the motor. docs/firmware.md explains it with examples.
  */
 #ifndef STS_DETECTORS_H
 #define STS_DETECTORS_H
@@ -24,6 +24,14 @@ extern "C" {
 typedef struct sts_state {
     uint64_t memory[STS_DETECTOR_BYTES / 8u];
 } sts_state;
+
+/* Kinds of readings that a drive hands over in its samples, beside the voltage of the DC link. */
+enum sts_kinds {
+    STS_PHASE_CURRENTS = 1, /* current[], by sensors in line or shunts below the legs */
+    STS_LINK_CURRENT = 2,   /* link_current, and current[] of the phase whose current it is */
+    STS_TERMINALS = 4,      /* terminal[] */
+    STS_CAPTURES = 8        /* capture_ticks, of commands with `until` */
+};
 
 /* What the data sheets of motor and drive say. Zeros where they say nothing, but for what is marked "needed". */
 typedef struct sts_plate {
@@ -47,6 +55,17 @@ typedef struct sts_plate {
     float sensor_bandwidth;     /* corner frequency of the current sensors' filters, Hz; 0: no filter */
     float bandwidth_mismatch;   /* by which share at most a sensor's corner differs from the others' */
     float pick_up[2];           /* of the current sensors at an edge: A, and the time constant of its decay, s */
+    uint64_t settle_ns;         /* after a request to a leg, how long shunts are not read: dead time and settling */
+    uint32_t readings;          /* enum sts_kinds, added up; 0: STS_PHASE_CURRENTS */
+    uint32_t comparators;       /* 1: one for the current in the DC link, 6: two for each leg, one a direction */
+    float timer_tick;           /* of the timer that captures trips of comparators, s */
+    float comparator_delay;     /* from the threshold to the captured time, s */
+    float comparator_delay_spread; /* standard deviation of a comparator's delay, s */
+    float comparator_offset;    /* standard deviation of a comparator's offset, A */
+    float comparator_noise;     /* of the current at a comparator, A rms */
+    float divider_tolerance;    /* standard deviation of the gains of the terminals' dividers, a share */
+    float divider_offset;       /* standard deviation of their offsets, V of the terminal */
+    float divider_bandwidth;    /* corner frequency of the dividers' filters, Hz; 0: no filter */
 } sts_plate;
 
 /* A setting of a method, as in a scenario's table [detector]: its key, and its value in SI units (0 or 1 for no or yes). */
@@ -79,11 +98,12 @@ enum sts_reason {
 const char *sts_begin(
     sts_state *state, const char *method, const sts_plate *plate, const sts_setting *settings, uint32_t settings_count);
 
-/* From the samples of the last command (none at first) to the next one. STS_GO_ON: carry out `command`; its samples are due at
- * first_ns, first_ns + interval_ns, … after its begin, sts_sample.time_ns counts from there. Otherwise the detection is over:
+/* From the samples of the last command (none at first: NULL, or a count of 0) to the next one. STS_GO_ON: carry out `command`; its
+ * samples are due at first_ns, first_ns + interval_ns, … after its begin, of a command with `until` after the end of its first
+ * stage; sts_sample.time_ns counts from there. readings->stride is sizeof(sts_sample); command and result are written
+ * as a whole. Otherwise the detection is over:
  * STS_FOUND, STS_AXIS or STS_FAILED with `result`, in which NaN stands for what the method does not know. */
-int32_t sts_step(
-    sts_state *state, const sts_sample *samples, uint32_t samples_count, sts_command *command, sts_result *result);
+int32_t sts_step(sts_state *state, const sts_readings *readings, sts_command *command, sts_result *result);
 
 #ifdef __cplusplus
 }

@@ -3,11 +3,11 @@
 use core::fmt;
 
 use standstill_detect::{
-    AnyDetector, Dividers, Kind, Method, MethodName, Nameplate, Sensing, Settings as _, SettingsError,
-    Signature, Source, Value, keys,
+    AnyDetector, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Sensing, Settings as _,
+    SettingsError, Signature, Source, Value, keys,
 };
 use standstill_interface::Nanos;
-use standstill_interface::abi::Plate;
+use standstill_interface::abi::{self, Plate};
 
 /// Why there is no detector.
 #[derive(Debug)]
@@ -18,6 +18,8 @@ pub enum Refused<'a> {
     Key(&'a str),
     /// A value of a key, which needs such.
     Value(&'a str, &'static str),
+    /// A method that reads none of what the drive has.
+    Readings(&'a str),
     /// The method's refusal.
     Settings(SettingsError),
 }
@@ -28,6 +30,7 @@ impl fmt::Display for Refused<'_> {
             Self::Method(name) => write!(f, "no method \"{name}\""),
             Self::Key(key) => write!(f, "no setting `{key}` of this method"),
             Self::Value(key, needed) => write!(f, "setting `{key}` must be {needed}"),
+            Self::Readings(name) => write!(f, "\"{name}\" reads none of what sts_plate.readings has"),
             Self::Settings(error) => error.fmt(f),
         }
     }
@@ -39,6 +42,18 @@ fn signature(stronger: i32) -> Signature {
         north if north > 0 => Signature::Normal,
         _ => Signature::Inverted,
     }
+}
+
+/// Whether the drive has readings of this kind; one that names none has the currents of the phases.
+fn has(plate: &Plate, source: Source) -> bool {
+    let bit = match source {
+        Source::PhaseCurrents => abi::PHASE_CURRENTS,
+        Source::LinkCurrent => abi::LINK_CURRENT,
+        Source::Terminals => abi::TERMINALS,
+        Source::CapturedTimes => abi::CAPTURES,
+    };
+    let readings = if plate.readings == 0 { abi::PHASE_CURRENTS } else { plate.readings };
+    readings & bit != 0
 }
 
 /// Nameplate data from the C struct.
@@ -60,10 +75,22 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
             bandwidth_mismatch: plate.bandwidth_mismatch,
             skew: Nanos(plate.skew_ns),
             pick_up: plate.pick_up,
-            // A shunt in the DC link has no place in this interface; neither a command with a threshold nor a captured time goes through this interface.
-            ..Sensing::default()
+            one_shunt: has(plate, Source::LinkCurrent),
+            settle: Nanos(plate.settle_ns),
+            comparator: Comparing {
+                tick: if has(plate, Source::CapturedTimes) { plate.timer_tick } else { 0.0 },
+                delay: plate.comparator_delay,
+                own: plate.comparators > 1,
+                offset: plate.comparator_offset,
+                delay_spread: plate.comparator_delay_spread,
+                noise: plate.comparator_noise,
+            },
         },
-        dividers: Dividers::default(),
+        dividers: Dividers {
+            gain_tolerance: plate.divider_tolerance,
+            offset: plate.divider_offset,
+            bandwidth: Some(plate.divider_bandwidth).filter(|corner| *corner != 0.0),
+        },
         dc_link: plate.dc_link,
         dead_time: Nanos(plate.dead_time_ns),
         carrier_period: Nanos(plate.period_ns),
@@ -80,13 +107,9 @@ pub fn detector<'a>(
     settings: impl Iterator<Item = (&'a str, f64)>,
 ) -> Result<AnyDetector<f32>, Refused<'a>> {
     let method = MethodName::ALL.iter().find(|method| method.name() == name).ok_or(Refused::Method(name))?;
-    let plate = nameplate(plate);
-    plate.check().map_err(Refused::Settings)?;
-    let mut method = Method::<f32>::suited(*method, &plate);
-    // A program hands over the currents of phases alone.
-    if !method.sources().contains(&Source::PhaseCurrents) {
-        return Err(Refused::Method(name));
-    }
+    let knows = nameplate(plate);
+    knows.check().map_err(Refused::Settings)?;
+    let mut method = Method::<f32>::suited(*method, &knows);
     for (name, number) in settings {
         let key = keys::ALL.iter().find(|key| key.name == name).ok_or(Refused::Key(name))?;
         let value = match key.kind {
@@ -101,6 +124,10 @@ pub fn detector<'a>(
         if !method.set(key, value) {
             return Err(Refused::Key(name));
         }
+    }
+    // A setting may change what is read.
+    if !method.sources().iter().any(|source| has(plate, *source)) {
+        return Err(Refused::Readings(name));
     }
     method.detector().map_err(Refused::Settings)
 }

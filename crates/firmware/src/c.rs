@@ -6,12 +6,13 @@
 
 use core::ffi::{CStr, c_char};
 use core::fmt::{self, Write as _};
-use core::ptr::{addr_of_mut, null};
+use core::mem::offset_of;
+use core::ptr::{addr_of_mut, copy_nonoverlapping, null};
 use core::slice;
 
 use standstill_detect::AnyDetector;
 use standstill_interface::abi::{
-    self, Answer, Command, DETECTOR_BYTES, MOST_SAMPLES, Plate, Sample, Setting,
+    self, Answer, Command, DETECTOR_BYTES, MOST_SAMPLES, Plate, Readings, Sample, Setting,
 };
 use standstill_interface::{Detector as _, Reading, Step};
 
@@ -106,6 +107,25 @@ fn refuse(into: &mut Text, refused: &Refused<'_>) -> *const c_char {
     into.bytes.as_ptr().cast()
 }
 
+/// The sample of this number, as far as it reaches: what an earlier version of the struct does not have is not seen by any sensor. None
+/// of samples that are shorter than the shortest.
+///
+/// # Safety
+/// The caller's samples lie as far apart as the readings say.
+unsafe fn sample(readings: &Readings, number: u32) -> Option<Sample> {
+    let stride = readings.stride as usize;
+    if readings.first.is_null() || stride < offset_of!(Sample, link_current) {
+        return None;
+    }
+    let mut sample = Sample::HIDDEN;
+    // SAFETY: the caller's; of each side no more than it has.
+    unsafe {
+        let from = readings.first.cast::<u8>().add(number as usize * stride);
+        copy_nonoverlapping(from, addr_of_mut!(sample).cast(), stride.min(size_of::<Sample>()));
+    }
+    Some(sample)
+}
+
 /// See `sts_detectors.h`.
 ///
 /// # Safety
@@ -113,12 +133,12 @@ fn refuse(into: &mut Text, refused: &Refused<'_>) -> *const c_char {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sts_step(
     state: *mut State,
-    samples: *const Sample,
-    samples_count: u32,
+    readings: *const Readings,
     command: *mut Command,
     result: *mut Answer,
 ) -> i32 {
-    let count = samples_count as usize;
+    // SAFETY: null, or readings of the caller.
+    let count = unsafe { readings.as_ref() }.map_or(0, |readings| readings.count as usize);
     // SAFETY: the mark says that `sts_begin` wrote all of the state.
     let known = unsafe { addr_of_mut!((*state).mark).read() } == READY && count <= MOST_SAMPLES;
     if !known {
@@ -127,13 +147,19 @@ pub unsafe extern "C" fn sts_step(
         unsafe { result.write(answer) };
         return status;
     }
-    // SAFETY: as above, and so many samples of the caller.
-    let (state, samples) =
-        unsafe { (&mut *state, if count == 0 { &[] } else { slice::from_raw_parts(samples, count) }) };
-    for (reading, sample) in state.readings.iter_mut().zip(samples) {
-        *reading = convert::reading(sample);
+    // SAFETY: as above.
+    let state = unsafe { &mut *state };
+    let mut read = 0;
+    // SAFETY: null, or readings of the caller.
+    if let Some(readings) = unsafe { readings.as_ref() } {
+        for (number, reading) in (0..readings.count).zip(&mut state.readings) {
+            // SAFETY: so many samples of the caller, as far apart as it says.
+            let Some(sample) = (unsafe { sample(readings, number) }) else { break };
+            (*reading, read) = (sample.reading(), read + 1);
+        }
     }
-    match state.detector.step(&state.readings[..count]) {
+    // Samples that cannot be read are others than were asked for.
+    match state.detector.step(&state.readings[..read]) {
         Step::Drive(next) => {
             // SAFETY: a command of the caller.
             unsafe { command.write(convert::command(&next)) };

@@ -1,25 +1,7 @@
 //! Readings, commands and outcomes in the types of the headers.
 
-use standstill_interface::abi::{self, Answer, Sample};
+use standstill_interface::abi::{self, Answer};
 use standstill_interface::{Abc, Command, Counts, Fault, Leg, Nanos, Outcome, Reading, Sensed, Stage};
-
-/// A sample as a detector reads it.
-pub fn reading(sample: &Sample) -> Reading<f32> {
-    Reading {
-        at: Nanos(sample.time_ns),
-        current: Abc(sample.current),
-        sensed: Abc(sample.sensed.map(|sensed| match sensed {
-            0 => Sensed::Measured,
-            1 => Sensed::Derived,
-            2 => Sensed::Clipped,
-            _ => Sensed::Hidden,
-        })),
-        dc_link: sample.dc_link,
-        dc_link_clipped: sample.dc_link_clipped != 0,
-        counts: Counts { current: Abc(sample.current_count), dc_link: sample.dc_link_count, ..Counts::NONE },
-        ..NO_READING
-    }
-}
 
 /// No reading.
 pub const NO_READING: Reading<f32> = Reading {
@@ -41,7 +23,7 @@ fn stage(of: &Stage<f32>) -> abi::Stage {
     // An edge lies within its stage, which is shorter than 4 s.
     let edge = |at: Nanos| u32::try_from(at.0).unwrap_or(u32::MAX);
     for (k, leg) in of.legs.0.iter().enumerate() {
-        (stage.legs.leg[k], stage.legs.duty[k], stage.edge_ns[k]) = match *leg {
+        (stage.leg[k], stage.duty[k], stage.edge_ns[k]) = match *leg {
             Leg::Off => (abi::OFF, 0.0, 0),
             Leg::Low => (abi::LOW, 0.0, 0),
             Leg::High => (abi::HIGH, 0.0, 0),
@@ -61,6 +43,8 @@ pub fn command(of: &Command<f32>) -> abi::Command {
         samples: of.sampling.count,
         first_ns: of.sampling.first.0,
         interval_ns: of.sampling.interval.0,
+        until: of.threshold.unwrap_or(0.0),
+        ..abi::Command::default()
     }
 }
 

@@ -26,18 +26,18 @@ fn stage(from: &abi::Stage) -> Result<Stage<f64>, Fault<f64>> {
     let mut legs = [Leg::Off; 3];
     for (k, leg) in legs.iter_mut().enumerate() {
         let edge = Nanos(from.edge_ns[k].into());
-        if [abi::RISE, abi::FALL].contains(&from.legs.leg[k]) && edge.0 > from.duration_ns {
+        if [abi::RISE, abi::FALL].contains(&from.leg[k]) && edge.0 > from.duration_ns {
             let text = format!(
                 "leg {} is to switch at {} ns of a stage of {} ns",
                 PHASES[k], edge.0, from.duration_ns
             );
             return Err(broken(&text));
         }
-        *leg = match from.legs.leg[k] {
+        *leg = match from.leg[k] {
             abi::OFF => Leg::Off,
             abi::LOW => Leg::Low,
             abi::HIGH => Leg::High,
-            abi::DUTY => Leg::Duty(duty(k, from.legs.duty[k])?),
+            abi::DUTY => Leg::Duty(duty(k, from.duty[k])?),
             abi::RISE => Leg::Rise(edge),
             abi::FALL => Leg::Fall(edge),
             other => return Err(no_leg(k, other)),
@@ -46,8 +46,8 @@ fn stage(from: &abi::Stage) -> Result<Stage<f64>, Fault<f64>> {
     Ok(Stage { legs: Abc(legs), duration: Nanos(from.duration_ns) })
 }
 
-/// A command as the bench carries it out.
-pub fn command(from: &abi::Command) -> Result<Command<f64>, Fault<f64>> {
+/// A command as the bench carries it out; `captures`: on a drive whose timer captures the trips of its comparators.
+pub fn command(from: &abi::Command, captures: bool) -> Result<Command<f64>, Fault<f64>> {
     let then = match from.stages {
         1 => None,
         2 => Some(stage(&from.stage[1])?),
@@ -55,7 +55,19 @@ pub fn command(from: &abi::Command) -> Result<Command<f64>, Fault<f64>> {
     };
     let sampling =
         Sampling { first: Nanos(from.first_ns), interval: Nanos(from.interval_ns), count: from.samples };
-    let command = Command { stage: stage(&from.stage[0])?, then, sampling, threshold: None };
+    let threshold = threshold(from.until, captures)?;
+    let command = Command { stage: stage(&from.stage[0])?, then, sampling, threshold };
     Guard::possible(&command).map_err(|wrong| broken(&wrong))?;
     Ok(command)
+}
+
+/// The threshold of a command, if it has one.
+fn threshold(until: f32, captures: bool) -> Result<Option<f64>, Fault<f64>> {
+    match until {
+        0.0 => Ok(None),
+        _ if !captures => Err(broken(&format!(
+            "a command until {until} A on a drive without a timer behind comparators: `sensors.timer`"
+        ))),
+        until => Ok(Some(f64::from(until))),
+    }
 }

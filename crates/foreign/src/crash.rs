@@ -6,6 +6,7 @@
 )]
 
 use std::cell::Cell;
+use std::fmt;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 use std::sync::{Mutex, Once, OnceLock, PoisonError};
@@ -44,6 +45,15 @@ impl Site {
     /// Of a library at this moment.
     pub fn new(library: &'static String, moment: Moment) -> Self {
         Self { library, moment }
+    }
+}
+
+impl fmt::Display for Site {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.moment {
+            Moment::Trial(trial) => write!(f, "{} in trial {trial}", self.library),
+            Moment::Load | Moment::Check => write!(f, "{} before the first trial", self.library),
+        }
     }
 }
 

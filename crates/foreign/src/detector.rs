@@ -7,15 +7,16 @@ use std::sync::Arc;
 
 use standstill_detect::{Nameplate, Signature};
 use standstill_interface::{
-    Angle, Detector, Fault, Findings, Nanos, Outcome, Own, PoleEvidence, Reading, Sensed, Step, Undetermined,
+    Angle, Detector, Fault, Findings, Nanos, Outcome, Own, PoleEvidence, Reading, Step, Undetermined,
 };
 
 use crate::command;
-use crate::fenced::Fenced;
+use crate::fenced::Beyond;
 use crate::guard::Guard;
 use crate::image::{Image, Moment, Site};
 use crate::interrupt::Interrupts;
 use crate::library::{Level, Library};
+use crate::log::Log;
 use crate::texts::kept;
 use standstill_interface::abi::{self, Answer, Drive, Sample};
 
@@ -47,20 +48,22 @@ pub struct Scale {
 }
 
 impl Maker {
-    /// Detectors of a library on a drive that knows this, with converters for the currents and the DC link where it has some.
+    /// Detectors of a library on a drive that knows this, with converters for the currents, the DC link and the terminals where it
+    /// has some.
     /// `config` has lines KEY=VALUE. A detection that is not done within `time_limit` fails.
     pub fn new(
         library: Arc<Library>,
         knows: &Nameplate<f64>,
-        [current, dc_link]: [Option<Scale>; 2],
+        converters: [Option<Scale>; 3],
         config: &str,
         time_limit: Nanos,
     ) -> Self {
         // What a firmware has in its own numbers.
         #[allow(clippy::cast_possible_truncation)]
         let short = |value: f64| value as f32;
-        let (current, dc_link) = (current.unwrap_or_default(), dc_link.unwrap_or_default());
-        #[allow(clippy::cast_possible_truncation, reason = "eighty bytes")]
+        let [current, dc_link, terminal] = converters.map(Option::unwrap_or_default);
+        let comparator = knows.sensing.comparator;
+        #[allow(clippy::cast_possible_truncation, reason = "some hundred bytes")]
         let drive = Drive {
             size: size_of::<Drive>() as u32,
             current_bits: current.bits.into(),
@@ -81,6 +84,21 @@ impl Maker {
                 Signature::None => 0,
             },
             period_ns: knows.carrier_period.0,
+            settle_ns: knows.sensing.settle.0,
+            terminal_bits: terminal.bits.into(),
+            terminal_volts_per_count: short(terminal.per_count),
+            timer_tick: short(comparator.tick),
+            comparator_delay: short(comparator.delay),
+            comparator_offset: short(comparator.offset),
+            comparator_noise: short(comparator.noise),
+            comparators: match comparator {
+                of if of.tick == 0.0 => 0,
+                of if of.own => 6,
+                _ => 1,
+            },
+            reserved: 0,
+            log_to: 0,
+            log: 0,
         };
         // Lines come from a document, where a zero byte is refused; one that comes another way ends the text there.
         let config = CString::new(config.split('\0').next().unwrap_or_default()).unwrap_or_default();
@@ -100,7 +118,8 @@ impl Maker {
         let mut image = self.library.image().map_err(|error| error.to_string())?;
         let moment = trial.map_or(Moment::Check, Moment::Trial);
         let site = Site::new(self.library.label(), moment);
-        let detector = match image.create(site, &self.drive, &self.config, seed) {
+        let (log, drive) = Log::offered_by(&self.drive);
+        let detector = match image.create(site, &drive, &self.config, seed) {
             Ok(detector) => detector,
             Err(refused) => {
                 self.library.give_back(image);
@@ -118,6 +137,8 @@ impl Maker {
             site,
             interrupts,
             samples: Vec::new(),
+            log,
+            captures: self.drive.timer_tick > 0.0,
             guard: Guard::new(self.time_limit),
         })
     }
@@ -132,6 +153,9 @@ pub struct Foreign {
     site: Site,
     interrupts: Option<Interrupts>,
     samples: Vec<Sample>,
+    log: Arc<Log>,
+    /// Whether the drive captures trips of its comparators.
+    captures: bool,
     guard: Guard,
 }
 
@@ -152,9 +176,10 @@ pub fn broken(text: &str) -> Fault<f64> {
 /// Largest angle of a result in rad: beyond it neighbours in single precision are more than 0.003° apart.
 const MOST_ANGLE: f32 = 1000.0;
 
-/// A failure if a library has written beside what it was given.
-fn whole<T>(given: &Fenced<T>, name: &str) -> Result<(), Fault<f64>> {
-    if given.is_whole() { Ok(()) } else { Err(broken(&format!("it wrote beyond its {name}"))) }
+impl From<Beyond> for Fault<f64> {
+    fn from(Beyond(name): Beyond) -> Self {
+        broken(&format!("it wrote beyond its {name}"))
+    }
 }
 
 /// A field of the result, if the library has written to it.
@@ -165,27 +190,6 @@ fn given(name: &str, value: f32) -> Result<Option<f64>, Fault<f64>> {
             Err(broken(&format!("{name} is {value}, not a number; what is not known stays as it is")))
         }
         value => Ok(Some(f64::from(value))),
-    }
-}
-
-/// A reading as C has it.
-#[allow(clippy::cast_possible_truncation, reason = "a firmware's own numbers")]
-fn sample(reading: &Reading<f64>, before: Nanos, half: u8) -> Sample {
-    Sample {
-        time_ns: (before + reading.at).0,
-        current: reading.current.0.map(|current| current as f32),
-        dc_link: reading.dc_link as f32,
-        current_count: reading.counts.current.0,
-        dc_link_count: reading.counts.dc_link,
-        sensed: reading.sensed.0.map(|sensed| match sensed {
-            Sensed::Measured => 0,
-            Sensed::Derived => 1,
-            Sensed::Clipped => 2,
-            Sensed::Hidden => 3,
-        }),
-        dc_link_clipped: reading.dc_link_clipped.into(),
-        half,
-        reserved: [0; 3],
     }
 }
 
@@ -209,29 +213,25 @@ impl Foreign {
     /// The next step, or why there is none.
     fn next(&mut self, readings: &[Reading<f64>]) -> Result<Step<f64>, Fault<f64>> {
         let Some(image) = &mut self.image else { return Err(Fault::UnexpectedReadings) };
-        let (detector, mut answer) = (self.detector, Fenced::new(Answer::NONE));
-        let (status, command) = if let Some(interrupts) = &mut self.interrupts {
-            let mut status = abi::GO_ON;
+        self.log.next_call();
+        self.samples.clear();
+        let (status, answer, command) = if let Some(interrupts) = &mut self.interrupts {
+            let (mut status, mut answer) = (abi::GO_ON, Answer::NONE);
             if let Some(half) = interrupts.half() {
                 let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
-                let sample = sample(reading, interrupts.start(), half);
-                let mut legs = Fenced::new(interrupts.legs);
-                let called = image.isr(self.site, detector, &sample, &mut legs.inside, &mut answer.inside);
-                whole(&legs, "sts_legs")?;
-                interrupts.legs = legs.inside;
-                status = called.unwrap_or(abi::FAILED);
+                self.samples.push(Sample::of(reading, interrupts.start(), half));
+                let called = image.isr(self.site, self.detector, &self.samples, &mut interrupts.legs)?;
+                (status, answer) = called.unwrap_or((abi::FAILED, answer));
             }
-            (status, if status == abi::GO_ON { Some(interrupts.command()?) } else { None })
+            (status, answer, if status == abi::GO_ON { Some(interrupts.command()?) } else { None })
         } else {
-            self.samples.clear();
-            self.samples.extend(readings.iter().map(|reading| sample(reading, Nanos::ZERO, 0)));
-            let (samples, mut command) = (&self.samples, Fenced::new(abi::Command::default()));
-            let called = image.step(self.site, detector, samples, &mut command.inside, &mut answer.inside);
-            whole(&command, "sts_command")?;
-            let status = called.unwrap_or(abi::FAILED);
-            (status, if status == abi::GO_ON { Some(command::command(&command.inside)?) } else { None })
+            self.samples.extend(readings.iter().map(|reading| Sample::of(reading, Nanos::ZERO, 0)));
+            let called = image.step(self.site, self.detector, &self.samples)?;
+            let (status, command, answer) =
+                called.unwrap_or((abi::FAILED, abi::Command::default(), Answer::NONE));
+            let go_on = status == abi::GO_ON;
+            (status, answer, if go_on { Some(command::command(&command, self.captures)?) } else { None })
         };
-        whole(&answer, "sts_result")?;
         if image.loaded_late() {
             let text = "it calls dlopen in a detection; in a constructor or in sts_entry, what it loads is part of the run";
             return Err(broken(text));
@@ -241,7 +241,7 @@ impl Foreign {
             self.guard.pass(command.duration(), self.interrupts.is_some())?;
             return Ok(Step::Drive(command));
         }
-        self.done(status, &answer.inside)
+        self.done(status, &answer)
     }
 
     /// The outcome that the library tells.
@@ -301,5 +301,6 @@ impl Drop for Foreign {
             image.destroy(self.site, self.detector);
             self.library.give_back(image);
         }
+        self.log.say(self.site);
     }
 }

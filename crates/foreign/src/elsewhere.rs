@@ -5,6 +5,7 @@ use std::ffi::{CString, c_void};
 use std::path::PathBuf;
 use std::ptr::NonNull;
 
+use crate::fenced::Beyond;
 use crate::library::LoadError;
 use crate::parts::Part;
 use standstill_interface::abi::{Answer, Command, Drive, Legs, Sample, Table};
@@ -34,6 +35,12 @@ impl Site {
     }
 }
 
+impl std::fmt::Display for Site {
+    fn fmt(&self, _: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        Ok(())
+    }
+}
+
 impl Image {
     pub fn load(_: &[Part], _: Site) -> Result<Self, LoadError> {
         Err(LoadError::elsewhere())
@@ -48,6 +55,10 @@ impl Image {
     }
 
     pub fn table(&self) -> &Table {
+        match self.never {}
+    }
+
+    pub fn has(&self) -> [bool; 2] {
         match self.never {}
     }
 
@@ -72,9 +83,7 @@ impl Image {
         _: Site,
         _: NonNull<c_void>,
         _: &[Sample],
-        _: &mut Command,
-        _: &mut Answer,
-    ) -> Option<i32> {
+    ) -> Result<Option<(i32, Command, Answer)>, Beyond> {
         match self.never {}
     }
 
@@ -82,10 +91,9 @@ impl Image {
         &mut self,
         _: Site,
         _: NonNull<c_void>,
-        _: &Sample,
+        _: &[Sample],
         _: &mut Legs,
-        _: &mut Answer,
-    ) -> Option<i32> {
+    ) -> Result<Option<(i32, Answer)>, Beyond> {
         match self.never {}
     }
 }

@@ -22,11 +22,22 @@ impl<T> Fenced<T> {
         Self { before: [GUARD; GUARDS], inside, after: [GUARD; GUARDS] }
     }
 
-    /// Whether nobody has written beside it.
+    /// The value, if nobody has written beside it; `name`: its type in C.
+    ///
+    /// # Errors
+    /// Somebody has.
     #[inline]
-    pub fn is_whole(&self) -> bool {
+    pub fn whole(self, name: &'static str) -> Result<T, Beyond> {
         // The compiler may not assume that nobody did.
         std::hint::black_box(&self);
-        (self.before, self.after) == ([GUARD; GUARDS], [GUARD; GUARDS])
+        if (self.before, self.after) == ([GUARD; GUARDS], [GUARD; GUARDS]) {
+            Ok(self.inside)
+        } else {
+            Err(Beyond(name))
+        }
     }
 }
+
+/// A library wrote beyond a struct of this type.
+#[derive(Clone, Copy, Debug)]
+pub struct Beyond(pub &'static str);

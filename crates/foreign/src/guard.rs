@@ -1,6 +1,6 @@
 //! What a detector from elsewhere may order: commands that there are, and not for ever.
 
-use standstill_interface::{Command, Fault, Nanos, Own};
+use standstill_interface::{Command, Fault, Leg, Nanos, Own, Phase};
 
 use crate::texts::kept;
 
@@ -42,8 +42,37 @@ impl Guard {
         if samples > MOST_SAMPLES {
             return Err(format!("a command with {samples} samples, more than {MOST_SAMPLES}"));
         }
-        match command.sampling.last().filter(|last| *last > duration) {
+        // Of a command with a threshold, samples are counted from the end of its first stage.
+        let window = match command.threshold {
+            None => duration,
+            Some(threshold) => {
+                Self::can_trip(threshold, command)?;
+                duration - command.stage.duration
+            }
+        };
+        match command.sampling.last().filter(|last| *last > window) {
+            Some(last) if command.threshold.is_some() => {
+                Err(format!("a sample at {} ns after a trip, of a second stage of {} ns", last.0, window.0))
+            }
             Some(last) => Err(format!("a sample at {} ns of a command of {} ns", last.0, duration.0)),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether a stage until a threshold in A is one that a comparator can end.
+    fn can_trip(threshold: f64, command: &Command<f64>) -> Result<(), String> {
+        if !(threshold > 0.0 && threshold.is_finite()) {
+            return Err(format!("a command until {threshold} A, not until a finite current above 0"));
+        }
+        if command.stage.duration == Nanos::ZERO {
+            return Err("a command until a threshold whose first stage has no duration".to_owned());
+        }
+        let keeps = |leg: &Leg<f64>| matches!(leg, Leg::Off | Leg::Low | Leg::High);
+        match command.stage.legs.0.iter().position(|leg| !keeps(leg)) {
+            Some(leg) => Err(format!(
+                "a command until a threshold in whose first stage leg {} switches: it can be off, low or high",
+                Phase::ALL[leg].letter()
+            )),
             None => Ok(()),
         }
     }

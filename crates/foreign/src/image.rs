@@ -20,8 +20,10 @@ const OWN_FIRST: libc::c_int = libc::RTLD_DEEPBIND;
 #[cfg(not(target_env = "gnu"))]
 const OWN_FIRST: libc::c_int = 0;
 
+use crate::abi1::{Answer1, Command1, DRIVE_BYTES, Legs1, Sample1};
 use crate::crash;
 pub use crate::crash::{Moment, Site};
+use crate::fenced::{Beyond, Fenced};
 use crate::heap::Space;
 use crate::library::LoadError;
 use crate::loading::{base_of, construct, file_in_memory, load_error, path_of, replace};
@@ -29,7 +31,8 @@ use crate::output;
 use crate::parts::{self, Part};
 use crate::runtime;
 use crate::shared::{is_checked, keeps_its_own};
-use standstill_interface::abi::{ABI, Answer, Command, Drive, Entry, Legs, REENTRANT, Sample, Table};
+use crate::table::{Calls, table_of};
+use standstill_interface::abi::{Answer, Command, Drive, Entry, Legs, REENTRANT, Readings, Sample, Table};
 
 /// Writable memory of an image and what it held after loading.
 struct Memory {
@@ -40,6 +43,9 @@ struct Memory {
 /// A loaded copy of a library.
 pub struct Image {
     table: Table,
+    calls: Calls,
+    /// The samples of a call as ABI 1 has them.
+    first: Vec<Sample1>,
     memory: Vec<Memory>,
     /// Whether the compiler's checks know what lies between variables, which no copy may touch but byte by byte.
     is_checked: bool,
@@ -52,13 +58,6 @@ pub struct Image {
 
 // SAFETY: an image has no thread of its own and, as thread-local memory is refused, nothing that belongs to one.
 unsafe impl Send for Image {}
-
-/// The table's first fields, which all versions have.
-#[repr(C)]
-struct Head {
-    abi: u32,
-    size: u32,
-}
 
 /// Calls into an image: what of the C library it has for itself is there, and a crash is that of this site.
 fn during<T>(site: Site, space: &Space, call: impl FnOnce() -> T) -> T {
@@ -106,9 +105,11 @@ impl Image {
         // SAFETY: `sts_entry` is declared so in standstill.h.
         let entry = unsafe { last.get::<Entry>(b"sts_entry\0") };
         let entry = *entry.map_err(|_| LoadError::no_entry())?;
-        let table = during(site, &space, || table_of(entry))?;
+        let (table, calls) = during(site, &space, || table_of(entry))?;
         let mut image = Self {
             table,
+            calls,
+            first: Vec::new(),
             memory: Vec::new(),
             is_checked: is_checked(parts),
             loads: runtime::loaded(),
@@ -154,6 +155,14 @@ impl Image {
         &self.table
     }
 
+    /// Whether it has `step`, and whether it has `isr`.
+    pub fn has(&self) -> [bool; 2] {
+        match self.calls {
+            Calls::Present => [self.table.step.is_some(), self.table.isr.is_some()],
+            Calls::First { step, isr } => [step.is_some(), isr.is_some()],
+        }
+    }
+
     /// Its name.
     pub fn name(&self) -> String {
         // SAFETY: a C string of the library.
@@ -171,7 +180,10 @@ impl Image {
         let Some(create) = self.table.create else { return Err("it has no `create`".to_owned()) };
         let mut refused = std::ptr::null();
         // A library may write to what it is given to read: this is its own.
-        let own = *drive;
+        let mut own = *drive;
+        if matches!(self.calls, Calls::First { .. }) {
+            own.size = DRIVE_BYTES;
+        }
         // SAFETY: as standstill.h declares it.
         let detector = during(site, &self.space, || unsafe {
             create(&raw const own, config.as_ptr(), seed, &raw mut refused)
@@ -197,34 +209,95 @@ impl Image {
         during(site, &self.space, || unsafe { text(reason(code)) })
     }
 
-    /// One call at command level.
+    /// One call at command level: status, command and result; none of a library without `step`.
+    ///
+    /// # Errors
+    /// What it wrote beyond.
     pub fn step(
         &mut self,
         site: Site,
         detector: NonNull<c_void>,
         samples: &[Sample],
-        command: &mut Command,
-        answer: &mut Answer,
-    ) -> Option<i32> {
-        let (count, step) = (u32::try_from(samples.len()).ok()?, self.table.step?);
-        // SAFETY: as standstill.h declares it; so many samples.
-        Some(during(site, &self.space, || unsafe {
-            step(detector.as_ptr(), samples.as_ptr(), count, command, answer)
-        }))
+    ) -> Result<Option<(i32, Command, Answer)>, Beyond> {
+        let Some(readings) = Readings::of(samples) else { return Ok(None) };
+        match self.calls {
+            Calls::Present => {
+                let Some(step) = self.table.step else { return Ok(None) };
+                let (mut command, mut answer) = (Fenced::new(Command::default()), Fenced::new(Answer::NONE));
+                // SAFETY: as standstill.h declares it; so many samples.
+                let status = during(site, &self.space, || unsafe {
+                    step(
+                        detector.as_ptr(),
+                        &raw const readings,
+                        &raw mut command.inside,
+                        &raw mut answer.inside,
+                    )
+                });
+                Ok(Some((status, command.whole("sts_command")?, answer.whole("sts_result")?)))
+            }
+            Calls::First { step, .. } => {
+                let Some(step) = step else { return Ok(None) };
+                let (mut command, mut answer) =
+                    (Fenced::new(Command1::default()), Fenced::new(Answer1::NONE));
+                self.first.clear();
+                self.first.extend(samples.iter().map(Sample1::from));
+                let first = self.first.as_ptr();
+                // SAFETY: as the header of ABI 1 declares it; so many samples.
+                let status = during(site, &self.space, || unsafe {
+                    step(
+                        detector.as_ptr(),
+                        first,
+                        readings.count,
+                        &raw mut command.inside,
+                        &raw mut answer.inside,
+                    )
+                });
+                let (command, answer) = (command.whole("sts_command")?, answer.whole("sts_result")?);
+                Ok(Some((status, Command::from(&command), Answer::from(&answer))))
+            }
+        }
     }
 
-    /// One call at interrupt level.
+    /// One call at interrupt level: status and result, and the legs that it wrote; none of a library without `isr`.
+    ///
+    /// # Errors
+    /// What it wrote beyond.
     pub fn isr(
         &mut self,
         site: Site,
         detector: NonNull<c_void>,
-        sample: &Sample,
+        samples: &[Sample],
         legs: &mut Legs,
-        answer: &mut Answer,
-    ) -> Option<i32> {
-        let isr = self.table.isr?;
-        // SAFETY: as standstill.h declares it.
-        Some(during(site, &self.space, || unsafe { isr(detector.as_ptr(), sample, legs, answer) }))
+    ) -> Result<Option<(i32, Answer)>, Beyond> {
+        let (Some(readings), Some(last)) = (Readings::of(samples), samples.last()) else { return Ok(None) };
+        match self.calls {
+            Calls::Present => {
+                let Some(isr) = self.table.isr else { return Ok(None) };
+                let (mut written, mut answer) = (Fenced::new(*legs), Fenced::new(Answer::NONE));
+                // SAFETY: as standstill.h declares it.
+                let status = during(site, &self.space, || unsafe {
+                    isr(
+                        detector.as_ptr(),
+                        &raw const readings,
+                        &raw mut written.inside,
+                        &raw mut answer.inside,
+                    )
+                });
+                *legs = written.whole("sts_legs")?;
+                Ok(Some((status, answer.whole("sts_result")?)))
+            }
+            Calls::First { isr, .. } => {
+                let Some(isr) = isr else { return Ok(None) };
+                let (mut written, mut answer) = (Fenced::new(Legs1::of(legs)), Fenced::new(Answer1::NONE));
+                let sample = Sample1::from(last);
+                // SAFETY: as the header of ABI 1 declares it.
+                let status = during(site, &self.space, || unsafe {
+                    isr(detector.as_ptr(), &raw const sample, &raw mut written.inside, &raw mut answer.inside)
+                });
+                written.whole("sts_legs")?.write(legs);
+                Ok(Some((status, Answer::from(&answer.whole("sts_result")?))))
+            }
+        }
     }
 }
 
@@ -238,34 +311,6 @@ fn no_room(error: &std::io::Error) -> LoadError {
         "more addresses (ulimit -v unlimited), or fewer copies (--threads 1, with which 1 GiB of addresses usually suffices)"
             .to_owned(),
     )
-}
-
-/// The table of a library, if it is of this version.
-fn table_of(entry: Entry) -> Result<Table, LoadError> {
-    // SAFETY: as standstill.h declares it; the table is at least its head, and of this version as large as it says.
-    unsafe {
-        let asked = entry(ABI);
-        if asked.is_null() {
-            return Err(LoadError::new(
-                format!("a library whose sts_entry({ABI}) gives no table"),
-                format!("a table of ABI {ABI}"),
-            ));
-        }
-        let head = &*asked.cast::<Head>();
-        if head.abi != ABI {
-            return Err(LoadError::new(
-                format!("a table of ABI {}", head.abi),
-                format!("one of ABI {ABI}, as its header standstill.h says"),
-            ));
-        }
-        if (head.size as usize) < size_of::<Table>() {
-            return Err(LoadError::new(
-                format!("a table of {} bytes", head.size),
-                format!("at least {} bytes, sizeof(sts_detector)", size_of::<Table>()),
-            ));
-        }
-        Ok(*asked)
-    }
 }
 
 /// Writable memory as it is now.

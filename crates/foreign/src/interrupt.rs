@@ -102,7 +102,7 @@ mod tests {
     const ONCE: Timing = Timing { pwm_hz: 12_500, twice: false, sample_at: 0.5, update_delay: 1 };
 
     fn legs(duty: f32) -> Legs {
-        Legs { leg: [abi::DUTY, abi::LOW, abi::HIGH], reserved: 0, duty: [duty, f32::NAN, 7.0] }
+        Legs { leg: [abi::DUTY, abi::LOW, abi::HIGH], duty: [duty, f32::NAN, 7.0], ..Legs::default() }
     }
 
     #[test]

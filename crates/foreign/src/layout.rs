@@ -19,16 +19,20 @@ fn layout() -> Vec<(String, usize)> {
     }
     layout! {
         "sts_drive" Drive: size current_bits dc_link_bits amps_per_count amps_at_zero volts_per_count dc_link rated_current
-            resistance ld lq flux dead_time stronger_pole period_ns;
-        "sts_sample" Sample: time_ns current dc_link current_count dc_link_count sensed dc_link_clipped half reserved;
-        "sts_legs" Legs: leg reserved duty;
-        "sts_stage" Stage: legs edge_ns reserved duration_ns;
-        "sts_command" Command: stage stages samples first_ns interval_ns;
-        "sts_result" Answer: angle angle_deviation pole_evidence pole_needed reason;
+            resistance ld lq flux dead_time stronger_pole period_ns settle_ns terminal_bits terminal_volts_per_count timer_tick
+            comparator_delay comparator_offset comparator_noise comparators reserved log_to log;
+        "sts_sample" Sample: time_ns current dc_link current_count dc_link_count sensed dc_link_clipped half link_sensed
+            captured comparator link_current link_current_count terminal terminal_count terminal_sensed reserved capture_ticks;
+        "sts_readings" Readings: size count stride reserved first;
+        "sts_legs" Legs: size leg reserved duty;
+        "sts_stage" Stage: leg reserved duty edge_ns reserved_too duration_ns;
+        "sts_command" Command: size stages stage samples until first_ns interval_ns;
+        "sts_result" Answer: size angle angle_deviation pole_evidence pole_needed reason;
         "sts_detector" Table: abi size flags pwm_hz sample_at update_delay name create destroy reason step isr;
         "sts_plate" Plate: rated_pulse_ns dead_time_ns period_ns skew_ns rated_current resistance ld lq flux stronger_pole
             stronger_pole_half pole_difference gain_tolerance dc_link switch_drop diode_drop reverse_drop sensor_bandwidth
-            bandwidth_mismatch pick_up;
+            bandwidth_mismatch pick_up settle_ns readings comparators timer_tick comparator_delay comparator_delay_spread
+            comparator_offset comparator_noise divider_tolerance divider_offset divider_bandwidth;
         "sts_setting" Setting: key value;
     }
     for (name, value) in [
@@ -46,6 +50,10 @@ fn layout() -> Vec<(String, usize)> {
         ("STS_AXIS", AXIS.unsigned_abs()),
         ("STS_FAILED", FAILED.unsigned_abs()),
         ("STS_GO_ON", GO_ON.unsigned_abs()),
+        ("STS_PHASE_CURRENTS", PHASE_CURRENTS),
+        ("STS_LINK_CURRENT", LINK_CURRENT),
+        ("STS_TERMINALS", TERMINALS),
+        ("STS_CAPTURES", CAPTURES),
         ("STS_MEASURED", 0),
         ("STS_DERIVED", 1),
         ("STS_CLIPPED", 2),

@@ -9,9 +9,10 @@
 //! its image is set back to what it was after loading, and so is all that it has of the C library which keeps something: `malloc`'s
 //! memory, random numbers, `errno`, rounding. Thread-local memory and threads cannot be and are refused.
 //!
-//! `unsafe` stands in `loading.rs` and `image.rs` (loading, memory, calls), `heap.rs`, `runtime.rs` and `strings.rs` (what an image has in place of the
-//! C library's), `float.rs` (registers), `crash.rs` (signals) and `output.rs` (standard output) alone.
+//! `unsafe` stands in `loading.rs` and `image.rs` and `table.rs` (loading, memory, calls), `heap.rs`, `runtime.rs` and `strings.rs` (what an image has in place of the
+//! C library's), `float.rs` (registers), `crash.rs` (signals), `log.rs` (a call back) and `output.rs` (standard output) alone.
 
+mod abi1;
 mod command;
 #[cfg(target_os = "linux")]
 mod crash;
@@ -31,6 +32,7 @@ mod layout;
 mod library;
 #[cfg(target_os = "linux")]
 mod loading;
+mod log;
 #[cfg(target_os = "linux")]
 mod output;
 mod parts;
@@ -41,6 +43,8 @@ mod runtime;
 mod shared;
 #[cfg(target_os = "linux")]
 mod strings;
+#[cfg(target_os = "linux")]
+mod table;
 mod texts;
 
 #[cfg(target_os = "linux")]

@@ -159,7 +159,7 @@ impl Library {
             (inspect(path)?, None)
         } else {
             let image = Image::load(&parts, Site::new(label, Moment::Load))?;
-            let level = level(image.table())?;
+            let level = level(image.table(), image.has())?;
             let file = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
             let name = Some(image.name()).filter(|name| !name.is_empty()).unwrap_or(file);
             (Description { name, level, loads: image.loads.clone() }, Some(Mutex::new(vec![image])))
@@ -237,8 +237,8 @@ fn read_further(path: &Path, read: Read) -> Result<(), LoadError> {
     parts::read_all(path, &bytes, read)
 }
 
-/// How a table wants to be called.
-fn level(table: &abi::Table) -> Result<Level, LoadError> {
+/// How a table wants to be called, which has or lacks `step` and `isr`.
+fn level(table: &abi::Table, [step, isr]: [bool; 2]) -> Result<Level, LoadError> {
     let lacks = |function: &str| {
         LoadError::new(format!("a table without {function}"), format!("`{function}` in sts_detector"))
     };
@@ -250,9 +250,9 @@ fn level(table: &abi::Table) -> Result<Level, LoadError> {
         return Err(LoadError::new(format!("flags {:#x}", table.flags), format!("those of {known:#x}")));
     }
     if table.flags & abi::INTERRUPT == 0 {
-        return if table.step.is_some() { Ok(Level::Command) } else { Err(lacks("step")) };
+        return if step { Ok(Level::Command) } else { Err(lacks("step")) };
     }
-    if table.isr.is_none() {
+    if !isr {
         return Err(lacks("isr"));
     }
     if !(10..=1_000_000).contains(&table.pwm_hz) {

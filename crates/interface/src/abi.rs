@@ -3,12 +3,19 @@
 //! each size, offset and number with what C compilers make of them.
 #![allow(missing_docs, reason = "the headers say what each field is")]
 
+mod sample;
+
 use core::ffi::{c_char, c_void};
 
 use crate::{Fault, Undetermined};
 
+pub use sample::{sensed_code, sensed_of};
+
 /// The version of these types.
-pub const ABI: u32 = 1;
+pub const ABI: u32 = 2;
+
+/// Triggers of the converters between two updates of an interrupt, at most: `STS_MOST_TRIGGERS`.
+pub const MOST_TRIGGERS: usize = 4;
 
 /// `STS_OFF` and the others, in their order.
 pub const OFF: u8 = 0;
@@ -47,10 +54,22 @@ pub struct Drive {
     pub dead_time: f32,
     pub stronger_pole: i32,
     pub period_ns: u64,
+    pub settle_ns: u64,
+    pub terminal_bits: u32,
+    pub terminal_volts_per_count: f32,
+    pub timer_tick: f32,
+    pub comparator_delay: f32,
+    pub comparator_offset: f32,
+    pub comparator_noise: f32,
+    pub comparators: u32,
+    pub reserved: u32,
+    /// Addresses, so that what a drive knows can go from one thread to another.
+    pub log_to: usize,
+    pub log: usize,
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     pub time_ns: u64,
     pub current: [f32; 3],
@@ -60,39 +79,105 @@ pub struct Sample {
     pub sensed: [u8; 3],
     pub dc_link_clipped: u8,
     pub half: u8,
-    pub reserved: [u8; 3],
+    pub link_sensed: u8,
+    pub captured: u8,
+    pub comparator: u8,
+    pub link_current: f32,
+    pub link_current_count: u32,
+    pub terminal: [f32; 3],
+    pub terminal_count: [u32; 3],
+    pub terminal_sensed: [u8; 3],
+    pub reserved: u8,
+    pub capture_ticks: u32,
+}
+
+/// `sts_readings`: samples one after the other, `stride` bytes apart.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Readings {
+    pub size: u32,
+    pub count: u32,
+    pub stride: u32,
+    pub reserved: u32,
+    pub first: *const c_void,
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "a struct of some bytes")]
+const fn bytes<T>() -> u32 {
+    size_of::<T>() as u32
+}
+
+impl Readings {
+    /// These samples; none of more than four thousand millions.
+    pub fn of(samples: &[Sample]) -> Option<Self> {
+        Some(Self {
+            size: bytes::<Self>(),
+            count: u32::try_from(samples.len()).ok()?,
+            stride: bytes::<Sample>(),
+            reserved: 0,
+            first: samples.as_ptr().cast(),
+        })
+    }
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Legs {
+    pub size: u32,
     pub leg: [u8; 3],
     pub reserved: u8,
     pub duty: [f32; 3],
 }
 
+impl Default for Legs {
+    /// All off.
+    fn default() -> Self {
+        Self { size: bytes::<Self>(), leg: [OFF; 3], reserved: 0, duty: [0.0; 3] }
+    }
+}
+
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stage {
-    pub legs: Legs,
+    pub leg: [u8; 3],
+    pub reserved: u8,
+    pub duty: [f32; 3],
     pub edge_ns: [u32; 3],
-    pub reserved: u32,
+    pub reserved_too: u32,
     pub duration_ns: u64,
 }
 
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command {
-    pub stage: [Stage; 2],
+    pub size: u32,
     pub stages: u32,
+    pub stage: [Stage; 2],
     pub samples: u32,
+    pub until: f32,
     pub first_ns: u64,
     pub interval_ns: u64,
+}
+
+impl Default for Command {
+    /// Nothing ordered yet.
+    fn default() -> Self {
+        Self {
+            size: bytes::<Self>(),
+            stages: 0,
+            stage: [Stage::default(); 2],
+            samples: 0,
+            until: 0.0,
+            first_ns: 0,
+            interval_ns: 0,
+        }
+    }
 }
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Answer {
+    pub size: u32,
     pub angle: f32,
     pub angle_deviation: f32,
     pub pole_evidence: f32,
@@ -106,6 +191,7 @@ impl Answer {
 
     /// Nothing known.
     pub const NONE: Self = Self {
+        size: bytes::<Self>(),
         angle: Self::UNSET,
         angle_deviation: Self::UNSET,
         pole_evidence: Self::UNSET,
@@ -119,9 +205,8 @@ pub type Create =
     unsafe extern "C-unwind" fn(*const Drive, *const c_char, u64, *mut *const c_char) -> *mut c_void;
 pub type Destroy = unsafe extern "C-unwind" fn(*mut c_void);
 pub type Reason = unsafe extern "C-unwind" fn(u32) -> *const c_char;
-pub type Step =
-    unsafe extern "C-unwind" fn(*mut c_void, *const Sample, u32, *mut Command, *mut Answer) -> i32;
-pub type Isr = unsafe extern "C-unwind" fn(*mut c_void, *const Sample, *mut Legs, *mut Answer) -> i32;
+pub type Step = unsafe extern "C-unwind" fn(*mut c_void, *const Readings, *mut Command, *mut Answer) -> i32;
+pub type Isr = unsafe extern "C-unwind" fn(*mut c_void, *const Readings, *mut Legs, *mut Answer) -> i32;
 pub type Entry = unsafe extern "C-unwind" fn(u32) -> *const Table;
 
 #[repr(C)]
@@ -171,7 +256,24 @@ pub struct Plate {
     pub sensor_bandwidth: f32,
     pub bandwidth_mismatch: f32,
     pub pick_up: [f32; 2],
+    pub settle_ns: u64,
+    pub readings: u32,
+    pub comparators: u32,
+    pub timer_tick: f32,
+    pub comparator_delay: f32,
+    pub comparator_delay_spread: f32,
+    pub comparator_offset: f32,
+    pub comparator_noise: f32,
+    pub divider_tolerance: f32,
+    pub divider_offset: f32,
+    pub divider_bandwidth: f32,
 }
+
+/// `enum sts_kinds`: kinds of readings that a drive has.
+pub const PHASE_CURRENTS: u32 = 1;
+pub const LINK_CURRENT: u32 = 2;
+pub const TERMINALS: u32 = 4;
+pub const CAPTURES: u32 = 8;
 
 /// `sts_setting`.
 #[repr(C)]

@@ -113,8 +113,9 @@ impl DetectorTable {
             let _ = writeln!(lines, "{key}={text}");
         }
         // What is not rounded has no counts.
+        let terminal = sensors.terminal.and_then(|dividers| dividers.adc);
         let converters =
-            [sensors.adc, sensors.dc_link.adc].map(|adc| adc.filter(|adc| adc.rounds()).map(scale));
+            [sensors.adc, sensors.dc_link.adc, terminal].map(|adc| adc.filter(|adc| adc.rounds()).map(scale));
         Ok(Maker::new(library, knows, converters, &lines, time_limit))
     }
 }

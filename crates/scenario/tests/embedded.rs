@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Output};
 use std::sync::OnceLock;
 
-use standstill_detect::{AnyDetector, Method, MethodName, Nameplate, Settings as _, Signature};
-use standstill_interface::{Command, Detector, Leg, Outcome, Reading, Sensed, Stage, Step, abi};
-use standstill_plant::built_in;
-use standstill_scenario::{ErrorSet, Scenario};
-use standstill_sim::{NoProbe, RotorState, run};
+use standstill_detect::{AnyDetector, Method, MethodName, Nameplate, Settings as _, Signature, Source};
+use standstill_interface::{Command, Detector, Leg, Nanos, Outcome, Reading, Stage, Step, abi};
+use standstill_scenario::{Document, Plan, Scenario};
+use standstill_sim::{NoProbe, run};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -76,23 +75,44 @@ impl Detector<f32> for Recorder {
     }
 }
 
-/// A detection in single precision in the simulator.
-fn recorded(method: MethodName, motor: &str, trial: u64) -> (Nameplate<f32>, Recorder) {
-    let motor = built_in(motor).expect("a motor");
-    let scenario = Scenario::of_method(method, motor, ErrorSet::Default, RotorState::Locked, 1);
-    let plate: Nameplate<f32> = scenario.nameplate().cast();
-    let inner = Method::<f32>::suited(method, &plate).detector().expect("suits");
-    let mut recorder = Recorder { inner, steps: Vec::new() };
-    run(&scenario.case(trial), &mut recorder, false, &mut NoProbe);
-    (plate, recorder)
+/// The scenario of a method on a motor: six pulses with a timer and comparators, the open terminal with dividers, and where one shunt is
+/// asked for one in the DC link.
+fn scenario(method: MethodName, motor: &str, one_shunt: bool) -> Scenario<Method<f64>> {
+    let mut text =
+        format!("motor = \"{motor}\"\nerrors = \"default\"\ndetector.method = \"{}\"\n", method.name());
+    text += match method {
+        MethodName::SixPulse => "sensors.timer = \"0.32 us\"\nsensors.comparators = \"common\"\n",
+        MethodName::OpenTerminal => "sensors.terminals = true\n",
+        _ if one_shunt => "sensors.arrangement = \"dc-link-shunt\"\n",
+        _ => "",
+    };
+    let document = Document::parse(Path::new("scenario"), &text).expect("a scenario");
+    Plan::new(document).expect("a plan").scenario(0).expect("valid")
 }
 
-fn in_c(plate: &Nameplate<f32>) -> String {
+/// A detection in single precision in the simulator: what the drive knows and has, and what was said.
+fn recorded(method: MethodName, motor: &str, trial: u64, one_shunt: bool) -> (Plate, Recorder) {
+    let scenario = scenario(method, motor, one_shunt);
+    let knows: Nameplate<f32> = scenario.nameplate().cast();
+    let inner = Method::<f32>::suited(method, &knows).detector().expect("suits");
+    let mut recorder = Recorder { inner, steps: Vec::new() };
+    run(&scenario.case(trial), &mut recorder, false, &mut NoProbe);
+    (Plate { knows, readings: scenario.sources() }, recorder)
+}
+
+/// What a program in C says of motor and drive.
+struct Plate {
+    knows: Nameplate<f32>,
+    readings: Vec<Source>,
+}
+
+fn in_c(Plate { knows: plate, readings }: &Plate) -> String {
     let stronger = |signature| match signature {
         Signature::Normal => 1,
         Signature::Inverted => -1,
         Signature::None => 0,
     };
+    let comparator = plate.sensing.comparator;
     let pair = |[a, b]: [f32; 2]| format!("{{{a:e}f, {b:e}f}}");
     let mut all = String::new();
     let mut field = |name: &str, value: String| _ = writeln!(all, "    .{name} = {value},");
@@ -101,6 +121,7 @@ fn in_c(plate: &Nameplate<f32>) -> String {
         ("dead_time_ns", plate.dead_time),
         ("period_ns", plate.carrier_period),
         ("skew_ns", plate.sensing.skew),
+        ("settle_ns", plate.sensing.settle),
     ] {
         field(name, time.0.to_string());
     }
@@ -115,9 +136,25 @@ fn in_c(plate: &Nameplate<f32>) -> String {
         ("dc_link", plate.dc_link),
         ("sensor_bandwidth", plate.sensing.bandwidth.unwrap_or(0.0)),
         ("bandwidth_mismatch", plate.sensing.bandwidth_mismatch),
+        ("timer_tick", comparator.tick),
+        ("comparator_delay", comparator.delay),
+        ("comparator_delay_spread", comparator.delay_spread),
+        ("comparator_offset", comparator.offset),
+        ("comparator_noise", comparator.noise),
+        ("divider_tolerance", plate.dividers.gain_tolerance),
+        ("divider_offset", plate.dividers.offset),
+        ("divider_bandwidth", plate.dividers.bandwidth.unwrap_or(0.0)),
     ] {
         field(name, format!("{value:e}f"));
     }
+    let bit = |source: &Source| match source {
+        Source::PhaseCurrents => abi::PHASE_CURRENTS,
+        Source::LinkCurrent => abi::LINK_CURRENT,
+        Source::Terminals => abi::TERMINALS,
+        Source::CapturedTimes => abi::CAPTURES,
+    };
+    field("readings", readings.iter().map(bit).sum::<u32>().to_string());
+    field("comparators", if comparator.own { "6" } else { "1" }.to_owned());
     field("stronger_pole", stronger(plate.signature).to_string());
     field("stronger_pole_half", stronger(plate.pulse_signature).to_string());
     field("switch_drop", pair(plate.switch_drop));
@@ -147,29 +184,37 @@ fn ending(steps: &[(Vec<Reading<f32>>, Step<f32>)]) -> (i32, [u32; 4], u32) {
 }
 
 /// `recording.h` of a detection.
-fn recording(method: MethodName, plate: &Nameplate<f32>, recorder: &Recorder) -> String {
+fn recording(method: MethodName, plate: &Plate, recorder: &Recorder) -> String {
     let mut text = format!(
         "/* A detection by `{method}`, written by the tests: see main.c. */\nstatic const char recorded_method[] = \"{method}\";\n\
-         static const sts_plate recorded_plate = {{\n{}}};\n/* time_ns, currents, DC link, codes, sensed, clipped */\n\
+         static const sts_plate recorded_plate = {{\n{}}};\n/* In the order of sts_sample. */\n\
          static const sts_sample recorded_samples[] = {{\n",
         in_c(plate)
     );
     for reading in recorder.steps.iter().flat_map(|(readings, _)| readings) {
-        let [a, b, c] = reading.current.0.map(|current| format!("{current:e}f"));
-        let [ka, kb, kc] = reading.counts.current.0;
-        let [sa, sb, sc] = reading.sensed.0.map(|sensed| match sensed {
-            Sensed::Measured => 0,
-            Sensed::Derived => 1,
-            Sensed::Clipped => 2,
-            Sensed::Hidden => 3,
-        });
+        let s = abi::Sample::of(reading, Nanos::ZERO, 0);
+        let numbers = |of: [f32; 3]| of.map(|value| format!("{value:e}f")).join(", ");
+        let codes = |of: [u32; 3]| of.map(|value| value.to_string()).join(", ");
+        let kinds = |of: [u8; 3]| of.map(|value| value.to_string()).join(", ");
         let _ = writeln!(
             text,
-            "    {{{}u, {{{a}, {b}, {c}}}, {:e}f, {{{ka}, {kb}, {kc}}}, {}, {{{sa}, {sb}, {sc}}}, {}, 0, {{0}}}},",
-            reading.at.0,
-            reading.dc_link,
-            reading.counts.dc_link,
-            u8::from(reading.dc_link_clipped)
+            "    {{{}u, {{{}}}, {:e}f, {{{}}}, {}, {{{}}}, {}, 0, {}, {}, {}, {:e}f, {}, {{{}}}, {{{}}}, {{{}}}, 0, {}}},",
+            s.time_ns,
+            numbers(s.current),
+            s.dc_link,
+            codes(s.current_count),
+            s.dc_link_count,
+            kinds(s.sensed),
+            s.dc_link_clipped,
+            s.link_sensed,
+            s.captured,
+            s.comparator,
+            s.link_current,
+            s.link_current_count,
+            numbers(s.terminal),
+            codes(s.terminal_count),
+            kinds(s.terminal_sensed),
+            s.capture_ticks
         );
     }
     let counts: Vec<String> = recorder.steps.iter().map(|(readings, _)| readings.len().to_string()).collect();
@@ -207,6 +252,9 @@ fn printed(command: &Command<f32>) -> String {
     if let Some(then) = &command.then {
         stage(then, &mut line);
     }
+    if let Some(threshold) = command.threshold {
+        let _ = write!(line, " until {:08x},", threshold.to_bits());
+    }
     let sampling = command.sampling;
     let _ =
         write!(line, " sample {} from {} every {}", sampling.count, sampling.first.0, sampling.interval.0);
@@ -216,11 +264,11 @@ fn printed(command: &Command<f32>) -> String {
 #[test]
 fn cross_each_detector_in_a_c_program_gives_the_bits_that_it_gives_in_rust() {
     let mut angles = std::collections::BTreeSet::new();
-    // A program in C hands over no terminal voltages: `sts_begin` refuses the method that reads them.
-    let methods = MethodName::ALL.into_iter().filter(|method| *method != MethodName::OpenTerminal);
-    for (number, method) in methods.enumerate() {
+    let through_a_shunt = [MethodName::Bipolar, MethodName::MaximumLikelihood].map(|method| (method, true));
+    let all = MethodName::ALL.into_iter().map(|method| (method, false)).chain(through_a_shunt);
+    for (number, (method, one_shunt)) in all.enumerate() {
         let motor = ["paper-5k5", "light-vehicle"][number % 2];
-        let (plate, recorder) = recorded(method, motor, number as u64);
+        let (plate, recorder) = recorded(method, motor, number as u64, one_shunt);
         let folder = folder(method.name());
         fs::copy(root().join("examples/c/drive/main.c"), folder.join("main.c")).expect("copied");
         fs::write(folder.join("recording.h"), recording(method, &plate, &recorder)).expect("written");
@@ -248,7 +296,7 @@ fn regress_the_recording_of_the_example_gives_the_bits_that_it_says() {
     let example = root().join("examples/c/drive");
     let method = MethodName::Bipolar;
     if std::env::var("RECORDING").is_ok_and(|what| what == "renew") {
-        let (plate, recorder) = recorded(method, "light-vehicle", 3);
+        let (plate, recorder) = recorded(method, "light-vehicle", 3, false);
         fs::write(example.join("recording.h"), recording(method, &plate, &recorder)).expect("written");
     }
     let folder = folder("example");
@@ -294,28 +342,31 @@ static void try(const char *method, float current, const char *key, double value
 int main(void)
 {
     static sts_sample many[STS_MOST_SAMPLES + 1];
+    sts_readings readings = {sizeof readings, STS_MOST_SAMPLES + 1, sizeof many[0], 0, many};
     sts_command command;
     sts_result result;
     int status;
-    status = sts_step(&state, NULL, 0, &command, &result);
+    status = sts_step(&state, NULL, &command, &result);
     printf("%d %u\n", status, (unsigned)result.reason);
     try("bipolar", 7.0f, NULL, 0.0);
-    status = sts_step(&state, many, STS_MOST_SAMPLES + 1, &command, &result);
+    status = sts_step(&state, &readings, &command, &result);
     printf("%d %u\n", status, (unsigned)result.reason);
     try("bipolar", 7.0f, "rounds", 3.0);
-    status = sts_step(&state, NULL, 0, &command, &result);
+    status = sts_step(&state, NULL, &command, &result);
     printf("%d\n", status);
     /* Other samples than were asked for end it, and it stays ended. */
-    status = sts_step(&state, NULL, 0, &command, &result);
+    status = sts_step(&state, NULL, &command, &result);
     printf("%d %u\n", status, (unsigned)result.reason);
-    status = sts_step(&state, NULL, 0, &command, &result);
+    status = sts_step(&state, NULL, &command, &result);
     printf("%d %u\n", status, (unsigned)result.reason);
     try("bi-polar", 7.0f, NULL, 0.0);
     try("bipolar", 0.0f, NULL, 0.0);
     try("bipolar", 7.0f, "rounds", 300.0);
     try("bipolar", 7.0f, "round", 3.0);
     try("hfi-rotating", 7.0f, "rounds", 3.0);
-    status = sts_step(&state, NULL, 0, &command, &result);
+    try("open-terminal", 7.0f, NULL, 0.0);
+    try("six-pulse", 7.0f, "timed", 1.0);
+    status = sts_step(&state, NULL, &command, &result);
     printf("%d %u\n", status, (unsigned)result.reason);
     return 0;
 }
@@ -327,6 +378,7 @@ int main(void)
     let expected = "3 26\nready\n3 26\nready\n0\n3 26\n3 26\nno method \"bi-polar\"\n\
         detector setting `rated_current` must be positive and finite\n\
         setting `rounds` must be a whole number from 0 to 255\nno setting `round` of this method\n\
-        no setting `rounds` of this method\n3 26\n";
+        no setting `rounds` of this method\n\"open-terminal\" reads none of what sts_plate.readings has\n\
+        detector setting `timed` must be false, or `sensors.timer` be set: without a timer this drive captures no time to a threshold\n3 26\n";
     assert_eq!(said, expected);
 }

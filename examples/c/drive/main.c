@@ -36,9 +36,12 @@ static void drive(const sts_command *command)
     for (s = 0; s < command->stages; s++) {
         const sts_stage *stage = &command->stage[s];
         for (k = 0; k < 3; k++) {
-            printf(" %u:%08x:%lu", stage->legs.leg[k], bits(stage->legs.duty[k]), (unsigned long)stage->edge_ns[k]);
+            printf(" %u:%08x:%lu", stage->leg[k], bits(stage->duty[k]), (unsigned long)stage->edge_ns[k]);
         }
         printf(" for %lu ns,", (unsigned long)stage->duration_ns);
+    }
+    if (command->until != 0.0f) {
+        printf(" until %08x,", bits(command->until));
     }
     printf(" sample %lu from %lu every %lu\n", (unsigned long)command->samples, (unsigned long)command->first_ns,
            (unsigned long)command->interval_ns);
@@ -47,7 +50,7 @@ static void drive(const sts_command *command)
 int main(void)
 {
     const unsigned steps = sizeof recorded_counts / sizeof recorded_counts[0];
-    const sts_sample *samples = recorded_samples;
+    sts_readings readings = {sizeof readings, 0, sizeof(sts_sample), 0, recorded_samples};
     const char *refused = sts_begin(&detector, recorded_method, &recorded_plate, NULL, 0);
     sts_command command;
     sts_result result;
@@ -62,8 +65,9 @@ int main(void)
             printf("step %u asks for %u samples, recorded were %u\n", k, (unsigned)command.samples, recorded_counts[k]);
             return 1;
         }
-        status = sts_step(&detector, samples, recorded_counts[k], &command, &result);
-        samples += recorded_counts[k];
+        readings.count = recorded_counts[k];
+        status = sts_step(&detector, &readings, &command, &result);
+        readings.first = (const sts_sample *)readings.first + recorded_counts[k];
         if (status == STS_GO_ON) {
             drive(&command);
         }

@@ -377,7 +377,12 @@ fn law_what_is_wrong_with_a_library_ends_the_command_before_anything_is_written(
     let at = folder.path();
     for (options, what, more, part) in [
         (&["-DNO_ENTRY"][..], "found", &[][..], "without sts_entry"),
-        (&["-DABI=2"], "found", &[], "a table of ABI 2, needed one of ABI 1"),
+        (
+            &["-DABI=3"],
+            "found",
+            &[],
+            "a table of ABI 3, which is newer than this program, needed one of ABI 1 or 2",
+        ),
         (&["-DSIZE=40"], "found", &[], "a table of 40 bytes"),
         (&["-DMISSING"], "found", &[], "HAL_ADC_Start"),
         (&["-c"], "found", &[], "an object file"),

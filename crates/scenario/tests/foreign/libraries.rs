@@ -292,7 +292,7 @@ fn law_what_is_wrong_with_a_library_is_said_in_a_line_before_anything_runs() {
             refused_without_its_library(text),
             vec!["linked to libother.so, which cannot be loaded", "ldd names them"],
         ),
-        (refused(&["-DABI=2"], same, text), vec!["a table of ABI 2", "one of ABI 1"]),
+        (refused(&["-DABI=3"], same, text), vec!["a table of ABI 3, which is newer", "one of ABI 1 or 2"]),
         (refused(&["-DSIZE=40"], same, text), vec!["a table of 40 bytes", "at least 72 bytes"]),
         (refused(&["-DDELAY=7"], same, text), vec!["update_delay 7", "from 1 to 4"]),
         (refused(&["-DFLAGS=64"], same, text), vec!["flags 0x43"]),

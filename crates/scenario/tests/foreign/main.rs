@@ -2,6 +2,7 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
+mod abi;
 mod examples;
 mod libraries;
 mod six_vectors;

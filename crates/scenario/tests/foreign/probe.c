@@ -107,8 +107,9 @@ static const char *reason(uint32_t code)
     return code == 7 ? "the hall sensors disagree" : NULL;
 }
 
-static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts_result *result)
+static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs, sts_result *result)
 {
+    const sts_sample *sample = sts_reading(readings, 0);
     int call = calls++, k;
     (void)detector;
     result->angle = angle;
@@ -249,13 +250,13 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
 #ifdef COMMANDS
 #define LEVEL 0
 /* For ever the shortest command that there is. */
-static int32_t step(void *detector, const sts_sample *samples, uint32_t count, sts_command *command, sts_result *result)
+static int32_t step(void *detector, const sts_readings *readings, sts_command *command, sts_result *result)
 {
-    (void)detector, (void)samples, (void)count, (void)result;
+    (void)detector, (void)readings, (void)result;
     command->stages = 1;
     command->stage[0].duration_ns = is("short") ? 1 : 2000;
     if (is("edge")) {
-        command->stage[0].legs.leg[1] = STS_RISE;
+        command->stage[0].leg[1] = STS_RISE;
         command->stage[0].edge_ns[1] = 2001;
     }
     if (is("beyond-command")) {
@@ -306,6 +307,10 @@ const sts_detector *sts_entry(uint32_t abi)
     static const sts_detector table = {
         ABI, SIZE, LEVEL | FLAGS, 12500, 0.25f, DELAY, "probe", create, NULL, reason, step, isr,
     };
+#ifdef STRICT
+    return abi == ABI ? &table : NULL;
+#else
     (void)abi;
     return &table;
+#endif
 }

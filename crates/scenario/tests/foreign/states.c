@@ -221,9 +221,9 @@ static void *create(const sts_drive *drive, const char *config, uint64_t seed, c
     return count == 0 ? NULL : &count;
 }
 
-static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts_result *result)
+static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs, sts_result *result)
 {
-    (void)sample, (void)legs;
+    (void)readings, (void)legs;
     /* What the trial has set holds from one call to the next. */
     result->angle = 0.1f * (float)*(int *)detector;
     return STS_FOUND;

@@ -84,7 +84,7 @@ void *create(const sts_drive *, const char *config, uint64_t, const char **refus
     return count == 0 ? nullptr : &count;
 }
 
-int32_t isr(void *, const sts_sample *, sts_legs *, sts_result *result)
+int32_t isr(void *, const sts_readings *, sts_legs *, sts_result *result)
 {
     if (count < 0) {
         throw std::runtime_error("out of the library");

@@ -1,0 +1,155 @@
+//! ABI 1: libraries that were compiled with the first `standstill.h`, which had no sizes, no link current, no terminals and no
+//! comparators. They are called through these types and get what they know.
+#![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
+
+use std::ffi::{c_char, c_void};
+use std::mem::offset_of;
+
+use standstill_interface::abi::{self, Answer, Command, Create, Destroy, Drive, Legs, Reason, Sample, Stage};
+
+/// `sizeof(sts_drive)` of ABI 1, whose fields are the first of the present one.
+#[allow(clippy::cast_possible_truncation, reason = "a struct of some bytes")]
+pub const DRIVE_BYTES: u32 = offset_of!(Drive, settle_ns) as u32;
+
+/// `sts_sample`: the first fields of the present one, with zeros in what was reserved.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Sample1 {
+    time_ns: u64,
+    current: [f32; 3],
+    dc_link: f32,
+    current_count: [u32; 3],
+    dc_link_count: u32,
+    sensed: [u8; 3],
+    dc_link_clipped: u8,
+    half: u8,
+    reserved: [u8; 3],
+}
+
+impl From<&Sample> for Sample1 {
+    fn from(sample: &Sample) -> Self {
+        Self {
+            time_ns: sample.time_ns,
+            current: sample.current,
+            dc_link: sample.dc_link,
+            current_count: sample.current_count,
+            dc_link_count: sample.dc_link_count,
+            sensed: sample.sensed,
+            dc_link_clipped: sample.dc_link_clipped,
+            half: sample.half,
+            reserved: [0; 3],
+        }
+    }
+}
+
+/// `sts_legs`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Legs1 {
+    leg: [u8; 3],
+    reserved: u8,
+    duty: [f32; 3],
+}
+
+impl Legs1 {
+    /// The legs as they are now.
+    pub fn of(legs: &Legs) -> Self {
+        Self { leg: legs.leg, reserved: 0, duty: legs.duty }
+    }
+
+    /// What a library wrote.
+    pub fn write(&self, legs: &mut Legs) {
+        (legs.leg, legs.duty) = (self.leg, self.duty);
+    }
+}
+
+/// `sts_command`, whose stages are laid out as they are now.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Command1 {
+    stage: [Stage; 2],
+    stages: u32,
+    samples: u32,
+    first_ns: u64,
+    interval_ns: u64,
+}
+
+impl From<&Command1> for Command {
+    fn from(command: &Command1) -> Self {
+        let Command1 { stage, stages, samples, first_ns, interval_ns } = *command;
+        Self { stages, stage, samples, first_ns, interval_ns, ..Self::default() }
+    }
+}
+
+/// `sts_result`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Answer1 {
+    angle: f32,
+    angle_deviation: f32,
+    pole_evidence: f32,
+    pole_needed: f32,
+    reason: u32,
+}
+
+impl Answer1 {
+    /// Nothing known.
+    pub const NONE: Self = Self {
+        angle: Answer::UNSET,
+        angle_deviation: Answer::UNSET,
+        pole_evidence: Answer::UNSET,
+        pole_needed: Answer::UNSET,
+        reason: 0,
+    };
+}
+
+impl From<&Answer1> for Answer {
+    fn from(answer: &Answer1) -> Self {
+        let Answer1 { angle, angle_deviation, pole_evidence, pole_needed, reason } = *answer;
+        Self { angle, angle_deviation, pole_evidence, pole_needed, reason, ..Self::NONE }
+    }
+}
+
+pub type Step1 =
+    unsafe extern "C-unwind" fn(*mut c_void, *const Sample1, u32, *mut Command1, *mut Answer1) -> i32;
+pub type Isr1 = unsafe extern "C-unwind" fn(*mut c_void, *const Sample1, *mut Legs1, *mut Answer1) -> i32;
+
+/// `sts_detector`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Table1 {
+    pub abi: u32,
+    pub size: u32,
+    pub flags: u32,
+    pub pwm_hz: u32,
+    pub sample_at: f32,
+    pub update_delay: u32,
+    pub name: *const c_char,
+    pub create: Option<Create>,
+    pub destroy: Option<Destroy>,
+    pub reason: Option<Reason>,
+    pub step: Option<Step1>,
+    pub isr: Option<Isr1>,
+}
+
+impl Table1 {
+    /// The table as the present version has it, without its functions of the two levels.
+    pub fn common(&self) -> abi::Table {
+        let Self { abi, size, flags, pwm_hz, sample_at, update_delay, name, create, destroy, reason, .. } =
+            *self;
+        abi::Table {
+            abi,
+            size,
+            flags,
+            pwm_hz,
+            sample_at,
+            update_delay,
+            name,
+            create,
+            destroy,
+            reason,
+            step: None,
+            isr: None,
+        }
+    }
+}

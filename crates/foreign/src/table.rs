@@ -1,0 +1,86 @@
+//! The table that `sts_entry` returns: of which version it is, and whether that is known here.
+#![allow(unsafe_code, reason = "a function of a foreign library is called, and what it returns is read")]
+
+use crate::abi1::{Isr1, Step1, Table1};
+use crate::library::LoadError;
+use standstill_interface::abi::{self, Entry, Table};
+
+/// The functions of a library's two levels, by the version of its header.
+#[derive(Clone, Copy)]
+pub enum Calls {
+    /// ABI 1.
+    First { step: Option<Step1>, isr: Option<Isr1> },
+    /// The present one.
+    Present,
+}
+
+/// The table's first fields, which all versions have.
+#[repr(C)]
+struct Head {
+    abi: u32,
+    size: u32,
+}
+
+/// The newest version that a library is asked for, to name the one that it has.
+const FAR_VERSION: u32 = 16;
+
+/// The table of a library of a known version. It is asked for the present version first, then for the one before.
+pub fn table_of(entry: Entry) -> Result<(Table, Calls), LoadError> {
+    // SAFETY: as standstill.h declares it; the table is at least its head.
+    let asked = |abi| unsafe { entry(abi) };
+    // SAFETY: null or a table, which is at least its head.
+    let version =
+        |table: *const Table| unsafe { table.cast::<Head>().as_ref() }.map(|head| (head.abi, head.size));
+    for asked in [abi::ABI, 1].map(asked) {
+        match version(asked) {
+            None => {}
+            Some((abi::ABI, size)) => {
+                large_enough::<Table>(size)?;
+                // SAFETY: of this version, as large as it says.
+                return Ok((unsafe { *asked }, Calls::Present));
+            }
+            Some((1, size)) => {
+                large_enough::<Table1>(size)?;
+                // SAFETY: of that version, as large as it says.
+                let table = unsafe { *asked.cast::<Table1>() };
+                return Ok((table.common(), Calls::First { step: table.step, isr: table.isr }));
+            }
+            Some((other, _)) => return Err(unknown(Some(other))),
+        }
+    }
+    Err(unknown((abi::ABI + 1..=FAR_VERSION).find(|abi| version(asked(*abi)).is_some())))
+}
+
+/// A table of a version that is not known here, or none.
+fn unknown(version: Option<u32>) -> LoadError {
+    let present = abi::ABI;
+    match version {
+        Some(version) if version > present => LoadError::new(
+            format!("a table of ABI {version}, which is newer than this program"),
+            format!(
+                "one of ABI 1 or {present}: compile it with the standstill.h of this program, or use a program that knows ABI \
+                 {version} (`standstill --version` says which one does)"
+            ),
+        ),
+        Some(version) => LoadError::new(
+            format!("a table of ABI {version}"),
+            format!("one of ABI 1 or {present}, as the header standstill.h says"),
+        ),
+        None => LoadError::new(
+            format!("a library whose sts_entry({present}) and sts_entry(1) give no table"),
+            format!("a table of ABI {present}"),
+        ),
+    }
+}
+
+/// Whether a table of so many bytes has all fields of its version.
+fn large_enough<T>(size: u32) -> Result<(), LoadError> {
+    let needed = size_of::<T>();
+    if size as usize >= needed {
+        return Ok(());
+    }
+    Err(LoadError::new(
+        format!("a table of {size} bytes"),
+        format!("at least {needed} bytes, sizeof(sts_detector)"),
+    ))
+}
