@@ -54,7 +54,7 @@ fn pulse() -> Result<Figure, Box<dyn Error>> {
         potentials = potentials.with(line(&label, of(|s| s.potential), Style::nth(k)));
     }
     let read = trace.events.iter().filter_map(|(time, event)| match event {
-        Event::Sample(current, _) if *time >= from && *time <= to => Some((micros(*time), current[0])),
+        Event::Sample(reading) if *time >= from && *time <= to => Some((micros(*time), reading.current.0[0])),
         _ => None,
     });
     currents = currents.with(Layer::Points {

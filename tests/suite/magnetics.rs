@@ -92,7 +92,7 @@ fn law_a_detection_on_a_map_is_that_on_the_core_it_was_sampled_from() {
             let mut detector = LineInductance::new(scenario.detector).expect("settings");
             let run = run(&case, &mut detector, false, &mut trace);
             let samples = trace.events.iter().filter_map(|(_, event)| match event {
-                Event::Sample(current, _) => Some(*current),
+                Event::Sample(reading) => Some(reading.current.0),
                 _ => None,
             });
             (run, samples.collect::<Vec<_>>())

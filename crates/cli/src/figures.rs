@@ -77,8 +77,8 @@ pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: Strin
         let points = window.points(|s| along(s.current));
         panel = panel.with(curve(names[k], points, Style::nth(k)));
         let samples = trace.events.iter().filter_map(|(time, event)| match event {
-            Event::Sample(current, _) if (time - end).abs() < 5e-6 => {
-                Some((window.place(*time), along(*current)))
+            Event::Sample(reading) if (time - end).abs() < 5e-6 => {
+                Some((window.place(*time), along(reading.current.0)))
             }
             _ => None,
         });

@@ -9,6 +9,7 @@ const LETTERS = ['a', 'b', 'c'];
 /** Panels: their titles, shares of the height, columns. */
 const PANELS = [
   { name: 'currents', title: 'phase currents, A', weight: 3.2, columns: ['i_a', 'i_b', 'i_c'], dots: true },
+  { name: 'link', title: 'current of the DC link, A', weight: 1.4, columns: ['i_link'], read: ['i_link'] },
   { name: 'errors', title: 'readings beside the true currents, mA', weight: 1.4, sample: ['e_a', 'e_b', 'e_c'], factor: 1e3 },
   { name: 'potentials', title: 'terminal potentials, V', weight: 1.8, columns: ['v_a', 'v_b', 'v_c', 'u_dc'] },
   { name: 'modes', title: 'who conducts: upper half, upper device; filled, switch; outlined, diode', weight: 1.5 },
@@ -80,7 +81,9 @@ export class Waves {
   #panels() {
     const moves = this.#all().some(([, one]) => one.moves);
     const sampled = this.#all().some(([, one]) => one.samples > 0);
-    return PANELS.filter(panel => (panel.name !== 'angle' || moves) && (panel.name !== 'errors' || sampled));
+    const link = this.#all().some(([, one]) => one.sample.i_link.some(Number.isFinite));
+    const shows = { angle: moves, errors: sampled, link };
+    return PANELS.filter(panel => shows[panel.name] ?? true);
   }
 
   #draw(context, width, height) {
@@ -179,13 +182,14 @@ export class Waves {
       const second = side === 'b';
       const base = panel.name === 'angle' ? one.theta[0] : 0;
       for (const [k, name] of (panel.columns ?? []).entries()) {
-        context.strokeStyle = k === 3 || panel.name === 'angle' ? colour.ink : colour[LETTERS[k]];
+        context.strokeStyle = k === 3 || ['angle', 'link'].includes(panel.name) ? colour.ink : colour[LETTERS[k]];
         context.setLineDash(second ? [6, 4] : k === 3 ? [2, 3] : []);
         context.lineWidth = k === 3 ? 1 : second ? 1.6 : 1.8;
         this.#line(wide, one, one[name], value => y(value - base));
       }
       context.setLineDash([]);
       if (panel.dots) this.#dots(wide, one, ['i_a', 'i_b', 'i_c'], y, second, 1);
+      if (panel.read) this.#dots(wide, one, panel.read, y, second, 1);
       if (panel.sample) this.#dots(wide, one, panel.sample, y, second, panel.factor, y(0));
     }
     context.restore();

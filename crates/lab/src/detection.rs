@@ -7,7 +7,7 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
-use standstill_interface::Outcome;
+use standstill_interface::{Outcome, Phase, Sensed};
 use standstill_inverter::Conduction;
 use standstill_scenario::{Record, Specimen, specimen};
 use standstill_sim::{Ended, Event, Snapshot, Trace};
@@ -32,10 +32,11 @@ pub struct DetectionRequest {
 const MOST_ROWS: f64 = 30e3;
 
 /// Columns beside the time.
-const COLUMNS: [&str; 10] = ["i_a", "i_b", "i_c", "v_a", "v_b", "v_c", "u_dc", "theta", "omega", "torque"];
+const COLUMNS: [&str; 11] =
+    ["i_a", "i_b", "i_c", "v_a", "v_b", "v_c", "u_dc", "theta", "omega", "torque", "i_link"];
 
 /// Columns of the samples: readings, and by how much they are off.
-const SAMPLES: [&str; 7] = ["i_a", "i_b", "i_c", "u_dc", "e_a", "e_b", "e_c"];
+const SAMPLES: [&str; 8] = ["i_a", "i_b", "i_c", "u_dc", "e_a", "e_b", "e_c", "i_link"];
 
 pub(crate) fn answer(bench: &Bench, request: &DetectionRequest) -> Result<Vec<u8>, LabError> {
     let ready = bench.ready(&request.setting)?;
@@ -62,17 +63,21 @@ pub(crate) fn answer(bench: &Bench, request: &DetectionRequest) -> Result<Vec<u8
 /// A sample: its readings and their errors.
 struct Sample {
     time: f64,
-    columns: [f64; 7],
+    columns: [f64; SAMPLES.len()],
 }
 
 fn samples(trace: &Trace) -> Vec<Sample> {
     let read = trace.events.iter().filter_map(|(time, event)| match event {
-        Event::Sample(current, link) => Some((*time, *current, *link)),
+        Event::Sample(reading) => Some((*time, reading)),
         _ => None,
     });
-    read.map(|(time, [a, b, c], link)| {
-        let [true_a, true_b, true_c] = current_at(&trace.snapshots, time);
-        Sample { time, columns: [a, b, c, link, a - true_a, b - true_b, c - true_c] }
+    read.map(|(time, reading)| {
+        let there = current_at(&trace.snapshots, time);
+        // A page draws nothing of what no sensor sees.
+        let seen = |value: f64, sensed: Sensed| if sensed == Sensed::Hidden { f64::NAN } else { value };
+        let [a, b, c] = Phase::ALL.map(|phase| seen(reading.current[phase], reading.sensed[phase]));
+        let link = seen(reading.link_current, reading.link_sensed);
+        Sample { time, columns: [a, b, c, reading.dc_link, a - there[0], b - there[1], c - there[2], link] }
     })
     .collect()
 }
@@ -166,6 +171,7 @@ fn cell(row: &Snapshot, column: usize) -> f64 {
         6 => row.dc_link,
         7 => row.angle.to_degrees(),
         8 => row.speed,
-        _ => row.torque,
+        9 => row.torque,
+        _ => row.link_current(),
     }
 }

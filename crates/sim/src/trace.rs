@@ -1,6 +1,8 @@
 //! Observers of a run, with every waveform and every event.
 
-use standstill_interface::Phase;
+use std::fmt;
+
+use standstill_interface::{Phase, Reading};
 use standstill_inverter::{Conduction, Gate, Modes};
 
 use crate::physics::motion::Motion;
@@ -24,9 +26,60 @@ pub struct Snapshot {
     pub torque: f64,
     /// Conduction mode of each leg.
     pub modes: Modes,
+    /// What the comparators do; none of a drive without any.
+    pub comparator: Option<ComparatorState>,
+}
+
+/// What the comparators of a drive do at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ComparatorState {
+    /// There is no level at which one would trip.
+    Idle,
+    /// They are ignored for the blanking time after the begin of a stage.
+    Blanked,
+    /// One trips as soon as its current reaches its level.
+    Watching,
+    /// One has tripped in this command.
+    Tripped,
+}
+
+impl fmt::Display for ComparatorState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Idle => "idle",
+            Self::Blanked => "blanked",
+            Self::Watching => "watching",
+            Self::Tripped => "tripped",
+        })
+    }
 }
 
 impl Snapshot {
+    /// Returns the current in A from the DC link into the bridge: the sum over the legs whose upper device conducts. It is the current of
+    /// a shunt between link capacitor and bridge, and that at a comparator for the link.
+    ///
+    /// ```
+    /// use standstill_inverter::Conduction::{LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
+    /// # let now = standstill_sim::Snapshot {
+    /// #     time: 0.0,
+    /// #     current: [2.0, -1.5, -0.5],
+    /// #     potential: [550.0, 0.0, 0.0],
+    /// #     dc_link: 550.0,
+    /// #     angle: 0.0,
+    /// #     speed: 0.0,
+    /// #     torque: 0.0,
+    /// #     modes: [UpperSwitch, LowerSwitch, LowerSwitch],
+    /// #     comparator: None,
+    /// # };
+    /// assert_eq!(now.link_current(), 2.0);
+    /// // All switches open: diodes return the current.
+    /// let off = standstill_sim::Snapshot { modes: [LowerDiode, UpperDiode, UpperDiode], ..now };
+    /// assert_eq!(off.link_current(), -2.0);
+    /// ```
+    pub fn link_current(&self) -> f64 {
+        (0..3).filter(|k| self.modes[*k].is_upper()).map(|k| self.current[k]).sum()
+    }
+
     /// Returns the currents in A of each leg's devices, towards the motor. A leg in which no device conducts carries
     /// none: a phase current, if there is one, charges the capacitance of its terminal. The current that charges a
     /// terminal which follows a device's potential is left out.
@@ -45,6 +98,7 @@ impl Snapshot {
     ///     speed: 0.0,
     ///     torque: 0.0,
     ///     modes: [UpperSwitch, LowerSwitch, Blocked],
+    ///     comparator: None,
     /// };
     /// assert_eq!(now.leg_current(), [2.0, -1.5, 0.0]);
     /// ```
@@ -68,10 +122,8 @@ pub enum Event {
     LeftMap,
     /// A comparator tripped: that of this phase, phase a where one serves all.
     Trip(Phase),
-    /// The ADC sampled: phase currents in A and the DC link's voltage in V as read by the drive.
-    Sample([f64; 3], f64),
-    /// What the drive read of its terminals in that sample, in V; only of a drive with dividers.
-    Terminals([f64; 3]),
+    /// The drive took a sample: all that it read.
+    Sample(Reading<f64>),
 }
 
 /// An observer that receives snapshots and events of a run.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use standstill_interface::Phase;
+use standstill_interface::{Phase, Reading, Sensed};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_sim::{Event, Snapshot, Trace};
 
@@ -53,12 +53,17 @@ fn pulses(trace: &Trace) -> Vec<Pulse> {
     runs.filter(|run| carries(&run[0])).filter_map(pulse).collect()
 }
 
+/// Returns the phase currents in A of a reading; none of what no sensor sees.
+fn seen(reading: &Reading<f64>) -> [Option<f64>; 3] {
+    Phase::ALL.map(|phase| (reading.sensed[phase] != Sensed::Hidden).then_some(reading.current[phase]))
+}
+
 impl Window<'_> {
-    /// Returns the drive's samples in the window: time in its unit, and current of each phase in A.
-    fn samples(&self) -> Vec<(f64, [f64; 3])> {
+    /// Returns the drive's samples in the window: time in its unit, and current of each phase in A, none of a hidden one.
+    fn samples(&self) -> Vec<(f64, [Option<f64>; 3])> {
         let within = |(time, event): &(f64, Event)| match event {
-            Event::Sample(current, _) if (self.from..=self.to).contains(time) => {
-                Some((self.place(*time), *current))
+            Event::Sample(reading) if (self.from..=self.to).contains(time) => {
+                Some((self.place(*time), seen(reading)))
             }
             _ => None,
         };
@@ -73,7 +78,7 @@ impl Window<'_> {
         }
         for (k, phase) in Phase::ALL.into_iter().enumerate() {
             let label = format!("i_{} as it is read", phase.letter());
-            let points = samples.iter().map(|(at, current)| (*at, current[k]));
+            let points = samples.iter().filter_map(|(at, current)| current[k].map(|read| (*at, read)));
             panel = panel.with(Layer::points(&label, Style::PHASES[k], points));
         }
         panel
@@ -81,11 +86,11 @@ impl Window<'_> {
 
     /// Adds the current out of the DC link: the sum over the legs whose upper side conducts.
     fn with_link(&self, panel: Panel) -> Panel {
-        let link =
-            |s: &Snapshot| -> f64 { (0..3).filter(|k| s.modes[*k].is_upper()).map(|k| s.current[k]).sum() };
         // Below the phases, of which it is one or a sum.
         let mut panel = panel;
-        panel.layers.insert(0, curve("out of the DC link", self.points(link), Style::Orange));
+        panel
+            .layers
+            .insert(0, curve("out of the DC link", self.points(Snapshot::link_current), Style::Orange));
         panel
     }
 }
@@ -211,7 +216,7 @@ fn first_pulses(runs: &[(String, Trace)]) -> Option<Panel> {
     let label = format!("i_{letter} (A), marks as read");
     let panel = firsts.iter().fold(Panel::new(axis, Axis::new(label)), |panel, (k, pulse)| {
         let (name, near) = (&runs[*k].0, near(*k, pulse));
-        let samples = near.samples().into_iter().map(|(at, current)| (at, current[phase]));
+        let samples = near.samples().into_iter().filter_map(|(at, current)| Some((at, current[phase]?)));
         panel.with(curve(name, near.points(|s| s.current[phase]), Style::nth(*k))).with(Layer::points(
             name,
             Style::nth(*k),
@@ -223,6 +228,7 @@ fn first_pulses(runs: &[(String, Trace)]) -> Option<Panel> {
 
 #[cfg(test)]
 mod tests {
+    use standstill_interface::Nanos;
     use standstill_inverter::{Conduction, Gate};
 
     use super::*;
@@ -244,19 +250,20 @@ mod tests {
                 speed: 0.0,
                 torque: 0.0,
                 modes: [Conduction::Blocked; 3],
+                comparator: None,
             }
         }));
         let gate = |time: f64, phase, gate| (time, Event::Gate(phase, gate));
         // In the wait legs are connected and opened again, and the drive reads noise.
         trace.events.extend([
             gate(100e-6, Phase::A, Gate::Low),
-            (300e-6, Event::Sample([0.01, -0.01, 0.0], 550.0)),
+            (300e-6, Event::Sample(Reading::measured(Nanos::ZERO, [0.01, -0.01, 0.0], 550.0))),
             gate(400e-6, Phase::A, Gate::Off),
             gate(BEGIN, Phase::A, Gate::High),
-            (BEGIN + 100e-6, Event::Sample([7.9, -8.1, 0.1], 550.0)),
+            (BEGIN + 100e-6, Event::Sample(Reading::measured(Nanos::ZERO, [7.9, -8.1, 0.1], 550.0))),
             gate(BEGIN + 100e-6, Phase::A, Gate::Off),
             gate(BEGIN + 1e-3, Phase::B, Gate::High),
-            (BEGIN + 1.1e-3, Event::Sample([0.1, 7.9, -8.1], 550.0)),
+            (BEGIN + 1.1e-3, Event::Sample(Reading::measured(Nanos::ZERO, [0.1, 7.9, -8.1], 550.0))),
         ]);
         trace
     }

@@ -191,7 +191,7 @@ fn law_trace_writes_waveforms_events_and_result() {
 
     let waveform = fs::read_to_string(out.join("waveform.csv")).expect("waveform.csv");
     let header = waveform.lines().next().expect("a header");
-    let columns = "t_s,i_a_A,i_b_A,i_c_A,v_a_V,v_b_V,v_c_V,theta_deg,mode_a,mode_b,mode_c,u_dc_V,omega_electrical_rad_per_s,torque_Nm,i_leg_a_A,i_leg_b_A,i_leg_c_A,run";
+    let columns = "t_s,i_a_A,i_b_A,i_c_A,v_a_V,v_b_V,v_c_V,theta_deg,mode_a,mode_b,mode_c,u_dc_V,omega_electrical_rad_per_s,torque_Nm,i_leg_a_A,i_leg_b_A,i_leg_c_A,i_link_A,run";
     assert_eq!(header, columns);
     let mut last = -1.0;
     for line in waveform.lines().skip(1) {

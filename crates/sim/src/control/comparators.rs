@@ -10,7 +10,7 @@ use crate::guard::Levels;
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
 use crate::sensing::{Comparator, ComparatorSettings, Comparators, Input};
-use crate::trace::Event;
+use crate::trace::{ComparatorState, Event};
 use crate::{Draws, Purpose};
 
 /// The comparators of one run.
@@ -56,6 +56,16 @@ impl<'a> Watching<'a> {
     /// The trip in the present command.
     pub fn capture(&self) -> Option<Capture> {
         self.capture
+    }
+
+    /// What they do, for an observer.
+    pub fn state(&self) -> ComparatorState {
+        match self.threshold {
+            _ if self.capture.is_some() => ComparatorState::Tripped,
+            None if self.settings.trip == 0.0 => ComparatorState::Idle,
+            _ if self.wakes != NEVER => ComparatorState::Blanked,
+            _ => ComparatorState::Watching,
+        }
     }
 
     /// Whether a first stage that may trip has still to be followed by what comes after it.

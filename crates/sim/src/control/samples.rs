@@ -136,10 +136,7 @@ impl<'a> Control<'a> {
             reading.capture = watching.capture();
         }
         if self.probe.is_some() {
-            self.event(time * 1e-9, Event::Sample(reading.current.0, reading.dc_link));
-            if self.case.sensors.settings.terminal.is_some() {
-                self.event(time * 1e-9, Event::Terminals(reading.terminal.0));
-            }
+            self.event(time * 1e-9, Event::Sample(reading));
         }
         self.readings.push(reading);
         self.next_trigger();

@@ -212,6 +212,7 @@ impl<'a> Control<'a> {
             speed: here.state.speed.get(lane),
             torque: self.torque(bank, here),
             modes,
+            comparator: self.comparators.as_ref().map(super::comparators::Watching::state),
         }
     }
 

@@ -52,7 +52,7 @@ pub fn numerical_error(single: &Single) -> Result<NumericalError, SettingsError>
         let by = if refereed { referee } else { run };
         let run = by(&case, &mut detector, false, &mut trace);
         let samples = trace.events.iter().filter_map(|(time, event)| match event {
-            Event::Sample(current, _) => Some((*time, *current)),
+            Event::Sample(reading) => Some((*time, reading.current.0)),
             _ => None,
         });
         Ok((run, samples.collect()))
