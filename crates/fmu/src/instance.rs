@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use standstill_interface::{Sensed, choice};
+use standstill_interface::abi::sensed_code;
+use standstill_interface::choice;
 use standstill_scenario::{Document, FileError, Origin};
 use toml::Value;
 
@@ -332,16 +333,17 @@ fn sampled(rig: &Rig, of: Sampled) -> f64 {
     let reading = &rig.reading;
     match of {
         Sampled::Current(k) => reading.current.0[k],
-        Sampled::Sensed(k) => match reading.sensed.0[k] {
-            Sensed::Measured => 0.0,
-            Sensed::Derived => 1.0,
-            Sensed::Clipped => 2.0,
-            Sensed::Hidden => 3.0,
-        },
+        Sampled::Sensed(k) => sensed_code(reading.sensed.0[k]).into(),
         Sampled::Count(k) => reading.counts.current.0[k].into(),
         Sampled::Link => reading.dc_link,
         Sampled::LinkCount => reading.counts.dc_link.into(),
         Sampled::LinkClipped => f64::from(u8::from(reading.dc_link_clipped)),
+        Sampled::LinkCurrent => reading.link_current,
+        Sampled::LinkCurrentSensed => sensed_code(reading.link_sensed).into(),
+        Sampled::LinkCurrentCount => reading.counts.link_current.into(),
+        Sampled::Terminal(k) => reading.terminal.0[k],
+        Sampled::TerminalSensed(k) => sensed_code(reading.terminal_sensed.0[k]).into(),
+        Sampled::TerminalCount(k) => reading.counts.terminal.0[k].into(),
     }
 }
 
@@ -354,5 +356,6 @@ fn truth(rig: &Rig, of: Truth) -> f64 {
         Truth::Angle => now.angle,
         Truth::Speed => now.speed,
         Truth::Torque => now.torque,
+        Truth::LinkCurrent => now.link_current(),
     }
 }

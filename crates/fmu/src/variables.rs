@@ -2,7 +2,7 @@
 
 mod draws;
 
-use standstill_detect::{Method, longest_dead_time};
+use standstill_detect::{Method, Source, longest_dead_time};
 use standstill_interface::Nanos;
 use standstill_plant::Motor;
 use standstill_quantity::rounded;
@@ -72,6 +72,18 @@ pub enum Sampled {
     LinkCount,
     /// Whether that is at an end of its range.
     LinkClipped,
+    /// Current of the shunt in the DC link.
+    LinkCurrent,
+    /// Where that comes from.
+    LinkCurrentSensed,
+    /// The converter's code of it.
+    LinkCurrentCount,
+    /// Voltage of a terminal behind its divider.
+    Terminal(usize),
+    /// Where that comes from.
+    TerminalSensed(usize),
+    /// The converter's code of it.
+    TerminalCount(usize),
 }
 
 /// See [`Role::True`].
@@ -89,6 +101,8 @@ pub enum Truth {
     Speed,
     /// Electromagnetic torque.
     Torque,
+    /// Current from the DC link into the bridge.
+    LinkCurrent,
 }
 
 /// A variable.
@@ -197,6 +211,8 @@ pub(crate) fn variables(
     if part == Part::Drive {
         let about = "Ticks once a period of the PWM: legs take effect, and what was sampled is there";
         all.push(Variable::new("pwm", about, Kind::Clock, Role::Clock));
+        // Value references of what was there before stay as they are: further variables come last.
+        all.extend(further(scenario));
     }
     all
 }
@@ -262,6 +278,34 @@ fn truth(part: Part) -> Vec<Variable> {
     all.push(output("angle", "Electrical angle of the rotor, not wrapped", Truth::Angle, "rad"));
     all.push(output("speed", "Electrical speed of the rotor", Truth::Speed, "rad/s"));
     all.push(output("torque", "Electromagnetic torque, cogging included", Truth::Torque, "N m"));
+    all
+}
+
+/// Readings of sensors that not every drive has, and the current that a shunt in the link would see.
+fn further(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
+    let output = |name: &str, about: &str, kind, of| Variable::new(name, about, kind, Role::Sampled(of));
+    let kinds = "0 measured, 2 at the end of its converter's range, 3 not seen";
+    let about = "Current from the DC link into the bridge";
+    let current = Variable::new("true.i_link", about, Kind::Real, Role::True(Truth::LinkCurrent));
+    let mut all = vec![current.unit("A")];
+    let sources = scenario.sources();
+    if sources.contains(&Source::LinkCurrent) {
+        let about = "Current of the shunt in the DC link, as the drive sees it";
+        all.push(output("sampled.i_link", about, Kind::Real, Sampled::LinkCurrent).unit("A"));
+        let about = "Code of the converter of the shunt in the DC link; 0 where there is none";
+        all.push(output("count.i_link", about, Kind::Integer, Sampled::LinkCurrentCount));
+        let about = format!("Current of the shunt in the DC link: {kinds}");
+        all.push(output("sensed.i_link", &about, Kind::Integer, Sampled::LinkCurrentSensed));
+    }
+    if sources.contains(&Source::Terminals) {
+        let about = "Voltage of terminal {} against the negative rail, as the drive sees it";
+        let voltages = phases("sampled.u", about, Kind::Real, |k| Role::Sampled(Sampled::Terminal(k)));
+        all.extend(voltages.map(|voltage| voltage.unit("V")));
+        let about = "Code of the converter of terminal {}; 0 where there is none";
+        all.extend(phases("count.u", about, Kind::Integer, |k| Role::Sampled(Sampled::TerminalCount(k))));
+        let about = format!("Voltage of terminal {{}}: {kinds}");
+        all.extend(phases("sensed.u", &about, Kind::Integer, |k| Role::Sampled(Sampled::TerminalSensed(k))));
+    }
     all
 }
 

@@ -80,10 +80,23 @@ fn set_legs(slave: &Slave, n: u32) {
 /// What `standstill trace` shows of the same trial under the same commands, and what the sensors said.
 #[test]
 fn cross_samples_and_truth_are_those_of_a_trace() {
-    let unpacked = unpacked(FIELD, Part::Drive);
+    traced("");
+}
+
+/// Of a drive with one shunt in the DC link, and with dividers at its terminals.
+#[test]
+fn cross_currents_of_the_link_and_voltages_of_terminals_are_those_of_a_trace() {
+    traced(
+        "\ndetector.method = \"bipolar\"\nsensors.arrangement = \"dc-link-shunt\"\nsensors.terminals = true",
+    );
+}
+
+fn traced(sensors: &str) {
+    let text = format!("{FIELD}{sensors}");
+    let unpacked = unpacked(&text, Part::Drive);
     let parameters =
         [("trial", 5.0), ("sample_at", 0.5), ("inverter.dead_time", 3e-6), ("sensors.noise", 0.02)];
-    let text = format!("{FIELD}\ninverter.dead_time = 3e-6\nsensors.noise = 0.02");
+    let text = format!("{text}\ninverter.dead_time = 3e-6\nsensors.noise = 0.02");
     let plan = Plan::new(Document::parse(Path::new("s.toml"), &text).expect("TOML")).expect("valid");
     let scenario = plan.scenario(0).expect("valid");
     assert_eq!(scenario.drive.carrier_period, PERIOD);
@@ -99,12 +112,13 @@ fn cross_samples_and_truth_are_those_of_a_trace() {
         assert_eq!(samples.len(), steps as usize);
         let length = if whole { 80e-6 } else { 40e-6 };
         assert_eq!(slave.get("true.angle"), trace.snapshots[0].angle);
-        let mut largest = 0.0_f64;
+        let (mut largest, mut seen_of_link) = (0.0_f64, 0.0_f64);
         for n in 0..steps {
             set_legs(&slave, n);
             let time = f64::from(n) * length;
             assert_eq!(slave.step(time, f64::from(n + 1) * length - time), 0, "{}", slave.said());
-            let (_, Event::Sample(current, link)) = samples[n as usize] else { unreachable!() };
+            let (_, Event::Sample(seen)) = samples[n as usize] else { unreachable!() };
+            let (current, link) = (seen.current.0, seen.dc_link);
             let reading = &script.1[n as usize];
             for (k, phase) in ["a", "b", "c"].iter().enumerate() {
                 let sampled = slave.get(&format!("sampled.i_{phase}"));
@@ -114,14 +128,33 @@ fn cross_samples_and_truth_are_those_of_a_trace() {
             }
             assert!((slave.get("sampled.u_dc") - link).abs() < 1e-9);
             assert_eq!(slave.get("count.u_dc"), f64::from(reading.counts.dc_link));
+            if !sensors.is_empty() {
+                further(&slave, reading);
+                seen_of_link = seen_of_link.max(reading.link_current.abs());
+            }
             let end = f64::from(n + 1) * length;
             let there = trace.snapshots.iter().rfind(|there| (there.time - end).abs() < 1e-12).expect("one");
             assert_eq!(slave.get("true.i_a"), there.current[0], "{n}");
             assert_eq!(slave.get("true.angle"), there.angle, "{n}");
             assert_eq!(slave.get("true.torque"), there.torque, "{n}");
+            assert_eq!(slave.get("true.i_link"), there.link_current(), "{n}");
         }
+        assert!(sensors.is_empty() || seen_of_link > 0.3, "{seen_of_link} A in the link");
         assert!(largest > 0.3 && slave.get("true.speed") != 0.0, "{largest}: something must happen");
     }
+}
+
+/// The readings that not every drive has.
+fn further(slave: &Slave, reading: &Reading<f64>) {
+    assert!((slave.get("sampled.i_link") - reading.link_current).abs() < 1e-9);
+    assert_eq!(slave.get("count.i_link"), f64::from(reading.counts.link_current));
+    assert_eq!(slave.get("sensed.i_link"), 0.0, "{reading:?}");
+    for (k, phase) in ["a", "b", "c"].iter().enumerate() {
+        assert!((slave.get(&format!("sampled.u_{phase}")) - reading.terminal.0[k]).abs() < 1e-9);
+        assert_eq!(slave.get(&format!("count.u_{phase}")), f64::from(reading.counts.terminal.0[k]));
+        assert_eq!(slave.get(&format!("sensed.u_{phase}")), 0.0);
+    }
+    assert!(reading.counts.terminal.0.iter().any(|count| *count > 0), "{reading:?}");
 }
 
 #[test]
