@@ -24,7 +24,7 @@ use crate::command::{beside, host};
 use crate::table::Table;
 
 /// Columns of the readings.
-const COLUMNS: usize = 6;
+const COLUMNS: usize = 12;
 
 /// The largest angle that a detector may name, either way.
 const MOST_DEGREES: f64 = 1e6;
@@ -147,13 +147,17 @@ fn evidence(answer: &Bound<'_, PyAny>) -> PyResult<Option<PoleEvidence<f64>>> {
     }
 }
 
-/// A row for each reading: time, three currents, DC link, and whether one of them was clipped.
+/// A row for each reading: time, three currents, DC link, whether one of all was clipped, the current of the DC link, three
+/// terminals, the timer's ticks of a trip and the number of its comparator; NaN for what is not seen or has not tripped.
 fn array<'py>(py: Python<'py>, readings: &[Reading<f64>]) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let mut cells = Vec::with_capacity(readings.len() * COLUMNS);
     for reading in readings {
-        let seen =
-            |k: usize| if reading.sensed.0[k] == Sensed::Hidden { f64::NAN } else { reading.current.0[k] };
-        let clipped = reading.dc_link_clipped || reading.sensed.0.contains(&Sensed::Clipped);
+        let of = |value: f64, sensed: Sensed| if sensed == Sensed::Hidden { f64::NAN } else { value };
+        let seen = |k: usize| of(reading.current.0[k], reading.sensed.0[k]);
+        let terminal = |k: usize| of(reading.terminal.0[k], reading.terminal_sensed.0[k]);
+        let all = reading.sensed.0.into_iter().chain(reading.terminal_sensed.0).chain([reading.link_sensed]);
+        let clipped = reading.dc_link_clipped || all.into_iter().any(|sensed| sensed == Sensed::Clipped);
+        let capture = reading.capture;
         cells.extend([
             reading.at.seconds(),
             seen(0),
@@ -161,6 +165,12 @@ fn array<'py>(py: Python<'py>, readings: &[Reading<f64>]) -> PyResult<Bound<'py,
             seen(2),
             reading.dc_link,
             f64::from(u8::from(clipped)),
+            of(reading.link_current, reading.link_sensed),
+            terminal(0),
+            terminal(1),
+            terminal(2),
+            capture.map_or(f64::NAN, |capture| capture.ticks.into()),
+            capture.map_or(f64::NAN, |capture| f64::from(capture.comparator as u8)),
         ]);
     }
     let cells = Array2::from_shape_vec((readings.len(), COLUMNS), cells);
@@ -228,7 +238,8 @@ fn command(py: Python<'_>, drive: &Bound<'_, PyAny>) -> PyResult<Command<f64>> {
         interval: time("an interval", pyo3::intern!(py, "interval"))?,
         count: drive.getattr(pyo3::intern!(py, "count"))?.extract()?,
     };
-    let command = Command { stage: stage(py, first)?, then, sampling, threshold: None };
+    let threshold: Option<f64> = drive.getattr(pyo3::intern!(py, "until"))?.extract()?;
+    let command = Command { stage: stage(py, first)?, then, sampling, threshold };
     Guard::possible(&command).map_err(PyValueError::new_err)?;
     Ok(command)
 }

@@ -43,6 +43,10 @@ class Drive:
     interval: float = 0.0
     #: How many samples.
     count: int = 1
+    #: A threshold in A: the first stage ends when a comparator of the drive trips there, at the latest after its duration. It
+    #: needs a drive with a timer behind comparators (``sensors.timer``); its legs are "off", "low" or "high", and ``first``
+    #: counts from its end. None: it lasts its duration.
+    until: float | None = None
 
 
 @dataclass(frozen=True)
@@ -84,9 +88,11 @@ class Failed:
 class Detector(Protocol):
     """A detector: a class without arguments, of which each trial gets an object of its own.
 
-    ``step`` gets the readings of its last command, a row for each sample: time in s from the begin of the command, the
-    currents of phases a, b, c in A (NaN where no sensor sees one), the DC link in V, and 1 where a value was clipped by its
-    converter, else 0. The first call gets none. It returns a :class:`Drive`, or how
+    ``step`` gets the readings of its last command, a row for each sample: time in s from the begin of the command (with
+    ``until``, from the end of its first stage), the currents of phases a, b, c in A, the DC link in V, 1 where a value was
+    clipped by its converter, else 0, the current of a shunt in the DC link in A, the voltages of the three terminals in V, the
+    ticks of the timer at which a comparator tripped, and the comparator's leg (0 to 2). NaN stands for what no sensor sees and
+    for a comparator that has not tripped. Later versions append columns. The first call gets none. It returns a :class:`Drive`, or how
     the detection ends: :class:`Found`, :class:`Axis` or :class:`Failed`.
     """
 

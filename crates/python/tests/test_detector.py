@@ -132,6 +132,25 @@ def test_law_what_no_sensor_sees_is_nan_and_what_is_beyond_the_range_is_marked()
     assert read[5] == 1.0 and read[1] == pytest.approx(1.0, abs=0.1) and not np.isnan(read[1:4]).any()
 
 
+def test_law_a_pulse_until_a_threshold_ends_there_and_its_time_is_captured():
+    sensors = "errors = 'none'\n[sensors]\narrangement = 'dc-link-shunt'\nterminals = true\ntimer = '0.32 us'\n"
+    until = st.Drive([st.Stage(("high", "low", "low"), 3e-4), st.Stage(OFF, REST)], until=2.5)
+    read = readings(until, sensors)[0]
+    # Time, three currents, link, clipped, current of the shunt, three terminals, ticks, comparator.
+    assert read.shape == (12,) and read[0] == 0.0 and read[6] == pytest.approx(2.5, abs=0.02) and read[1] == read[6]
+    assert np.isnan(read[2:4]).all() and read[7] > 500.0 and abs(read[8]) < 10.0 and read[11] == 0.0
+    # The same pulse for as long as that took reads the same current.
+    ticks = read[10]
+    assert ticks == round(ticks) and 10 < ticks < 900
+    first = ticks * 0.32e-6
+    timed = st.Drive([st.Stage(("high", "low", "low"), 3e-4), st.Stage(OFF, REST)], first=first)
+    again = readings(timed, sensors)[0]
+    assert again[6] == pytest.approx(2.5, abs=0.02) and np.isnan(again[10:]).all()
+    # A drive that has none of it says so.
+    plain = readings(timed)[0]
+    assert np.isnan(plain[6:]).all()
+
+
 def test_law_an_angle_that_it_names_is_judged():
     def results(end):
         return st.run("trials = 4\nrotor.angle = 70", detector=lambda: Watches(st.Drive([st.Stage(OFF, 1e-3)]), [], end))
@@ -174,6 +193,9 @@ def test_law_what_speaks_for_a_pole_stands_in_the_table():
         (lambda: st.Drive([st.Stage(OFF, 1e-3)], first=2e-3), ValueError, "a sample at 2000000 ns of a command of 1000000 ns"),
         (lambda: st.Drive([st.Stage(OFF, 1e-3)], interval=1e-9, count=2_000_000), ValueError, "with 2000000 samples, more than 1048576"),
         (lambda: st.Drive([st.Stage(OFF, 0.0)]), ValueError, "a command without duration"),
+        (lambda: st.Drive([st.Stage(OFF, 1e-3)] * 2, until=-1.0), ValueError, "a command until -1 A, not until a finite current"),
+        (lambda: st.Drive([st.Stage((0.5, "low", "low"), 1e-3)] * 2, until=1.0), ValueError, "whose first stage leg a switches"),
+        (lambda: st.Drive([st.Stage(OFF, 1e-3)] * 2, first=2e-3, until=1.0), ValueError, "a sample at 2000000 ns after a trip"),
         (lambda: st.Found(2e6), ValueError, "an angle of 2000000: needed a number of degrees from -1000000 to 1000000"),
     ],
 )
