@@ -107,3 +107,60 @@ fn law_a_turn_that_counts_before_the_current_has_settled_names_many_times_the_wr
     // Without dead time a current that flows on costs a hundredth of itself a period.
     assert_eq!(wrong_of("none", "begin = \"back\"\nignore = 0\n"), 0);
 }
+
+/// Both take the same trials: motors, comparators, timers and noise are the same, and the same currents flow.
+#[test]
+fn cross_six_pulses_as_an_application_note_writes_them_agree_with_the_method() {
+    let (folder, _) = example("six_pulse.c");
+    let drive = "sensors.timer = \"0.32 us\"\nsensors.comparators = \"common\"\n";
+    for errors in ["default", "field"] {
+        let text = |detector: &str| {
+            format!("motor = \"paper-5k5\"\nerrors = \"{errors}\"\n{drive}[detector]\n{detector}\n")
+        };
+        let of = |detector: &str| records(&plan(&folder, &text(detector)).expect("valid"), 0..300);
+        let (in_c, method) = (of("library = \"mine.so\""), of("method = \"six-pulse\""));
+        assert_eq!((wrong(&in_c), wrong(&method)), (0, 0), "{errors}");
+        let named =
+            |records: &[Record]| records.iter().filter(|record| record.verdict() == Verdict::Found).count();
+        let mut most = 0.0_f64;
+        for (ours, theirs) in in_c.iter().zip(&method) {
+            let (Some(one), Some(other)) = (ours.axis_deg(), theirs.axis_deg()) else {
+                panic!("{}: {} and {}", ours.trial, ours.reason(), theirs.reason())
+            };
+            // Axes are apart by at most a quarter of a turn.
+            let apart = (one - other).rem_euclid(180.0);
+            most = most.max(apart.min(180.0 - apart));
+        }
+        println!(
+            "{errors}: axes at most {most:.3}° apart, worst axes {:.3}° and {:.3}°; {} and {} of {} poles named",
+            worst_axis(&in_c),
+            worst_axis(&method),
+            named(&in_c),
+            named(&method),
+            in_c.len()
+        );
+        assert!(most < 1.0 && worst_axis(&in_c) < 1.0, "{errors}: {most}°, {}°", worst_axis(&in_c));
+        assert!(named(&in_c) * 100 >= 99 * in_c.len(), "{errors}: {} poles named", named(&in_c));
+    }
+}
+
+/// Without current there is no trip, and without a timer no detector.
+#[test]
+fn law_six_pulses_say_what_they_lack() {
+    let (folder, _) = example("six_pulse.c");
+    let text = |drive: &str, config: &str| {
+        format!(
+            "motor = \"paper-5k5\"\n{drive}\n[detector]\nlibrary = \"mine.so\"\n[detector.config]\n{config}\n"
+        )
+    };
+    let refused = plan(&folder, &text("", "")).expect_err("no timer").to_string();
+    assert!(
+        refused.contains("six pulses with a timer refused: this drive captures no time: sensors.timer"),
+        "{refused}"
+    );
+    let timer = "sensors.timer = \"0.32 us\"";
+    let short = records(&plan(&folder, &text(timer, "longest_us = 5")).expect("valid"), 0..2);
+    assert!(
+        short.iter().all(|record| record.reason() == "a pulse whose current did not reach the threshold")
+    );
+}
