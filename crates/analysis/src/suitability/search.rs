@@ -146,7 +146,8 @@ impl Bench<'_> {
     fn pulses(&self, plain: &Setting, strength: Strength, found: &mut Found) -> Result<(), SuitabilityError> {
         let detector = self.scenario(plain, Rotor::Locked)?.detector;
         let adaptive = detector.is_adaptive();
-        let usual = detector.get(&standstill_detect::keys::ROUNDS).map_or(1.0, standstill_detect::Value::number);
+        let usual =
+            detector.get(&standstill_detect::keys::ROUNDS).map_or(1.0, standstill_detect::Value::number);
         let Strength { key, first, dead, text, shares } = strength;
         let largest = if self.is_set(key) {
             None

@@ -320,7 +320,7 @@ mod tests {
                     columns
                         .iter()
                         .zip(row)
-                        .map(|(column, value)| (column.name.to_string(), kept(value)))
+                        .map(|(column, value)| (column.name.clone(), kept(value)))
                         .collect(),
                 );
                 Ok(())
