@@ -44,8 +44,12 @@ impl Entry {
         informative(self.bound?.scheme_deg)
     }
 
-    /// Returns the limit divided by the measured rms error: 1 for an efficient method. None without a limit or without noise.
+    /// Returns the limit divided by the measured rms error: 1 for an efficient method. None without a limit or without noise, and of
+    /// answers that are sectors.
     pub fn efficiency(&self) -> Option<f64> {
+        if self.summary.sectors.is_some() {
+            return None;
+        }
         let efficiency = self.limit()? / self.summary.rms_deg.value;
         (efficiency.is_finite() && efficiency > 0.0).then_some(efficiency)
     }

@@ -17,7 +17,7 @@ pub enum Event {
     WrongPole,
     /// The readings favour the wrong pole, whether or not their evidence suffices for a decision.
     WrongEvidence,
-    /// The axis error exceeds this bound in degrees. Starts without an axis do not count: they are neither this event nor
+    /// The axis error exceeds this bound in degrees; of a sector, what is beyond it. Starts without an axis do not count: they are neither this event nor
     /// `undetermined`.
     Error(f64),
     /// The detector found an axis without a pole.
@@ -171,9 +171,7 @@ impl Event {
             Self::WrongEvidence => {
                 evidence(&outcome, run.end_angle).map_or(f64::NEG_INFINITY, |(wrong, _)| wrong)
             }
-            Self::Error(bound) => {
-                record.axis_error_deg().map_or(f64::NEG_INFINITY, |error| error.abs() - bound)
-            }
+            Self::Error(bound) => beyond_sector(record).map_or(f64::NEG_INFINITY, |error| error - bound),
             Self::Undetermined => {
                 let happened = record.verdict() == Verdict::Undetermined;
                 let found = evidence(&outcome, run.end_angle);
@@ -188,6 +186,12 @@ impl Event {
         };
         if value.is_nan() { f64::NEG_INFINITY } else { value }
     }
+}
+
+/// Returns the magnitude of the axis error in degrees, less half the width of a sector that the answer names: below zero inside it, so
+/// that starts come nearer to its border.
+fn beyond_sector(record: &Record) -> Option<f64> {
+    Some(record.axis_error_deg()?.abs() - record.half_sector_deg().unwrap_or(0.0))
 }
 
 /// Limits a distance to the side of zero on which the start is: above zero if the event happened, else zero or less.

@@ -16,7 +16,7 @@ use crate::bracket::{Look, Verdict, forecast_trials};
 /// of 90° in the rms, as an error beyond every bound, as a wrong pole, and as infinite movement, duration and current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// Root mean square of the axis error in degrees.
+    /// Root mean square of the axis error in degrees; of answers that are sectors, here and below, of what is beyond the sector named.
     Rms,
     /// 95th percentile of the magnitude of the axis error in degrees.
     P95,
@@ -91,9 +91,9 @@ impl Measure {
         let unless = |value: f64| if answered { value } else { f64::INFINITY };
         let flag = |is: bool| unless(f64::from(u8::from(is)));
         match self {
-            Self::Rms => unless(record.axis_error_deg().unwrap_or(f64::INFINITY)),
-            Self::P95 | Self::P99 => unless(record.axis_error_deg().map_or(f64::INFINITY, f64::abs)),
-            Self::Beyond(bound) => flag(record.error_deg().is_none_or(|error| error.abs() > bound)),
+            Self::Rms => unless(record.axis_miss_deg().unwrap_or(f64::INFINITY)),
+            Self::P95 | Self::P99 => unless(record.axis_miss_deg().map_or(f64::INFINITY, f64::abs)),
+            Self::Beyond(bound) => flag(record.miss_deg().is_none_or(|error| error.abs() > bound)),
             Self::WrongPoles => flag(record.pole_correct() == Some(false)),
             Self::Undetermined | Self::Failed => flag(false),
             Self::Moved => unless(record.rotor_moved_deg()),

@@ -24,7 +24,7 @@ use standstill_sim::{Purpose, Streams, Tape};
 use crate::{Halt, System, Watch};
 use chains::Level;
 use moves::Widths;
-pub(crate) use moves::of_samples;
+pub(crate) use moves::{SAMPLED, of_samples};
 use population::{Population, State};
 
 /// Shares of the plain trials at which the curve has points, so that its probable part is drawn too.

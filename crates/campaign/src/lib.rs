@@ -19,8 +19,8 @@ pub use campaign::{Campaign, CampaignError};
 pub use numerics::NUMERICS;
 pub use plan::Glance;
 pub use statistics::{
-    Apart, Estimate, Judgement, Occurrence, Statistics, Summary, binomial_interval, correlated_difference,
-    independent_difference, paired_difference, paired_rms, quantile_ranks, student,
+    Apart, Estimate, Judgement, Occurrence, Sectors, Statistics, Summary, binomial_interval,
+    correlated_difference, independent_difference, paired_difference, paired_rms, quantile_ranks, student,
 };
 
 /// The examples of the README run too.

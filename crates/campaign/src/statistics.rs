@@ -1,13 +1,15 @@
 //! Statistics with their uncertainty.
 //!
 //! Errors are those of the axis, in (−90, 90]°; a wrong pole is counted by itself, because half a turn is not a
-//! large angle error but another kind of failure. All intervals are at 95 %.
+//! large angle error but another kind of failure. Of answers that are sectors the error is what lies beyond the sector named. All
+//! intervals are at 95 %.
 
 mod binomial;
 mod judged;
 mod merge;
 mod quantiles;
 mod rms;
+mod sectors;
 mod student;
 mod sum;
 #[cfg(test)]
@@ -20,12 +22,13 @@ use serde::{Deserialize, Serialize};
 pub use self::judged::{Apart, Judgement};
 use self::quantiles::Magnitudes;
 use self::rms::root_mean_square;
+pub use self::sectors::Sectors;
 pub use self::student::student;
 use self::sum::Sum;
 use crate::store::Row;
 use standstill_numeric::rank;
 pub use standstill_quantity::Estimate;
-use standstill_scenario::{Record, Verdict};
+use standstill_scenario::{Record, Verdict, miss_deg};
 
 /// How often something happened.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -145,6 +148,9 @@ pub struct Statistics {
     /// Sums of the errors' first, second, fourth and sixth powers.
     powers: [Sum; 4],
     magnitudes: Magnitudes,
+    /// Counts of answers that are sectors. Journals have them behind the statistics, so that those of before can be read.
+    #[serde(skip)]
+    pub(crate) sectors: Option<Sectors>,
 }
 
 impl Default for Statistics {
@@ -206,6 +212,10 @@ pub struct Summary {
     pub mean_duration_s: f64,
     /// Largest current in A.
     pub peak_current_a: f64,
+    /// Counts of answers that are sectors; none where no answer is one. All errors above are then those beyond the sector that was
+    /// named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sectors: Option<Sectors>,
 }
 
 impl Statistics {
@@ -228,6 +238,7 @@ impl Statistics {
             peak_current: 0.0,
             powers: [const { Sum::new() }; 4],
             magnitudes: Magnitudes::default(),
+            sectors: None,
         }
     }
 
@@ -238,14 +249,19 @@ impl Statistics {
 
     /// Adds a record as it was stored.
     pub fn add_row(&mut self, row: &Row) {
-        self.add_outcome(row.verdict, row.pole_correct, row.axis_error_deg);
+        let half = row.half_sector_deg;
+        let beyond = |error: Option<f64>| error.map(|error| miss_deg(error, half));
+        self.add_outcome(row.verdict, row.pole_correct, beyond(row.axis_error_deg));
         self.moved = self.moved.max(row.rotor_moved_deg);
         self.duration.add(row.duration_s);
         self.peak_current = self.peak_current.max(row.peak_current_a);
         if !row.kind.is_empty() {
             *self.reasons.entry(row.kind.clone()).or_default() += 1;
         }
-        self.beyond_limit += u64::from(row.error_deg.is_some_and(|e| e.abs() > self.limit_deg));
+        self.beyond_limit += u64::from(beyond(row.error_deg).is_some_and(|e| e.abs() > self.limit_deg));
+        if let (Some(half), Some(error)) = (half, row.error_deg) {
+            self.sectors.get_or_insert_default().add(half, error, self.limit_deg);
+        }
     }
 
     /// Adds a trial of which only its outcome is known: the error of its axis in degrees, if it has one, and whether the pole that
@@ -328,6 +344,7 @@ impl Statistics {
             max_moved_deg: self.moved,
             mean_duration_s: self.duration.value() / self.trials as f64,
             peak_current_a: self.peak_current,
+            sectors: self.sectors,
         }
     }
 }

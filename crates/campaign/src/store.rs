@@ -7,6 +7,7 @@
 //! The files are made from the journal alone. So they are the same however often the run was interrupted, and those of
 //! shards that were merged are those of a single run. A run may keep statistics alone ([`Tally`]), which add up exactly.
 
+mod block;
 mod earlier;
 mod identity;
 mod journal;

@@ -2,7 +2,7 @@
 
 mod points;
 
-use standstill_campaign::{Estimate, Summary, binomial_interval};
+use standstill_campaign::{Estimate, Sectors, Summary, binomial_interval};
 pub use standstill_quantity::fixed;
 use standstill_quantity::{at_most, magnitude, number as rounded};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
@@ -117,10 +117,11 @@ pub fn figures(s: &Summary, open: bool) -> Table {
         _ => (Tone::Good, share(0, &s.wrong_pole_probability)),
     };
     let line = |name: &str, value: String| (Tone::Neutral, vec![name.to_owned(), value]);
-    let beyond = format!("angle off by > {}°", s.limit_deg);
+    let of = if s.sectors.is_some() { " beyond the sector" } else { "" };
+    let beyond = format!("angle off by > {}°{of}", s.limit_deg);
     let errors = (s.errors > 0).then(|| line("simulation errors", s.errors.to_string()));
     let lines = [
-        line("rms axis error", format!("{}° over {} axes", s.rms_deg, s.axes)),
+        line("rms axis error", format!("{}° over {} axes{of}", s.rms_deg, s.axes)),
         line("mean axis error", format!("{}°", s.bias_deg)),
         line("median", format!("{}°", s.p50_deg)),
         line("95th percentile", format!("{}°", s.p95_deg)),
@@ -136,7 +137,40 @@ pub fn figures(s: &Summary, open: bool) -> Table {
     ];
     Table::new([Column::word(""), Column::word("").judged()])
         .captioned(format!("Monte Carlo: {} {trials}, [95 % intervals]", s.trials))
-        .judged(lines.into_iter().chain(errors))
+        .judged(
+            lines
+                .into_iter()
+                .chain(s.sectors.into_iter().flat_map(|of| sector_lines(&of, s.limit_deg)))
+                .chain(errors),
+        )
+}
+
+/// Returns the lines of answers that are sectors, by where the rotor stood. The next sector within the limit of its border counts
+/// as right: there the readings of both are alike.
+fn sector_lines(of: &Sectors, limit_deg: f64) -> [(Tone, Vec<String>); 4] {
+    let counted = |count: u64| share(count, &binomial_interval(count, of.named));
+    let width = 2.0 * of.half_width_deg;
+    let line = |tone: Tone, name: String, count: u64| (tone, vec![name, counted(count)]);
+    let bad = |count: u64| if count > 0 { Tone::Bad } else { Tone::Neutral };
+    [
+        line(Tone::Neutral, format!("right sector of {width:.0}°"), of.right),
+        line(Tone::Neutral, format!("next sector, border within {limit_deg}°"), of.at_border),
+        line(bad(of.next), "next sector, further from its border".to_owned(), of.next),
+        line(bad(of.further), "sector further away".to_owned(), of.further),
+    ]
+}
+
+/// Returns the sentence on answers that are sectors.
+pub fn sectors_in_words(of: &Sectors, limit_deg: f64) -> String {
+    let percent = |count: u64| percent(&binomial_interval(count, of.named));
+    format!(
+        "sectors of {:.0}°: {} % right, {} % the next one with its border within {limit_deg}°, {} % the next one otherwise, {} % further away",
+        2.0 * of.half_width_deg,
+        percent(of.right),
+        percent(of.at_border),
+        percent(of.next),
+        percent(of.further)
+    )
 }
 
 /// Returns the decimals of a value that the ends of its interval support.
@@ -147,6 +181,7 @@ pub fn decimals_of([value, low, high]: [f64; 3]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shell::table::Print as _;
 
     #[test]
     fn law_points_that_answer_are_better_than_points_that_do_not() {
@@ -160,6 +195,28 @@ mod tests {
         assert_eq!(rank(&of(1000, 2.0), &of(1000, 0.1), false), std::cmp::Ordering::Greater);
         assert_eq!(rank(&of(0, f64::NAN), &of(0, 90.0), false), std::cmp::Ordering::Greater);
         assert!(right(&of(700, 0.1)) < GOOD && 1.0 - right(&of(700, 0.1)) > FAILING);
+    }
+
+    #[test]
+    fn law_answers_in_sectors_are_counted_in_lines_of_their_own() {
+        use standstill_campaign::Statistics;
+        let mut s = Statistics::default().summary();
+        let lines = |s: &Summary| figures(s, false).within(120, false);
+        assert!(!lines(&s).contains("sector"));
+        (s.trials, s.found) = (1000, 1000);
+        let sectors =
+            Sectors { half_width_deg: 30.0, named: 1000, right: 990, at_border: 7, next: 3, further: 0 };
+        s.sectors = Some(sectors);
+        let text = lines(&s);
+        for line in ["right sector of 60°", "990 (99.0 %)", "border within 2°", "beyond the sector"] {
+            assert!(text.contains(line), "{line} in\n{text}");
+        }
+        let said = sectors_in_words(&sectors, 2.0);
+        assert!(
+            said.starts_with("sectors of 60°: 99.0")
+                && said.contains("0.3 [0.1, 0.9] % the next one otherwise"),
+            "{said}"
+        );
     }
 
     #[test]

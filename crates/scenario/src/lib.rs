@@ -51,7 +51,7 @@ pub use keys::{Key, Range, Usual, Values, key, keys};
 pub use packed::Packed;
 pub use plan::Plan;
 pub use pole_rule::PoleRule;
-pub use record::{Record, TrialError, Verdict};
+pub use record::{Record, TrialError, Verdict, miss_deg};
 pub use rotor::{Memory, Rotor};
 pub use scenario::{Scenario, Specimen};
 pub use single::Single;

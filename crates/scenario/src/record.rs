@@ -98,6 +98,23 @@ impl Record {
         Some(if error > 90.0 { error - 180.0 } else { error })
     }
 
+    /// Returns half the width in degrees of the sector that the answer is the middle of; none if the answer is an angle.
+    pub fn half_sector_deg(&self) -> Option<f64> {
+        // From radians, without what the conversion rounds.
+        self.findings().half_sector.map(|half| (half.to_degrees() * 1e9).round() / 1e9)
+    }
+
+    /// Returns by how much the answer's axis misses the rotor's, in degrees with the sign of the error: the error of the axis, or of
+    /// a sector what of it is beyond half its width. None without an axis.
+    pub fn axis_miss_deg(&self) -> Option<f64> {
+        self.axis_error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
+    }
+
+    /// Returns by how much the answer's angle misses the rotor, as [`Self::axis_miss_deg`]; none without an angle.
+    pub fn miss_deg(&self) -> Option<f64> {
+        self.error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
+    }
+
     /// Returns true if the right pole was found; none without a pole. A motor without a magnet has no right pole.
     pub fn pole_correct(&self) -> Option<bool> {
         self.error_deg().map(|error| self.run.has_pole && error.abs() <= 90.0)
@@ -115,6 +132,19 @@ impl Record {
     pub fn rotor_moved_deg(&self) -> f64 {
         self.run.moved.to_degrees()
     }
+}
+
+/// Returns what of an error in degrees is beyond half the width of the sector that an answer names; all of it without a sector.
+///
+/// ```
+/// use standstill_scenario::miss_deg;
+///
+/// assert_eq!(miss_deg(-0.4, None), -0.4);
+/// // A sector of 60° is right within 30° of its middle.
+/// assert_eq!([-29.0, 31.5, -180.0].map(|error| miss_deg(error, Some(30.0))), [0.0, 1.5, -150.0]);
+/// ```
+pub fn miss_deg(error: f64, half_sector: Option<f64>) -> f64 {
+    half_sector.map_or(error, |half| (error.abs() - half).max(0.0).copysign(error))
 }
 
 /// Error of a trial that could not be run, because no detector or no machine can be made for it.

@@ -6,7 +6,7 @@ use standstill_scenario::keys;
 use standstill_sim::{Adc, Purpose, Tape};
 
 use crate::Trials;
-use crate::subset::of_samples;
+use crate::subset::{SAMPLED, of_samples};
 use crate::trials::Codes;
 
 /// A source of error: a key, and the draws whose spread it sets.
@@ -39,14 +39,11 @@ pub(super) struct Start {
 }
 
 /// Largest numbers of draws per trial that were read, of each of [`SAMPLED`].
-pub(crate) type Lengths = [usize; 4];
-
-const SAMPLED: [Purpose; 4] =
-    [Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter, Purpose::TerminalNoise];
+pub(crate) type Lengths = [usize; SAMPLED.len()];
 
 /// Returns the largest numbers of draws that trials read from any of these tapes.
 pub(crate) fn lengths<'t>(tapes: impl Iterator<Item = &'t mut Tape>) -> Lengths {
-    let mut most = [0; 4];
+    let mut most = [0; SAMPLED.len()];
     for tape in tapes {
         for strip in tape.strips().iter() {
             if let Some(place) = SAMPLED.iter().position(|purpose| *purpose == strip.purpose) {
@@ -108,6 +105,7 @@ impl Source {
                 Purpose::CurrentNoise => "noise of all current samples",
                 Purpose::LinkNoise => "noise of all samples of the DC link",
                 Purpose::TerminalNoise => "noise of all samples of the terminals",
+                Purpose::ComparatorNoise => "noise of all thresholds",
                 Purpose::Jitter => "jitter of all samples",
                 Purpose::Memory => "direction in which the iron was last magnetised",
                 _ => "phase of the DC link's ripple",

@@ -25,16 +25,18 @@ impl Kind {
     }
 }
 
+/// Purposes that are drawn for each sample or pulse, and not for the specimen.
+pub(crate) const SAMPLED: [Purpose; 5] = [
+    Purpose::CurrentNoise,
+    Purpose::LinkNoise,
+    Purpose::Jitter,
+    Purpose::TerminalNoise,
+    Purpose::ComparatorNoise,
+];
+
 /// Returns true if draws of this purpose are drawn for each sample, and not for the specimen.
-pub(crate) const fn of_samples(purpose: Purpose) -> bool {
-    matches!(
-        purpose,
-        Purpose::CurrentNoise
-            | Purpose::LinkNoise
-            | Purpose::Jitter
-            | Purpose::TerminalNoise
-            | Purpose::ComparatorNoise
-    )
+pub(crate) fn of_samples(purpose: Purpose) -> bool {
+    SAMPLED.contains(&purpose)
 }
 
 /// Numbers of moves of each kind that were tried and accepted in a level.

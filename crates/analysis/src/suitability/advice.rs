@@ -1,6 +1,6 @@
 //! Changes that would make a motor suited if no settings do: each is tried by trials, one change at a time.
 
-use standstill_detect::MethodName;
+use standstill_detect::{MethodName, keys};
 use standstill_scenario::{Document, Origin, Rotor};
 use standstill_sim::{Arrangement, Comparators};
 
@@ -121,6 +121,10 @@ fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
     if comparator.timer > 0.0 && comparator.arrangement == Comparators::PerLeg && comparator.offset > 0.0 {
         let words = "one comparator for all legs, whose offset speaks for no pole";
         changes.push(keyed(words, "sensors.comparators", Comparators::Common.name().to_owned()));
+    }
+    if scenario.detector.get(&keys::SECTOR).is_some_and(|width| width.number() == 0.0) {
+        let words = "sectors of 60° in place of angles, as a six-step start needs them";
+        changes.push(keyed(words, "detector.sector", "60 deg".to_owned()));
     }
     let mut finer = Vec::new();
     if let Some(adc) = adc.filter(|adc| adc.bits < 16) {

@@ -177,8 +177,9 @@ impl Starts {
         }
         // Of the few that have an axis where most have none, the error says nothing.
         if failed as f64 <= demands.without_angle * all && summary.p95_deg.value > demands.error_deg {
+            let beyond = if summary.sectors.is_some() { " beyond their sectors" } else { "" };
             objections.push(format!(
-                "95 of 100 errors within {}°, rotor {state}, where {}° are demanded",
+                "95 of 100 errors within {}°{beyond}, rotor {state}, where {}° are demanded",
                 summary.p95_deg.alone(),
                 demands.error_deg
             ));

@@ -185,3 +185,38 @@ fn law_the_least_evidence_of_a_normal_distribution_is_its_first_percentile() {
     starts.evidence.sort_by(f64::total_cmp);
     assert!((starts.least_evidence() - (3.0 - 0.5 * 2.326)).abs() < 0.02, "{}", starts.least_evidence());
 }
+
+/// The middle of a sector is up to 30° from the rotor, six times what an angle may be: a sector is judged by what is beyond it.
+#[test]
+fn law_a_sector_is_judged_by_its_own_demand() {
+    let sector = [NO_CURRENTS, TIMER, ("detector.method", "six-pulse"), ("detector.sector", "60 deg")];
+    let document = drive(&sector);
+    let motor = document.motor().expect("a motor");
+    let demands = Demands::default();
+    let bench = Bench::new(&document, &motor, &demands);
+    let setting = Setting::plain(MethodName::SixPulse).with("threshold", "6 A");
+    let starts = bench.starts(&setting, Rotor::Locked, bench::SEARCH, 200).expect("runs").expect("set up");
+    let sectors = starts.summary.sectors.expect("sectors");
+    assert!(sectors.half_width_deg == 30.0 && sectors.named > 190 && sectors.further == 0, "{sectors:?}");
+    assert!(sectors.right + sectors.at_border == sectors.named && sectors.right > 190, "{sectors:?}");
+    // An angle of this method is some 0.1° off, so that is how far beyond its border a rotor may be.
+    let margins = bench.margins(&[&starts]);
+    assert!(starts.summary.max_deg < 1.0 && margins.error > 5.0, "{margins:?}");
+    let said = bench.objections(&[&starts]);
+    assert!(!said.iter().any(|objection| objection.contains("errors within")), "{said:?}");
+    // The records behind it are up to 30° from the middle, and no event of 1° beyond it.
+    let scenario = bench.scenario(&setting, Rotor::Locked).expect("a scenario");
+    let records: Vec<_> = (0..40).map(|trial| scenario.trial(trial).expect("settings")).collect();
+    let errors = records.iter().filter_map(standstill_scenario::Record::axis_error_deg);
+    assert!(errors.map(f64::abs).fold(0.0, f64::max) > 25.0);
+    for record in records.iter().filter(|record| record.axis_error_deg().is_some()) {
+        let error = record.axis_error_deg().expect("an axis").abs();
+        let towards = crate::Event::Error(1.0).value(record);
+        assert!((towards - (error - 31.0)).abs() < 1e-9 && towards < 0.0, "{error} {towards}");
+        let limits: crate::limit::Limits = "p95 <= 1 deg".parse().expect("a limit");
+        let mut tally = crate::limit::Tally::new(&limits);
+        tally.add(record);
+        let found = record.pole_correct().is_some();
+        assert!(!found || tally.values()[0][0] == (error - 30.0).max(0.0), "{error}");
+    }
+}

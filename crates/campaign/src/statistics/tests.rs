@@ -135,3 +135,31 @@ fn law_parts_in_any_order_are_the_whole_also_where_values_are_counted_in_bins() 
         }
     }
 }
+
+#[test]
+fn analytic_a_sector_is_judged_by_what_is_beyond_it() {
+    use crate::store::test_row as row;
+    // Rotors evenly distributed over sectors of 60°, and one start in ten that names the next one, 1.5° beyond its border.
+    let mut statistics = Statistics::default();
+    for trial in 0..1000_u64 {
+        let error = if trial % 10 == 9 { 31.5 } else { trial as f64 * 0.06 - 30.0 };
+        let named = Row {
+            error_deg: Some(error),
+            verdict: Verdict::Found,
+            pole_correct: Some(true),
+            half_sector_deg: Some(30.0),
+            ..row(trial, error)
+        };
+        statistics.add_row(&named);
+    }
+    let summary = statistics.summary();
+    let sectors = summary.sectors.expect("sectors");
+    assert_eq!((sectors.named, sectors.right, sectors.at_border, sectors.next), (1000, 900, 100, 0));
+    // 1.5° in a tenth of all: rms 1.5 √0.1, and nothing beyond the limit of 2°.
+    assert!((summary.rms_deg.value - 1.5 * 0.1_f64.sqrt()).abs() < 1e-12, "{summary:?}");
+    assert_eq!((summary.p50_deg.value, summary.p95_deg.value), (0.0, 1.5));
+    assert_eq!(summary.beyond_limit.value, 0.0);
+    // Without sectors the file is as before.
+    let plain = serde_json::to_string(&Statistics::default().summary()).expect("JSON");
+    assert!(!plain.contains("sector"), "{plain}");
+}

@@ -12,20 +12,17 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 use standstill_files::{open, open_as};
 use thiserror::Error;
 
+use super::block::{Block, Tail, block, encoded, read_block, split};
 use super::identity::{Identity, Shard};
 use super::row::Row;
 use super::walk::Walk;
 
 /// Magic bytes of a journal of rows.
 const ROWS: [u8; 8] = *b"stdstil1";
-
-/// Most bytes of a block. Those that a run writes have a thousandth of it; a damaged length may claim 4 GiB, which a sparse file has.
-const MOST_BLOCK: u32 = 64 << 20;
 
 /// Magic bytes of a journal of statistics, see [`super::Tally`].
 pub(super) const TALLY: [u8; 8] = *b"stdstilT";
@@ -170,7 +167,9 @@ impl Keep for Journal {
         for row in rows {
             self.walk.take(row).ok_or_else(|| out_of_order(&self.path))?;
         }
-        encoded(rows).and_then(|block| self.file.write_all(&block)).map_err(io)?;
+        let sectors: Tail<f64> =
+            rows.iter().enumerate().filter_map(|(k, row)| Some((k, row.half_sector_deg?))).collect();
+        encoded(rows, &sectors).and_then(|block| self.file.write_all(&block)).map_err(io)?;
         // The process may be killed at any time; what the system has, it keeps.
         self.file.flush().map_err(io)?;
         if self.synced.elapsed() >= PATIENCE {
@@ -234,18 +233,6 @@ pub(super) fn is_tally(path: &Path) -> bool {
     open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == TALLY
 }
 
-/// A block of these bytes.
-fn block(bytes: &[u8]) -> io::Result<Vec<u8>> {
-    let length = u32::try_from(bytes.len()).ok().filter(|length| *length <= MOST_BLOCK);
-    let length = length.ok_or(io::ErrorKind::FileTooLarge)?;
-    Ok([&length.to_le_bytes(), bytes, &crc32fast::hash(bytes).to_le_bytes()].concat())
-}
-
-/// The block of a value.
-pub(super) fn encoded(value: &(impl Serialize + ?Sized)) -> io::Result<Vec<u8>> {
-    block(&postcard::to_stdvec(value).map_err(io::Error::other)?)
-}
-
 /// A journal of any kind that is being read, block by block.
 #[derive(Debug)]
 pub(super) struct Blocks {
@@ -299,12 +286,14 @@ impl Blocks {
         self.identity.difference(identity).map_or(Ok(()), other)
     }
 
-    /// The value of the next block; none at the end, or where a block is not whole.
-    pub(super) fn next<T: DeserializeOwned>(&mut self) -> Result<Option<T>, JournalError> {
+    /// The value of the next block and what is behind it; none at the end, or where a block is not whole.
+    pub(super) fn next<T: DeserializeOwned, B: DeserializeOwned>(
+        &mut self,
+    ) -> Result<Option<(T, Tail<B>)>, JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
         match read_block(&mut self.file, &mut self.whole).map_err(io)? {
             // The checksum is right: only another version of the program writes what this one cannot read.
-            Block::Whole(bytes) => postcard::from_bytes(&bytes).map(Some).map_err(|_| self.foreign()),
+            Block::Whole(bytes) => split(&bytes).map(Some).map_err(|_| self.foreign()),
             Block::Short => self.file.seek(SeekFrom::Start(self.whole)).map(|_| None).map_err(io),
             Block::Wrong => {
                 self.damaged = true;
@@ -340,7 +329,10 @@ impl Rows {
     /// The next rows with their points; none at the end, or where a block is not whole. A journal that is being written may
     /// have more when asked again.
     pub fn block(&mut self) -> Result<Option<Vec<(usize, Row)>>, JournalError> {
-        let Some(rows) = self.blocks.next::<Vec<Row>>()? else { return Ok(None) };
+        let Some((mut rows, sectors)) = self.blocks.next::<Vec<Row>, f64>()? else { return Ok(None) };
+        for (number, half) in sectors {
+            rows.get_mut(number).ok_or_else(|| self.blocks.foreign())?.half_sector_deg = Some(half);
+        }
         let place = |row: Row| Some((self.walk.take(&row)?, row));
         let placed = rows.into_iter().map(place).collect::<Option<_>>();
         placed.map(Some).ok_or_else(|| self.blocks.foreign())
@@ -354,48 +346,6 @@ impl Rows {
     /// Progress of the run after the blocks so far.
     pub fn walk(&self) -> &Walk {
         &self.walk
-    }
-}
-
-/// Result of reading a block.
-enum Block {
-    Whole(Vec<u8>),
-    /// The end of the file, in a block or behind the last.
-    Short,
-    /// Another checksum, or longer than any block.
-    Wrong,
-}
-
-/// The next block; `whole` moves behind it.
-fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Block> {
-    let mut word = [0; 4];
-    if !read_word(file, &mut word)? {
-        return Ok(Block::Short);
-    }
-    let length = u32::from_le_bytes(word);
-    if length > MOST_BLOCK {
-        return Ok(Block::Wrong);
-    }
-    let mut bytes = Vec::new();
-    // Nor must a damaged length ask for megabytes that are not there.
-    file.take(u64::from(length)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 != u64::from(length) || !read_word(file, &mut word)? {
-        return Ok(Block::Short);
-    }
-    // After a power cut a file may end in zeros, which would pass for a block of nothing with its checksum.
-    if length == 0 || u32::from_le_bytes(word) != crc32fast::hash(&bytes) {
-        return Ok(Block::Wrong);
-    }
-    *whole += 8 + u64::from(length);
-    Ok(Block::Whole(bytes))
-}
-
-/// Whether there were four more bytes. Only the end of a file is its end, not what the operating system could not read.
-fn read_word(file: &mut impl Read, word: &mut [u8; 4]) -> io::Result<bool> {
-    match file.read_exact(word) {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
-        Err(error) => Err(error),
     }
 }
 

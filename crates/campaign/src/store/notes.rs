@@ -10,6 +10,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use super::block::{Tail, encoded};
 use super::identity::Identity;
 use super::journal::{self, Blocks, JournalError};
 
@@ -47,7 +48,7 @@ impl Notes {
         let mut file = journal::locked(path, OpenOptions::new().read(true).write(true))?;
         let mut blocks = Blocks::open(path, NOTES)?;
         blocks.check(identity)?;
-        while let Some((key, note)) = blocks.next::<(String, Vec<u8>)>()? {
+        while let Some(((key, note), _)) = blocks.next::<(String, Vec<u8>), f64>()? {
             if blocks.whole > MOST_BYTES {
                 let found = format!("it has more than {} MiB of notes", MOST_BYTES >> 20);
                 return Err(io(std::io::Error::other(found)));
@@ -85,7 +86,7 @@ impl Notes {
     /// A file that cannot be written, or that another process is writing.
     pub fn add(&mut self, key: &str, bytes: &[u8]) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
-        let block = journal::encoded(&(key, bytes)).map_err(io)?;
+        let block = encoded(&(key, bytes), &Tail::<f64>::new()).map_err(io)?;
         if self.file.is_none() {
             self.file = Some(self.begin()?);
         }

@@ -23,6 +23,9 @@ pub struct Row {
     pub axis_error_deg: Option<f64>,
     /// How it ended.
     pub verdict: Verdict,
+    /// See [`Record::half_sector_deg`]. Journals have it behind their rows, see [`Tail`](super::block::Tail).
+    #[serde(skip)]
+    pub half_sector_deg: Option<f64>,
     /// See [`Record::pole_correct`].
     pub pole_correct: Option<bool>,
     /// See [`Record::rotor_moved_deg`].
@@ -47,6 +50,7 @@ impl From<&Record> for Row {
             error_deg: record.error_deg(),
             axis_deg: record.axis_deg(),
             axis_error_deg: record.axis_error_deg(),
+            half_sector_deg: record.half_sector_deg(),
             verdict: record.verdict(),
             pole_correct: record.pole_correct(),
             rotor_moved_deg: record.rotor_moved_deg(),

@@ -15,11 +15,12 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
+use super::block::{Tail, encoded};
 use super::identity::Identity;
 use super::journal::{self, Blocks, JournalError, Keep, TALLY};
 use super::row::Row;
 use super::walk::Walk;
-use crate::Statistics;
+use crate::{Sectors, Statistics};
 
 /// How long trials wait before the disk has them: this, or the following share of the time since the beginning.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -146,7 +147,9 @@ impl Keep for Tally {
     fn sync(&mut self) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
         let standing = Standing { next: self.walk.next(), points: std::mem::take(&mut self.open) };
-        let written = journal::encoded(&standing).and_then(|block| self.file.write_all(&block));
+        let sectors: Tail<Sectors> =
+            standing.points.iter().filter_map(|(point, of)| Some((*point, of.sectors?))).collect();
+        let written = encoded(&standing, &sectors).and_then(|block| self.file.write_all(&block));
         written.and_then(|()| self.file.sync_data()).map_err(io)?;
         // The last point may go on.
         self.open = standing.points.into_iter().next_back().into_iter().collect();
@@ -174,7 +177,12 @@ impl Tallied {
     /// Reads all whole blocks.
     fn of(blocks: &mut Blocks) -> Result<Self, JournalError> {
         let (mut walk, mut points) = (Walk::new(&blocks.identity), BTreeMap::new());
-        while let Some(Standing { next, points: changed }) = blocks.next()? {
+        while let Some((Standing { next, points: mut changed }, sectors)) = blocks.next()? {
+            for (point, sectors) in sectors {
+                if let Some(statistics) = changed.get_mut(&point) {
+                    statistics.sectors = Some(sectors);
+                }
+            }
             points.extend(changed);
             walk.go_to(next, usize::try_from(next.0).ok().and_then(|point| points.get(&point)));
         }
@@ -211,6 +219,28 @@ mod tests {
     /// An error of a trial at a point.
     fn of(point: usize, trial: u64) -> Row {
         row(trial, ((trial * 7 + point as u64) as f64).sin() * 3.0)
+    }
+
+    #[test]
+    fn law_counts_of_sectors_survive_the_journal() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.journal");
+        let identity = identity("{}", Shard::WHOLE);
+        let mut tally = Tally::open(&path, &identity, 2.0).expect("a new run");
+        let mut expected = Statistics::with_limit(2.0);
+        for (point, trial) in tally.walk().ahead(300) {
+            assert_eq!(point, 0);
+            let error = (trial as f64 - 150.0) / 2.0;
+            let row = Row { half_sector_deg: Some(30.0), error_deg: Some(error), ..row(trial, error) };
+            expected.add_row(&row);
+            tally.append(&[row]).expect("the next one");
+        }
+        tally.sync().expect("written");
+        drop(tally);
+        let read = Tallied::read(&path).expect("readable");
+        let summary = read.points()[&0].summary();
+        assert_eq!(summary.sectors, expected.summary().sectors);
+        assert!(summary.sectors.is_some_and(|of| of.named == 300 && of.right > 100 && of.next > 50));
     }
 
     /// Appends the next rows in blocks of 100, at most `most` of them; a sync after each third block.

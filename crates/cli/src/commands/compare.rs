@@ -24,7 +24,7 @@ use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
 use crate::shell::progress;
-use crate::summary::{good_heading, good_interval, right};
+use crate::summary::{good_heading, good_interval, right, sectors_in_words};
 
 /// Number of angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding
 /// twice.
@@ -63,6 +63,11 @@ fn record(entry: &Entry, motor: &Motor) -> Record {
         .with("wrong_poles_at_most", (!open).then_some(s.wrong_pole_probability.high))
         .with("undetermined", s.undetermined)
         .with("failed", s.failed)
+        .with("half_sector_deg", s.sectors.map(|of| of.half_width_deg))
+        .with("right_sector", s.sectors.map(|of| of.right as f64 / of.named as f64))
+        .with("sector_at_border", s.sectors.map(|of| of.at_border as f64 / of.named as f64))
+        .with("next_sector", s.sectors.map(|of| of.next as f64 / of.named as f64))
+        .with("further_sector", s.sectors.map(|of| of.further as f64 / of.named as f64))
         .with("simulation_errors", s.errors)
         .with("duration_ms", s.mean_duration_s * 1e3)
         .with("peak_current_A", s.peak_current_a)
@@ -263,6 +268,15 @@ fn blocks(entries: &[Entry], motor: &Motor) -> Vec<Block> {
     });
     let reasons: Vec<String> = reasons.collect();
     let mut blocks = vec![Block::Table(table), Block::Text(legend.join("\n\n"))];
+    let sectors: Vec<String> = entries
+        .iter()
+        .filter_map(|Entry { method, rotor, errors, summary, .. }| {
+            let said = sectors_in_words(&summary.sectors?, summary.limit_deg);
+            let [rotor, errors] = [rotor.name(), errors.name()];
+            Some(format!("{method}, {rotor}, {errors}: errors are those beyond the sector named; {said}"))
+        })
+        .collect();
+    blocks.extend((!sectors.is_empty()).then_some(Block::List(sectors)));
     blocks.extend((!reasons.is_empty()).then_some(Block::List(reasons)));
     blocks
 }

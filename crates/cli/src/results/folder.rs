@@ -180,9 +180,12 @@ impl FinishedRun {
             return Err(self.foreign(format!("no column {}", name.name)));
         }
         let bar = progress::reading(self.summary.trials());
+        let half: Vec<_> =
+            self.summary.each().map(|of| of.sectors.map(|sectors| sectors.half_width_deg)).collect();
         let read = rows(reader, |point, row| {
             bar.inc(1);
-            each(point, row);
+            // The table has the middle of a sector, and the summary its width.
+            each(point, Row { half_sector_deg: half.get(point).copied().flatten(), ..row });
         });
         bar.finish_and_clear();
         read.map_err(Error::Table)
@@ -236,6 +239,7 @@ fn row(values: &[Value<'_>]) -> Option<Row> {
         true_angle_deg: known(0),
         estimated_angle_deg: number(1),
         error_deg: number(2),
+        half_sector_deg: None,
         verdict: Verdict::named(text(3))?,
         pole_correct: if let Value::Flag(correct) = values[4] { Some(correct) } else { None },
         rotor_moved_deg: known(5),

@@ -233,7 +233,10 @@ table! {
             get: |scenario| Some(scenario.sensors.comparator.arrangement.name().into()), applies: watches, example: "\"common\"",
         };
         /// Tick of the timer that captures when a comparator trips. 0: there is none.
-        timer: Quantity<Second> [scenario.sensors.comparator.timer] { range: Some(TICK), example: "\"0.32 us\"" };
+        timer: Quantity<Second> [scenario.sensors.comparator.timer] {
+            // Where the timer stands when a pulse begins.
+            range: Some(TICK), draws: Some((Purpose::CaptureTimer, 1..2)), drawn: captures, example: "\"0.32 us\"",
+        };
         /// Standard deviation of the clock of that timer.
         timer_error: Quantity<Share> [scenario.sensors.comparator.timer_error] {
             range: Some(CLOCK), draws: Some((Purpose::CaptureTimer, 0..1)), applies: captures, drawn: captures, example: "\"0.3 %\"",

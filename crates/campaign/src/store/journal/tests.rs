@@ -181,3 +181,21 @@ fn regress_a_length_of_gigabytes_is_damage_even_where_the_file_has_them() {
     assert!(begin.elapsed() < Duration::from_secs(1), "{:?}", begin.elapsed());
     assert!(block(&vec![0; 65 << 20]).is_err(), "nor is one written that could not be read");
 }
+
+#[test]
+fn law_rows_of_sectors_are_read_as_they_were_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal");
+    let mut journal = Journal::create(&path, &identity()).expect("writable");
+    let half = |trial: u64| [None, Some(30.0), Some(15.0)][(trial % 3) as usize];
+    let rows: Vec<Row> =
+        (0..12).map(|trial| Row { half_sector_deg: half(trial), ..row(trial, 0.1) }).collect();
+    journal.append(&rows[..5]).expect("written");
+    // A block without a sector is one as before.
+    journal.append(&[Row { half_sector_deg: None, ..rows[5].clone() }]).expect("written");
+    journal.append(&rows[6..]).expect("written");
+    drop(journal);
+    let mut expected = rows;
+    expected[5].half_sector_deg = None;
+    assert_eq!(all(&path), expected);
+}

@@ -96,11 +96,16 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
 }
 
 fn recommendation(candidate: &Candidate) -> String {
-    let mut said = format!(
-        "Recommended: {}, {} times better than demanded in error and in movement",
-        candidate.setting.method,
-        factor(candidate.margin())
-    );
+    let method = candidate.setting.method;
+    let mut said = if candidate.margin().is_finite() {
+        format!(
+            "Recommended: {method}, {} times better than demanded in error and in movement",
+            factor(candidate.margin())
+        )
+    } else {
+        // Sectors of a rotor that is held.
+        format!("Recommended: {method}, 95 of 100 starts within the sector that they name")
+    };
     if let (Some(margins), Some(demand)) = (candidate.margins, candidate.binding) {
         let _ = write!(said, ". What binds is {demand}: {}", kept(demand, margins.binding().1));
     }
@@ -136,6 +141,8 @@ fn confirmed(found: &Suitability) -> Option<String> {
             share(most)
         ),
     });
+    let sectors = [&candidate.locked, &candidate.free].iter().any(|summary| summary.sectors.is_some());
+    let beyond = if sectors { " beyond their sectors" } else { "" };
     let without = if fresh.wrong_poles_at_most.is_some() { "an angle or a pole" } else { "an angle" };
     let moved = if free {
         format!("A free rotor moved by {:.3}° at most; ", fresh.moved_deg)
@@ -143,7 +150,7 @@ fn confirmed(found: &Suitability) -> Option<String> {
         String::new()
     };
     Some(format!(
-        "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°, at most {} without {without} ({:.0} % confidence each){poles}. {moved}{} A flowed at most.",
+        "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°{beyond}, at most {} without {without} ({:.0} % confidence each){poles}. {moved}{} A flowed at most.",
         fresh.starts,
         fresh.seed,
         fresh.p95_at_most_deg,

@@ -8,7 +8,7 @@ use crate::results::{PointSummary, SummaryFile};
 use crate::shell::values::Shown;
 use crate::shell::values::describe;
 use crate::shell::values::range;
-use crate::summary::{FAILING, GOOD, good, rank, share_of};
+use crate::summary::{FAILING, GOOD, good, rank, sectors_in_words, share_of};
 
 /// Share of starts without an answer above which they are worth a warning.
 const OFTEN: f64 = 0.01;
@@ -25,7 +25,8 @@ fn counted(share: f64, starts: u64) -> String {
 
 /// Formats the rms error in degrees, in no more digits than its interval supports.
 fn rms(s: &Summary) -> String {
-    format!("{}° rms", s.rms_deg.alone())
+    let of = if s.sectors.is_some() { " beyond the sector" } else { "" };
+    format!("{}° rms{of}", s.rms_deg.alone())
 }
 
 /// Returns the verdict's tone, headline and details.
@@ -127,7 +128,8 @@ fn demands(s: &Summary, judged: Poles) -> Vec<(bool, String)> {
     all.push((right >= GOOD, format!("{answered} {} ({} % demanded)", judged.did(), 100.0 * GOOD)));
     if s.beyond_limit.value.is_finite() {
         let beyond = counted(s.beyond_limit.value, s.found);
-        let text = format!("{beyond} of angles off by more than {}° ({})", s.limit_deg, allowed(OFTEN));
+        let of = if s.sectors.is_some() { "sectors" } else { "angles" };
+        let text = format!("{beyond} of {of} off by more than {}° ({})", s.limit_deg, allowed(OFTEN));
         all.push((s.beyond_limit.value <= OFTEN, text));
     }
     all
@@ -174,11 +176,10 @@ fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
     ));
     if s.beyond_limit.value.is_finite() {
         let beyond = counted(s.beyond_limit.value, s.found);
-        details.push(format!(
-            "The angle is off by more than {}° in {beyond} of starts with an angle",
-            s.limit_deg
-        ));
+        let of = if s.sectors.is_some() { "rotor is beyond the sector named" } else { "angle is off" };
+        details.push(format!("The {of} by more than {}° in {beyond} of starts with an angle", s.limit_deg));
     }
+    details.extend(s.sectors.map(|of| format!("Answers are {}", sectors_in_words(&of, s.limit_deg))));
     if unsure && s.wrong_poles == 0 {
         let more = "Too few starts to rule out wrong poles in one of a hundred: `standstill run SCENARIO --trials 1000 --resume` adds some";
         details.push(more.to_owned());

@@ -1,7 +1,7 @@
 //! The trials of a run, reduced to the values that are compared.
 
 use standstill_campaign::{Statistics, Summary};
-use standstill_scenario::Verdict;
+use standstill_scenario::{Verdict, miss_deg};
 
 use crate::error::Error;
 use crate::results::FinishedRun;
@@ -10,7 +10,7 @@ use crate::results::FinishedRun;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     pub start_deg: f64,
-    /// Error of the axis in degrees.
+    /// Error of the axis in degrees; of a sector what is beyond it.
     pub error_deg: Option<f64>,
     pub verdict: Verdict,
     pub pole_correct: Option<bool>,
@@ -40,7 +40,7 @@ pub fn of_run(run: &FinishedRun) -> Result<Vec<Vec<Trial>>, Error> {
         points.resize(points.len().max(point + 1), Vec::new());
         points[point].push(Trial {
             start_deg: row.start_angle_deg,
-            error_deg: row.axis_error_deg,
+            error_deg: row.axis_error_deg.map(|error| miss_deg(error, row.half_sector_deg)),
             verdict: row.verdict,
             pole_correct: row.pole_correct,
         });

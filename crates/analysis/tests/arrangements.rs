@@ -1,0 +1,97 @@
+//! Questions about drives without current sensors: their draws are sources, their odds those of plain trials.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use standstill_analysis::subset::Settings;
+use standstill_analysis::{Answer, Event, Explained, Trials};
+use standstill_scenario::{Document, Plan, Record};
+use standstill_sim::Tape;
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+fn plan(text: &str) -> Plan {
+    Plan::new(Document::parse(Path::new("test.toml"), text).expect("TOML")).expect("a plan")
+}
+
+/// Times to a threshold, with comparators of 10 mA of offset each.
+const SIX_PULSE: &str = "motor = \"paper-5k5\"\nerrors = \"none\"\ndetector.method = \"six-pulse\"\ndetector.threshold = \"2 A\"\n\
+    [sensors]\narrangement = \"none\"\ntimer = \"0.1 us\"\ncomparators = \"per-leg\"\ncomparator_offset = \"10 mA\"\ncomparator_noise = \"2 mA\"\n";
+
+/// The floating terminal in pulses that are short for the pole.
+const OPEN_TERMINAL: &str = "motor = \"paper-5k5\"\nerrors = \"default\"\ndetector.method = \"open-terminal\"\ndetector.pulse = \"60 us\"\n\
+    [sensors]\narrangement = \"none\"\nterminals = true\n";
+
+#[test]
+fn cross_odds_of_wrong_evidence_are_those_of_plain_trials() {
+    for (name, text) in [("six-pulse", SIX_PULSE), ("open-terminal", OPEN_TERMINAL)] {
+        let plan = plan(text);
+        let trials = Trials::new(&plan).expect("a scenario");
+        let count = 6000;
+        let tapes: Vec<Tape> = (0..count).map(|k| Tape::new(77, k)).collect();
+        let records = trials.all_records(tapes, &NEVER).expect("trials");
+        let wrong = records.iter().filter(|record| Event::WrongEvidence.value(record) > 0.0).count();
+        let share = wrong as f64 / count as f64;
+        // A wrong pole that was named has evidence for the wrong one.
+        assert!(records.iter().all(|record| {
+            Event::WrongPole.value(record) <= 0.0 || Event::WrongEvidence.value(record) > 0.0
+        }));
+        let settings = Settings { states: 1000, ..Settings::default() };
+        let odds = trials.odds(Event::WrongEvidence, &settings, &NEVER, |_| {}).expect("runs");
+        assert!(odds.answer == Answer::Subset && odds.alarms.is_empty(), "{name}: {odds:?}");
+        // The intervals of both have a part in common, and the share is one that plain trials know to a fifth.
+        let plain = standstill_campaign::binomial_interval(wrong as u64, count);
+        let odds = odds.probability;
+        assert!(plain.low < odds.high && odds.low < plain.high, "{name}: {plain:?} {odds:?}");
+        assert!((0.003..0.06).contains(&share), "{name}: {share}");
+    }
+}
+
+/// The sources that a budget asks, and the single draws that an explanation takes back.
+#[test]
+fn law_errors_of_comparators_and_dividers_explain_a_start() {
+    let text = format!("{SIX_PULSE}comparator_delay = \"200 ns\"\ncomparator_delay_spread = \"20 ns\"\n");
+    let named: [(&str, String, &[&str]); 2] = [
+        (
+            "six-pulse",
+            text,
+            &[
+                "sensors.timer",
+                "sensors.comparator_offset",
+                "sensors.comparator_delay_spread",
+                "sensors.comparator_noise",
+            ],
+        ),
+        (
+            "open-terminal",
+            OPEN_TERMINAL.to_owned(),
+            &["sensors.terminal_gain_error", "sensors.terminal_offset", "sensors.terminal_noise"],
+        ),
+    ];
+    for (name, text, keys) in named {
+        let plan = plan(&text);
+        let trials = Trials::new(&plan).expect("a scenario");
+        // A tick of the timer hides small errors of one start, but not those of four.
+        let all: Vec<_> =
+            (0..4).map(|trial| Explained::of(&trials, 1, trial, &NEVER).expect("runs")).collect();
+        let error = |record: &Record| record.axis_error_deg().expect("an axis");
+        for key in keys {
+            let mut moved = false;
+            for explained in &all {
+                let of_key: Vec<_> = explained.causes.iter().filter(|cause| cause.key == *key).collect();
+                assert!(!of_key.is_empty(), "{name}: {key}");
+                let own = error(&explained.record);
+                moved |= of_key.iter().any(|cause| (error(&cause.without) - own).abs() > 1e-9);
+            }
+            assert!(moved, "{name}: {key} moves nothing");
+        }
+        let causes = || all.iter().flat_map(|explained| &explained.causes);
+        let thresholds = causes().filter(|cause| cause.name == "noise of all thresholds").count();
+        assert_eq!(thresholds, if name == "six-pulse" { 4 } else { 0 });
+        // Without all errors only that of the method itself is left.
+        for explained in &all {
+            let [left, own] = [&explained.without_all, &explained.record].map(error);
+            assert!(left.abs() < 0.35 && (left - own).abs() > 1e-6, "{name}: {own} {left}");
+        }
+    }
+}
