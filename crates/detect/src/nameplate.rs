@@ -22,6 +22,10 @@ pub struct Comparing<T> {
     pub delay_spread: T,
     /// Noise at a comparator in A rms.
     pub noise: T,
+    /// Time in s after the begin of a pulse during which comparators are ignored.
+    pub blanking: T,
+    /// Highest threshold in A that the drive can set; 0: any.
+    pub highest: T,
 }
 
 impl<T: Real> Comparing<T> {
@@ -35,6 +39,8 @@ impl<T: Real> Comparing<T> {
             offset: cast(self.offset),
             delay_spread: cast(self.delay_spread),
             noise: cast(self.noise),
+            blanking: cast(self.blanking),
+            highest: cast(self.highest),
         }
     }
 
@@ -43,7 +49,9 @@ impl<T: Real> Comparing<T> {
         require_zero_or_more(self.delay, "sensing.comparator.delay")?;
         require_zero_or_more(self.offset, "sensing.comparator.offset")?;
         require_zero_or_more(self.delay_spread, "sensing.comparator.delay_spread")?;
-        require_zero_or_more(self.noise, "sensing.comparator.noise")
+        require_zero_or_more(self.noise, "sensing.comparator.noise")?;
+        require_zero_or_more(self.blanking, "sensing.comparator.blanking")?;
+        require_zero_or_more(self.highest, "sensing.comparator.highest")
     }
 }
 
@@ -64,6 +72,8 @@ pub struct Sensing<T> {
     pub one_shunt: bool,
     /// Time after a request to a leg during which shunts are not read: dead time and settling of their amplifiers.
     pub settle: Nanos,
+    /// Noise of a sample of the DC link's voltage in V rms, with that of its converter's rounding.
+    pub link_noise: T,
     /// Comparators and timer.
     pub comparator: Comparing<T>,
 }
@@ -118,6 +128,7 @@ impl<T: Real> Default for Sensing<T> {
             pick_up: [T::zero(); 2],
             one_shunt: false,
             settle: Nanos::ZERO,
+            link_noise: T::zero(),
             comparator: Comparing::default(),
         }
     }
@@ -134,6 +145,7 @@ impl<T: Real> Sensing<T> {
             pick_up: self.pick_up.map(cast),
             one_shunt: self.one_shunt,
             settle: self.settle,
+            link_noise: cast(self.link_noise),
             comparator: self.comparator.cast(),
         }
     }

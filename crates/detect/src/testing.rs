@@ -37,13 +37,22 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
         pick_up: [0.0; 2],
         one_shunt: false,
         settle: Nanos::ZERO,
+        link_noise: 0.0,
         comparator: NO_COMPARATOR,
     },
     dividers: Dividers { gain_tolerance: 0.005, offset: 0.5, bandwidth: None },
 };
 
-const NO_COMPARATOR: Comparing<f64> =
-    Comparing { tick: 0.0, delay: 0.0, own: false, offset: 0.0, delay_spread: 0.0, noise: 0.0 };
+const NO_COMPARATOR: Comparing<f64> = Comparing {
+    tick: 0.0,
+    delay: 0.0,
+    own: false,
+    offset: 0.0,
+    delay_spread: 0.0,
+    noise: 0.0,
+    blanking: 0.0,
+    highest: 0.0,
+};
 
 /// Normally distributed numbers, the same each time.
 pub(crate) struct Noise(u64);

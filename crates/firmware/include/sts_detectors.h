@@ -90,7 +90,8 @@ enum sts_reason {
     STS_NOT_INDUCTIVE = 23,        /* a line does not answer as an inductance */
     STS_DID_NOT_FOLLOW = 24,       /* the rotor did not follow an alignment */
     STS_ROTOR_MOVES = 25,
-    STS_UNEXPECTED_SAMPLES = 26    /* others than were asked for, or a state that sts_begin() did not make */
+    STS_UNEXPECTED_SAMPLES = 26,   /* others than were asked for, or a state that sts_begin() did not make */
+    STS_TRIPPED_EARLY = 27         /* a comparator tripped within its blanking, or within a tick of its timer */
 };
 
 /* Makes a detector of a method ("bipolar", "line-inductance-fast", …: standstill explain names them) in `state`.

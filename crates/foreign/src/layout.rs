@@ -83,6 +83,7 @@ fn layout() -> Vec<(String, usize)> {
         ("STS_DID_NOT_FOLLOW", Fault::DidNotFollow { swept: 0.0, needed: 0.0 }),
         ("STS_ROTOR_MOVES", Fault::RotorMoves { angle: 0.0, allowed: 0.0 }),
         ("STS_UNEXPECTED_SAMPLES", Fault::UnexpectedReadings),
+        ("STS_TRIPPED_EARLY", Fault::TrippedEarly { time: 0.0, needed: 0.0 }),
     ];
     all.extend(failed.map(|(name, fault)| (name.to_owned(), failure_reason::<f64>(&fault) as usize)));
     all

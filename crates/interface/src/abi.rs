@@ -308,6 +308,7 @@ pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
         Fault::DidNotFollow { .. } => 24,
         Fault::RotorMoves { .. } => 25,
         Fault::UnexpectedReadings => 26,
+        Fault::TrippedEarly { .. } => 27,
         Fault::Own(own) => own.code,
     }
 }

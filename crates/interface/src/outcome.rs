@@ -164,6 +164,13 @@ pub enum Fault<T> {
         /// Required current in A.
         needed: T,
     },
+    /// A comparator tripped before its time is a measure of the current: within its blanking, or within a tick of the timer.
+    TrippedEarly {
+        /// Measured time in s.
+        time: T,
+        /// Required time in s.
+        needed: T,
+    },
     /// The current did not decay in the time allowed.
     CurrentPersists(T),
     /// No saliency found: |L_B| / L_A is no more than what noise, the sensors' gains and the drive may make of a motor that has
@@ -308,6 +315,7 @@ impl<T> Fault<T> {
             Self::NotANumber => "a reading is not a number",
             Self::Hidden(_) | Self::LinkCurrentHidden => "current seen by no sensor",
             Self::NoCurrent { .. } => "too little current",
+            Self::TrippedEarly { .. } => "tripped too early to be timed",
             Self::CurrentPersists(_) => "current does not decay",
             Self::NoSaliency { .. } => "no saliency found",
             Self::NotInductive(_) => "a line that is no inductance",
@@ -348,6 +356,13 @@ impl<T: Real> fmt::Display for Fault<T> {
             Self::Hidden(phase) => write!(f, "current of phase {} seen by no sensor", phase.letter()),
             Self::NoCurrent { peak, needed } => {
                 write!(f, "too little current: {peak:.4} A where at least {needed:.4} A are needed")
+            }
+            Self::TrippedEarly { time, needed } => {
+                let [time, needed] = [*time, *needed].map(|time| time.to_double() * 1e6);
+                write!(
+                    f,
+                    "tripped too early to be timed: after {time:.3} us where more than {needed:.3} us are needed"
+                )
             }
             Self::CurrentPersists(current) => write!(f, "current of {current:.3} A does not decay"),
             Self::NoSaliency { ratio, needed } => {

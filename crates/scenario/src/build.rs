@@ -363,6 +363,12 @@ impl SensorsTable {
             ("sensors.threshold_range", self.threshold_range.as_ref().map(|value| of(value)), captures),
             ("sensors.threshold_bits", self.threshold_bits.as_ref().map(|value| of(value)), captures),
         ];
+        let coarse = self.threshold_bits.map_or(f64::from(sensors.comparator.bits), Quantity::value) > 0.0;
+        if let (Some(range), true, false) = (self.threshold_range, captures, coarse) {
+            let needed =
+                "`sensors.threshold_bits` above 0 beside it: a threshold that no converter sets has no range";
+            return Err(FileError::key("sensors.threshold_range", &range.to_string(), needed));
+        }
         for (key, value, is_there) in keys {
             if let (Some(value), false) = (value, is_there) {
                 let needed = if watches {

@@ -13,7 +13,7 @@ use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
     Arrangement, Case, Comparators, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors,
-    Streams, Tape, Tolerance, Trace, run, run_side_by_side,
+    Streams, Tape, Tolerance, Trace, VoltageSensor, run, run_side_by_side,
 };
 
 use crate::errors::{dc_link, device_kind};
@@ -135,6 +135,12 @@ pub(crate) fn sources(arrangement: Arrangement, terminals: bool, timer: bool) ->
     currents.into_iter().chain(others.into_iter().flatten()).collect()
 }
 
+/// Returns the noise of a sample of the link's voltage in V rms, with that of the converter's rounding.
+fn link_noise(of: &VoltageSensor) -> f64 {
+    let rounding = of.adc.filter(|adc| adc.rounds()).map_or(0.0, |adc| adc.step() / 12.0_f64.sqrt());
+    of.noise.hypot(rounding)
+}
+
 /// Returns what the drive knows of this motor and of itself: values of the data sheets.
 pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
@@ -161,6 +167,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
             skew: if one_shunt { Nanos::ZERO } else { sensors.skew },
             pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
             one_shunt,
+            link_noise: link_noise(&sensors.dc_link),
             settle: if sensors.settle > Nanos::ZERO { drive.dead_time + sensors.settle } else { Nanos::ZERO },
             comparator: Comparing {
                 tick: sensors.comparator.timer,
@@ -169,6 +176,8 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
                 offset: sensors.comparator.offset,
                 delay_spread: sensors.comparator.delay_spread,
                 noise: sensors.comparator.noise,
+                blanking: sensors.comparator.blanking.seconds(),
+                highest: sensors.comparator.highest(),
             },
         },
         dividers: sensors.terminal.map_or_else(Dividers::default, |of| Dividers {

@@ -233,3 +233,22 @@ fn law_gains_of_shunts_below_the_legs_are_not_taken_for_a_pole() {
     let ends = ends(&scenario, 200);
     assert!(ends.open > 150 && ends.found == 0, "{ends:?}");
 }
+
+#[test]
+fn law_pulses_that_reach_the_threshold_within_the_blanking_are_not_timed() {
+    // 1.5 L 20 A / 12 V = 50 to 68 us: a comparator that is blind for 80 us trips as soon as it wakes.
+    let ends = ends(&scenario(OUTRUNNER, &["sensors.blanking=80 us"]), 20);
+    assert_eq!((ends.failed, ends.found, ends.open), (20, 0, 0), "{ends:?}");
+    let seen = self::ends(&scenario(OUTRUNNER, &["sensors.blanking=2 us"]), 20);
+    assert_eq!((seen.failed, seen.wrong), (0, 0), "{seen:?}");
+}
+
+#[test]
+fn law_a_threshold_that_the_converter_cannot_set_is_refused() {
+    let beyond = ["sensors.threshold_bits=8", "sensors.threshold_range=10 A", "detector.threshold=12 A"];
+    let message = try_scenario(PAPER, &beyond).expect_err("beyond the range").to_string();
+    assert!(message.contains("threshold") && message.contains("sensors.threshold_range"), "{message}");
+    assert!(try_scenario(PAPER, &[beyond[0], beyond[1], "detector.threshold=9.9 A"]).is_ok());
+    let message = try_scenario(PAPER, &[beyond[1]]).expect_err("a range of nothing").to_string();
+    assert!(message.contains("sensors.threshold_bits"), "{message}");
+}

@@ -142,6 +142,11 @@ impl<T: Real> SixPulseSettings<T> {
             "timed",
             "false, or `sensors.timer` be set: without a timer this drive captures no time to a threshold",
         )?;
+        require(
+            !self.timed || comparator.highest == T::zero() || self.threshold <= comparator.highest,
+            "threshold",
+            "at most the highest code of the converter that sets it: `sensors.threshold_range`",
+        )?;
         let pulse = self.pulse();
         require(
             pulse > self.dead_time + self.sensing.lead() && pulse <= LONGEST,
@@ -299,10 +304,13 @@ impl<T: Real> SixPulse<T> {
                 return Err(Fault::UnexpectedReadings);
             }
             self.margin.at_most(time.min(longest), longest);
-            self.margin.at_least(time, comparator.tick);
-            // A threshold that was passed before there was time for a current.
-            if time <= comparator.tick {
-                return Err(Fault::NoCurrent { peak: T::zero(), needed: s.threshold });
+            // A threshold that was passed before there was time for a current, or before the comparators watched: those trip
+            // as soon as they do, within a tick and a half of the end of the blanking.
+            let watched = (comparator.blanking - dead_time).max(T::zero());
+            let needed = watched + comparator.tick * T::of(1.5);
+            self.margin.at_least(time, needed);
+            if time <= needed {
+                return Err(Fault::TrippedEarly { time, needed });
             }
             return Ok(((time * voltage).recip(), time));
         }
@@ -338,9 +346,9 @@ impl<T: Real> SixPulse<T> {
         Ok((current / voltage, time))
     }
 
-    /// Variance of a relative y by what is known to err in a time of this length in s.
-    fn known(&self, time: T) -> T {
-        let s = &self.settings;
+    /// Variance of a direction's relative y by what is known to err in it.
+    fn known(&self, pulses: &Pulses<T>) -> T {
+        let (s, time) = (&self.settings, pulses.time);
         let square = |share: T| share * share;
         let delays = significance::of_timing(T::of(s.dead_time.seconds()), time) / T::of(2.0);
         if !s.timed {
@@ -349,6 +357,8 @@ impl<T: Real> SixPulse<T> {
         }
         let comparator = &s.sensing.comparator;
         let mut known = delays + square(comparator.tick / time) / T::of(12.0);
+        // y t is the link's voltage inverted.
+        known = known + square(s.sensing.link_noise * pulses.mean * time) / T::of(f64::from(s.rounds));
         if comparator.own {
             known = known + square(comparator.offset / s.threshold) + square(comparator.delay_spread / time);
         }
@@ -394,7 +404,7 @@ impl<T: Real> SixPulse<T> {
         let (mut all, mut of_pole, mut of_axis) = (T::zero(), T::zero(), T::zero());
         for (number, pulses) in self.pulses.iter().enumerate() {
             let share = pulses.mean / mean;
-            let variance = share * share * self.known(pulses.time);
+            let variance = share * share * self.known(pulses);
             let [pole, angle] = [direction(number, 1).dot(along), direction(number, 2).dot(across)];
             all = all + variance / T::of(18.0);
             of_pole = of_pole + pole * pole * variance / T::of(9.0);

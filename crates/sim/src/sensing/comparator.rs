@@ -54,6 +54,11 @@ impl ComparatorSettings {
         self.timer > 0.0 || self.trip > 0.0
     }
 
+    /// Returns the highest threshold in A that the drive's converter sets; 0 without one, which sets any.
+    pub fn highest(&self) -> f64 {
+        if self.bits == 0 { 0.0 } else { self.set(self.range) }
+    }
+
     /// Returns the threshold in A that the drive's converter sets for this one.
     ///
     /// ```

@@ -25,6 +25,8 @@ struct Motor {
     tick: f64,
     delay: f64,
     dc_link: f64,
+    /// Noise of the link's sensor, relative.
+    link_noise: f64,
     /// By what share the link falls from one pulse to the next, of which sensors know, and y, of which they do not.
     sag: f64,
     drift: f64,
@@ -43,6 +45,7 @@ impl Motor {
             tick: 1e-9,
             delay: 0.0,
             dc_link: 540.0,
+            link_noise: 0.0,
             sag: 0.0,
             drift: 0.0,
             draws: Noise::new(1),
@@ -69,6 +72,7 @@ impl Motor {
         let link = self.dc_link * (1.0 - self.sag * n);
         if command.threshold.is_some() {
             let time = self.time / y + self.delay + 2e-6;
+            let link = link * (1.0 + self.link_noise * self.draws.gauss());
             let mut reading = Reading::measured(Nanos::ZERO, [0.0; 3], link);
             reading.capture =
                 Some(Capture { ticks: (time / self.tick).floor() as u32, comparator: Phase::A });
@@ -164,13 +168,14 @@ fn law_a_second_round_backwards_takes_out_what_drifts_evenly() {
 fn law_evidence_is_in_standard_deviations() {
     // Of a motor without a difference of its poles it is a standard normal, whichever of the errors there is.
     let plates = [
-        (Comparing { tick: 3e-6, noise: 0.07, ..Comparing::default() }, 0.01, 0.0),
-        (Comparing { tick: 1e-9, noise: 0.07, ..Comparing::default() }, 0.01, 0.0),
-        (Comparing { tick: 1e-9, own: true, offset: 0.07, ..Comparing::default() }, 0.0, 0.01),
+        (Comparing { tick: 3e-6, noise: 0.07, ..Comparing::default() }, 0.01, 0.0, 0.0),
+        (Comparing { tick: 1e-9, noise: 0.07, ..Comparing::default() }, 0.01, 0.0, 0.0),
+        (Comparing { tick: 1e-9, own: true, offset: 0.07, ..Comparing::default() }, 0.0, 0.01, 0.0),
+        (Comparing { tick: 1e-9, ..Comparing::default() }, 0.0, 0.0, 0.01),
     ];
-    for (comparator, noise, own) in plates {
-        let plate =
-            Nameplate { sensing: Sensing { comparator, ..PLATE.sensing }, dead_time: Nanos(1), ..PLATE };
+    for (comparator, noise, own, link) in plates {
+        let sensing = Sensing { comparator, link_noise: link * 540.0, ..PLATE.sensing };
+        let plate = Nameplate { sensing, dead_time: Nanos(1), ..PLATE };
         let settings = SixPulseSettings { dead_time: Nanos(2000), ..SixPulseSettings::suited(&plate) };
         let mut draws = Noise::new(9);
         let trials = 2000;
@@ -180,8 +185,15 @@ fn law_evidence_is_in_standard_deviations() {
             let degrees = 360.0 * draws.uniform();
             let own = core::array::from_fn(|_| own * draws.gauss());
             let draws = Noise::new((draws.uniform() * 1e9) as u64);
-            let mut motor =
-                Motor { pole: 0.0, noise, own, tick: comparator.tick, draws, ..Motor::at(degrees) };
+            let mut motor = Motor {
+                pole: 0.0,
+                noise,
+                own,
+                tick: comparator.tick,
+                draws,
+                link_noise: link,
+                ..Motor::at(degrees)
+            };
             let outcome = motor.detect(settings);
             let evidence = outcome.evidence_for(Angle::from_degrees(degrees)).expect("evidence");
             squares += evidence * evidence;
@@ -250,7 +262,7 @@ fn law_readings_that_say_nothing_end_it() {
     // It did not trip; at once; not one reading.
     assert!(matches!(step(timed(1e-6), &[reading]), Fault::NoCurrent { .. }));
     let early = Reading { capture: Some(Capture { ticks: 2, comparator: Phase::A }), ..reading };
-    assert!(matches!(step(timed(1e-6), &[early]), Fault::NoCurrent { .. }));
+    assert!(matches!(step(timed(1e-6), &[early]), Fault::TrippedEarly { .. }));
     assert_eq!(step(timed(1e-6), &[]), Fault::UnexpectedReadings);
     let sampled = SixPulseSettings::suited(&PLATE);
     assert!(matches!(step(sampled, &[reading, reading]), Fault::NoCurrent { .. }));
