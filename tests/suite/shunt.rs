@@ -9,7 +9,7 @@ use standstill_interface::{
 use standstill_inverter::OpenLeg;
 use standstill_plant::built_in;
 use standstill_scenario::{ErrorSet, Scenario};
-use standstill_sim::{Arrangement, NoProbe, RotorState, run};
+use standstill_sim::{Adc, Arrangement, NoProbe, RotorState, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter, reference_motor};
 
@@ -53,6 +53,34 @@ fn law_methods_by_pulses_both_ways_find_the_pole_through_one_shunt() {
             }
             // By three sensors 0.10° and 0.04 to 0.07°: noise counts √2 times, because no second sensor averages it.
             assert!(squares.sqrt() < 0.2, "{method} {errors:?}: {}°", squares.sqrt());
+        }
+    }
+}
+
+/// An amplifier for one direction clips what diodes return to the link: a method that reads the rise alone does not need it.
+#[test]
+fn law_bipolar_pulses_need_no_current_that_diodes_return() {
+    let mut scenario = scenario(MethodName::Bipolar, ErrorSet::Default, Arrangement::DcLinkShunt);
+    scenario.sensors.adc = Some(Adc { bits: 12, low: -0.5, high: 20.0 });
+    for trial in 0..40 {
+        let record = scenario.trial(trial).expect("settings");
+        let error = record.error_deg().unwrap_or_else(|| panic!("{}", record.reason()));
+        assert!(error.abs() < 0.6, "{error}°");
+    }
+}
+
+/// Without a settling time a sample at the edge would show the current of either sign, as its jitter will have it.
+#[test]
+fn regress_jitter_takes_no_sample_beyond_the_edge() {
+    for method in [MethodName::Bipolar, MethodName::MaximumLikelihood] {
+        let mut scenario = scenario(method, ErrorSet::Default, Arrangement::DcLinkShunt);
+        scenario.sensors.settle = Nanos::ZERO;
+        scenario.sensors.bandwidth = None;
+        scenario.detector = Method::suited(method, &scenario.nameplate());
+        for trial in 0..40 {
+            let record = scenario.trial(trial).expect("settings");
+            let error = record.error_deg().unwrap_or_else(|| panic!("{method}: {}", record.reason()));
+            assert!(error.abs() < 0.6, "{method}: {error}°");
         }
     }
 }

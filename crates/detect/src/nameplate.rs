@@ -178,9 +178,11 @@ impl<T: Real> Sensing<T> {
     }
 
     /// How much earlier than the end of a pulse its current is sampled: early enough that the converter is through with all phases before
-    /// the edge, and that no jitter moves a sample into what the edge adds.
+    /// the edge, and that no jitter moves a sample into what the edge adds. A shunt in the DC link shows the current with the other sign
+    /// after the edge.
     pub(crate) fn lead(&self) -> Nanos {
-        self.skew * 2 + Nanos::from_seconds(self.blank().to_double())
+        let lead = self.skew * 2 + Nanos::from_seconds(self.blank().to_double());
+        if self.one_shunt { lead.max(Nanos::from_micros(1)) } else { lead }
     }
 
     /// For how long in s a current that has risen evenly for `time` shows in sensors that lag: τ less, once it has risen for some τ.
