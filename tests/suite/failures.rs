@@ -1,6 +1,6 @@
 //! The detector fails with a reason instead of guessing.
 
-use standstill_detect::{Decay, LineInductance, LineInductanceSettings};
+use standstill_detect::{Decay, LineInductance, LineInductanceSettings, MethodName};
 use standstill_interface::{Command, Detector, Fault, Nanos, Outcome, Reading, Real, Step, Undetermined};
 use standstill_plant::built_in;
 use standstill_scenario::{ErrorSet, Scenario};
@@ -272,4 +272,18 @@ fn regress_a_detector_that_misbehaves_is_a_record() {
     let endless = scenario.trial_with(0, &mut Endless);
     assert!(matches!(endless.run.ended, Ended::Error(RunError::TimeLimit(_))));
     assert_eq!(endless.error_deg(), None);
+}
+
+/// Terminals that follow a link that ripples: their devices carry what charges the terminals, which comes and goes. Which mode
+/// follows had been decided by the current's slope alone, behind a resistance that conducts nothing by then.
+#[test]
+fn regress_idle_legs_at_a_rail_that_ripples_do_not_chatter() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let scenario =
+        Scenario::of_method(MethodName::OpenTerminal, motor, ErrorSet::Field, RotorState::Locked, 1);
+    for (trial, angle) in [(280, 298.319_31), (2777, 271.134_11)] {
+        let record = scenario.trial(trial).expect("settings");
+        assert!((record.run.end_angle.to_degrees().rem_euclid(360.0) - angle).abs() < 1e-4, "another trial");
+        assert!(matches!(record.run.ended, Ended::Outcome(_)), "{trial}: {}", record.reason());
+    }
 }

@@ -360,6 +360,11 @@ impl SensorsTable {
             ("sensors.blanking", self.blanking.as_ref().map(|value| of(value)), watches),
             ("sensors.timer_error", self.timer_error.as_ref().map(|value| of(value)), captures),
             ("sensors.comparator_noise", self.comparator_noise.as_ref().map(|value| of(value)), captures),
+            (
+                "sensors.comparator_bandwidth",
+                self.comparator_bandwidth.as_ref().map(|value| of(value)),
+                captures,
+            ),
             ("sensors.threshold_range", self.threshold_range.as_ref().map(|value| of(value)), captures),
             ("sensors.threshold_bits", self.threshold_bits.as_ref().map(|value| of(value)), captures),
         ];

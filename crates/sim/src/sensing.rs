@@ -331,6 +331,7 @@ impl SensorSettings {
             delay: 0.0,
             delay_spread: 0.0,
             noise: 0.0,
+            noise_bandwidth: 0.0,
             blanking: Nanos::ZERO,
             bits: 0,
             range: 0.0,

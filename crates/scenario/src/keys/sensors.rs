@@ -256,10 +256,15 @@ table! {
         comparator_delay_spread: Quantity<Second> [scenario.sensors.comparator.delay_spread] {
             range: Some(DELAY), draws: Some((Purpose::ComparatorDelay, 0..6)), applies: watches, drawn: watches, example: "\"20 ns\"",
         };
-        /// Noise of the current at a comparator, rms; one draw for each pulse.
+        /// Noise of the current at a comparator, rms.
         comparator_noise: Quantity<Ampere> [scenario.sensors.comparator.noise] {
             range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::ComparatorNoise, EACH)),
             applies: captures, drawn: captures, example: "\"10 mA\"",
+        };
+        /// Corner frequency of the noise at a comparator, which trips at the first crossing. 0: each pulse has one value.
+        comparator_bandwidth: Quantity<Hertz> [scenario.sensors.comparator.noise_bandwidth] {
+            range: Some(Range::new(0.0, 1e7, "from 0 to 10 MHz: a gate switches in whole nanoseconds", "gates switch in whole nanoseconds")),
+            applies: captures, drawn: captures, example: "\"1 MHz\"",
         };
         /// How long after the begin of each stage the comparators are ignored.
         blanking: Quantity<Second> [scenario.sensors.comparator.blanking] {

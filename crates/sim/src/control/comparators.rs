@@ -13,6 +13,10 @@ use crate::sensing::{Comparator, ComparatorSettings, Comparators, Input};
 use crate::trace::{ComparatorState, Event};
 use crate::{Draws, Purpose};
 
+/// From how many deviations of its noise below a threshold on a comparator is watched value by value: what lies beyond is a
+/// billionth.
+const FAR: f64 = 6.0;
+
 /// The comparators of one run.
 #[derive(Clone, Debug)]
 pub struct Watching<'a> {
@@ -22,6 +26,8 @@ pub struct Watching<'a> {
     /// The threshold in A that the command has set, with the noise of its pulse; none where it has none, or once a comparator
     /// has tripped there.
     threshold: Option<f64>,
+    /// The present value in A of noise that has a bandwidth; none while the current is too far from the threshold for it.
+    value: Option<f64>,
     /// Time in ns from which on the comparators are looked at again; never if they are, or if none has anything to do.
     wakes: f64,
     /// Whether the last step ended just before a trip.
@@ -41,6 +47,7 @@ impl<'a> Watching<'a> {
             specimen: case.sensors.comparator,
             noise: case.streams.open(Purpose::ComparatorNoise),
             threshold: None,
+            value: None,
             wakes: NEVER,
             near: false,
             after: None,
@@ -83,12 +90,27 @@ impl<'a> Watching<'a> {
         }
     }
 
-    /// Returns the level in A at which a comparator ends the stage; infinite if it does not.
+    /// Returns the level in A at which a comparator ends the stage; infinite if it does not. Below it by [`FAR`] deviations of noise
+    /// that has a bandwidth, while its values are not drawn yet.
     fn ends_stage(&self, input: Input) -> f64 {
         let exists = (input == Input::Link) == (self.settings.arrangement == Comparators::Common);
+        let noise = match self.settings.noise_hold() {
+            Some(_) => self.value.unwrap_or(FAR * self.settings.noise),
+            None => 0.0,
+        };
         self.threshold
             .filter(|_| exists)
-            .map_or(f64::INFINITY, |threshold| threshold + self.specimen.offset[input.number()])
+            .map_or(f64::INFINITY, |threshold| threshold + self.specimen.offset[input.number()] - noise)
+    }
+
+    /// Draws the next value of noise that has a bandwidth, at `now` in ns; the first one where there is none yet.
+    fn draw_value(&mut self, now: f64) {
+        let Some((hold, correlation)) = self.settings.noise_hold() else { return };
+        let fresh = self.settings.noise * self.noise.normal();
+        let next = self
+            .value
+            .map_or(fresh, |value| correlation * value + (1.0 - correlation * correlation).sqrt() * fresh);
+        (self.value, self.wakes) = (Some(next), now + hold);
     }
 }
 
@@ -107,11 +129,11 @@ impl<'a> Control<'a> {
         if command.threshold.is_some() && watching.settings.timer == 0.0 {
             return Err(RunError::NoComparator);
         }
-        (watching.capture, watching.near) = (None, false);
+        (watching.capture, watching.near, watching.value) = (None, false, None);
         watching.after = command.threshold.map(|_| (command.then, command.sampling));
         watching.threshold = command.threshold.map(|threshold| {
-            let noise = watching.settings.noise;
-            let shift = if noise > 0.0 { noise * watching.noise.normal() } else { 0.0 };
+            let (noise, lasts) = (watching.settings.noise, watching.settings.noise_bandwidth == 0.0);
+            let shift = if noise > 0.0 && lasts { noise * watching.noise.normal() } else { 0.0 };
             watching.settings.set(threshold) - shift
         });
         self.blank(bank, start);
@@ -129,10 +151,15 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Lets the comparators watch again after the blanking. One whose level the current has already passed trips at once.
+    /// Lets the comparators watch again after the blanking, or with the next value of their noise. One whose level the current has
+    /// already passed trips at once.
     pub(super) fn unblank<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
+        let now = self.time(bank);
         let Some(watching) = &mut self.comparators else { return Ok(()) };
         watching.wakes = NEVER;
+        if watching.value.is_some() && watching.threshold.is_some() {
+            watching.draw_value(now);
+        }
         self.put_levels(bank);
         let passed =
             Levels::<V>::INPUTS.into_iter().find(|input| self.current_at(bank, *input) >= self.level(*input));
@@ -178,6 +205,15 @@ impl<'a> Control<'a> {
         }
         watching.near = false;
         let for_good = watching.overcurrent(input) <= watching.ends_stage(input);
+        if !for_good && watching.value.is_none() && watching.settings.noise_hold().is_some() {
+            // Near enough for its noise to trip it.
+            watching.draw_value(now);
+            self.put_levels(bank);
+            if self.level(input) > current {
+                return Ok(());
+            }
+        }
+        let Some(watching) = &mut self.comparators else { return Ok(()) };
         if !for_good {
             let delay = watching.specimen.delay[input.number()];
             let output = now + delay * 1e9;
@@ -188,7 +224,7 @@ impl<'a> Control<'a> {
                 reason = "a time within a stage"
             )]
             let at = Nanos(output.ceil() as u64);
-            watching.threshold = None;
+            (watching.threshold, watching.value, watching.wakes) = (None, None, NEVER);
             if at <= end {
                 let ticks = watching.specimen.ticks((output - start.0 as f64) * 1e-9);
                 watching.capture = Some(Capture { ticks, comparator: input.phase() });

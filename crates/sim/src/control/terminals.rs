@@ -60,6 +60,31 @@ impl<'a> Control<'a> {
         bridge.terminal_capacitance * rise
     }
 
+    /// Returns the slope in A/s of [`Self::following`] for a leg at the upper rail, where legs' currents change by `slopes` in A/s.
+    fn following_slope<V: Wide>(
+        &self,
+        bank: &Bank<'a, V>,
+        direction: f64,
+        leg: usize,
+        slopes: [f64; 3],
+    ) -> f64 {
+        let following = self.following(bank, direction, leg);
+        let capacitance = self.case.inverter.bridge.terminal_capacitance;
+        if following == 0.0 {
+            return 0.0;
+        }
+        let time = self.time(bank);
+        let rise = bank.here.source.rise.get(self.lane);
+        let Some(storage) = self.case.inverter.link.storage else {
+            let later = bank.machine.links.source_of(self.lane, time * 1e-9 + SOON).rise;
+            return capacitance * (later - rise) / SOON;
+        };
+        let modes = bank.machine.legs.modes(self.lane, time);
+        let taken: f64 = (0..3).filter(|k| modes[*k].is_upper()).map(|k| slopes[k]).sum();
+        capacitance * ((rise - following / capacitance) / storage.source_resistance - taken)
+            / storage.capacitance
+    }
+
     /// Returns the distance in V from its bound within which a potential counts as at the bound.
     fn near<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> f64 {
         let mut near = bank.bounds.slack.blocked.get(self.lane) * POTENTIAL_DEEP;
@@ -114,16 +139,17 @@ impl<'a> Control<'a> {
         };
         let damped = bridge.terminal_resistance > 0.0;
         let least = NO_CURRENT * self.case.motor.rated_current;
-        let mode = |k: usize, slope: f64| {
+        // `slopes`: of the leg's current with what its terminal takes, either way.
+        let mode = |k: usize, slopes: [f64; 2]| {
             let [low, high] = bands[k];
             if is_one(k) {
                 // The same whichever way its current flows.
-                let way = if again && is_none(k, 0, slope) { slope } else { carried[k][0] };
+                let way = if again && is_none(k, 0, slopes[0]) { slopes[0] } else { carried[k][0] };
                 return if way < 0.0 { kind.inflow(gates[k]) } else { kind.outflow(gates[k]) };
             }
             // A slope that makes no current for a while is what the resistance makes of rounding: no device conducts for it.
-            let rises = if damped && slope.abs() * SOON <= least { 0.0 } else { slope };
-            let way = |way: usize| if is_none(k, way, slope) { rises } else { carried[k][way] };
+            let rises = slopes.map(|slope| if damped && slope.abs() * SOON <= least { 0.0 } else { slope });
+            let way = |way: usize| if is_none(k, way, slopes[way]) { rises[way] } else { carried[k][way] };
             if way(0) > 0.0 && held[k] <= low + near[k] {
                 kind.outflow(gates[k])
             } else if way(1) < 0.0 && held[k] >= high - near[k] {
@@ -136,17 +162,21 @@ impl<'a> Control<'a> {
             bridge.devices.clamp(mode).map_or(held[k], |clamp| clamp.potential(link, current[k]))
         };
         // What becomes of legs that carry a current does not depend on how currents change, but these depend on it: a current that
-        // has found a device meets that, and no resistance of what rings any more.
-        let mut modes: Modes = std::array::from_fn(|k| mode(k, 0.0));
+        // has found a device meets that, and no resistance of what rings any more. Nor does one that may be about to: by the slope
+        // behind the resistance its device would begin to conduct at once, and by the one without it end at once.
+        let undecided = |k: usize| !is_one(k) && (is_none(k, 0, 0.0) || is_none(k, 1, 0.0));
+        let mut modes: Modes = std::array::from_fn(|k| mode(k, [0.0; 2]));
         let behind: [f64; 3] = std::array::from_fn(|k| {
-            let blocked = modes[k] == Conduction::Blocked;
-            let met = if blocked { bridge.terminal_resistance * current[k] } else { 0.0 };
+            let rings = modes[k] == Conduction::Blocked && !undecided(k);
+            let met = if rings { bridge.terminal_resistance * current[k] } else { 0.0 };
             potential_in(k, modes[k]) - met
         });
-        if again || (0..3).any(|k| !is_one(k) && (is_none(k, 0, 0.0) || is_none(k, 1, 0.0))) {
+        if again || (0..3).any(undecided) {
             let rise = self.rise(bank, behind);
-            let axes = self.axes(bank);
-            modes = std::array::from_fn(|k| mode(k, axes[k].dot(rise)));
+            let slopes = self.axes(bank).map(|axis| axis.dot(rise));
+            modes = std::array::from_fn(|k| {
+                mode(k, [1.0, -1.0].map(|way| slopes[k] + self.following_slope(bank, way, k, slopes)))
+            });
         }
         for k in 0..3 {
             let [_, high] = bands[k];

@@ -20,6 +20,9 @@ choice! {
 /// and c, then current out of it.
 pub const OWN: usize = 6;
 
+/// How long a value of a comparator's noise holds, as a share of its time constant.
+const NOISE_HOLD: f64 = 0.25;
+
 /// The comparators as a type: the settings from which the errors of specimens are drawn. Without a timer and without an
 /// overcurrent trip a drive has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,6 +41,8 @@ pub struct ComparatorSettings {
     pub delay_spread: f64,
     /// Noise of the current at the comparator in A rms, see [`Comparator`].
     pub noise: f64,
+    /// Corner frequency of that noise in Hz; 0: so low that a pulse has one value.
+    pub noise_bandwidth: f64,
     /// Blanking: how long after the begin of each stage the comparators are ignored.
     pub blanking: Nanos,
     /// Bits of the converter that sets the threshold; 0: exact.
@@ -52,6 +57,13 @@ impl ComparatorSettings {
     /// Returns whether the drive has comparators.
     pub fn any(&self) -> bool {
         self.timer > 0.0 || self.trip > 0.0
+    }
+
+    /// Returns how long a value of the noise holds in ns, and its correlation with the next one; none for noise without a bandwidth.
+    pub(crate) fn noise_hold(&self) -> Option<(f64, f64)> {
+        let time_constant = 1.0 / (std::f64::consts::TAU * self.noise_bandwidth);
+        (self.noise > 0.0 && self.noise_bandwidth > 0.0)
+            .then(|| (time_constant * 1e9 * NOISE_HOLD, standstill_numeric::exp(-NOISE_HOLD)))
     }
 
     /// Returns the highest threshold in A that the drive's converter sets; 0 without one, which sets any.
@@ -83,9 +95,9 @@ impl ComparatorSettings {
 /// A comparator trips once: the drive latches its output, so that neither noise nor the current that reverses in the link
 /// when the gates open changes anything. A hysteresis would show only before that, where it is part of the offset.
 ///
-/// Noise shifts the threshold by one normal draw per pulse: its correlation time is taken to be longer than the crossing,
-/// during which the current passes through the noise. What is faster makes the first of many crossings an earlier one, by an
-/// amount that all pulses have in common, and is left out.
+/// Noise has the spectrum of a first-order filter: its correlation falls by e in τ = 1/(2π f). The comparator trips at the first
+/// crossing, so the faster the noise, the earlier and the less scattered the trip. A value holds for τ/4, which stands for the
+/// time that a comparator needs to respond. Without a bandwidth τ is longer than a pulse: one draw shifts its threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparator {
     /// Offset of each comparator in A: as if the current were less by it. One alone has the first.
