@@ -7,7 +7,7 @@ use standstill_interface::{Command, Nanos, Phase, Reading, Sampling, Stage};
 use standstill_inverter::OpenLeg;
 use standstill_plant::built_in;
 use standstill_scenario::{ErrorSet, Scenario};
-use standstill_sim::{NoProbe, PickUp, RotorState, Sensors, run};
+use standstill_sim::{Adc, NoProbe, PickUp, RotorState, Sensors, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter, reference_motor};
 
@@ -81,6 +81,82 @@ fn law_no_phase_is_taken_after_the_end_of_its_command() {
     let fall = (at_once[0][1] - at_once[1][1]) / 1e-6;
     assert_eq!(late[0][0], at_once[0][0]);
     assert!((late[0][1] - (at_once[0][1] - fall * 0.8e-6)).abs() < 1e-5, "{late:?} {at_once:?}");
+}
+
+#[test]
+fn analytic_a_reading_is_the_mean_of_its_conversions() {
+    let times = [37_000, 79_900, 95_000, 119_000];
+    // With filters samples are read off the steps that pass them, without they end steps.
+    for (bandwidth, skew) in [(None, 0), (None, 300), (Some(100e3), 0), (Some(100e3), 300)] {
+        let read = readings(
+            |sensors| {
+                sensors.settings.bandwidth = bandwidth;
+                sensors.settings.skew = Nanos(skew);
+                sensors.settings.oversampling = 5;
+                sensors.settings.conversion = Nanos(800);
+            },
+            &times,
+        );
+        let lag = bandwidth.map_or(1e-12, |corner| 1.0 / (TAU * corner));
+        for (at, reading) in times.into_iter().zip(read) {
+            for (k, sign) in [(0, 1.0), (1, -1.0)] {
+                let mut mean = 0.0;
+                let mut begin = at;
+                for _ in 0..5 {
+                    // Nothing is converted after the end of the command.
+                    mean += expected((begin + k * skew).min(120_000) as f64 * 1e-9, lag) / 5.0;
+                    begin = (begin + 800).min(120_000);
+                }
+                let value = sign * mean;
+                assert!(
+                    (reading.current.0[k as usize] - value).abs() < 2e-5,
+                    "{k} at {at} ns: {reading:?} {value}"
+                );
+            }
+            assert_eq!(reading.at, Nanos(at));
+        }
+    }
+}
+
+#[test]
+fn law_a_mean_has_less_noise_and_its_code_is_a_sum() {
+    let motor = reference_motor();
+    let rms = |oversampling| {
+        let mut case = exact_case(&motor, ideal_inverter(OpenLeg::Diodes), 330.0);
+        case.sensors.settings.noise = 0.1;
+        case.sensors.settings.adc = Some(Adc { bits: 12, low: -20.0, high: 20.0 });
+        case.sensors.settings.oversampling = oversampling;
+        let sampling = Sampling { first: Nanos(100_000), interval: Nanos(100_000), count: 1000 };
+        let command = Command::hold(Stage::off(Nanos(100_100_000)), sampling);
+        let mut script = Script::new(vec![command]);
+        run(&case, &mut script, false, &mut NoProbe);
+        for reading in &script.readings {
+            let n = f64::from(oversampling);
+            let value = f64::from(reading.counts.current.0[0]) / n * (40.0 / 4096.0) - 20.0;
+            assert!((value - reading.current.0[0]).abs() < 1e-9, "{reading:?}");
+        }
+        let squares: f64 = script.readings.iter().map(|reading| reading.current.0[0].powi(2)).sum();
+        (squares / script.readings.len() as f64).sqrt()
+    };
+    assert!((rms(1) / rms(16) / 4.0 - 1.0).abs() < 0.1, "{} {}", rms(1), rms(16));
+}
+
+/// The drive knows that a mean is that of its middle: pulses both ways have no larger error by it, and less noise.
+#[test]
+fn law_methods_that_know_the_mean_gain_by_it() {
+    for method in [MethodName::Bipolar, MethodName::MaximumLikelihood] {
+        let rms = |oversampling| {
+            let mut scenario = field(method);
+            scenario.sensors.noise *= 5.0;
+            scenario.sensors.oversampling = oversampling;
+            scenario.detector = Method::suited(method, &scenario.nameplate());
+            let errors =
+                (0..60).map(|trial| scenario.trial(trial).expect("settings").error_deg().unwrap_or(90.0));
+            (errors.map(|error| error * error).sum::<f64>() / 60.0).sqrt()
+        };
+        let (one, four) = (rms(1), rms(4));
+        assert!(four < 0.85 * one, "{method}: {four}° with four conversions, {one}° with one");
+    }
 }
 
 #[test]

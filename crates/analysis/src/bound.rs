@@ -194,6 +194,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
             bandwidth: sensors.bandwidth,
             sample_delay: sensors.sample_delay,
             skew: sensors.skew,
+            oversampling: sensors.oversampling,
+            conversion: sensors.conversion,
             dc_link: VoltageSensor { bandwidth: sensors.dc_link.bandwidth, ..SensorSettings::IDEAL.dc_link },
             ..SensorSettings::IDEAL
         };

@@ -65,6 +65,8 @@ pub struct Sensing<T> {
     /// The converter takes phases a, b and c (0, 1 and 2) one after the other: k this much times k after the trigger, but none
     /// after the end of its command. The DC link is taken together with phase a.
     pub skew: Nanos,
+    /// From the first conversion of a sample to its last: a reading is the mean of several, evenly apart.
+    pub averaged: Nanos,
     /// Amplitude in A of what an edge of a leg's potential adds to all readings of current, and the time constant in s with
     /// which it decays. Zeros: nothing.
     pub pick_up: [T; 2],
@@ -125,6 +127,7 @@ impl<T: Real> Default for Sensing<T> {
             bandwidth: None,
             bandwidth_mismatch: T::zero(),
             skew: Nanos::ZERO,
+            averaged: Nanos::ZERO,
             pick_up: [T::zero(); 2],
             one_shunt: false,
             settle: Nanos::ZERO,
@@ -142,6 +145,7 @@ impl<T: Real> Sensing<T> {
             bandwidth: self.bandwidth.map(cast),
             bandwidth_mismatch: cast(self.bandwidth_mismatch),
             skew: self.skew,
+            averaged: self.averaged,
             pick_up: self.pick_up.map(cast),
             one_shunt: self.one_shunt,
             settle: self.settle,
@@ -162,12 +166,13 @@ impl<T: Real> Sensing<T> {
 
     /// How much later in s than its trigger a line's current is sampled: the mean of its two phases. While the current is
     /// a straight line between the two samples, so is their mean. A phase without sensor is as late as the one that carries
-    /// the line's current with it, because the third has none. Of shunts below the legs it is the one or the other by
+    /// the line's current with it, because the third has none. A mean of several conversions is that of their middle. Of shunts below the legs it is the one or the other by
     /// direction: their mean is the same. One shunt in the link is read once, at its trigger.
     pub(crate) fn late(&self, line: usize, derived: Derived) -> T {
         let (from, to) = LINES[line];
         let sampled = |phase, other| if derived == Derived::One(phase) { other } else { phase };
-        T::of((self.skew * (sampled(from, to) as u64 + sampled(to, from) as u64)).seconds() / 2.0)
+        let skew = self.skew * (sampled(from, to) as u64 + sampled(to, from) as u64);
+        T::of((skew + self.averaged).seconds() / 2.0)
     }
 
     /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left, and until shunts are read.
@@ -181,7 +186,7 @@ impl<T: Real> Sensing<T> {
     /// the edge, and that no jitter moves a sample into what the edge adds. A shunt in the DC link shows the current with the other sign
     /// after the edge.
     pub(crate) fn lead(&self) -> Nanos {
-        let lead = self.skew * 2 + Nanos::from_seconds(self.blank().to_double());
+        let lead = self.averaged + self.skew * 2 + Nanos::from_seconds(self.blank().to_double());
         if self.one_shunt { lead.max(Nanos::from_micros(1)) } else { lead }
     }
 
@@ -196,8 +201,8 @@ impl<T: Real> Sensing<T> {
     /// sample at the peak. Nor may what an edge adds look like a gain.
     pub(crate) fn compares(&self, pulse: Nanos) -> impl Fn(Nanos) -> bool {
         let until = pulse + Nanos::from_seconds(self.blank().to_double());
-        let alike = self.skew == Nanos::ZERO && until == pulse;
-        let skew = self.skew * 2;
+        let skew = self.skew * 2 + self.averaged;
+        let alike = skew == Nanos::ZERO && until == pulse;
         move |time| alike || time + skew < pulse || time > until
     }
 
@@ -214,6 +219,7 @@ impl<T: Real> Sensing<T> {
         let is_share = mismatch >= T::zero() && mismatch < T::one();
         require(is_share, "sensing.bandwidth_mismatch", "from 0 to below 1")?;
         require(self.skew <= Nanos::from_micros(100), "sensing.skew", "at most 100 us")?;
+        require(self.averaged <= Nanos::from_micros(10_000), "sensing.averaged", "at most 10 ms")?;
         let [amplitude, decay] = self.pick_up;
         require_zero_or_more(amplitude, "sensing.pick_up")?;
         require_zero_or_more(decay, "sensing.pick_up")?;

@@ -34,6 +34,7 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
         bandwidth: None,
         bandwidth_mismatch: 0.0,
         skew: Nanos::ZERO,
+        averaged: Nanos::ZERO,
         pick_up: [0.0; 2],
         one_shunt: false,
         settle: Nanos::ZERO,

@@ -308,6 +308,20 @@ impl SensorsTable {
                 return Err(FileError::key("sensors.threshold_bits", &bits.to_string(), needed));
             }
         }
+        if let Some(count) = self.oversampling {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "whole, from 1 to 64"
+            )]
+            let count = count.value() as u8;
+            sensors.oversampling = count;
+        }
+        if let (Some(apart), false) = (self.conversion, sensors.oversampling > 1) {
+            let needed =
+                "`sensors.oversampling` above 1 beside it: one conversion has no distance from another";
+            return Err(FileError::key("sensors.conversion", &apart.to_string(), needed));
+        }
         if let (Some(settle), false) = (self.settle, sensors.arrangement.follows_legs()) {
             let needed = "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": sensors in the phases see no edges";
             return Err(FileError::key("sensors.settle", &settle.to_string(), needed));

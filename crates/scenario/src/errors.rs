@@ -163,6 +163,8 @@ impl ErrorSet {
             bandwidth_mismatch: 0.0,
             adc: Some(Adc { bits: 12, low: -20.0 * scale, high: 20.0 * scale }),
             skew: Nanos::ZERO,
+            oversampling: 1,
+            conversion: Nanos::from_micros(1),
             pick_up: None,
             jitter: Nanos(100),
             sample_delay: Nanos::ZERO,

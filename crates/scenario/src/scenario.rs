@@ -165,6 +165,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
             bandwidth: sensors.bandwidth,
             bandwidth_mismatch: if one_shunt { 0.0 } else { sensors.bandwidth_mismatch },
             skew: if one_shunt { Nanos::ZERO } else { sensors.skew },
+            averaged: sensors.averaged(),
             pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
             one_shunt,
             link_noise: link_noise(&sensors.dc_link),

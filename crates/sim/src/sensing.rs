@@ -254,6 +254,11 @@ pub struct SensorSettings {
     /// phase a together with the DC link. Conversions that would fall after the end of the command are taken at its
     /// end.
     pub skew: Nanos,
+    /// Conversions of each sample, of which the reading is the mean; the code counts their sum.
+    pub oversampling: u8,
+    /// From one conversion of a channel to the next one of the same sample, at least until all phases are converted. Conversions that would fall after the end of the
+    /// command are taken at its end.
+    pub conversion: Nanos,
     /// Pick-up of switching edges in all currents behind the filters; none: no pick-up.
     pub pick_up: Option<PickUp>,
     /// Jitter: largest deviation of each ADC trigger, uniformly distributed in both directions; a sample never leaves
@@ -276,6 +281,11 @@ pub struct SensorSettings {
 }
 
 impl SensorSettings {
+    /// Returns the time from the first conversion of a sample to its last, skew apart.
+    pub fn averaged(&self) -> Nanos {
+        self.conversion.max(self.skew * 2) * (u64::from(self.oversampling.max(1)) - 1)
+    }
+
     /// Returns the currents in A through the sensors of the three phases: all of them in line, those of the conducting lower
     /// devices through shunts below the legs. A shunt in the DC link has the first place; the others are empty.
     pub fn seen(&self, current: [f64; 3], modes: Modes) -> [f64; 3] {
@@ -316,6 +326,8 @@ impl SensorSettings {
         bandwidth_mismatch: 0.0,
         adc: None,
         skew: Nanos::ZERO,
+        oversampling: 1,
+        conversion: Nanos::from_micros(1),
         pick_up: None,
         jitter: Nanos::ZERO,
         sample_delay: Nanos::ZERO,

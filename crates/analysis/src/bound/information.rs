@@ -53,6 +53,7 @@ impl Noise {
                 }
             }
         }
+        variance /= f64::from(sensors.oversampling.max(1));
         let jitter = sensors.jitter.seconds();
         Self { readings, variance, jitter: jitter * jitter / 3.0, slope }
     }

@@ -62,7 +62,8 @@ impl<T: Real> MaximumLikelihood<T> {
         let zero = T::zero();
         let sensing = &settings.pulses.sensing;
         let mut train = Train::new(settings.pulses.train);
-        train.spoilt_end = sensing.one_shunt || sensing.skew > Nanos::ZERO || sensing.blank() > zero;
+        train.spoilt_end =
+            sensing.one_shunt || sensing.skew + sensing.averaged > Nanos::ZERO || sensing.blank() > zero;
         Ok(Self {
             settings,
             train,

@@ -342,7 +342,8 @@ impl<T: Real> SixPulse<T> {
         if current < needed {
             return Err(Fault::NoCurrent { peak: current, needed });
         }
-        let time = T::of((s.sampled - s.sensing.lead()).seconds()) - dead_time;
+        let middle = T::of(s.sensing.averaged.seconds()) / T::of(2.0);
+        let time = T::of((s.sampled - s.sensing.lead()).seconds()) + middle - dead_time;
         Ok((current / voltage, time))
     }
 

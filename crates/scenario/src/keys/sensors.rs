@@ -110,6 +110,16 @@ table! {
         skew: Quantity<Second> [scenario.sensors.skew] {
             range: Some(Range::new(0.0, 1e-4, SKEW, "the next sample waits")), example: "\"0.5 us\"",
         };
+        /// Conversions of each sample, of which a reading is the mean; codes are their sum.
+        oversampling: Quantity<One> {
+            range: Some(Range::new(1.0, 64.0, "a whole number from 1 to 64: converters average no more by themselves", "converters average no more by themselves").whole()),
+            get: |scenario| Some(number(scenario.sensors.oversampling.into())), example: "1",
+        };
+        /// Time from one conversion of a channel to the next one of the same sample, at least twice `skew`.
+        conversion: Quantity<Second> [scenario.sensors.conversion] {
+            range: Some(Range::new(1e-8, 1e-4, "from 10 ns to 100 us: a sample ends before the next one", "a sample ends before the next one")),
+            applies: |scenario| scenario.sensors.oversampling > 1, example: "\"1 us\"",
+        };
         /// Settling time of a shunt's amplifier that the drive assumes: it does not read a shunt until the dead time and this time have
         /// passed since the last request to its leg, to any leg for the shunt in the DC link.
         settle: Quantity<Second> [scenario.sensors.settle] {

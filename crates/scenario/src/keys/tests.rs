@@ -30,6 +30,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("sensors.terminal_range", "sensors.terminals = true"),
     ("sensors.terminal_bits", "sensors.terminals = true"),
     ("sensors.terminal_load", "sensors.terminals = true"),
+    ("sensors.conversion", "sensors.oversampling = 4"),
     ("sensors.comparators", "sensors.timer = 1e-6"),
     ("sensors.comparator_offset", "sensors.timer = 1e-6"),
     ("sensors.comparator_delay", "sensors.timer = 1e-6"),

@@ -105,7 +105,7 @@ fn spread(key: &str) -> &'static str {
         "detector.time_limit" => "uniform = \"1 s\", mean = \"10 s\"",
         "sensors.bandwidth_tolerance" | "sensors.bandwidth_mismatch" => "uniform = \"1 %\", mean = \"2 %\"",
         "sensors.settle" => "uniform = \"0.2 us\", mean = \"3 us\"",
-        "sensors.skew" | "sensors.jitter" | "sensors.sample_delay" => {
+        "sensors.skew" | "sensors.conversion" | "sensors.jitter" | "sensors.sample_delay" => {
             "uniform = \"0.2 us\", mean = \"0.5 us\""
         }
         "sensors.dc_link_gain_error" => "uniform = \"0.1 %\", mean = \"0.2 %\"",

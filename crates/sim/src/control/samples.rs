@@ -114,8 +114,8 @@ impl<'a> Control<'a> {
         settled
     }
 
-    /// Converts the values at a time in ns: currents in A, the link's voltage and those of the terminals in V. Returns whether the
-    /// reading is complete. `requests`: see [`Instant`].
+    /// Converts the values at a time in ns: currents in A, the link's voltage and those of the terminals in V. Returns whether all
+    /// phases have been converted. `requests`: see [`Instant`].
     fn convert(
         &mut self,
         nominal: Nanos,
@@ -125,13 +125,16 @@ impl<'a> Control<'a> {
         terminal: [f64; 3],
         (requested, settled): ([Gate; 3], [bool; 3]),
     ) -> bool {
-        let skew = self.case.sensors.settings.skew;
+        let settings = &self.case.sensors.settings;
+        let skew = settings.skew;
         if self.course.taken == 0 {
             self.course.terminal = terminal;
         }
         let Some((current, dc_link)) = self.course.converted(current, dc_link, skew) else { return false };
         let there = Instant { current, dc_link, terminal: self.course.terminal, requested, settled };
-        let mut reading: Reading<f64> = self.sampler.read(nominal, &there);
+        let reading: Reading<f64> = self.sampler.read(nominal, &there);
+        let averaged = self.course.averaged(reading, settings.oversampling, settings.conversion);
+        let Some(mut reading) = averaged else { return true };
         if let Some(watching) = &self.comparators {
             reading.capture = watching.capture();
         }

@@ -97,7 +97,9 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         let interval = train.interval.min(ZEROING_INTERVAL);
         let needed =
             "such that all phases are converted before the next sample: less than half of the interval";
-        require(self.pulses.sensing.skew * 2 < interval, "sensors.skew", needed)?;
+        let sensing = &self.pulses.sensing;
+        require(sensing.skew * 2 < interval, "sensors.skew", needed)?;
+        require(sensing.skew * 2 + sensing.averaged < interval, "sensors.oversampling", needed)?;
         // The rise of the current after one edge and its fall after the other must leave samples.
         let blank = Nanos::from_seconds(self.pulses.sensing.blank().to_double());
         let needed =
