@@ -174,6 +174,11 @@ def met_by_ringing(resistance, switch_drop, diode_drop, mosfets):
     return "\n".join(lines)
 
 
+def sensed(case):
+    """Whether terminals' potentials and the link's current are written."""
+    return case["name"].startswith("sensed_")
+
+
 def netlist(case, tables, sequences, step, reltol):
     sequence = sequences[case["sequence"]]
     commands = sequence["commands"]
@@ -210,6 +215,9 @@ def netlist(case, tables, sequences, step, reltol):
         assert capacitance, case["name"]
         terminals += met_by_ringing(damped, switch_drop, diode_drop, mosfets)
         windings = ["wa", "wb", "wc"]
+    # Between link capacitor and bridge, without a resistance.
+    shunt = "Vdc link 0 {0}\nVshunt link p 0" if sensed(case) else "Vdc p 0 {0}"
+    seen = " v(a) v(b) v(c) i(Vshunt)" if sensed(case) else ""
     stray = "".join(f"C{leg} {leg} damped{leg} 0.1p\nRdamp{leg} damped{leg} 0 1meg\n" for leg in "abc")
     return f"""\
 * {case["name"]}: written by netlists.py from cases.txt, to be changed there.
@@ -249,7 +257,7 @@ Rmd 9 10 {diode_slope:g}m
 Vmd 10 out {diode_drop:g}
 .ends
 Vone one 0 1
-Vdc p 0 {DC_LINK}
+{shunt.format(DC_LINK)}
 Xa p 0 a upa lowa leg
 Xb p 0 b upb lowb leg
 Xc p 0 c upc lowc leg
@@ -265,7 +273,7 @@ set wr_vecnames
 option numdgt=10
 run
 linearize
-wrdata {case["name"]}.data i(La) i(Lb) i(Lc)
+wrdata {case["name"]}.data i(La) i(Lb) i(Lc){seen}
 quit
 .endc
 .end
@@ -274,7 +282,7 @@ quit
 
 def write_csv(data, path):
     rows = [[float(x) for x in line.split()] for line in data.read_text().splitlines()[1:]]
-    lines = ["t_s,i_a_A,i_b_A,i_c_A"]
+    lines = ["t_s,i_a_A,i_b_A,i_c_A" + (",v_a_V,v_b_V,v_c_V,i_link_A" if len(rows[0]) > 4 else "")]
     # Adding zero turns a rounded −0 into 0.
     lines += [f"{row[0]:.8f}".rstrip("0") + "".join(f",{round(x, 6) + 0.0:.6f}" for x in row[1:]) for row in rows]
     path.write_text("\n".join(lines) + "\n")
@@ -289,8 +297,9 @@ def compare(other):
     for path in sorted(HERE.glob("*.csv")):
         ours, theirs = read_csv(path), read_csv(other / path.name)
         assert [row[0] for row in ours] == [row[0] for row in theirs], path.name
-        scale = max(abs(x) for row in ours for x in row[1:])
-        worst = max(abs(x - y) for a, b in zip(ours, theirs) for x, y in zip(a[1:], b[1:]))
+        # Of what has potentials the currents alone are compared here.
+        scale = max(abs(x) for row in ours for x in row[1:4])
+        worst = max(abs(x - y) for a, b in zip(ours, theirs) for x, y in zip(a[1:4], b[1:4]))
         overall = max(overall, worst / scale)
         print(f"{path.stem:26} {worst / scale:.1e} of {scale:.3f} A")
     print(f"{'largest':26} {overall:.1e}")

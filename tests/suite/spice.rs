@@ -6,6 +6,7 @@
 //! varies about that is most of the deviation that is left: it shrinks in proportion with a smaller junction voltage.
 
 mod cases;
+mod sensed;
 
 use std::path::PathBuf;
 
@@ -319,7 +320,7 @@ fn cross_no_case_of_ngspice_is_left_out() {
     }
     // The tests above go by the beginning of the name; motors are fitted to `pulses_` in crates/analysis/tests/fit.rs.
     let known =
-        ["slow_", "fast_", "vectors_", "turning_", "opened_", "mosfet_", "pulses_", "charged_", "damped_"];
+        ["slow_", "fast_", "vectors_", "turning_", "opened_", "mosfet_", "pulses_", "charged_", "damped_", "sensed_"];
     assert!(named.iter().all(|name| known.iter().any(|known| name.starts_with(known))), "{named:?}");
 }
 

@@ -26,6 +26,8 @@ pub struct Comparing<T> {
     pub blanking: T,
     /// Highest threshold in A that the drive can set; 0: any.
     pub highest: T,
+    /// Standard deviation of the timer's clock, relative.
+    pub clock_error: T,
 }
 
 impl<T: Real> Comparing<T> {
@@ -41,6 +43,7 @@ impl<T: Real> Comparing<T> {
             noise: cast(self.noise),
             blanking: cast(self.blanking),
             highest: cast(self.highest),
+            clock_error: cast(self.clock_error),
         }
     }
 
@@ -51,7 +54,8 @@ impl<T: Real> Comparing<T> {
         require_zero_or_more(self.delay_spread, "sensing.comparator.delay_spread")?;
         require_zero_or_more(self.noise, "sensing.comparator.noise")?;
         require_zero_or_more(self.blanking, "sensing.comparator.blanking")?;
-        require_zero_or_more(self.highest, "sensing.comparator.highest")
+        require_zero_or_more(self.highest, "sensing.comparator.highest")?;
+        require_zero_or_more(self.clock_error, "sensing.comparator.clock_error")
     }
 }
 
@@ -166,8 +170,9 @@ impl<T: Real> Sensing<T> {
 
     /// How much later in s than its trigger a line's current is sampled: the mean of its two phases. While the current is
     /// a straight line between the two samples, so is their mean. A phase without sensor is as late as the one that carries
-    /// the line's current with it, because the third has none. A mean of several conversions is that of their middle. Of shunts below the legs it is the one or the other by
-    /// direction: their mean is the same. One shunt in the link is read once, at its trigger.
+    /// the line's current with it, because the third has none. Of shunts below the legs it is the one or the other by
+    /// direction: their mean is the same. One shunt in the link is read once, at its trigger. Where
+    /// several conversions are averaged, half of their span comes on top.
     pub(crate) fn late(&self, line: usize, derived: Derived) -> T {
         let (from, to) = LINES[line];
         let sampled = |phase, other| if derived == Derived::One(phase) { other } else { phase };
@@ -186,8 +191,21 @@ impl<T: Real> Sensing<T> {
     /// the edge, and that no jitter moves a sample into what the edge adds. A shunt in the DC link shows the current with the other sign
     /// after the edge.
     pub(crate) fn lead(&self) -> Nanos {
-        let lead = self.averaged + self.skew * 2 + Nanos::from_seconds(self.blank().to_double());
-        if self.one_shunt { lead.max(Nanos::from_micros(1)) } else { lead }
+        let blank = Nanos::from_seconds(self.blank().to_double());
+        let blank = if self.one_shunt { blank.max(Nanos::from_micros(1)) } else { blank };
+        self.averaged + self.skew * 2 + blank
+    }
+
+    /// The key that has the largest part in [`Self::lead`].
+    pub(crate) fn lead_key(&self) -> &'static str {
+        let blank = Nanos::from_seconds(self.blank().to_double());
+        if self.averaged > blank.max(self.skew * 2) {
+            "sensors.oversampling"
+        } else if self.skew * 2 > blank {
+            "sensors.skew"
+        } else {
+            self.blank_key()
+        }
     }
 
     /// For how long in s a current that has risen evenly for `time` shows in sensors that lag: τ less, once it has risen for some τ.
@@ -219,7 +237,7 @@ impl<T: Real> Sensing<T> {
         let is_share = mismatch >= T::zero() && mismatch < T::one();
         require(is_share, "sensing.bandwidth_mismatch", "from 0 to below 1")?;
         require(self.skew <= Nanos::from_micros(100), "sensing.skew", "at most 100 us")?;
-        require(self.averaged <= Nanos::from_micros(10_000), "sensing.averaged", "at most 10 ms")?;
+        require(self.averaged <= Nanos::from_micros(20_000), "sensing.averaged", "at most 20 ms")?;
         let [amplitude, decay] = self.pick_up;
         require_zero_or_more(amplitude, "sensing.pick_up")?;
         require_zero_or_more(decay, "sensing.pick_up")?;

@@ -53,6 +53,7 @@ const NO_COMPARATOR: Comparing<f64> = Comparing {
     noise: 0.0,
     blanking: 0.0,
     highest: 0.0,
+    clock_error: 0.0,
 };
 
 /// Normally distributed numbers, the same each time.

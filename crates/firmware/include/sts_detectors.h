@@ -66,6 +66,11 @@ typedef struct sts_plate {
     float divider_tolerance;    /* standard deviation of the gains of the terminals' dividers, a share */
     float divider_offset;       /* standard deviation of their offsets, V of the terminal */
     float divider_bandwidth;    /* corner frequency of the dividers' filters, Hz; 0: no filter */
+    float comparator_blanking;  /* after the begin of a pulse, how long comparators are ignored, s */
+    float threshold_highest;    /* highest threshold that the drive can set, A; 0: any */
+    float timer_error;          /* standard deviation of the timer's clock, a share */
+    float link_noise;           /* of a reading of the DC link's voltage, with its rounding, V rms */
+    uint64_t averaged_ns;       /* a reading is the mean of several conversions: from the first to the last of them; 0: of one */
 } sts_plate;
 
 /* A setting of a method, as in a scenario's table [detector]: its key, and its value in SI units (0 or 1 for no or yes). */
@@ -91,7 +96,7 @@ enum sts_reason {
     STS_DID_NOT_FOLLOW = 24,       /* the rotor did not follow an alignment */
     STS_ROTOR_MOVES = 25,
     STS_UNEXPECTED_SAMPLES = 26,   /* others than were asked for, or a state that sts_begin() did not make */
-    STS_TRIPPED_EARLY = 27         /* a comparator tripped within its blanking, or within a tick of its timer */
+    STS_TRIPPED_EARLY = 27         /* a comparator tripped during its blanking, or less than a tick and a half after it */
 };
 
 /* Makes a detector of a method ("bipolar", "line-inductance-fast", …: standstill explain names them) in `state`.

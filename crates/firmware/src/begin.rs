@@ -74,6 +74,8 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
             bandwidth: Some(plate.sensor_bandwidth).filter(|corner| *corner != 0.0),
             bandwidth_mismatch: plate.bandwidth_mismatch,
             skew: Nanos(plate.skew_ns),
+            averaged: Nanos(plate.averaged_ns),
+            link_noise: plate.link_noise,
             pick_up: plate.pick_up,
             one_shunt: has(plate, Source::LinkCurrent),
             settle: Nanos(plate.settle_ns),
@@ -84,6 +86,9 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
                 offset: plate.comparator_offset,
                 delay_spread: plate.comparator_delay_spread,
                 noise: plate.comparator_noise,
+                blanking: plate.comparator_blanking,
+                highest: plate.threshold_highest,
+                clock_error: plate.timer_error,
             },
         },
         dividers: Dividers {

@@ -32,7 +32,8 @@ fn layout() -> Vec<(String, usize)> {
         "sts_plate" Plate: rated_pulse_ns dead_time_ns period_ns skew_ns rated_current resistance ld lq flux stronger_pole
             stronger_pole_half pole_difference gain_tolerance dc_link switch_drop diode_drop reverse_drop sensor_bandwidth
             bandwidth_mismatch pick_up settle_ns readings comparators timer_tick comparator_delay comparator_delay_spread
-            comparator_offset comparator_noise divider_tolerance divider_offset divider_bandwidth;
+            comparator_offset comparator_noise divider_tolerance divider_offset divider_bandwidth comparator_blanking
+            threshold_highest timer_error link_noise averaged_ns;
         "sts_setting" Setting: key value;
     }
     for (name, value) in [

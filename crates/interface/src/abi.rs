@@ -267,6 +267,11 @@ pub struct Plate {
     pub divider_tolerance: f32,
     pub divider_offset: f32,
     pub divider_bandwidth: f32,
+    pub comparator_blanking: f32,
+    pub threshold_highest: f32,
+    pub timer_error: f32,
+    pub link_noise: f32,
+    pub averaged_ns: u64,
 }
 
 /// `enum sts_kinds`: kinds of readings that a drive has.

@@ -164,7 +164,7 @@ pub enum Fault<T> {
         /// Required current in A.
         needed: T,
     },
-    /// A comparator tripped before its time is a measure of the current: within its blanking, or within a tick of the timer.
+    /// A comparator tripped before its time is a measure of the current: during its blanking, or less than a tick and a half after it.
     TrippedEarly {
         /// Measured time in s.
         time: T,

@@ -322,6 +322,20 @@ impl SensorsTable {
                 "`sensors.oversampling` above 1 beside it: one conversion has no distance from another";
             return Err(FileError::key("sensors.conversion", &apart.to_string(), needed));
         }
+        if let Some(apart) = self.conversion
+            && Nanos::from_seconds(apart.value()) < sensors.skew * 2
+        {
+            let needed = format!(
+                "at least twice `sensors.skew`, {:.3} us: all phases are converted before the first one again",
+                sensors.skew.seconds() * 2e6
+            );
+            return Err(FileError::key("sensors.conversion", &apart.to_string(), &needed));
+        }
+        if let (Some(bandwidth), true) = (self.comparator_bandwidth, sensors.comparator.noise == 0.0) {
+            let needed =
+                "`sensors.comparator_noise` above 0 beside it: without noise there is nothing to filter";
+            return Err(FileError::key("sensors.comparator_bandwidth", &bandwidth.to_string(), needed));
+        }
         if let (Some(settle), false) = (self.settle, sensors.arrangement.follows_legs()) {
             let needed = "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": sensors in the phases see no edges";
             return Err(FileError::key("sensors.settle", &settle.to_string(), needed));

@@ -99,7 +99,10 @@ impl DetectorTable {
         sensors: &SensorSettings,
         time_limit: Nanos,
     ) -> Result<Maker, FileError> {
-        let scale = |adc: Adc| Scale { bits: adc.bits, per_count: adc.step(), at_zero: adc.low };
+        // A code is the sum of those of all conversions of a sample.
+        let conversions = f64::from(sensors.oversampling.max(1));
+        let scale =
+            |adc: Adc| Scale { bits: adc.bits, per_count: adc.step() / conversions, at_zero: adc.low };
         let mut lines = String::new();
         for (key, value) in self.config() {
             let text = match value {

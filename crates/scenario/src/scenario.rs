@@ -138,7 +138,7 @@ pub(crate) fn sources(arrangement: Arrangement, terminals: bool, timer: bool) ->
 /// Returns the noise of a sample of the link's voltage in V rms, with that of the converter's rounding.
 fn link_noise(of: &VoltageSensor) -> f64 {
     let rounding = of.adc.filter(|adc| adc.rounds()).map_or(0.0, |adc| adc.step() / 12.0_f64.sqrt());
-    of.noise.hypot(rounding)
+    standstill_numeric::hypot(of.noise, rounding)
 }
 
 /// Returns what the drive knows of this motor and of itself: values of the data sheets.
@@ -168,7 +168,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
             averaged: sensors.averaged(),
             pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
             one_shunt,
-            link_noise: link_noise(&sensors.dc_link),
+            link_noise: link_noise(&sensors.dc_link) / f64::from(sensors.oversampling.max(1)).sqrt(),
             settle: if sensors.settle > Nanos::ZERO { drive.dead_time + sensors.settle } else { Nanos::ZERO },
             comparator: Comparing {
                 tick: sensors.comparator.timer,
@@ -179,6 +179,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
                 noise: sensors.comparator.noise,
                 blanking: sensors.comparator.blanking.seconds(),
                 highest: sensors.comparator.highest(),
+                clock_error: sensors.comparator.timer_error,
             },
         },
         dividers: sensors.terminal.map_or_else(Dividers::default, |of| Dividers {

@@ -122,6 +122,7 @@ fn in_c(Plate { knows: plate, readings }: &Plate) -> String {
         ("period_ns", plate.carrier_period),
         ("skew_ns", plate.sensing.skew),
         ("settle_ns", plate.sensing.settle),
+        ("averaged_ns", plate.sensing.averaged),
     ] {
         field(name, time.0.to_string());
     }
@@ -141,6 +142,10 @@ fn in_c(Plate { knows: plate, readings }: &Plate) -> String {
         ("comparator_delay_spread", comparator.delay_spread),
         ("comparator_offset", comparator.offset),
         ("comparator_noise", comparator.noise),
+        ("comparator_blanking", comparator.blanking),
+        ("threshold_highest", comparator.highest),
+        ("timer_error", comparator.clock_error),
+        ("link_noise", plate.sensing.link_noise),
         ("divider_tolerance", plate.dividers.gain_tolerance),
         ("divider_offset", plate.dividers.offset),
         ("divider_bandwidth", plate.dividers.bandwidth.unwrap_or(0.0)),

@@ -256,7 +256,7 @@ pub struct SensorSettings {
     pub skew: Nanos,
     /// Conversions of each sample, of which the reading is the mean; the code counts their sum.
     pub oversampling: u8,
-    /// From one conversion of a channel to the next one of the same sample, at least until all phases are converted. Conversions that would fall after the end of the
+    /// From one conversion of a channel to the next one of the same sample; with `skew`, never less than twice it. Conversions that would fall after the end of the
     /// command are taken at its end.
     pub conversion: Nanos,
     /// Pick-up of switching edges in all currents behind the filters; none: no pick-up.

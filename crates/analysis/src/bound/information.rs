@@ -42,10 +42,13 @@ pub struct Noise {
 impl Noise {
     /// Takes the noise of these sensors. A current outside of the converter's range does not count as a reading.
     pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<[f64; 3]>) -> Self {
-        let mut variance = sensors.noise * sensors.noise;
+        let conversions = f64::from(sensors.oversampling.max(1));
+        let mut variance = sensors.noise * sensors.noise / conversions;
         if let Some(adc) = sensors.adc {
             if adc.rounds() {
-                variance += adc.step() * adc.step() / 12.0;
+                // Equal codes have equal errors: only noise of half a code or more makes those of a mean independent.
+                let independent = if sensors.noise >= 0.5 * adc.step() { conversions } else { 1.0 };
+                variance += adc.step() * adc.step() / 12.0 / independent;
             }
             for (measured, current) in readings.measured.iter_mut().zip(&readings.current) {
                 for (measured, current) in measured.iter_mut().zip(current) {
@@ -53,7 +56,6 @@ impl Noise {
                 }
             }
         }
-        variance /= f64::from(sensors.oversampling.max(1));
         let jitter = sensors.jitter.seconds();
         Self { readings, variance, jitter: jitter * jitter / 3.0, slope }
     }

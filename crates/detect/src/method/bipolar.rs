@@ -43,10 +43,10 @@ impl<T: Real> BipolarSettings<T> {
         require(self.0.train.rounds >= 2, "rounds", "at least 2, to see how the pulses scatter")?;
         self.0.check()?;
         let (train, lead) = (&self.0.train, self.0.sensing.lead());
-        let needed = "such that a pulse is sampled before its end: with twice `skew`, five of them in less than a quarter of it";
+        let needed = "such that a pulse is sampled before its end: all conversions of a sample and what an edge spoils within one interval";
         require(
             lead < train.interval && lead + train.dead_time < train.pulse,
-            self.0.sensing.blank_key(),
+            self.0.sensing.lead_key(),
             needed,
         )
     }

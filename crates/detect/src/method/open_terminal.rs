@@ -112,6 +112,8 @@ pub struct OpenTerminalSettings<T> {
     pub pole_error: T,
     /// Corner frequency in Hz of the dividers' filters; none: no filter.
     pub bandwidth: Option<T>,
+    /// From the first conversion of a sample to its last.
+    pub averaged: Nanos,
 }
 
 impl<T: Real> OpenTerminalSettings<T> {
@@ -138,6 +140,7 @@ impl<T: Real> OpenTerminalSettings<T> {
             signature: drive.pulse_signature,
             pole_error: T::of(1e-6),
             bandwidth: dividers.bandwidth,
+            averaged: drive.sensing.averaged,
         }
         .with_pulse(drive.line_pulse(T::of(0.5)))
     }
@@ -170,6 +173,8 @@ impl<T: Real> OpenTerminalSettings<T> {
         )?;
         let needed = "so long that the dividers' filters settle in the first part of it, and samples remain";
         require(self.settle < self.pulse && self.used() >= LEAST_SAMPLES, "pulse", needed)?;
+        let needed = "such that all conversions of a sample come before the next edge: half of an interval";
+        require(self.averaged * 2 < self.interval, "sensors.oversampling", needed)?;
         require(self.attempts > 0, "attempts", "at least 1")?;
         let tolerance = self.gain_tolerance;
         require(tolerance >= T::zero() && tolerance < T::one(), "gain_tolerance", "from 0 to below 1")?;

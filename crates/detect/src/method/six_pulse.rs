@@ -305,8 +305,11 @@ impl<T: Real> SixPulse<T> {
             }
             self.margin.at_most(time.min(longest), longest);
             // A threshold that was passed before there was time for a current, or before the comparators watched: those trip
-            // as soon as they do, within a tick and a half of the end of the blanking.
-            let watched = (comparator.blanking - dead_time).max(T::zero());
+            // as soon as they do, within a tick and a half of the end of the blanking, and what clock and delay may err.
+            let three = T::of(3.0);
+            let clock = (comparator.blanking + comparator.delay) * comparator.clock_error * three;
+            let watched =
+                (comparator.blanking - dead_time).max(T::zero()) + clock + comparator.delay_spread * three;
             let needed = watched + comparator.tick * T::of(1.5);
             self.margin.at_least(time, needed);
             if time <= needed {

@@ -113,7 +113,7 @@ table! {
         /// Conversions of each sample, of which a reading is the mean; codes are their sum.
         oversampling: Quantity<One> {
             range: Some(Range::new(1.0, 64.0, "a whole number from 1 to 64: converters average no more by themselves", "converters average no more by themselves").whole()),
-            get: |scenario| Some(number(scenario.sensors.oversampling.into())), example: "1",
+            get: |scenario| Some(number(scenario.sensors.oversampling.into())), example: "4",
         };
         /// Time from one conversion of a channel to the next one of the same sample, at least twice `skew`.
         conversion: Quantity<Second> [scenario.sensors.conversion] {
@@ -271,7 +271,7 @@ table! {
             range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::ComparatorNoise, EACH)),
             applies: captures, drawn: captures, example: "\"10 mA\"",
         };
-        /// Corner frequency of the noise at a comparator, which trips at the first crossing. 0: each pulse has one value.
+        /// Corner frequency of that noise; the comparator trips at the first crossing. 0: one value holds for the whole pulse.
         comparator_bandwidth: Quantity<Hertz> [scenario.sensors.comparator.noise_bandwidth] {
             range: Some(Range::new(0.0, 1e7, "from 0 to 10 MHz: a gate switches in whole nanoseconds", "gates switch in whole nanoseconds")),
             applies: captures, drawn: captures, example: "\"1 MHz\"",

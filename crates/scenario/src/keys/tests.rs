@@ -36,7 +36,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("sensors.comparator_delay", "sensors.timer = 1e-6"),
     ("sensors.comparator_delay_spread", "sensors.timer = 1e-6"),
     ("sensors.comparator_noise", "sensors.timer = 1e-6"),
-    ("sensors.comparator_bandwidth", "sensors.timer = 1e-6"),
+    ("sensors.comparator_bandwidth", "sensors.timer = 1e-6\nsensors.comparator_noise = 0.01"),
     ("sensors.blanking", "sensors.timer = 1e-6"),
     ("sensors.timer_error", "sensors.timer = 1e-6"),
     ("sensors.threshold_bits", "sensors.timer = 1e-6"),

@@ -100,6 +100,7 @@ fn spread(key: &str) -> &'static str {
         "sensors.comparator_delay" | "sensors.comparator_delay_spread" => {
             "uniform = \"10 ns\", mean = \"50 ns\""
         }
+        "sensors.comparator_bandwidth" => "uniform = \"0.1 MHz\", mean = \"1 MHz\"",
         "sensors.blanking" => "uniform = \"0.2 us\", mean = \"1 us\"",
         "sensors.threshold_range" => "uniform = \"1 A\", mean = \"20 A\"",
         "detector.time_limit" => "uniform = \"1 s\", mean = \"10 s\"",
@@ -138,9 +139,19 @@ fn tried(motor: &str, tolerances: &str) -> Result<Plan, FileError> {
         ["sensors.comparator_", "sensors.timer_error", "sensors.blanking", "sensors.threshold_range"];
     let timed = of_comparators.iter().any(|key| tolerances.contains(key));
     let timer = if timed { "sensors.timer = 1e-6\n" } else { "" };
+    let converter =
+        if tolerances.contains("sensors.threshold_range") { "sensors.threshold_bits = 8\n" } else { "" };
+    let averaged = if tolerances.contains("sensors.conversion") { "sensors.oversampling = 4\n" } else { "" };
+    let noise = if tolerances.contains("sensors.comparator_bandwidth") {
+        "sensors.comparator_noise = 0.01\n"
+    } else {
+        ""
+    };
     let shunts = tolerances.contains("sensors.settle");
     let shunts = if shunts { "sensors.arrangement = \"low-side-shunts\"\n" } else { "" };
-    let text = format!("{dividers}{timer}{shunts}tolerances = {{ {tolerances} }}\n{motor}");
+    let text = format!(
+        "{dividers}{timer}{noise}{converter}{averaged}{shunts}tolerances = {{ {tolerances} }}\n{motor}"
+    );
     Plan::new(Document::parse(std::path::Path::new("s.toml"), &text)?)
 }
 

@@ -13,8 +13,8 @@ use crate::sensing::{Comparator, ComparatorSettings, Comparators, Input};
 use crate::trace::{ComparatorState, Event};
 use crate::{Draws, Purpose};
 
-/// From how many deviations of its noise below a threshold on a comparator is watched value by value: what lies beyond is a
-/// billionth.
+/// From how many deviations of its noise below a threshold on a comparator is watched value by value: noise beyond
+/// them has a probability of 1e-9.
 const FAR: f64 = 6.0;
 
 /// The comparators of one run.
@@ -70,7 +70,8 @@ impl<'a> Watching<'a> {
         match self.threshold {
             _ if self.capture.is_some() => ComparatorState::Tripped,
             None if self.settings.trip == 0.0 => ComparatorState::Idle,
-            _ if self.wakes != NEVER => ComparatorState::Blanked,
+            // Noise with a bandwidth wakes them, too, value by value.
+            _ if self.wakes != NEVER && self.value.is_none() => ComparatorState::Blanked,
             _ => ComparatorState::Watching,
         }
     }
@@ -90,8 +91,8 @@ impl<'a> Watching<'a> {
         }
     }
 
-    /// Returns the level in A at which a comparator ends the stage; infinite if it does not. Below it by [`FAR`] deviations of noise
-    /// that has a bandwidth, while its values are not drawn yet.
+    /// Returns the level in A at which a comparator ends the stage; infinite if it does not. While no value of the noise is drawn, the
+    /// level is lower by [`FAR`] deviations, so that drawing begins in time.
     fn ends_stage(&self, input: Input) -> f64 {
         let exists = (input == Input::Link) == (self.settings.arrangement == Comparators::Common);
         let noise = match self.settings.noise_hold() {
@@ -159,6 +160,7 @@ impl<'a> Control<'a> {
         watching.wakes = NEVER;
         if watching.value.is_some() && watching.threshold.is_some() {
             watching.draw_value(now);
+            watching.near = false;
         }
         self.put_levels(bank);
         let passed =
@@ -239,7 +241,7 @@ impl<'a> Control<'a> {
     /// Begins what follows the first stage of a command with a threshold.
     pub(super) fn go_on_after_trip<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let Some(watching) = &mut self.comparators else { return };
-        watching.threshold = None;
+        (watching.threshold, watching.value, watching.near) = (None, None, false);
         let Some((then, sampling)) = watching.after.take() else { return };
         let start = self.course.end;
         let duration = then.map_or(Nanos::ZERO, |stage| stage.duration);

@@ -96,8 +96,8 @@ impl Course {
     }
 }
 
-/// Adds the values and codes of two conversions. A value that one of them did not measure is none of the sum; a capture is the later
-/// one's.
+/// Adds the values and codes of two conversions. If one conversion did not see a value, the sum is marked as not seen; a capture is
+/// the later one's.
 fn plus(a: &Reading<f64>, b: &Reading<f64>) -> Reading<f64> {
     let worse = |a: Sensed, b: Sensed| {
         let order = [Sensed::Hidden, Sensed::Clipped, Sensed::Derived];

@@ -80,8 +80,9 @@ impl<'a> Control<'a> {
         let settings = &self.case.sensors.settings;
         let (mut current, mut requests) = (self.currents(bank), ([Gate::Off; 3], [true; 3]));
         if settings.arrangement.follows_legs() {
-            // The drive knows its requests at the trigger, not when the sample was really taken.
-            let at = self.course.start + nominal;
+            // The drive knows its requests at the trigger and at each further conversion, not when the sample was really taken.
+            let later = settings.conversion * u64::from(self.course.conversions);
+            let at = (self.course.start + nominal + later).min(self.course.end);
             requests = (self.sequencer.requested(at), self.settled(at));
             // Samples come before gate edges of the same instant.
             let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());

@@ -99,6 +99,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
             "such that all phases are converted before the next sample: less than half of the interval";
         let sensing = &self.pulses.sensing;
         require(sensing.skew * 2 < interval, "sensors.skew", needed)?;
+        let needed = "such that all conversions of a sample come before the next one: twice `skew` and their span within an interval";
         require(sensing.skew * 2 + sensing.averaged < interval, "sensors.oversampling", needed)?;
         // The rise of the current after one edge and its fall after the other must leave samples.
         let blank = Nanos::from_seconds(self.pulses.sensing.blank().to_double());
