@@ -96,7 +96,11 @@ enum sts_reason {
     STS_DID_NOT_FOLLOW = 24,       /* the rotor did not follow an alignment */
     STS_ROTOR_MOVES = 25,
     STS_UNEXPECTED_SAMPLES = 26,   /* others than were asked for, or a state that sts_begin() did not make */
-    STS_TRIPPED_EARLY = 27         /* a comparator tripped during its blanking, or less than a tick and a half after it */
+    STS_TRIPPED_EARLY = 27,        /* a comparator tripped during its blanking, or less than a tick and a half after it */
+    STS_TERMINAL_CLIPPED = 28,
+    STS_TERMINAL_HIDDEN = 29,
+    STS_NO_VOLTAGE = 30,           /* too little voltage across a line */
+    STS_TERMINALS_SWING = 31       /* the terminals do not come to rest */
 };
 
 /* Makes a detector of a method ("bipolar", "line-inductance-fast", …: standstill explain names them) in `state`.

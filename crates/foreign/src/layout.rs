@@ -85,6 +85,10 @@ fn layout() -> Vec<(String, usize)> {
         ("STS_ROTOR_MOVES", Fault::RotorMoves { angle: 0.0, allowed: 0.0 }),
         ("STS_UNEXPECTED_SAMPLES", Fault::UnexpectedReadings),
         ("STS_TRIPPED_EARLY", Fault::TrippedEarly { time: 0.0, needed: 0.0 }),
+        ("STS_TERMINAL_CLIPPED", Fault::TerminalClipped),
+        ("STS_TERMINAL_HIDDEN", Fault::TerminalHidden),
+        ("STS_NO_VOLTAGE", Fault::NoVoltage),
+        ("STS_TERMINALS_SWING", Fault::TerminalsSwing),
     ];
     all.extend(failed.map(|(name, fault)| (name.to_owned(), failure_reason::<f64>(&fault) as usize)));
     all

@@ -314,6 +314,10 @@ pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
         Fault::RotorMoves { .. } => 25,
         Fault::UnexpectedReadings => 26,
         Fault::TrippedEarly { .. } => 27,
+        Fault::TerminalClipped => 28,
+        Fault::TerminalHidden => 29,
+        Fault::NoVoltage => 30,
+        Fault::TerminalsSwing => 31,
         Fault::Own(own) => own.code,
     }
 }

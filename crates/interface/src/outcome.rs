@@ -203,6 +203,14 @@ pub enum Fault<T> {
     LinkCurrentClipped,
     /// The shunt in the DC link saw no current that the method needs, or its amplifier had not settled.
     LinkCurrentHidden,
+    /// A terminal's voltage reached the end of its converter's range.
+    TerminalClipped,
+    /// A terminal's voltage that the method needs was seen by no divider.
+    TerminalHidden,
+    /// A pulse puts too little voltage across a line.
+    NoVoltage,
+    /// The terminals do not come to rest after a pulse.
+    TerminalsSwing,
     /// The drive returned other samples than were asked for.
     UnexpectedReadings,
     /// A reason of the detector's own.
@@ -321,6 +329,10 @@ impl<T> Fault<T> {
             Self::NotInductive(_) => "a line that is no inductance",
             Self::DidNotFollow { .. } => "not applicable: the rotor did not follow",
             Self::RotorMoves { .. } => "the rotor moves",
+            Self::TerminalClipped => "terminal voltage clipped by the ADC",
+            Self::TerminalHidden => "terminal voltage seen by no divider",
+            Self::NoVoltage => "too little voltage across a line",
+            Self::TerminalsSwing => "the terminals do not come to rest",
             Self::UnexpectedReadings => "unexpected readings",
             Self::Own(own) => own.text,
         }
@@ -387,6 +399,9 @@ impl<T: Real> fmt::Display for Fault<T> {
             Self::LinkCurrentClipped => write!(f, "current of the DC link clipped by the ADC"),
             Self::LinkCurrentHidden => {
                 write!(f, "current of the DC link read before its amplifier has settled")
+            }
+            Self::TerminalClipped | Self::TerminalHidden | Self::NoVoltage | Self::TerminalsSwing => {
+                f.write_str(self.name())
             }
             Self::UnexpectedReadings => write!(f, "the drive returned other samples than were asked for"),
             Self::Own(own) => f.write_str(own.text),

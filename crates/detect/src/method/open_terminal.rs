@@ -26,7 +26,7 @@
 mod tests;
 
 use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Own, Phase, Reading, Real, Sampling, Sensed,
+    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed,
     Stage, Step,
 };
 
@@ -44,15 +44,6 @@ use crate::settings::{
     LONGEST, SettingsError, Source, require, require_error, require_positive, require_share,
     require_zero_or_more,
 };
-
-/// A terminal's voltage at the end of its converter's range.
-const CLIPPED: Own = Own { code: 1, text: "terminal voltage clipped by the ADC" };
-/// A drive without dividers.
-const HIDDEN: Own = Own { code: 2, text: "terminal voltage seen by no divider" };
-/// A pulse that is not on the terminals.
-const NO_VOLTAGE: Own = Own { code: 3, text: "too little voltage across a line" };
-/// Terminals that do not come to rest after a pulse.
-const SWINGS: Own = Own { code: 4, text: "the terminals do not come to rest" };
 
 /// Least voltage across a line or of an all-high vector, as a share of the link's.
 const LEAST_VOLTAGE: f64 = 0.5;
@@ -296,8 +287,8 @@ impl<T: Real> OpenTerminal<T> {
     fn shown(reading: &Reading<T>, phase: Phase, low: bool) -> Result<T, Fault<T>> {
         let value = reading.terminal[phase];
         match reading.terminal_sensed[phase] {
-            Sensed::Hidden => Err(Fault::Own(HIDDEN)),
-            Sensed::Clipped if !low => Err(Fault::Own(CLIPPED)),
+            Sensed::Hidden => Err(Fault::TerminalHidden),
+            Sensed::Clipped if !low => Err(Fault::TerminalClipped),
             _ if !is_reading(value) => Err(Fault::NotANumber),
             _ => Ok(value),
         }
@@ -328,7 +319,7 @@ impl<T: Real> OpenTerminal<T> {
 
     fn enough(&mut self, voltage: T, least: T) -> Result<(), Fault<T>> {
         self.margin.at_least(voltage, least);
-        if voltage >= least { Ok(()) } else { Err(Fault::Own(NO_VOLTAGE)) }
+        if voltage >= least { Ok(()) } else { Err(Fault::NoVoltage) }
     }
 
     fn pulse(&mut self, slot: Slot, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
@@ -382,7 +373,7 @@ impl<T: Real> OpenTerminal<T> {
             let (waits, attempts) = (self.waits.saturating_add(1), self.settings.attempts.saturating_add(1));
             self.margin.waited(waits, attempts, spread / most);
         }
-        if !rests && gives_up { Err(Fault::Own(SWINGS)) } else { Ok(rests) }
+        if !rests && gives_up { Err(Fault::TerminalsSwing) } else { Ok(rests) }
     }
 
     fn next_command(&mut self) -> Option<Command<T>> {

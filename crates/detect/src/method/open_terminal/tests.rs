@@ -226,24 +226,20 @@ fn law_what_cannot_be_used_is_a_fault() {
             }
         }
     };
-    let own = |fault: Fault<f64>| match fault {
-        Fault::Own(own) => own.text,
-        other => panic!("{other:?}"),
-    };
     let mut motor = Motor::at(20.0);
     assert_eq!(
-        own(fault(&mut motor, |reading| reading.terminal_sensed = Abc([Sensed::Hidden; 3]))),
-        HIDDEN.text
+        fault(&mut motor, |reading| reading.terminal_sensed = Abc([Sensed::Hidden; 3])),
+        Fault::TerminalHidden
     );
     assert_eq!(
-        own(fault(&mut motor, |reading| reading.terminal_sensed.0[2] = Sensed::Clipped)),
-        CLIPPED.text
+        fault(&mut motor, |reading| reading.terminal_sensed.0[2] = Sensed::Clipped),
+        Fault::TerminalClipped
     );
-    assert_eq!(own(fault(&mut motor, |reading| reading.terminal.0[0] = 0.0)), NO_VOLTAGE.text);
+    assert_eq!(fault(&mut motor, |reading| reading.terminal.0[0] = 0.0), Fault::NoVoltage);
     assert_eq!(fault(&mut motor, |reading| reading.terminal.0[1] = f64::NAN), Fault::NotANumber);
     assert_eq!(fault(&mut motor, |reading| reading.dc_link_clipped = true), Fault::DcLinkClipped);
     motor.swing = 300.0;
-    assert_eq!(own(fault(&mut motor, |_| {})), SWINGS.text);
+    assert_eq!(fault(&mut motor, |_| {}), Fault::TerminalsSwing);
     let round = Fault::NoSaliency { ratio: 0.0, needed: 0.005 };
     let Fault::NoSaliency { ratio, .. } = fault(&mut Motor { k: 0.0, ..Motor::at(20.0) }, |_| {}) else {
         panic!("not {round:?}")
