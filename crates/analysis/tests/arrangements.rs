@@ -3,9 +3,11 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
+use standstill_analysis::limit::{Limit, Limits, Measure};
 use standstill_analysis::subset::Settings;
+use standstill_analysis::tune::{Effort, Goal, Judged, Question, Range};
 use standstill_analysis::{Answer, Event, Explained, Trials};
-use standstill_scenario::{Document, Plan, Record};
+use standstill_scenario::{Document, Origin, Plan, Record};
 use standstill_sim::Tape;
 
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -94,4 +96,34 @@ fn law_errors_of_comparators_and_dividers_explain_a_start() {
             assert!(left.abs() < 0.35 && (left - own).abs() > 1e-6, "{name}: {own} {left}");
         }
     }
+}
+
+/// The fan of the examples begins with half its rated current and a coarse clock, which name no pole. More current and a finer clock do:
+/// its pole is worth some ticks of 0.3 µs at rated current, and grows with the square of the current.
+#[test]
+fn law_tune_finds_threshold_and_clock_of_the_fan() {
+    let fan = include_str!("../../../examples/scenarios/six-pulse-fan.toml");
+    let mut document = Document::parse(Path::new("fan.toml"), fan).expect("TOML");
+    for (key, value) in [("detector.threshold", "0.6 A"), ("sensors.timer", "2.56 us")] {
+        document.set(key, value, Origin::CommandLine).expect("a key");
+    }
+    let range = |key: &str, low, high| Range { key: key.to_owned(), low, high, whole: false };
+    let question = Question {
+        document: &document,
+        ranges: vec![range("detector.threshold", 0.3, 1.2), range("sensors.timer", 0.08e-6, 5e-6)],
+        goal: Goal {
+            minimise: Measure::Undetermined,
+            limits: Limits(vec![Limit { measure: Measure::PeakCurrent, most: 1.25 }]),
+        },
+        relative: Vec::new(),
+        against: Measure::Duration,
+        effort: Effort { starts: 4, coarse: 60, fine: 100, last: 300 },
+        seed: 1,
+    };
+    let tuned = question.tune(&NEVER, &mut |_| {}).unwrap_or_else(|_| panic!("runs"));
+    let open = |judged: &Judged| judged.measured.get(Measure::Undetermined).value;
+    let [threshold, tick] = tuned.best.values[..] else { panic!("{:?}", tuned.best) };
+    let shares = [&tuned.start, &tuned.best].map(open);
+    assert!(shares[0] > 0.95 && shares[1] < 0.1, "{shares:?}: {threshold} A, {tick} s");
+    assert!(threshold > 0.9 && tick < 0.7e-6, "{threshold} A, {tick} s");
 }

@@ -20,9 +20,15 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::progress::Watched;
 
-/// Keys of the drive that a user can set; all others are properties of its parts.
-const DRIVE: [&str; 5] =
-    ["inverter.carrier", "inverter.dc_link", "inverter.dead_time", "sensors.bandwidth", "sensors.range"];
+/// Keys of the drive that a user can set, a timer's clock by its prescaler among them; all others are properties of its parts.
+const DRIVE: [&str; 6] = [
+    "inverter.carrier",
+    "inverter.dc_link",
+    "inverter.dead_time",
+    "sensors.bandwidth",
+    "sensors.range",
+    "sensors.timer",
+];
 
 /// Default number of trials at the last settings.
 const LAST: u64 = 20_000;
