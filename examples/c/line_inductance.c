@@ -182,8 +182,8 @@ static const char *reason(uint32_t code)
 const sts_detector *sts_entry(uint32_t abi)
 {
     static const sts_detector table = {
-        STS_ABI, sizeof(sts_detector), STS_INTERRUPT, 20000, 0.0f, 1,
-        "line inductance", create, NULL, reason, NULL, isr,
+        .abi = STS_ABI, .size = sizeof(sts_detector), .flags = STS_INTERRUPT, .name = "line inductance",
+        .create = create, .reason = reason, .isr = isr, .pwm_hz = 20000, .sample_at = 0.0f, .update_delay = 1,
     };
     return abi == STS_ABI ? &table : NULL;
 }

@@ -206,8 +206,8 @@ static const char *reason(uint32_t code)
 const sts_detector *sts_entry(uint32_t abi)
 {
     static const sts_detector table = {
-        STS_ABI, sizeof(sts_detector), STS_REENTRANT, 0, 0.0f, 0,
-        "six vectors", create, destroy, reason, step, NULL,
+        .abi = STS_ABI, .size = sizeof(sts_detector), .flags = STS_REENTRANT, .name = "six vectors",
+        .create = create, .destroy = destroy, .reason = reason, .step = step,
     };
     return abi == STS_ABI ? &table : NULL;
 }

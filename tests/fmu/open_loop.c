@@ -31,7 +31,8 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
 const sts_detector *sts_entry(uint32_t abi)
 {
     static const sts_detector table = {
-        STS_ABI, sizeof(sts_detector), STS_INTERRUPT, 12500, 0.5f, 1, "open loop", create, 0, 0, 0, isr,
+        .abi = STS_ABI, .size = sizeof(sts_detector), .flags = STS_INTERRUPT, .name = "open loop", .create = create, .isr = isr,
+        .pwm_hz = 12500, .sample_at = 0.5f, .update_delay = 1,
     };
     return abi == STS_ABI ? &table : 0;
 }

@@ -191,6 +191,9 @@ typedef struct sts_detector {
     int32_t (*step)(void *detector, const sts_readings *readings, sts_command *command, sts_result *result);
     /* Interrupt level: from a sample to the legs; they hold what was returned last. */
     int32_t (*isr)(void *detector, const sts_readings *readings, sts_legs *legs, sts_result *result);
+    /* Variables of yours as channels of `standstill trace`: the name of the channel of this number, from 0 on, and its value now; NULL:
+       there are no more, 64 at most. Asked after each call of step() or isr(), of trials that are traced alone. NULL: none. */
+    const char *(*probe)(void *detector, uint32_t channel, float *value);
 } sts_detector;
 
 #if defined(_WIN32)

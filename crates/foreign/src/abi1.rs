@@ -150,6 +150,7 @@ impl Table1 {
             reason,
             step: None,
             isr: None,
+            probe: None,
         }
     }
 }

@@ -18,6 +18,7 @@ use crate::interrupt::Interrupts;
 use crate::library::{Level, Library};
 use crate::log::Log;
 use crate::texts::kept;
+use crate::watched::{Called, Watched};
 use standstill_interface::abi::{self, Answer, Drive, Sample};
 
 /// Factory of the detectors of a scenario: the library, and all that `create` is passed besides seed and trial.
@@ -138,6 +139,8 @@ impl Maker {
             interrupts,
             samples: Vec::new(),
             log,
+            watched: None,
+            times: Vec::new(),
             captures: self.drive.timer_tick > 0.0,
             guard: Guard::new(self.time_limit),
         })
@@ -154,6 +157,9 @@ pub struct Foreign {
     interrupts: Option<Interrupts>,
     samples: Vec<Sample>,
     log: Arc<Log>,
+    /// What it shows, if it is traced, and the times of its calls.
+    watched: Option<Watched>,
+    times: Vec<Option<Nanos>>,
     /// Whether the drive captures trips of its comparators.
     captures: bool,
     guard: Guard,
@@ -213,7 +219,7 @@ impl Foreign {
     /// The next step, or why there is none.
     fn next(&mut self, readings: &[Reading<f64>]) -> Result<Step<f64>, Fault<f64>> {
         let Some(image) = &mut self.image else { return Err(Fault::UnexpectedReadings) };
-        self.log.next_call();
+        let call = self.log.next_call();
         self.samples.clear();
         let (status, answer, command) = if let Some(interrupts) = &mut self.interrupts {
             let (mut status, mut answer) = (abi::GO_ON, Answer::NONE);
@@ -232,6 +238,15 @@ impl Foreign {
             let go_on = status == abi::GO_ON;
             (status, answer, if go_on { Some(command::command(&command, self.captures)?) } else { None })
         };
+        if let Some(watched) = &mut self.watched {
+            let time =
+                self.samples.last().filter(|_| self.interrupts.is_some()).map(|sample| Nanos(sample.time_ns));
+            self.times.push(time);
+            // Before its first sample an interrupt has not run.
+            if self.interrupts.is_none() || time.is_some() {
+                watched.look(image, self.site, self.detector, call, time);
+            }
+        }
         if image.loaded_late() {
             let text = "it calls dlopen in a detection; in a constructor or in sts_entry, what it loads is part of the run";
             return Err(broken(text));
@@ -242,6 +257,22 @@ impl Foreign {
             return Ok(Step::Drive(command));
         }
         self.done(status, &answer)
+    }
+
+    /// From here on its channels are kept after each call, and its log is not written to standard error.
+    pub fn watch(&mut self) {
+        self.watched = Some(Watched::default());
+    }
+
+    /// Returns channels and log since [`Self::watch`].
+    pub fn watched(&mut self) -> Watched {
+        let time = |call: u64| {
+            let called = usize::try_from(call).ok()?.checked_sub(1)?;
+            self.times.get(called).copied().flatten()
+        };
+        let line = |(call, what)| Called { call, time: time(call), what };
+        let log = self.log.take().into_iter().map(line).collect();
+        Watched { log, ..self.watched.take().unwrap_or_default() }
     }
 
     /// The outcome that the library tells.

@@ -209,6 +209,16 @@ impl Image {
         during(site, &self.space, || unsafe { text(reason(code)) })
     }
 
+    /// The value of a channel of a detector, and its name; none beyond the last one.
+    pub fn probe(&mut self, site: Site, detector: NonNull<c_void>, channel: u32) -> Option<(String, f32)> {
+        let probe = self.table.probe?;
+        let mut value = 0.0;
+        // SAFETY: as standstill.h declares it; null, or a C string of the library.
+        let name =
+            during(site, &self.space, || unsafe { text(probe(detector.as_ptr(), channel, &raw mut value)) });
+        name.map(|name| (name, value))
+    }
+
     /// One call at command level: status, command and result; none of a library without `step`.
     ///
     /// # Errors

@@ -46,6 +46,7 @@ mod strings;
 #[cfg(target_os = "linux")]
 mod table;
 mod texts;
+mod watched;
 
 #[cfg(target_os = "linux")]
 pub use crash::{ending, hanging, isolate};
@@ -57,6 +58,7 @@ pub use library::{Description, Level, Library, LoadError, Timing, load_elsewhere
 pub use output::{keep_output, output};
 pub use standstill_interface::abi::ABI;
 pub use texts::kept;
+pub use watched::{Called, Watched};
 
 /// The header that a detector in C includes.
 pub const HEADER: &str = include_str!("../include/standstill.h");

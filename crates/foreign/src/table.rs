@@ -1,6 +1,9 @@
 //! The table that `sts_entry` returns: of which version it is, and whether that is known here.
 #![allow(unsafe_code, reason = "a function of a foreign library is called, and what it returns is read")]
 
+use std::mem::MaybeUninit;
+use std::ptr::copy_nonoverlapping;
+
 use crate::abi1::{Isr1, Step1, Table1};
 use crate::library::LoadError;
 use standstill_interface::abi::{self, Entry, Table};
@@ -35,12 +38,19 @@ pub fn table_of(entry: Entry) -> Result<(Table, Calls), LoadError> {
         match version(asked) {
             None => {}
             Some((abi::ABI, size)) => {
-                large_enough::<Table>(size)?;
-                // SAFETY: of this version, as large as it says.
-                return Ok((unsafe { *asked }, Calls::Present));
+                large_enough(size, Table::LEAST)?;
+                let mut table = MaybeUninit::<Table>::zeroed();
+                // SAFETY: of this version, as large as it says, and no more than there is room for; of a table zeros are zeros and
+                // functions that there are not.
+                let table = unsafe {
+                    let bytes = (size as usize).min(size_of::<Table>());
+                    copy_nonoverlapping(asked.cast::<u8>(), table.as_mut_ptr().cast(), bytes);
+                    table.assume_init()
+                };
+                return Ok((table, Calls::Present));
             }
             Some((1, size)) => {
-                large_enough::<Table1>(size)?;
+                large_enough(size, size_of::<Table1>())?;
                 // SAFETY: of that version, as large as it says.
                 let table = unsafe { *asked.cast::<Table1>() };
                 return Ok((table.common(), Calls::First { step: table.step, isr: table.isr }));
@@ -73,9 +83,8 @@ fn unknown(version: Option<u32>) -> LoadError {
     }
 }
 
-/// Whether a table of so many bytes has all fields of its version.
-fn large_enough<T>(size: u32) -> Result<(), LoadError> {
-    let needed = size_of::<T>();
+/// Whether a table of so many bytes has all fields that its version has had from the beginning.
+fn large_enough(size: u32, needed: usize) -> Result<(), LoadError> {
     if size as usize >= needed {
         return Ok(());
     }

@@ -207,6 +207,7 @@ pub type Destroy = unsafe extern "C-unwind" fn(*mut c_void);
 pub type Reason = unsafe extern "C-unwind" fn(u32) -> *const c_char;
 pub type Step = unsafe extern "C-unwind" fn(*mut c_void, *const Readings, *mut Command, *mut Answer) -> i32;
 pub type Isr = unsafe extern "C-unwind" fn(*mut c_void, *const Readings, *mut Legs, *mut Answer) -> i32;
+pub type Probe = unsafe extern "C-unwind" fn(*mut c_void, u32, *mut f32) -> *const c_char;
 pub type Entry = unsafe extern "C-unwind" fn(u32) -> *const Table;
 
 #[repr(C)]
@@ -224,6 +225,12 @@ pub struct Table {
     pub reason: Option<Reason>,
     pub step: Option<Step>,
     pub isr: Option<Isr>,
+    pub probe: Option<Probe>,
+}
+
+impl Table {
+    /// `sizeof(sts_detector)` of the first header of this version; what was appended later is not there in a shorter one.
+    pub const LEAST: usize = core::mem::offset_of!(Self, probe);
 }
 
 /// `STS_DETECTOR_BYTES`: memory of a detector of any method.

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use standstill_detect::Nameplate;
-use standstill_foreign::{Foreign, Level, Library, Maker, Scale};
+use standstill_foreign::{Foreign, Level, Library, Maker, Scale, Watched};
 use standstill_interface::{Detector, Nanos, Reading, Step};
 use standstill_plant::Files;
-use standstill_sim::{Adc, SensorSettings};
+use standstill_sim::{Adc, Event, Own, SensorSettings, Trace};
 use toml::Value;
 
 use super::document::FileError;
@@ -24,6 +24,37 @@ pub enum Made<D> {
     Own(D),
     /// Detector of the scenario's library.
     Foreign(Foreign),
+}
+
+impl<D> Made<D> {
+    /// Has a library show channels and log.
+    pub(crate) fn watch(&mut self) {
+        if let Self::Foreign(detector) = self {
+            detector.watch();
+        }
+    }
+
+    /// Returns what it has shown, with the times of this trace, whose run ended at `end`, in s.
+    pub(crate) fn shown(&mut self, trace: &Trace, end: f64) -> Own {
+        let Self::Foreign(detector) = self else { return Own::default() };
+        // A call is made when the command before it has ended, which is when the next one begins.
+        let is_command = |(time, event): &(f64, Event)| matches!(event, Event::Command).then_some(*time);
+        let commands: Vec<f64> = trace.events.iter().filter_map(is_command).collect();
+        let Watched { names, rows, log } = detector.watched();
+        let time = |call: u64, time: Option<Nanos>| match time {
+            Some(time) => time.seconds(),
+            None if call == 0 => 0.0,
+            None => {
+                let begun = usize::try_from(call - 1).ok().and_then(|call| commands.get(call));
+                begun.copied().unwrap_or(end)
+            }
+        };
+        Own {
+            names,
+            rows: rows.into_iter().map(|row| (time(row.call, row.time), row.what)).collect(),
+            log: log.into_iter().map(|line| (time(line.call, line.time), line.what)).collect(),
+        }
+    }
 }
 
 impl<D: Detector<f64>> Detector<f64> for Made<D> {

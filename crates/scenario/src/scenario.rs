@@ -436,9 +436,16 @@ impl<S: Settings<f64>> Scenario<S> {
         ledger: bool,
         most_rows: f64,
     ) -> Result<(Record, Run<f64>, Trace), SettingsError> {
-        let alone = run(case, &mut self.detector_for(case)?, false, &mut NoProbe);
+        let mut first = self.detector_for(case)?;
+        let alone = run(case, &mut first, false, &mut NoProbe);
+        // What it logs is that of the second run.
+        first.shown(&Trace::new(1.0), 0.0);
+        drop(first);
         let mut trace = Trace::new(RESOLUTION.max(alone.duration.seconds() / most_rows));
-        let observed = run(case, &mut self.detector_for(case)?, ledger, &mut trace);
+        let mut second = self.detector_for(case)?;
+        second.watch();
+        let observed = run(case, &mut second, ledger, &mut trace);
+        trace.own = second.shown(&trace, observed.duration.seconds());
         Ok((Record { trial: case.streams.index(), run: alone }, observed, trace))
     }
 

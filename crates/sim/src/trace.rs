@@ -156,6 +156,19 @@ pub struct Trace {
     pub snapshots: Vec<Snapshot>,
     /// Events in order of time.
     pub events: Vec<(f64, Event)>,
+    /// What the detector showed of itself.
+    pub own: Own,
+}
+
+/// What a detector of one's own shows of itself in a run, times in s.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Own {
+    /// Names of its channels.
+    pub names: Vec<String>,
+    /// Values of the channels after each of its steps.
+    pub rows: Vec<(f64, Vec<f64>)>,
+    /// Lines of its log.
+    pub log: Vec<(f64, String)>,
 }
 
 impl Trace {
@@ -170,7 +183,7 @@ impl Trace {
     /// assert_eq!(trace.events, [(1e-3, Event::Command)]);
     /// ```
     pub fn new(resolution: f64) -> Self {
-        Self { resolution, snapshots: Vec::new(), events: Vec::new() }
+        Self { resolution, snapshots: Vec::new(), events: Vec::new(), own: Own::default() }
     }
 }
 

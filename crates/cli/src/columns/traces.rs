@@ -1,5 +1,7 @@
 //! The tables of a trace: waveform and events, with the columns of their CSV files.
 
+use std::borrow::Cow;
+
 use standstill_interface::{Phase, Sensed};
 use standstill_sim::{Event, Trace};
 use standstill_table::{Column, Format, Kind, TableError, Value};
@@ -8,7 +10,12 @@ use standstill_table::{Column, Format, Kind, TableError, Value};
 type Sink<'a> = &'a mut dyn FnMut(&[Value<'_>]) -> Result<(), TableError>;
 
 /// A column of a trace: its name, and for numbers in text the number of parts into which the unit is divided.
-type Head = (&'static str, Option<f64>);
+type Head = (Cow<'static, str>, Option<f64>);
+
+/// A column of this name.
+const fn head(name: &'static str, parts: Option<f64>) -> Head {
+    (Cow::Borrowed(name), parts)
+}
 
 const MICRO: Option<f64> = Some(1e6);
 const NANO: Option<f64> = Some(1e9);
@@ -22,11 +29,18 @@ pub struct TraceTable {
 }
 
 impl TraceTable {
-    /// The two tables: waveform and events.
-    pub const ALL: [Self; 2] = [
+    /// The tables: waveform, events, and channels of a detector of one's own.
+    pub const ALL: [Self; 3] = [
         Self { name: "waveform", columns: waveform_columns, rows: waveform },
         Self { name: "events", columns: event_columns, rows: events },
+        Self { name: "channels", columns: channel_columns, rows: channels },
     ];
+
+    /// Returns the tables that this trace has: channels only of a detector that shows some.
+    pub fn of(trace: &Trace) -> impl Iterator<Item = Self> {
+        let shows = !trace.own.names.is_empty();
+        Self::ALL.into_iter().filter(move |table| shows || table.name != "channels")
+    }
 
     /// Returns the columns of this trace: a sensor that the drive does not have has none.
     pub fn columns(&self, trace: &Trace) -> Vec<Column> {
@@ -58,28 +72,28 @@ fn round(number: f64, parts: f64) -> f64 {
 
 /// Columns of every waveform.
 const WAVEFORM: [Head; 18] = [
-    ("t_s", PICO),
-    ("i_a_A", NANO),
-    ("i_b_A", NANO),
-    ("i_c_A", NANO),
-    ("v_a_V", MICRO),
-    ("v_b_V", MICRO),
-    ("v_c_V", MICRO),
-    ("theta_deg", NANO),
-    ("mode_a", None),
-    ("mode_b", None),
-    ("mode_c", None),
-    ("u_dc_V", MICRO),
-    ("omega_electrical_rad_per_s", NANO),
-    ("torque_Nm", NANO),
-    ("i_leg_a_A", NANO),
-    ("i_leg_b_A", NANO),
-    ("i_leg_c_A", NANO),
-    ("i_link_A", NANO),
+    head("t_s", PICO),
+    head("i_a_A", NANO),
+    head("i_b_A", NANO),
+    head("i_c_A", NANO),
+    head("v_a_V", MICRO),
+    head("v_b_V", MICRO),
+    head("v_c_V", MICRO),
+    head("theta_deg", NANO),
+    head("mode_a", None),
+    head("mode_b", None),
+    head("mode_c", None),
+    head("u_dc_V", MICRO),
+    head("omega_electrical_rad_per_s", NANO),
+    head("torque_Nm", NANO),
+    head("i_leg_a_A", NANO),
+    head("i_leg_b_A", NANO),
+    head("i_leg_c_A", NANO),
+    head("i_link_A", NANO),
 ];
 
 /// Column of a drive with comparators.
-const COMPARATOR: Head = ("comparator", None);
+const COMPARATOR: Head = head("comparator", None);
 
 /// Returns whether the drive has comparators.
 fn has_comparators(trace: &Trace) -> bool {
@@ -138,24 +152,39 @@ fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
 
 /// Columns of all events; the currents and the voltage are those that the drive read.
 const EVENTS: [Head; 8] = [
-    ("t_s", PICO),
-    ("event", None),
-    ("phase", None),
-    ("to", None),
-    ("i_a_A", NANO),
-    ("i_b_A", NANO),
-    ("i_c_A", NANO),
-    ("u_dc_V", MICRO),
+    head("t_s", PICO),
+    head("event", None),
+    head("phase", None),
+    head("to", None),
+    head("i_a_A", NANO),
+    head("i_b_A", NANO),
+    head("i_c_A", NANO),
+    head("u_dc_V", MICRO),
 ];
 
 /// Columns of a drive that reads its terminals.
-const TERMINALS: [Head; 3] = [("v_a_V", MICRO), ("v_b_V", MICRO), ("v_c_V", MICRO)];
+const TERMINALS: [Head; 3] = [head("v_a_V", MICRO), head("v_b_V", MICRO), head("v_c_V", MICRO)];
 
 /// Column of a drive with a shunt in the DC link.
-const LINK: Head = ("i_link_A", NANO);
+const LINK: Head = head("i_link_A", NANO);
 
 /// Column of a drive that captures the trips of its comparators.
-const TICKS: Head = ("capture_ticks", NANO);
+const TICKS: Head = head("capture_ticks", NANO);
+
+/// Returns the columns of a detector's channels, whose units are its own.
+fn channel_columns(trace: &Trace) -> Vec<Head> {
+    let names = trace.own.names.iter().map(|name| (Cow::Owned(name.clone()), PICO));
+    [head("t_s", PICO)].into_iter().chain(names).collect()
+}
+
+fn channels(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
+    for (time, values) in &trace.own.rows {
+        let row: Vec<Value<'_>> =
+            [time].into_iter().chain(values).map(|value| Value::Number(*value)).collect();
+        to(&row)?;
+    }
+    Ok(())
+}
 
 /// Returns whether the drive reads terminals, has a shunt in the link, and captures trips, by what it has read.
 fn reads(trace: &Trace) -> [bool; 3] {
@@ -192,7 +221,18 @@ fn letter(phase: Phase) -> Value<'static> {
 fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     let columns = event_columns(trace).len();
     let [terminals, link, captures] = reads(trace);
+    let mut log = trace.own.log.iter().peekable();
+    let mut said = |until: f64, to: &mut dyn FnMut(&[Value<'_>]) -> Result<(), TableError>| {
+        while let Some((time, line)) = log.next_if(|(time, _)| *time < until) {
+            let text = Value::Text(line.as_str().into());
+            let mut row = vec![Value::Number(*time), "log".into(), Value::Empty, text];
+            row.resize(columns, Value::Empty);
+            to(&row)?;
+        }
+        Ok(())
+    };
     for (time, event) in &trace.events {
+        said(*time, to)?;
         let mut row = vec![Value::Number(*time)];
         let word = |text: String| Value::Text(text.into());
         let (name, phase, end) = match event {
@@ -222,7 +262,7 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
         row.resize(columns, Value::Empty);
         to(&row)?;
     }
-    Ok(())
+    said(f64::INFINITY, to)
 }
 
 #[cfg(test)]
@@ -262,7 +302,7 @@ mod tests {
             run(&case, &mut single.scenario.detector_for(&case).expect("a detector"), false, &mut trace);
             let mut charging = 0.0_f64;
             for format in [Format::Csv, Format::Npz] {
-                let [waveform, _] = TraceTable::ALL;
+                let [waveform, ..] = TraceTable::ALL;
                 waveform
                     .rows(&trace, format, &mut |row| {
                         let phase = numbers(row, ["i_a_A", "i_b_A", "i_c_A"]);
@@ -339,7 +379,7 @@ mod tests {
         let trace = traced(
             "motor = \"paper-5k5\"\nerrors = \"none\"\nsensors.arrangement = \"dc-link-shunt\"\ndetector.method = \"bipolar\"\n",
         );
-        let [waveform, events] = TraceTable::ALL;
+        let [waveform, events, _] = TraceTable::ALL;
         let (waveform, mut seen, mut largest, mut returned) = (rows(&waveform, &trace), 0, 0.0_f64, 0.0_f64);
         for row in rows(&events, &trace) {
             let (Value::Number(time), Value::Number(read)) = (cell(&row, "t_s"), cell(&row, "i_link_A"))
@@ -362,7 +402,7 @@ mod tests {
             "motor = \"paper-5k5\"\nerrors = \"none\"\nsensors.timer = \"0.32 us\"\nsensors.comparators = \"common\"\n\
              sensors.terminals = true\ndetector.method = \"six-pulse\"\n",
         );
-        let [waveform, events] = TraceTable::ALL;
+        let [waveform, events, _] = TraceTable::ALL;
         let rows_of = |name: &str, state: &str, at: &str| -> Vec<f64> {
             let table = if name == "comparator" { &waveform } else { &events };
             let all = rows(table, &trace);

@@ -86,7 +86,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let case = single.case();
     let (record, watched, trace) = scenario.watched(&case, true, f64::INFINITY)?;
     if let Some(host) = &host {
-        for table in TraceTable::ALL {
+        for table in TraceTable::of(&trace) {
             let mut columns = Columns::new(table.columns(&trace));
             table.rows(&trace, Format::Npz, &mut |row| columns.row(row)).map_err(Error::Table)?;
             host.keep(table.name, columns);
@@ -140,7 +140,7 @@ fn write(
     trace: &Trace,
     of: &[(String, String)],
 ) -> Result<(), Error> {
-    for table in TraceTable::ALL {
+    for table in TraceTable::of(trace) {
         let name = format!("{}.{}", table.name, options.format.name());
         let path = options.out.join(&name);
         let failed = |error| Error::table(&path, error);

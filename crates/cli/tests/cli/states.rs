@@ -99,6 +99,38 @@ fn law_what_a_library_prints_is_not_among_the_answers() {
 }
 
 #[test]
+fn law_the_log_of_a_library_spoils_no_answer() {
+    let folder = folder();
+    probe(folder.path(), "logs");
+    let run = ["run", "s.toml", "--detector", "./probe.so", "--json", "--out", "out"];
+    let output = standstill(&run, folder.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+    assert_eq!(json["summary"]["found"], 60);
+    let said = String::from_utf8(output.stderr).expect("text");
+    // Sixty trials of four lines: the first hundred, and a word about the others.
+    let lines: Vec<&str> = said.lines().filter(|line| line.contains("probe.so in trial ")).collect();
+    assert_eq!(lines.len(), 100, "{said}");
+    assert!(lines.iter().any(|line| line.ends_with(", call 2: { \"first\"")), "{said}");
+    assert!(lines.iter().any(|line| line.ends_with(", call 5: another")), "{said}");
+    assert_eq!(said.matches("further lines of the log are left out").count(), 1, "{said}");
+    // A trace has them as events, and the channels in a table of their own.
+    let trace = ["trace", "s.toml", "--detector", "./probe.so", "--trial", "3", "--out", "trace"];
+    let output = standstill(&trace, folder.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("call 2"), "{output:?}");
+    let events = fs::read_to_string(folder.path().join("trace/events.csv")).expect("events");
+    // Quoted as CSV has it.
+    let first = events.lines().find(|line| line.contains(",log,")).expect("a line of the log");
+    assert!(first.contains("\"{ \"\"first\"\"\""), "{first}");
+    assert_eq!(events.lines().filter(|line| line.contains(",log,")).count(), 4);
+    let channels = fs::read_to_string(folder.path().join("trace/channels.csv")).expect("channels");
+    let rows: Vec<&str> = channels.lines().collect();
+    assert!(rows[0].starts_with("t_s,calls,last_A") && rows.len() == 5, "{channels}");
+    assert!(rows[1].starts_with("0.00001,1,") && rows[4].contains(",4,"), "{channels}");
+}
+
+#[test]
 fn law_an_interrupt_ends_a_run_whose_library_hangs_and_says_what_to_do() {
     let folder = folder();
     probe(folder.path(), "hang");

@@ -5,8 +5,8 @@ use std::path::Path;
 use standstill_interface::{
     Abc, Angle, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step, abi,
 };
-use standstill_scenario::Verdict;
-use standstill_sim::{Ended, NoProbe, run};
+use standstill_scenario::{Record, Verdict};
+use standstill_sim::{Ended, Event, NoProbe, Trace, run};
 
 use super::{built, example, plan, probe, records};
 
@@ -169,4 +169,56 @@ fn law_commands_until_a_threshold_that_cannot_be_are_failed_records_with_their_r
         let record = records(&plan(&folder, &text).expect("valid"), 0..1)[0];
         assert_eq!((record.verdict(), record.reason().as_str()), (Verdict::Failed, reason));
     }
+}
+
+/// A detection as `standstill trace` sees it.
+fn traced(text: &str, folder: &tempfile::TempDir) -> (Record, Trace) {
+    let single = plan(folder, text).expect("valid").single(0, 0).expect("a trial");
+    let (record, _, trace) =
+        single.scenario.watched(&single.case(), false, f64::INFINITY).expect("a detector");
+    (record, trace)
+}
+
+/// Of a command with a threshold, the second call is made earlier than it might have been.
+#[test]
+fn law_channels_and_log_of_commands_stand_at_the_times_of_the_calls() {
+    let (folder, _) = built(&source("readings.c"), &[]);
+    for (config, until) in [("field = \"log\"", false), ("field = \"log\"\nuntil = 2.5", true)] {
+        let (record, trace) = traced(&scenario("sensors.timer = \"0.32 us\"", config), &folder);
+        let own = &trace.own;
+        assert_eq!(own.names, ["pulses"]);
+        let ([(first, one), (second, two)], end) = (&own.rows[..], record.run.duration.seconds()) else {
+            panic!("{own:?}")
+        };
+        assert_eq!((*first, &one[..], &two[..]), (0.0, &[1.0][..], &[2.0][..]));
+        assert!((second - end).abs() < 1e-12, "{second} {end}");
+        let whole = (second - 800e-6).abs() < 1e-12;
+        assert!(whole != until && (520e-6..=800e-6 + 1e-12).contains(second), "{second}");
+        let log: Vec<(f64, &str)> = own.log.iter().map(|(time, line)| (*time, line.as_str())).collect();
+        assert_eq!(log, [(0.0, "made"), (0.0, "begins"), (*second, "ends")]);
+        assert_eq!(record.verdict(), Verdict::Found);
+    }
+}
+
+/// A row at each sample, with what the drive read there.
+#[test]
+fn law_channels_of_an_interrupt_stand_at_its_samples() {
+    let (folder, _) = probe(&[]);
+    let text = "motor = \"light-vehicle\"\n[detector]\nlibrary = \"mine.so\"\nconfig.what = \"delay\"\n";
+    let (_, trace) = traced(text, &folder);
+    let read = |(_, event): &(f64, Event)| match event {
+        Event::Sample(reading) => Some((reading.current.0[0], reading.at.seconds())),
+        _ => None,
+    };
+    let samples: Vec<(f64, f64)> = trace.events.iter().filter_map(read).collect();
+    assert_eq!(trace.own.names, ["calls", "last_A"]);
+    assert_eq!(trace.own.rows.len(), samples.len());
+    for (number, ((time, values), (current, at))) in trace.own.rows.iter().zip(&samples).enumerate() {
+        // Twice a period of 80 us, a quarter into each half.
+        assert!((time - (40e-6 * number as f64 + at)).abs() < 1e-12, "{time} {at}");
+        #[allow(clippy::cast_possible_truncation, reason = "as C has it")]
+        let current = f64::from(*current as f32);
+        assert_eq!(values[..], [number as f64 + 1.0, current]);
+    }
+    assert!(samples.len() > 1 && samples.last().is_some_and(|(current, _)| *current > 1.0));
 }

@@ -11,7 +11,7 @@ static int starts, calls;
 static char big[4096];
 static const char *config;
 static sts_drive drive;
-static float angle;
+static float angle, last_current;
 static uint64_t seen;
 
 /* Names that the C library has too, as firmware does not know. */
@@ -112,6 +112,7 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
     const sts_sample *sample = sts_reading(readings, 0);
     int call = calls++, k;
     (void)detector;
+    last_current = sample->current[0];
     result->angle = angle;
     if (drive.size != sizeof drive) {
         return STS_FAILED;
@@ -169,6 +170,10 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
     }
     if (is("abort")) {
         abort();
+    }
+    if (is("logs")) {
+        sts_log(&drive, call == 0 ? "{ \"first\"" : "another\n");
+        return call == 3 ? STS_FOUND : STS_GO_ON;
     }
     if (is("prints")) {
         puts("{ \"printed\": \"by the library\"");
@@ -247,8 +252,17 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
     return STS_GO_ON;
 }
 
+/* Two channels: calls so far, and the current that phase a had last. */
+static const char *probe(void *detector, uint32_t channel, float *value)
+{
+    (void)detector;
+    *value = channel == 0 ? (float)calls : last_current;
+    return channel == 0 ? "calls" : channel == 1 ? "last_A" : NULL;
+}
+
 #ifdef COMMANDS
 #define LEVEL 0
+#define STEP step
 /* For ever the shortest command that there is. */
 static int32_t step(void *detector, const sts_readings *readings, sts_command *command, sts_result *result)
 {
@@ -266,7 +280,7 @@ static int32_t step(void *detector, const sts_readings *readings, sts_command *c
 }
 #else
 #define LEVEL (STS_INTERRUPT | STS_DOUBLE_UPDATE)
-#define step NULL
+#define STEP NULL
 #endif
 
 #ifndef ABI
@@ -305,7 +319,8 @@ const sts_detector *another_entry(uint32_t abi);
 const sts_detector *sts_entry(uint32_t abi)
 {
     static const sts_detector table = {
-        ABI, SIZE, LEVEL | FLAGS, 12500, 0.25f, DELAY, "probe", create, NULL, reason, step, isr,
+        .abi = ABI, .size = SIZE, .flags = LEVEL | FLAGS, .pwm_hz = 12500, .sample_at = 0.25f, .update_delay = DELAY,
+        .name = "probe", .create = create, .reason = reason, .step = STEP, .isr = isr, .probe = probe,
     };
 #ifdef STRICT
     return abi == ABI ? &table : NULL;

@@ -8,6 +8,7 @@
 static char field[32];
 static float until;
 static int pulses;
+static sts_drive knows;
 
 static const char *value(const char *config, const char *key)
 {
@@ -26,6 +27,7 @@ static void *create(const sts_drive *drive, const char *config, uint64_t seed, c
     }
     memcpy(field, length == 0 ? "" : name, length);
     field[length] = '\0';
+    knows = *drive;
     until = threshold == NULL ? 0.0f : strtof(threshold, NULL);
     if (strcmp(field, "log") == 0) {
         sts_log(drive, "made\n");
@@ -49,6 +51,9 @@ static int32_t step(void *detector, const sts_readings *readings, sts_command *c
     if (readings->size != sizeof *readings || command->size != sizeof *command || result->size != sizeof *result) {
         return STS_FAILED;
     }
+    if (strcmp(field, "log") == 0) {
+        sts_log(&knows, pulses == 0 ? "begins" : "ends");
+    }
     if (pulses++ == 0) {
         command->stages = 2;
         for (k = 0; k < 3; k++) {
@@ -68,8 +73,17 @@ static int32_t step(void *detector, const sts_readings *readings, sts_command *c
     return STS_FOUND;
 }
 
+static const char *probe(void *detector, uint32_t channel, float *value)
+{
+    (void)detector;
+    *value = (float)pulses;
+    return channel == 0 ? "pulses" : NULL;
+}
+
 const sts_detector *sts_entry(uint32_t abi)
 {
-    static const sts_detector table = {.abi = STS_ABI, .size = sizeof table, .name = "readings", .create = create, .step = step};
+    static const sts_detector table = {
+        .abi = STS_ABI, .size = sizeof table, .name = "readings", .create = create, .step = step, .probe = probe,
+    };
     return abi == STS_ABI ? &table : NULL;
 }

@@ -236,7 +236,8 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
 const sts_detector *sts_entry(uint32_t abi)
 {
     static const sts_detector detector = {
-        STS_ABI, sizeof detector, STS_INTERRUPT | FLAGS, 12500, 0.0f, 1, "states", create, NULL, NULL, NULL, isr,
+        .abi = STS_ABI, .size = sizeof detector, .flags = STS_INTERRUPT | FLAGS, .name = "states", .create = create, .isr = isr,
+        .pwm_hz = 12500, .update_delay = 1,
     };
     (void)abi;
     return &detector;

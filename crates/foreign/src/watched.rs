@@ -1,0 +1,63 @@
+//! What a detector that is traced shows of itself: channels and log.
+
+use std::ffi::c_void;
+use std::ptr::NonNull;
+
+use standstill_interface::Nanos;
+
+use crate::image::{Image, Site};
+
+/// Channels of a detector at most.
+const MOST_CHANNELS: u32 = 64;
+
+/// Channels and log of a detector in a detection.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Watched {
+    /// Names of the channels.
+    pub names: Vec<String>,
+    /// After each call, the values of the channels.
+    pub rows: Vec<Called<Vec<f64>>>,
+    /// Lines of the log.
+    pub log: Vec<Called<String>>,
+}
+
+/// Something of one call of a detector.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Called<T> {
+    /// Number of the call, from 1; 0 is the making of the detector.
+    pub call: u64,
+    /// Time of the call since the start of the detection, where the detector has a timer: of an interrupt, the time of its last
+    /// sample. At command level a call is made when the command before it ends.
+    pub time: Option<Nanos>,
+    /// Its content.
+    pub what: T,
+}
+
+impl Watched {
+    /// Keeps the present values of all channels, after a call of the detector.
+    pub fn look(
+        &mut self,
+        image: &mut Image,
+        site: Site,
+        detector: NonNull<c_void>,
+        call: u64,
+        time: Option<Nanos>,
+    ) {
+        let first = self.rows.is_empty();
+        let mut values = Vec::with_capacity(self.names.len());
+        for channel in 0..MOST_CHANNELS {
+            let Some((name, value)) = image.probe(site, detector, channel) else { break };
+            // Names and their number are those of the first call.
+            if first {
+                self.names.push(name);
+            } else if values.len() == self.names.len() {
+                break;
+            }
+            values.push(f64::from(value));
+        }
+        if !self.names.is_empty() {
+            values.resize(self.names.len(), f64::NAN);
+            self.rows.push(Called { call, time, what: values });
+        }
+    }
+}
