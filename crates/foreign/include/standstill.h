@@ -29,7 +29,7 @@ enum sts_leg {
     STS_OFF = 0,  /* both switches off */
     STS_LOW = 1,  /* lower switch on */
     STS_HIGH = 2, /* upper switch on */
-    STS_DUTY = 3, /* PWM: the upper switch for this share (0 to 1), centred; at interrupt level a share of the time up to the
+    STS_DUTY = 3, /* PWM: the upper switch for this share (0 to 1), centred but for sts_legs.shift; at interrupt level a share of the time up to the
                      next update, next to the middle of the period */
     STS_RISE = 4, /* command level only: low, and from edge_ns after the begin of the stage on high */
     STS_FALL = 5  /* command level only: high, and from edge_ns after the begin of the stage on low */
@@ -139,6 +139,10 @@ typedef struct sts_legs {
     uint8_t leg[3]; /* enum sts_leg */
     uint8_t reserved;
     float duty[3];  /* of STS_DUTY */
+    float shift[3]; /* of STS_DUTY, with one update a period: the pulse so much later than centred, a share of the period; at most half
+                       the duty, and half of what is left of the period. With two updates each half has a duty of its own instead */
+    float sample_at; /* the first trigger after that update, as in sts_detector, whose values stand here at first */
+    float sample_every;
 } sts_legs;
 
 typedef struct sts_stage {
@@ -189,11 +193,18 @@ typedef struct sts_detector {
     const char *(*reason)(uint32_t code);
     /* Command level: from the readings of the last command (none at first) to the next one. */
     int32_t (*step)(void *detector, const sts_readings *readings, sts_command *command, sts_result *result);
-    /* Interrupt level: from a sample to the legs; they hold what was returned last. */
+    /* Interrupt level: from the samples since the last update to the legs; they hold what was returned last. */
     int32_t (*isr)(void *detector, const sts_readings *readings, sts_legs *legs, sts_result *result);
     /* Variables of yours as channels of `standstill trace`: the name of the channel of this number, from 0 on, and its value now; NULL:
        there are no more, 64 at most. Asked after each call of step() or isr(), of trials that are traced alone. NULL: none. */
     const char *(*probe)(void *detector, uint32_t channel, float *value);
+    /* Interrupt level: several triggers between two updates, as a shunt in the DC link needs them. isr() runs with the last one. */
+    uint32_t samples;      /* 1 to 16; 0 is 1 */
+    float sample_every;    /* from one to the next, a share of the time between two updates */
+    /* Interrupt level: what runs beside the interrupt, once in task_ns (1000 to 10^10), for no time of its own. Its phase against the
+       interrupts is drawn for each trial. An interrupt that is due at the same time goes first. NULL: none. */
+    void (*task)(void *detector, uint64_t time_ns);
+    uint64_t task_ns;
 } sts_detector;
 
 #if defined(_WIN32)
@@ -215,7 +226,7 @@ STS_EXPORT const sts_detector *sts_entry(uint32_t abi);
 #endif
 STS_HOLDS(sample, sizeof(sts_sample) == 88 && offsetof(sts_sample, link_current) == 48);
 STS_HOLDS(readings, sizeof(sts_readings) == 16 + sizeof(void *) && offsetof(sts_readings, first) == 16);
-STS_HOLDS(legs, sizeof(sts_legs) == 20 && offsetof(sts_legs, duty) == 8);
+STS_HOLDS(legs, sizeof(sts_legs) == 40 && offsetof(sts_legs, duty) == 8);
 STS_HOLDS(stage, sizeof(sts_stage) == 40 && offsetof(sts_stage, duration_ns) == 32);
 STS_HOLDS(command, sizeof(sts_command) == 112 && offsetof(sts_command, first_ns) == 96);
 STS_HOLDS(result, sizeof(sts_result) == 24 && offsetof(sts_result, reason) == 20);

@@ -151,6 +151,10 @@ impl Table1 {
             step: None,
             isr: None,
             probe: None,
+            samples: 0,
+            sample_every: 0.0,
+            task: None,
+            task_ns: 0,
         }
     }
 }

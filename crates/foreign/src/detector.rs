@@ -111,11 +111,17 @@ impl Maker {
         &self.library
     }
 
-    /// A detector with its library's memory as after loading; of a trial, or to see whether one can be made.
+    /// Whether a task runs beside the interrupt.
+    pub fn has_task(&self) -> bool {
+        matches!(self.library.level(), Level::Interrupt(timing) if timing.task.is_some())
+    }
+
+    /// A detector with its library's memory as after loading; of a trial, or to see whether one can be made. `task_at`: when its task
+    /// runs first, as a share of the task's period.
     ///
     /// # Errors
     /// The message of a `create` that refused; an image that cannot be loaded.
-    pub fn detector(&self, seed: u64, trial: Option<u64>) -> Result<Foreign, String> {
+    pub fn detector(&self, seed: u64, task_at: f64, trial: Option<u64>) -> Result<Foreign, String> {
         let mut image = self.library.image().map_err(|error| error.to_string())?;
         let moment = trial.map_or(Moment::Check, Moment::Trial);
         let site = Site::new(self.library.label(), moment);
@@ -127,9 +133,13 @@ impl Maker {
                 return Err(format!("{} refused: {refused}", self.library.name()));
             }
         };
-        let interrupts = match self.library.level() {
-            Level::Command => None,
-            Level::Interrupt(timing) => Some(Interrupts::new(timing, Nanos(self.drive.period_ns))),
+        let (interrupts, task) = match self.library.level() {
+            Level::Command => (None, None),
+            Level::Interrupt(timing) => {
+                let first = |period: Nanos| Nanos::from_seconds(period.seconds() * task_at.clamp(0.0, 1.0));
+                let task = timing.task.map(|period| Task { period, next: first(period) });
+                (Some(Interrupts::new(timing, Nanos(self.drive.period_ns))), task)
+            }
         };
         Ok(Foreign {
             library: Arc::clone(&self.library),
@@ -137,6 +147,7 @@ impl Maker {
             detector,
             site,
             interrupts,
+            task,
             samples: Vec::new(),
             log,
             watched: None,
@@ -147,6 +158,14 @@ impl Maker {
     }
 }
 
+/// What runs beside an interrupt.
+#[derive(Clone, Copy, Debug)]
+struct Task {
+    period: Nanos,
+    /// When it runs next.
+    next: Nanos,
+}
+
 /// A detector of a library, in an image of its own.
 pub struct Foreign {
     library: Arc<Library>,
@@ -155,6 +174,7 @@ pub struct Foreign {
     detector: NonNull<c_void>,
     site: Site,
     interrupts: Option<Interrupts>,
+    task: Option<Task>,
     samples: Vec<Sample>,
     log: Arc<Log>,
     /// What it shows, if it is traced, and the times of its calls.
@@ -224,8 +244,15 @@ impl Foreign {
         let (status, answer, command) = if let Some(interrupts) = &mut self.interrupts {
             let (mut status, mut answer) = (abi::GO_ON, Answer::NONE);
             if let Some(half) = interrupts.half() {
-                let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
-                self.samples.push(Sample::of(reading, interrupts.start(), half));
+                let start = interrupts.start();
+                self.samples.extend(readings.iter().map(|reading| Sample::of(reading, start, half)));
+                let Some(last) = self.samples.last() else { return Err(Fault::UnexpectedReadings) };
+                while let Some(task) = &mut self.task
+                    && task.next.0 < last.time_ns
+                {
+                    image.task(self.site, self.detector, task.next.0);
+                    task.next = task.next + task.period;
+                }
                 let called = image.isr(self.site, self.detector, &self.samples, &mut interrupts.legs)?;
                 (status, answer) = called.unwrap_or((abi::FAILED, answer));
             }

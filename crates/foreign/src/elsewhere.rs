@@ -78,6 +78,10 @@ impl Image {
         match self.never {}
     }
 
+    pub fn task(&mut self, _: Site, _: NonNull<c_void>, _: u64) {
+        match self.never {}
+    }
+
     pub fn probe(&mut self, _: Site, _: NonNull<c_void>, _: u32) -> Option<(String, f32)> {
         match self.never {}
     }

@@ -209,6 +209,14 @@ impl Image {
         during(site, &self.space, || unsafe { text(reason(code)) })
     }
 
+    /// One run of a detector's task, at a time in ns.
+    pub fn task(&mut self, site: Site, detector: NonNull<c_void>, time: u64) {
+        if let Some(task) = self.table.task {
+            // SAFETY: as standstill.h declares it.
+            during(site, &self.space, || unsafe { task(detector.as_ptr(), time) });
+        }
+    }
+
     /// The value of a channel of a detector, and its name; none beyond the last one.
     pub fn probe(&mut self, site: Site, detector: NonNull<c_void>, channel: u32) -> Option<(String, f32)> {
         let probe = self.table.probe?;

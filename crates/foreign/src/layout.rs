@@ -24,11 +24,12 @@ fn layout() -> Vec<(String, usize)> {
         "sts_sample" Sample: time_ns current dc_link current_count dc_link_count sensed dc_link_clipped half link_sensed
             captured comparator link_current link_current_count terminal terminal_count terminal_sensed reserved capture_ticks;
         "sts_readings" Readings: size count stride reserved first;
-        "sts_legs" Legs: size leg reserved duty;
+        "sts_legs" Legs: size leg reserved duty shift sample_at sample_every;
         "sts_stage" Stage: leg reserved duty edge_ns reserved_too duration_ns;
         "sts_command" Command: size stages stage samples until first_ns interval_ns;
         "sts_result" Answer: size angle angle_deviation pole_evidence pole_needed reason;
-        "sts_detector" Table: abi size flags pwm_hz sample_at update_delay name create destroy reason step isr probe;
+        "sts_detector" Table: abi size flags pwm_hz sample_at update_delay name create destroy reason step isr probe samples
+            sample_every task task_ns;
         "sts_plate" Plate: rated_pulse_ns dead_time_ns period_ns skew_ns rated_current resistance ld lq flux stronger_pole
             stronger_pole_half pole_difference gain_tolerance dc_link switch_drop diode_drop reverse_drop sensor_bandwidth
             bandwidth_mismatch pick_up settle_ns readings comparators timer_tick comparator_delay comparator_delay_spread

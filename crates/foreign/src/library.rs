@@ -8,7 +8,7 @@ use crate::elf::Elf;
 use crate::image::{Image, Moment, Site};
 use crate::parts::{self, Part, Read};
 use crate::shared;
-use standstill_interface::abi;
+use standstill_interface::{Nanos, abi};
 use thiserror::Error;
 
 /// Why a library cannot be the detector.
@@ -51,6 +51,12 @@ pub struct Timing {
     pub sample_at: f32,
     /// After how many updates legs take effect.
     pub update_delay: u32,
+    /// Samples between two updates.
+    pub samples: u32,
+    /// From one of them to the next, as a share of the time between two updates.
+    pub sample_every: f32,
+    /// Period of the task beside the interrupt, if there is one.
+    pub task: Option<Nanos>,
 }
 
 /// Properties of a library that are known once it is loaded, before any trial.
@@ -250,6 +256,10 @@ fn level(table: &abi::Table, [step, isr]: [bool; 2]) -> Result<Level, LoadError>
         return Err(LoadError::new(format!("flags {:#x}", table.flags), format!("those of {known:#x}")));
     }
     if table.flags & abi::INTERRUPT == 0 {
+        if table.task.is_some() {
+            let needed = "STS_INTERRUPT in flags: at command level nothing runs beside a command".to_owned();
+            return Err(LoadError::new("a task at command level".to_owned(), needed));
+        }
         return if step { Ok(Level::Command) } else { Err(lacks("step")) };
     }
     if !isr {
@@ -267,10 +277,50 @@ fn level(table: &abi::Table, [step, isr]: [bool; 2]) -> Result<Level, LoadError>
     if !(1..=4).contains(&table.update_delay) {
         return Err(LoadError::new(format!("update_delay {}", table.update_delay), "from 1 to 4".to_owned()));
     }
-    Ok(Level::Interrupt(Timing {
+    let timing = Timing {
         pwm_hz: table.pwm_hz,
         twice: table.flags & abi::DOUBLE_UPDATE != 0,
         sample_at: table.sample_at,
         update_delay: table.update_delay,
-    }))
+        samples: table.samples.max(1),
+        sample_every: table.sample_every,
+        task: table.task.map(|_| Nanos(table.task_ns)),
+    };
+    timing.check()?;
+    Ok(Level::Interrupt(timing))
+}
+
+impl Timing {
+    /// Whether there can be such samples and such a task.
+    fn check(&self) -> Result<(), LoadError> {
+        if self.samples > abi::MOST_TRIGGERS {
+            let needed = format!("from 1 to {}", abi::MOST_TRIGGERS);
+            return Err(LoadError::new(format!("samples {}", self.samples), needed));
+        }
+        if let Err(found) = self.within(self.sample_at, self.sample_every) {
+            return Err(LoadError::new(found, "the last one before the next update".to_owned()));
+        }
+        match self.task {
+            Some(period) if !(1000..=10_000_000_000).contains(&period.0) => {
+                Err(LoadError::new(format!("task_ns {}", period.0), "from 1000 to 10000000000".to_owned()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether all samples, from `at` on one each `every`, lie between two updates; both are shares of the time between them.
+    ///
+    /// # Errors
+    /// What does not.
+    pub(crate) fn within(&self, at: f32, every: f32) -> Result<(), String> {
+        let last = f64::from(at) + f64::from(every) * f64::from(self.samples - 1);
+        // Shares in single precision do not add up exactly.
+        if (0.0..=1.0).contains(&at) && (self.samples == 1 || every >= 0.0 && last <= 1.0 + 1e-6) {
+            return Ok(());
+        }
+        Err(format!(
+            "{} samples from {at} on, one each {every} of the time between two updates",
+            self.samples
+        ))
+    }
 }

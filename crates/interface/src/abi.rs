@@ -14,8 +14,8 @@ pub use sample::{sensed_code, sensed_of};
 /// The version of these types.
 pub const ABI: u32 = 2;
 
-/// Triggers of the converters between two updates of an interrupt, at most: `STS_MOST_TRIGGERS`.
-pub const MOST_TRIGGERS: usize = 4;
+/// Triggers of the converters between two updates of an interrupt, at most.
+pub const MOST_TRIGGERS: u32 = 16;
 
 /// `STS_OFF` and the others, in their order.
 pub const OFF: u8 = 0;
@@ -127,12 +127,23 @@ pub struct Legs {
     pub leg: [u8; 3],
     pub reserved: u8,
     pub duty: [f32; 3],
+    pub shift: [f32; 3],
+    pub sample_at: f32,
+    pub sample_every: f32,
 }
 
 impl Default for Legs {
     /// All off.
     fn default() -> Self {
-        Self { size: bytes::<Self>(), leg: [OFF; 3], reserved: 0, duty: [0.0; 3] }
+        Self {
+            size: bytes::<Self>(),
+            leg: [OFF; 3],
+            reserved: 0,
+            duty: [0.0; 3],
+            shift: [0.0; 3],
+            sample_at: 0.0,
+            sample_every: 0.0,
+        }
     }
 }
 
@@ -208,6 +219,7 @@ pub type Reason = unsafe extern "C-unwind" fn(u32) -> *const c_char;
 pub type Step = unsafe extern "C-unwind" fn(*mut c_void, *const Readings, *mut Command, *mut Answer) -> i32;
 pub type Isr = unsafe extern "C-unwind" fn(*mut c_void, *const Readings, *mut Legs, *mut Answer) -> i32;
 pub type Probe = unsafe extern "C-unwind" fn(*mut c_void, u32, *mut f32) -> *const c_char;
+pub type Task = unsafe extern "C-unwind" fn(*mut c_void, u64);
 pub type Entry = unsafe extern "C-unwind" fn(u32) -> *const Table;
 
 #[repr(C)]
@@ -226,6 +238,10 @@ pub struct Table {
     pub step: Option<Step>,
     pub isr: Option<Isr>,
     pub probe: Option<Probe>,
+    pub samples: u32,
+    pub sample_every: f32,
+    pub task: Option<Task>,
+    pub task_ns: u64,
 }
 
 impl Table {

@@ -155,8 +155,8 @@ fn array<'py>(py: Python<'py>, readings: &[Reading<f64>]) -> PyResult<Bound<'py,
         let of = |value: f64, sensed: Sensed| if sensed == Sensed::Hidden { f64::NAN } else { value };
         let seen = |k: usize| of(reading.current.0[k], reading.sensed.0[k]);
         let terminal = |k: usize| of(reading.terminal.0[k], reading.terminal_sensed.0[k]);
-        let all = reading.sensed.0.into_iter().chain(reading.terminal_sensed.0).chain([reading.link_sensed]);
-        let clipped = reading.dc_link_clipped || all.into_iter().any(|sensed| sensed == Sensed::Clipped);
+        let mut all = reading.sensed.0.into_iter().chain(reading.terminal_sensed.0).chain([reading.link_sensed]);
+        let clipped = reading.dc_link_clipped || all.any(|sensed| sensed == Sensed::Clipped);
         let capture = reading.capture;
         cells.extend([
             reading.at.seconds(),

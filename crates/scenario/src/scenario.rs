@@ -307,7 +307,8 @@ impl<S: Settings<f64>> Scenario<S> {
         // A draw has 48 bits.
         let [high, low] = [(); 2].map(|()| draws.integer(u64::from(u32::MAX)));
         let seed = high << 32 | low;
-        let detector = foreign.detector(seed, trial);
+        let task_at = if foreign.has_task() { draws.uniform() } else { 0.0 };
+        let detector = foreign.detector(seed, task_at, trial);
         detector.map(Made::Foreign).map_err(|refused| SettingsError::own(kept(&refused)))
     }
 

@@ -127,7 +127,7 @@ fn law_the_log_of_a_library_spoils_no_answer() {
     let channels = fs::read_to_string(folder.path().join("trace/channels.csv")).expect("channels");
     let rows: Vec<&str> = channels.lines().collect();
     assert!(rows[0].starts_with("t_s,calls,last_A") && rows.len() == 5, "{channels}");
-    assert!(rows[1].starts_with("0.00001,1,") && rows[4].contains(",4,"), "{channels}");
+    assert!(rows[1].starts_with("0.00001,1.0,") && rows[4].contains(",4.0,"), "{channels}");
 }
 
 #[test]

@@ -222,3 +222,42 @@ fn law_channels_of_an_interrupt_stand_at_its_samples() {
     }
     assert!(samples.len() > 1 && samples.last().is_some_and(|(current, _)| *current > 1.0));
 }
+
+#[test]
+fn law_an_interrupt_has_several_samples_where_it_asks_for_them_and_a_task_beside_it() {
+    let (folder, _) = built(&source("beside.c"), &[]);
+    let text = |what: &str| {
+        format!(
+            "motor = \"light-vehicle\"\nerrors = \"none\"\n[detector]\nlibrary = \"mine.so\"\nconfig.what = \"{what}\"\n"
+        )
+    };
+    for what in ["samples", "moved"] {
+        let all = records(&plan(&folder, &text(what)).expect("valid"), 0..2);
+        assert!(all.iter().all(|record| record.verdict() == Verdict::Found), "{what}: {}", all[0].reason());
+    }
+    // The task's phase is another one in each trial, and always the same in one.
+    let tasks = plan(&folder, &text("task")).expect("valid");
+    let all = records(&tasks, 0..200);
+    assert!(all.iter().all(|record| record.verdict() == Verdict::Found), "{}", all[0].reason());
+    let phase = |record: &Record| match record.run.ended {
+        Ended::Outcome(Outcome::Found { angle, .. }) => angle.radians(),
+        _ => f64::NAN,
+    };
+    let (low, high) =
+        all.iter().map(phase).fold((1.0_f64, 0.0_f64), |(low, high), at| (low.min(at), high.max(at)));
+    let mean = all.iter().map(phase).sum::<f64>() / 200.0;
+    // Uniform: the mean of 200 has a deviation of 0.02.
+    assert!(low < 0.05 && high > 0.95 && high <= 1.0 && (mean - 0.5).abs() < 0.1, "{low} {mean} {high}");
+    assert_eq!(records(&tasks, 7..8)[0], all[7]);
+    for (options, parts) in [
+        (&["-DCOMMANDS"][..], ["a task at command level", "STS_INTERRUPT in flags"]),
+        (&["-DPERIOD=10"], ["task_ns 10", "from 1000 to 10000000000"]),
+        (&["-DSAMPLES=17"], ["samples 17", "from 1 to 16"]),
+        (&["-DEVERY=0.6f"], ["3 samples from 0.1 on, one each 0.6", "before the next update"]),
+    ] {
+        let unused = ["-Wno-unused-function", "-Wno-unused-variable"];
+        let (folder, _) = built(&source("beside.c"), &[options, &unused].concat());
+        let refused = plan(&folder, &text("samples")).expect_err("cannot be").to_string();
+        assert!(parts.iter().all(|part| refused.contains(part)), "{refused}");
+    }
+}

@@ -224,7 +224,7 @@ fn law_a_call_into_a_library_costs_little_beside_the_same_detector_in_rust() {
     let (maker, nameplate) = (scenario.foreign.as_ref().expect("a library"), scenario.nameplate());
     let [c, rust] = least([
         &mut || {
-            let mut detector = maker.detector(7, Some(0)).expect("made");
+            let mut detector = maker.detector(7, 0.0, Some(0)).expect("made");
             for readings in &steps {
                 let _ = black_box(detector.step(black_box(readings)));
             }

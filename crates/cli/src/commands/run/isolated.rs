@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use standstill_files::{MOST_BYTES, read_at_most};
 use standstill_foreign::{Description, Level, Library, LoadError, Timing, load_elsewhere};
+use standstill_interface::Nanos;
 use standstill_scenario::{Document, FileError, Lost, Plan, Record, Remote};
 
 use crate::error::Error;
@@ -113,6 +114,9 @@ impl Workers {
     }
 }
 
+/// The fields of a [`Timing`] in their order.
+type Rhythm = (u32, bool, f32, u32, u32, f32, Option<u64>);
+
 /// Returns a worker's description of the library at a path.
 fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     let failed = |found: String| LoadError::new(found, "one that can be loaded".to_owned());
@@ -126,8 +130,17 @@ fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     let _ = worker.ending();
     match answer {
         Answer::Library { name, isr, loads } => {
-            let timing = |(pwm_hz, twice, sample_at, update_delay)| {
-                Level::Interrupt(Timing { pwm_hz, twice, sample_at, update_delay })
+            let timing = |(pwm_hz, twice, sample_at, update_delay, samples, sample_every, task): Rhythm| {
+                let task = task.map(Nanos);
+                Level::Interrupt(Timing {
+                    pwm_hz,
+                    twice,
+                    sample_at,
+                    update_delay,
+                    samples,
+                    sample_every,
+                    task,
+                })
             };
             Ok(Description { name, level: isr.map_or(Level::Command, timing), loads })
         }
@@ -146,8 +159,17 @@ fn described(path: &Path) -> Answer {
         Ok(library) => {
             let isr = match library.level() {
                 Level::Command => None,
-                Level::Interrupt(Timing { pwm_hz, twice, sample_at, update_delay }) => {
-                    Some((pwm_hz, twice, sample_at, update_delay))
+                Level::Interrupt(Timing {
+                    pwm_hz,
+                    twice,
+                    sample_at,
+                    update_delay,
+                    samples,
+                    sample_every,
+                    task,
+                }) => {
+                    let task = task.map(|period| period.0);
+                    Some((pwm_hz, twice, sample_at, update_delay, samples, sample_every, task))
                 }
             };
             let loads = library.description().loads.clone();
@@ -172,7 +194,7 @@ enum Answer {
     /// The worker has its scenario, and a detector could be made; with the digests of the files that it reads.
     Ready(BTreeMap<String, String>),
     /// The worker has loaded a library; `isr`: the fields of [`Timing`], of a library that is an interrupt.
-    Library { name: String, isr: Option<(u32, bool, f32, u32)>, loads: Vec<PathBuf> },
+    Library { name: String, isr: Option<Rhythm>, loads: Vec<PathBuf> },
     /// A file is no library that can be a detector.
     NoLibrary { found: String, needed: String },
     /// The scenario has a wrong key.
