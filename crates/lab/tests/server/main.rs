@@ -155,14 +155,14 @@ fn law_what_the_page_shows_is_what_run_and_trace_compute() {
     let number = |name: &str| usize::try_from(found[name].as_u64().expect("a number")).expect("small");
     let length = u32::from_le_bytes(bytes[..4].try_into().expect("four")) as usize;
     assert_eq!((4 + length) % 8, 0);
-    assert_eq!(bytes.len(), 4 + length + number("rows") * (8 + 10 * 4 + 3) + number("samples") * (8 + 7 * 4));
+    assert_eq!(bytes.len(), 4 + length + number("rows") * (8 + 11 * 4 + 3) + number("samples") * (8 + 8 * 4));
     assert!(number("samples") > 5 && number("rows") > 100);
     // Readings are off by noise, offset, gain and half a step, not by the current itself.
     let at = 4
         + length
         + 8 * number("rows")
         + 8 * number("samples")
-        + 40 * number("rows")
+        + 44 * number("rows")
         + 4 * 4 * number("samples");
     let errors: Vec<f32> = bytes[at..at + 12 * number("samples")]
         .chunks(4)
