@@ -64,10 +64,12 @@ fn half(fit: &Fit, name: &str, interval: f64) -> f64 {
 }
 
 /// Where all edges lie alike between two rows, the delay is not known any better than that, for all the rows: 95 % of an
-/// interval, and what differences of the plant leave must not tell it from the edges' place. A dead time is known.
+/// interval, and what differences of the plant leave must not tell it from the edges' place. A dead time is known if pulses last a whole
+/// number of rows, which no reading tells: 95 % of one half certain, one half triangular over an interval to either side.
 fn delay_is_as_unknown_as_the_edges_places(fit: &Fit) {
     let [delay, dead_time] = ["delay", "dead_time"].map(|name| half(fit, name, scope::DRIVES_BEAT));
-    assert!((0.45..0.60).contains(&delay) && dead_time < 0.25, "{delay} {dead_time} intervals");
+    assert!((0.45..0.60).contains(&delay), "{delay} intervals");
+    assert!((0.30..0.80).contains(&dead_time), "{dead_time} intervals");
 }
 
 #[test]

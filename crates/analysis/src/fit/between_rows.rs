@@ -9,12 +9,15 @@
 //! with the score g and the information J of the readings alone. The estimates are the mean and the 2.5 and 97.5 % quantiles of
 //! this distribution.
 //!
-//! The edges lie in one of two ways; their evidence (the integral of L over all unknowns) decides between these cases:
+//! The edges lie in one of three ways; their evidence (the integral of L over all unknowns) decides between these cases:
 //!
 //! - each edge independently, anywhere between its rows;
-//! - all edges of a record equally, if drive and scope count by the same clock: a whole number of rows apart.
+//! - all edges of a record equally, if drive and scope count by the same clock: a whole number of rows apart;
+//! - the edges that begin the pulses of a record equally, and those that end them: pulses a whole number of rows apart that do not
+//!   last a whole number of rows.
 //!
-//! The estimates are those of both cases, weighted by their evidence.
+//! The last two make the readings equally likely where a dead time can take up the difference, so the dead time is then known
+//! no better than to within an interval. The estimates are those of all cases, weighted by their evidence.
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -37,7 +40,7 @@ const ALIKE: f64 = 0.05;
 /// Standard deviations from zero above which the bound of a non-negative parameter is ignored.
 const FAR: f64 = 6.0;
 
-/// One of the two cases of edges, with draws from its distribution.
+/// One of the three cases of edges, with draws from its distribution.
 struct Case {
     /// ln ∫ L, up to a constant that all cases share.
     evidence: f64,
@@ -77,18 +80,7 @@ impl Work<'_> {
             self.problem.pieces[piece].edges[edge].deviation * 12.0_f64.sqrt()
         };
         let intervals: Vec<f64> = (0..edges.len()).map(interval).collect();
-        let own: Vec<usize> = (0..edges.len()).collect();
-        let mut groups = vec![own];
-        let records: Vec<usize> = edges.iter().map(|(piece, _)| self.problem.pieces[*piece].record).collect();
-        let count = records.iter().max().map_or(0, |last| last + 1);
-        let alike = |record: usize| {
-            let own = || (0..edges.len()).filter(|k| records[*k] == record).map(|k| intervals[k]);
-            let (low, high) = own().fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), x| (l.min(x), h.max(x)));
-            high <= (1.0 + ALIKE) * low
-        };
-        if count < edges.len() && (0..count).all(alike) {
-            groups.push(records);
-        }
+        let groups = self.ways_to_lie(&intervals);
         let bound: Vec<f64> = (0..free)
             .map(|k| {
                 let parameter = self.problem.free[k];
@@ -118,6 +110,37 @@ impl Work<'_> {
             mean[free + k] -= point.shifts[*piece][*edge];
         }
         Some(Between { cases, mean })
+    }
+
+    /// Returns the cases of edges: the group of each edge, whose edges shift equally. `intervals` has those between the edges'
+    /// rows in s; where they differ within a record, edges are alike by chance alone.
+    fn ways_to_lie(&self, intervals: &[f64]) -> Vec<Vec<usize>> {
+        let edges = &self.problem.edges;
+        let record = |k: usize| self.problem.pieces[edges[k].0].record;
+        let mut ways = vec![(0..edges.len()).collect()];
+        let is_even = |k: usize| {
+            let own = || (0..edges.len()).filter(|other| record(*other) == record(k)).map(|k| intervals[k]);
+            let (low, high) = own().fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), x| (l.min(x), h.max(x)));
+            high <= (1.0 + ALIKE) * low
+        };
+        if !(0..edges.len()).all(is_even) {
+            return ways;
+        }
+        for by_place in [false, true] {
+            let mut keys = Vec::new();
+            let mut group = |k: usize| {
+                let key = (record(k), if by_place { edges[k].1 } else { 0 });
+                keys.iter().position(|known| *known == key).unwrap_or_else(|| {
+                    keys.push(key);
+                    keys.len() - 1
+                })
+            };
+            let way: Vec<usize> = (0..edges.len()).map(&mut group).collect();
+            if !ways.contains(&way) {
+                ways.push(way);
+            }
+        }
+        ways
     }
 
     fn terms_between(&self, sum: &Sum, point: &Point, free: usize, off: &[f64]) -> Terms {
@@ -216,6 +239,18 @@ impl Terms {
     }
 }
 
+/// Gathers weighted values in bins of this width, each with its weight and its mean; values themselves if the width is zero.
+fn gathered(mut values: Vec<(f64, f64)>, width: f64) -> Vec<(f64, f64)> {
+    values.sort_unstable_by(|(_, a), (_, b)| a.total_cmp(b));
+    let bins = values.chunk_by(|(_, a), (_, b)| width > 0.0 && (a / width).floor() == (b / width).floor());
+    let of_bin = |bin: &[(f64, f64)]| {
+        let weight: f64 = bin.iter().map(|(weight, _)| weight).sum();
+        let mean = bin.iter().map(|(weight, value)| weight * value).sum::<f64>() / weight;
+        (weight, if weight > 0.0 { mean } else { bin[0].1 })
+    };
+    bins.map(of_bin).collect()
+}
+
 impl Between {
     /// Returns the 95 % interval of a linear combination of free parameters, relative to its mean. `of_fixed` has the change of
     /// the combination with one half interval of each fixed parameter; empty if it depends on free parameters alone.
@@ -236,9 +271,9 @@ impl Between {
                 square += shift * shift;
             }
             let deviation = square.max(0.0).sqrt();
-            parts.extend(
-                case.means.iter().map(|(weight, means)| (*weight, along(means.column(0)), deviation)),
-            );
+            let drawn = case.means.iter().map(|(weight, means)| (*weight, along(means.column(0))));
+            let gathered = gathered(drawn.collect(), deviation / 32.0);
+            parts.extend(gathered.into_iter().map(|(weight, middle)| (weight, middle, deviation)));
         }
         let mean: f64 = terms.iter().map(|(k, a)| a * self.mean[*k]).sum();
         let reach = |sign: f64| {

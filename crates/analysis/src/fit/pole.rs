@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use super::covariance::Spread;
+use super::found::Found;
 use super::parameters::{Parameter, Point};
 use super::plant::Law;
-use super::result::{Known, Pole};
+use super::result::Pole;
 use super::start::falls_of;
 use super::{FitError, POLE_DEVIATIONS, Solved, Start, TWO_SIDED_95, Work};
 
@@ -17,14 +17,7 @@ pub(super) enum Iron {
     OfStart,
     /// The readings show saturation. The series is given too if it makes the readings about as likely, although it has not the
     /// shape of iron: then the better law is not known.
-    Seen(Option<Box<Series>>),
-}
-
-/// Solution with the series law for the same readings.
-pub(super) struct Series {
-    pub(super) point: Point,
-    pub(super) free: Vec<Parameter>,
-    pub(super) spread: Spread,
+    Seen(Option<Box<Found>>),
 }
 
 /// Least advantage of one law over another in ln P, divided by the Newey–West ratio, to be chosen.
@@ -104,9 +97,9 @@ pub(super) fn with_iron(
     let series = if more > enough {
         None
     } else {
-        let Known { spread, .. } = work.known(&point, &free, &scatter)?;
+        let found = work.found(&Solved { point, sum, free, scatter, converged })?;
         work.problem.free.clone_from(&bent.free);
-        Some(Box::new(Series { point, free, spread }))
+        Some(Box::new(found))
     };
     Ok((bent, pole, Iron::Seen(series)))
 }

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use super::between_rows::Between;
 use super::discrepancy::{Discrepancy, discrepancies};
+use super::found::{Either, Found};
 use super::identifiability::{FixedBias, NonIdentifiable, fixed_biases};
 use super::parameters::{Parameter, Point, last, letter};
-use super::plant::{Frame, Law, Plant};
+use super::plant::{Law, Plant};
 use super::pole::{Iron, with_iron};
 use super::reached::traces;
 use super::reading::Scatter;
@@ -141,26 +141,24 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     let tau = 2.0 * PI;
     let angle = &mut solved.point.plant.angle;
     *angle -= tau * (*angle / tau).floor();
-    let free = solved.free.clone();
     let frame = work.problem.frame.clone();
-    let Known { sum, spread, .. } = work.known(&solved.point, &free, &solved.scatter)?;
-    let between = work.between(&sum, &solved.point, free.len(), &spread.off).ok_or(FitError::NoPlant)?;
-    work.problem.free.clone_from(&free);
-    solved.point = work.problem.moved(&solved.point, &between.mean);
-    for parameter in free.iter().filter(|p| p.is_never_negative()) {
-        // Rounding.
-        let least = -parameter.get(&solved.point).min(0.0);
-        parameter.add(&mut solved.point, least, work.problem.channels);
-    }
+    let one = work.found(&solved)?;
+    solved.point = one.point.clone();
+    let (is_known, other) = match iron {
+        Iron::Seen(other) => (true, other),
+        Iron::OfStart => (true, None),
+        Iron::Unknown => (false, None),
+    };
+    let either = Either { one, other };
+    let free = solved.free.clone();
     let Known { sum, spread, fixed } = work.known(&solved.point, &free, &solved.scatter)?;
     let falls = solved.point.plant.falls(&frame);
     let reached = work.reached(&solved.point);
     let channels = work.problem.channels;
-    let mut parameters =
-        estimates(&work, &solved.point, [&free, &fixed], &between, &spread.off, &iron, reached);
-    parameters.push(with_switch(&between, &free, &fixed, &spread.off, &solved.point));
+    let mut parameters = estimates(&work, &either, reached);
+    parameters.push(with_switch(&either));
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
-    parameters.splice(after..after, last_gains(&between, &free, &solved.point, channels));
+    parameters.splice(after..after, last_gains(&either, channels));
     let known_before = |parameter: Parameter| work.plausible(parameter, &solved.point);
     let discrepancies = discrepancies(&parameters, start, known_before);
     let fixed_biases = fixed_biases(&spread, &free, &fixed, &parameters);
@@ -177,7 +175,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         .sum();
     Ok(Fit {
         parameters,
-        falls: falls.filter(|_| !matches!(iron, Iron::Unknown)),
+        falls: falls.filter(|_| is_known),
         plant: solved.point.plant,
         current: frame.current,
         magnet_flux: frame.magnet_flux,
@@ -209,19 +207,12 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
 }
 
 /// Returns the estimates of all parameters, free and fixed ones.
-fn estimates(
-    work: &Work,
-    point: &Point,
-    [free, fixed]: [&[Parameter]; 2],
-    between: &Between,
-    off_of_fixed: &[f64],
-    iron: &Iron,
-    reached: [f64; 3],
-) -> Vec<Estimate> {
+fn estimates(work: &Work, either: &Either, reached: [f64; 3]) -> Vec<Estimate> {
     let frame = &work.problem.frame;
+    let Found { point, free, .. } = &either.one;
     let shares = reached.map(|i| i / frame.current);
+    let of_series = point.plant.law == Law::Series;
     let is_identified = |fall: usize| {
-        let of_series = point.plant.law == Law::Series;
         let own = free.iter().any(|p| p.fall() == Some(fall));
         own && shares[fall] >= NOT_DRIVEN && (!of_series || is_fall_identified(fall, free))
     };
@@ -233,46 +224,27 @@ fn estimates(
     let mut parameters = Vec::new();
     for parameter in Parameter::all(work.problem.channels, point) {
         let (unit, factor) = parameter.unit();
-        let place = free.iter().position(|p| *p == parameter);
-        let mut value = parameter.get(point);
-        let mut terms: Vec<(usize, f64)> = place.map(|k| (k, 1.0)).into_iter().collect();
-        if let Some(fall) = parameter.fall() {
-            value = shown.map_or(0.0, |falls| falls[fall]);
-            terms = fall_terms(fall, free, point, frame, at);
-        }
-        let of_series = parameter.fall().filter(|_| point.plant.law == Law::Series);
-        let mut off = if place.is_some() || of_series.is_some() {
-            let of_fixed = of_series.map_or_else(Vec::new, |fall| {
-                let terms = fall_terms(fall, fixed, point, frame, at);
-                spread_of_fixed(&terms, off_of_fixed)
-            });
-            let off = between.interval(&terms, &of_fixed);
-            match (iron, parameter.fall()) {
-                (Iron::Seen(Some(series)), Some(fall)) => {
-                    // Both intervals: either law may be the nearer one.
-                    let other =
-                        series.point.plant.falls_at(frame, at).map_or(0.0, |falls| falls[fall] - value);
-                    let terms = fall_terms(fall, &series.free, &series.point, frame, at);
-                    let half = series.spread.half(&terms, parameter);
-                    [off[0].min(other - half), off[1].max(other + half)]
-                }
-                _ => off,
-            }
-        } else {
-            let half = work.plausible(parameter, point);
-            [-half, half]
+        let is_free = free.contains(&parameter);
+        let value = match parameter.fall() {
+            Some(fall) => shown.map_or(0.0, |falls| falls[fall]),
+            None => parameter.get(point),
+        };
+        // A fall of the series depends on two coefficients.
+        let measured = is_free || parameter.fall().is_some() && of_series;
+        let [mut low, high] = match either.of(parameter, frame, at).filter(|_| measured) {
+            Some(interval) => interval.ends,
+            None => [-1.0, 1.0].map(|sign| value + sign * work.plausible(parameter, point)),
         };
         if parameter.is_never_negative() {
-            off[0] = off[0].max(-value);
+            low = low.max(0.0);
         }
         let one = if matches!(parameter, Parameter::Gain(_)) { 1.0 } else { 0.0 };
-        let value = value + one;
         parameters.push(Estimate {
             name: parameter.name(),
             unit,
-            value: value / factor,
-            interval: Some(off.map(|off| (value + off) / factor)),
-            identified: parameter.fall().map_or(place.is_some(), |fall| identified[fall]),
+            value: (one + value) / factor,
+            interval: Some([low, high].map(|end| (one + end) / factor)),
+            identified: parameter.fall().map_or(is_free, |fall| identified[fall]),
             at: parameter.fall().map(|fall| at[fall]),
         });
     }
@@ -281,19 +253,15 @@ fn estimates(
 
 /// Returns the gain of the last channel, which follows from the others, and the gain that all channels have in common, which the
 /// readings do not determine.
-fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [bool; 3]) -> [Estimate; 2] {
-    let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
-    let gains: Vec<(usize, f64)> = free.iter().enumerate().filter_map(are_gains).collect();
-    let value = 1.0 + point.gain[last(channels)];
-    // It follows from the others' only if all of them are identified.
-    let identified = gains.len() + 1 == channels.iter().filter(|present| **present).count();
-    let off = if identified { between.interval(&gains, &[]) } else { [-0.03, 0.03] };
+fn last_gains(either: &Either, channels: [bool; 3]) -> [Estimate; 2] {
+    let value = 1.0 + either.one.point.gain[last(channels)];
+    let found = either.last_gain(channels);
     let channel = Estimate {
         name: format!("gain_{}", letter(last(channels))),
         unit: "",
         value,
-        interval: Some(off.map(|off| value + off)),
-        identified,
+        interval: Some(found.map_or([value - 0.03, value + 0.03], |gain| gain.ends.map(|end| 1.0 + end))),
+        identified: found.is_some(),
         at: None,
     };
     let common = Estimate {
@@ -307,29 +275,16 @@ fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [b
     [channel, common]
 }
 
-/// Returns the resistance of a phase with the switch in its current path, which the readings determine if they determine any
-/// resistance.
-fn with_switch(
-    between: &Between,
-    free: &[Parameter],
-    fixed: &[Parameter],
-    off: &[f64],
-    point: &Point,
-) -> Estimate {
-    let place = free.iter().position(|p| *p == Parameter::Resistance);
-    let value = point.plant.resistance + point.plant.devices.switch_resistance;
-    let switch = |(parameter, off): (&Parameter, &f64)| match parameter {
-        Parameter::SwitchResistance => *off,
-        _ => 0.0,
-    };
-    let of_fixed: Vec<f64> = fixed.iter().zip(off).map(switch).collect();
-    let off = place.map(|k| between.interval(&[(k, 1.0)], &of_fixed));
+/// Returns the resistance of a phase with the switch in its current path.
+fn with_switch(either: &Either) -> Estimate {
+    let plant = &either.one.point.plant;
+    let found = either.with_switch();
     Estimate {
         name: "resistance_with_switch".to_owned(),
         unit: "ohm",
-        value,
-        interval: off.map(|off| off.map(|off| value + off)),
-        identified: place.is_some(),
+        value: plant.resistance + plant.devices.switch_resistance,
+        interval: found.map(|resistance| resistance.ends),
+        identified: found.is_some(),
         at: None,
     }
 }
@@ -339,36 +294,4 @@ fn with_switch(
 fn is_fall_identified(fall: usize, free: &[Parameter]) -> bool {
     let along_d = [Parameter::SaturationAlong, Parameter::SaturationAgainst];
     fall == 2 || along_d.iter().all(|parameter| free.contains(parameter))
-}
-
-/// Returns the change of a linear combination of fixed parameters with half an interval of each.
-fn spread_of_fixed(terms: &[(usize, f64)], off: &[f64]) -> Vec<f64> {
-    let mut spread = vec![0.0; off.len()];
-    for (f, slope) in terms {
-        spread[*f] = slope * off[*f];
-    }
-    spread
-}
-
-/// Returns the dependence of a fall on these parameters: their indices, and the slopes.
-fn fall_terms(
-    fall: usize,
-    free: &[Parameter],
-    point: &Point,
-    frame: &Frame,
-    currents: [f64; 3],
-) -> Vec<(usize, f64)> {
-    let mut terms = Vec::new();
-    for (k, parameter) in free.iter().enumerate() {
-        let Some(of) = parameter.fall() else { continue };
-        let at = |change: f64| {
-            let mut plant = point.plant.clone();
-            plant.saturation[of] += change;
-            Some(plant.falls_at(frame, currents)?[fall])
-        };
-        if let (Some(high), Some(low)) = (at(1e-4), at(-1e-4)) {
-            terms.push((k, (high - low) / 2e-4));
-        }
-    }
-    terms
 }

@@ -9,9 +9,10 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::parameters::{Parameter, Point};
-use super::pieces::Piece;
+use super::pieces::{Edge, Piece};
 use super::plant::Frame;
 use super::reading::Scatter;
+use super::record::Request;
 
 /// Data and free parameters of a fit.
 #[derive(Clone, Debug)]
@@ -147,7 +148,10 @@ impl Problem {
             Some(())
         };
         if slopes {
-            for (place, parameter) in self.free.iter().enumerate().filter(|(_, p)| p.is_of_plant()) {
+            let turns_on = self.turning_on(number);
+            let by_edges = |p: &Parameter| *p == Parameter::DeadTime && turns_on.is_some();
+            let simulated = |p: &Parameter| p.is_of_plant() && !by_edges(p);
+            for (place, parameter) in self.free.iter().enumerate().filter(|(_, p)| simulated(p)) {
                 let step = parameter.step(point, &self.frame, piece.link);
                 difference(place, step, &|change| {
                     let mut point = point.clone();
@@ -163,30 +167,53 @@ impl Problem {
                     sampled(point, &shifts)
                 })?;
             }
-            columns.extend(self.delayed(piece, &columns));
+            let delayed = self.of_edges(Parameter::Delay, piece, &columns, |_| true);
+            let dead =
+                turns_on.and_then(|on| self.of_edges(Parameter::DeadTime, piece, &columns, |edge| on[edge]));
+            columns.extend(delayed);
+            columns.extend(dead);
         }
         self.read(piece, point, scatter, &nominal, &columns, &mut part);
         Some(part)
     }
 
-    /// Returns the delay's derivatives for a piece in which every edge is an unknown: the sum of the edges' derivatives. A delay
-    /// of the channels has the same effect as edges that all come later, so no reading tells the two apart. A derivative computed
-    /// differently would: its rounding errors differ from those of the edges.
-    fn delayed(&self, piece: &Piece, columns: &[Column]) -> Option<Column> {
-        let delay = self.free.iter().position(|parameter| *parameter == Parameter::Delay)?;
-        let shifts = || columns.iter().filter(|(place, _)| *place >= self.free.len());
-        if shifts().count() < piece.edges.len() {
+    /// Returns the derivatives with respect to a parameter that has the same effect as a shift of some edges, in a piece in which
+    /// every edge is an unknown: the sum of the derivatives of these edges. A delay of the channels is a shift of all edges, a dead
+    /// time one of the edges that turn legs on, so no reading tells the two apart. A derivative computed differently would: its
+    /// rounding errors differ from those of the edges.
+    fn of_edges(
+        &self,
+        parameter: Parameter,
+        piece: &Piece,
+        columns: &[Column],
+        shifts: impl Fn(usize) -> bool,
+    ) -> Option<Column> {
+        let place = self.free.iter().position(|free| *free == parameter)?;
+        let edges = || columns.iter().filter(|(place, _)| *place >= self.free.len());
+        if edges().count() < piece.edges.len() {
             return None;
         }
         let mut all = vec![[0.0; 3]; piece.rows.len()];
-        for (_, column) in shifts() {
+        for (_, column) in edges().filter(|(place, _)| shifts(self.edges[place - self.free.len()].1)) {
             for (sum, one) in all.iter_mut().zip(column) {
                 for (sum, one) in sum.iter_mut().zip(one) {
                     *sum += one;
                 }
             }
         }
-        Some((delay, all))
+        Some((place, all))
+    }
+
+    /// Returns which edges of a piece turn legs on after all were off, if every other edge turns all off: then a dead time is a
+    /// shift of the former. None if some legs change while others conduct, or if not every edge is an unknown.
+    fn turning_on(&self, number: usize) -> Option<Vec<bool>> {
+        let piece = &self.pieces[number];
+        let off = [Request::Off; 3];
+        let before = std::iter::once(piece.first).chain(piece.edges.iter().map(|edge| edge.legs));
+        let turns_on: Vec<bool> = before.take(piece.edges.len()).map(|legs| legs == off).collect();
+        let are_all_unknown = self.edges.iter().filter(|(of, _)| *of == number).count() == piece.edges.len();
+        let is_plain = |(on, edge): (&bool, &Edge)| *on != (edge.legs == off);
+        (are_all_unknown && turns_on.iter().zip(&piece.edges).all(is_plain)).then_some(turns_on)
     }
 
     /// Adds the terms of a piece's rows.
@@ -204,6 +231,9 @@ impl Problem {
         let known = |place: usize| columns.iter().any(|(known, _)| *known == place);
         let others: Vec<(usize, Parameter)> =
             self.free.iter().copied().enumerate().filter(|(place, _)| !known(*place)).collect();
+        // The information below its diagonal, row by row: a slice is several times as fast to add to as a matrix.
+        let n = self.count();
+        let mut information = vec![0.0; n * n];
         for (row, reading) in piece.rows.iter().enumerate() {
             for k in (0..3).filter(|k| self.channels[*k]) {
                 let gain = 1.0 + point.gain[k];
@@ -231,15 +261,18 @@ impl Problem {
                     };
                     along.push((place, value));
                 }
-                for (x, a) in &along {
+                along.sort_unstable_by_key(|(place, _)| *place);
+                for (k, (x, a)) in along.iter().enumerate() {
                     part.score[*x] += a * terms.score;
                     let weighted = a * terms.information;
-                    for (y, b) in &along {
-                        part.information[(*x, *y)] += weighted * b;
+                    let line = &mut information[x * n..(x + 1) * n];
+                    for (y, b) in &along[..=k] {
+                        line[*y] += weighted * b;
                     }
                 }
             }
         }
+        part.information = DMatrix::from_fn(n, n, |x, y| information[x.max(y) * n + x.min(y)]);
     }
 
     /// Returns the damped step from a point. Parameters that the step would make negative end at zero, and the step of the others

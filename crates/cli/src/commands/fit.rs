@@ -287,8 +287,9 @@ fn sentences(fit: &Fit) -> Vec<String> {
     )];
     if fit.widened >= MISFIT {
         said.push(format!(
-            "The simulation does NOT describe these currents: residuals follow each other, and intervals are {:.1} times as wide for it. Look at fit.png: wrong legs or units, a rotor that moved, a DC link that was not read, or a motor with more than this model has.",
-            fit.widened
+            "The simulation does NOT describe these currents: residuals follow each other, and intervals are {:.1} times as wide for it. {}",
+            fit.widened,
+            next::misfit(fit)
         ));
     }
     if !fit.converged {

@@ -52,7 +52,8 @@ fn law_a_trace_becomes_a_motor_that_loads() {
     assert!(standstill(&traced, at).status.success());
 }
 
-/// The trace's dead time is 2 µs. One that is stated otherwise is contradicted, in a sentence and with what to do next.
+/// The trace's dead time is 2 µs, known to within 0.7 of the 2 µs between two rows. One that is stated otherwise is contradicted, in a
+/// sentence and with what to do next.
 #[test]
 fn regress_a_stated_number_that_the_currents_contradict_is_said() {
     let folder = folder();
@@ -65,8 +66,8 @@ fn regress_a_stated_number_that_the_currents_contradict_is_said() {
         let text = String::from_utf8(output.stdout).expect("text");
         text.split_whitespace().collect::<Vec<_>>().join(" ")
     };
-    let text = said("3 us");
-    assert!(text.contains("standard deviations below the stated 3 µs: one of the two is wrong"), "{text}");
+    let text = said("6 us");
+    assert!(text.contains("standard deviations below the stated 6 µs: one of the two is wrong"), "{text}");
     assert!(text.contains("For dead_time: measure both gate signals of a leg and state it"), "{text}");
     let kept = fs::read_to_string(at.join("f/fit.json")).expect("written");
     let kept: Value = serde_json::from_str(&kept).expect("JSON");

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use standstill_analysis::fit::{Discrepancy, Fit, MISFIT, Pulse};
+use standstill_analysis::fit::{Discrepancy, Fit, MISFIT, Misfit, Pulse};
 use standstill_quantity::unit::{Ampere, Hertz, Second};
 use standstill_quantity::{Quantity, Scale, number};
 
@@ -87,6 +87,41 @@ fn settled(fit: &Fit, one: &Discrepancy) -> String {
     )
 }
 
+/// Returns the sentence on where the simulation differs from currents that it does not describe, and on what to suspect.
+pub(super) fn misfit(fit: &Fit) -> String {
+    match fit.misfit() {
+        Some(Misfit::LargeCurrents { above, ratio, .. }) => format!(
+            "The difference is {ratio:.1} times as large above {} as below: look first at the iron, which saturates more steeply than this model has it, or turns the axes (cross-saturation).",
+            amperes(above)
+        ),
+        Some(Misfit::OnePulse { number, share }) => format!(
+            "Pulse {number} of {} has {:.0} % of the difference (squared): its legs may be others, or the rotor moved in it.",
+            fit.traces.len(),
+            100.0 * share
+        ),
+        _ => "Look at fit.png: wrong legs or units, a rotor that moved, a DC link that was not read, or a motor with more than this model has.".to_owned(),
+    }
+}
+
+/// Returns what to measure next where the simulation does not describe the currents.
+fn after_a_misfit(fit: &Fit, again: &str) -> Vec<String> {
+    let drive = "-s inverter.dead_time=…, -s inverter.diode_drop=…, -s inverter.devices=…";
+    match fit.misfit() {
+        Some(Misfit::LargeCurrents { above, rise, .. }) => vec![
+            format!(
+                "For angle, L_d, L_q and resistance: record the same pulses at most {} long, which stay below {}, and shorter again until they are described; then standstill fit SHORT.csv --out ANOTHER",
+                Quantity::<Second>::si(rounded(rise * above / fit.reach, 2)),
+                amperes(above)
+            ),
+            "For the saturation: measure a flux map, name it in a data sheet ([map] file = \"MAP.csv\"), then: standstill magnetics SHEET.toml, standstill check SHEET.toml (docs/own-motor-map.md)".to_owned(),
+        ],
+        Some(Misfit::OnePulse { number, .. }) => vec![format!(
+            "Leave out pulse {number}, or record it again with the rotor held; then {again}"
+        )],
+        _ => vec![format!("Then {again} with what is known of the drive: {drive}")],
+    }
+}
+
 /// Returns the sentence on slow probes.
 pub(super) fn probe(fit: &Fit) -> Option<String> {
     let lag = fit.parameters.iter().find(|estimate| estimate.name == "probe_lag")?.value;
@@ -118,10 +153,10 @@ pub(super) fn steps(fit: &Fit, options: &Options) -> String {
     let mut text = String::from("\nNext:\n");
     let mut add = |sentence: &str| text += &paragraph("  – ", sentence);
     if fit.widened >= MISFIT || !fit.converged {
-        add(&format!(
-            "Look at {} before anything else; then {again} with what is known of the drive: -s inverter.dead_time=…, -s inverter.diode_drop=…, -s inverter.devices=…",
-            options.out.join("fit.png").display()
-        ));
+        add(&format!("Look at {} before anything else", options.out.join("fit.png").display()));
+        for sentence in after_a_misfit(fit, &again) {
+            add(&sentence);
+        }
         return text;
     }
     for one in &fit.discrepancies {

@@ -1,0 +1,161 @@
+//! Values and intervals that a solution gives with one law of the core, and their union over two laws.
+
+use std::f64::consts::TAU;
+
+use super::between_rows::Between;
+use super::parameters::{Parameter, Point, last};
+use super::plant::Frame;
+use super::result::Known;
+use super::{FitError, Solved, Work};
+
+/// Solution with one law of the core.
+pub(super) struct Found {
+    /// Mean of the distribution of the parameters.
+    pub(super) point: Point,
+    /// Parameters that are free.
+    pub(super) free: Vec<Parameter>,
+    /// Parameters that are not free.
+    pub(super) fixed: Vec<Parameter>,
+    /// Half the widths of the prior intervals of the fixed parameters.
+    pub(super) off: Vec<f64>,
+    /// Distribution of the free parameters.
+    between: Between,
+}
+
+/// Value with the ends of its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Interval {
+    pub(super) value: f64,
+    pub(super) ends: [f64; 2],
+}
+
+impl Interval {
+    /// Returns the value with the hull of both intervals.
+    fn or(self, other: Option<Self>) -> Self {
+        let Some(other) = other else { return self };
+        let [low, high] = self.ends;
+        Self { ends: [low.min(other.ends[0]), high.max(other.ends[1])], ..self }
+    }
+
+    /// Returns the interval shifted by whole turns so that the value lies next to an angle in rad.
+    fn beside(self, angle: f64) -> Self {
+        let turns = TAU * ((angle - self.value) / TAU).round();
+        Self { value: self.value + turns, ends: self.ends.map(|end| end + turns) }
+    }
+}
+
+impl Work<'_> {
+    /// Computes the distribution about a solution and moves the solution to its mean.
+    pub(super) fn found(&mut self, solved: &Solved) -> Result<Found, FitError> {
+        let free = solved.free.clone();
+        let Known { sum, spread, fixed } = self.known(&solved.point, &free, &solved.scatter)?;
+        let between = self.between(&sum, &solved.point, free.len(), &spread.off).ok_or(FitError::NoPlant)?;
+        self.problem.free.clone_from(&free);
+        let mut point = self.problem.moved(&solved.point, &between.mean);
+        for parameter in free.iter().filter(|p| p.is_never_negative()) {
+            // Rounding.
+            let least = -parameter.get(&point).min(0.0);
+            parameter.add(&mut point, least, self.problem.channels);
+        }
+        Ok(Found { point, free, fixed, off: spread.off, between })
+    }
+}
+
+impl Found {
+    /// Returns the interval of a linear combination of free parameters about its value; `of_fixed` as in [`Between::interval`].
+    fn about(&self, value: f64, terms: &[(usize, f64)], of_fixed: &[f64]) -> Interval {
+        Interval { value, ends: self.between.interval(terms, of_fixed).map(|off| value + off) }
+    }
+
+    /// Returns the value and the interval of a parameter, for a fall at its current in A of `at`; none if it is fixed. Of a fall that
+    /// depends on fixed parameters alone the interval has what these may be off.
+    pub(super) fn of(&self, parameter: Parameter, frame: &Frame, at: [f64; 3]) -> Option<Interval> {
+        let Some(fall) = parameter.fall() else {
+            let place = self.free.iter().position(|p| *p == parameter)?;
+            return Some(self.about(parameter.get(&self.point), &[(place, 1.0)], &[]));
+        };
+        let terms = fall_terms(fall, &self.free, &self.point, frame, at);
+        let mut of_fixed = vec![0.0; self.off.len()];
+        for (f, slope) in fall_terms(fall, &self.fixed, &self.point, frame, at) {
+            of_fixed[f] = slope * self.off[f];
+        }
+        let value = self.point.plant.falls_at(frame, at).map_or(0.0, |falls| falls[fall]);
+        Some(self.about(value, &terms, &of_fixed))
+    }
+
+    /// Returns the gain less 1 of the last channel, which follows from the others' if all of these are free.
+    pub(super) fn last_gain(&self, channels: [bool; 3]) -> Option<Interval> {
+        let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
+        let gains: Vec<(usize, f64)> = self.free.iter().enumerate().filter_map(are_gains).collect();
+        let all = gains.len() + 1 == channels.iter().filter(|present| **present).count();
+        all.then(|| self.about(self.point.gain[last(channels)], &gains, &[]))
+    }
+
+    /// Returns the resistance in Ω of a phase with the switch in its current path, which the readings determine if they
+    /// determine any resistance.
+    pub(super) fn with_switch(&self) -> Option<Interval> {
+        let place = self.free.iter().position(|p| *p == Parameter::Resistance)?;
+        let value = self.point.plant.resistance + self.point.plant.devices.switch_resistance;
+        let switch = |(parameter, off): (&Parameter, &f64)| match parameter {
+            Parameter::SwitchResistance => *off,
+            _ => 0.0,
+        };
+        let of_fixed: Vec<f64> = self.fixed.iter().zip(&self.off).map(switch).collect();
+        Some(self.about(value, &[(place, 1.0)], &of_fixed))
+    }
+}
+
+/// Solution of a fit, and that with the other law of the core if it makes the readings about as likely: then the better law is
+/// not known, and an interval is the hull of both laws'. The values are those of the first.
+pub(super) struct Either {
+    pub(super) one: Found,
+    pub(super) other: Option<Box<Found>>,
+}
+
+impl Either {
+    /// As [`Found::of`].
+    pub(super) fn of(&self, parameter: Parameter, frame: &Frame, at: [f64; 3]) -> Option<Interval> {
+        let one = self.one.of(parameter, frame, at)?;
+        let tells = |found: &&Found| parameter.fall().is_none() || found.free.contains(&parameter);
+        let other = self.other.as_deref().filter(tells).and_then(|found| found.of(parameter, frame, at));
+        Some(one.or(match parameter {
+            Parameter::Angle => other.map(|other| other.beside(one.value)),
+            _ => other,
+        }))
+    }
+
+    /// As [`Found::last_gain`].
+    pub(super) fn last_gain(&self, channels: [bool; 3]) -> Option<Interval> {
+        Some(
+            self.one.last_gain(channels)?.or(self.other.as_ref().and_then(|found| found.last_gain(channels))),
+        )
+    }
+
+    /// As [`Found::with_switch`].
+    pub(super) fn with_switch(&self) -> Option<Interval> {
+        Some(self.one.with_switch()?.or(self.other.as_ref().and_then(|found| found.with_switch())))
+    }
+}
+
+/// Returns the dependence of a fall on these parameters: their indices, and the slopes.
+fn fall_terms(
+    fall: usize,
+    free: &[Parameter],
+    point: &Point,
+    frame: &Frame,
+    currents: [f64; 3],
+) -> Vec<(usize, f64)> {
+    let mut terms = Vec::new();
+    for (k, parameter) in free.iter().enumerate() {
+        let Some(of) = parameter.fall() else { continue };
+        let at = |change: f64| {
+            let mut plant = point.plant.clone();
+            plant.saturation[of] += change;
+            Some(plant.falls_at(frame, currents)?[fall])
+        };
+        if let (Some(high), Some(low)) = (at(1e-4), at(-1e-4)) {
+            terms.push((k, (high - low) / 2e-4));
+        }
+    }
+    terms
+}
