@@ -420,7 +420,7 @@ def require(
     >>> import standstill as st
     >>> text = '[detector]\\nmethod = "line-inductance-fast"'
     >>> answer = st.require(text, key="sensors.gain_error", limit="rms <= 2 deg", most=2000)
-    >>> answer["answer"], answer["low"] < answer["value"] < answer["high"] < 0.1
+    >>> answer["answer"], answer["value"] < answer["high"] < 0.1
     ('at most', True)
     """
     options = {"key": key, "limit": limit, "between": between, "most": most, "seed": seed, "out": out, "force": force}

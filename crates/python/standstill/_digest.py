@@ -37,8 +37,9 @@ def name(detector: Any) -> str:
     """``module.Class@cpython3.11:digest`` of a class, or of whatever else makes a detector when it is called.
 
     >>> from standstill._digest import name
-    >>> def made(pulse):
-    ...     return lambda: pulse
+    >>> own = {"__name__": "own"}
+    >>> exec("def made(pulse): return lambda: pulse", own)
+    >>> made = own["made"]
     >>> name(made(80e-6)) == name(made(80e-6)), name(made(80e-6)) == name(made(90e-6))
     (True, False)
     """
