@@ -74,15 +74,15 @@ fn law_a_steep_core_is_named_and_shorter_pulses_of_it_are_described() {
     let bench = Bench::drawn(2, Iron::Steep([0.003, 3.0, 6.0]));
     let scope = Scope { interval: 0.51e-6, delay: 0.3e-6, ..Scope::of(32.0) };
     let (_, fit) = found(&bench, &scope, 2);
-    let Some(Misfit::LargeCurrents { above, ratio, rise }) = fit.misfit() else {
+    let Some(Misfit::LargeCurrents { above, ratio, pulse, below }) = fit.misfit() else {
         panic!("{:?} {}", fit.misfit(), fit.widened)
     };
     assert!((0.5 * fit.reach..0.7 * fit.reach).contains(&above) && ratio > 2.0, "{above} {ratio}");
-    assert!((rise - bench.pulse()).abs() < 0.1 * bench.pulse(), "{rise}");
-    let short = rise * above / fit.reach;
-    let pulses = bench.pulses(&six_vectors(short, 2.5 * short));
+    assert!((pulse / bench.pulse() - 0.4).abs() < 0.04 && below < above, "{pulse} {below}");
+    let pulses = bench.pulses(&six_vectors(pulse, 2.5 * pulse));
     let fit = pulses.found(&scope, 2, &drive(&bench, 2));
     assert!(fit.converged && fit.widened < MISFIT && fit.misfit().is_none(), "{}", fit.widened);
+    assert!(fit.reach < 1.1 * below, "{}", fit.reach);
     for name in ["L_d", "L_q", "angle"] {
         let off = off(&pulses, &scope, &fit, name);
         assert!(off < 2.0, "{name}: {off} half widths");

@@ -107,11 +107,11 @@ pub(super) fn misfit(fit: &Fit) -> String {
 fn after_a_misfit(fit: &Fit, again: &str) -> Vec<String> {
     let drive = "-s inverter.dead_time=…, -s inverter.diode_drop=…, -s inverter.devices=…";
     match fit.misfit() {
-        Some(Misfit::LargeCurrents { above, rise, .. }) => vec![
+        Some(Misfit::LargeCurrents { pulse, below, .. }) => vec![
             format!(
                 "For angle, L_d, L_q and resistance: record the same pulses at most {} long, which stay below {}, and shorter again until they are described; then standstill fit SHORT.csv --out ANOTHER",
-                Quantity::<Second>::si(rounded(rise * above / fit.reach, 2)),
-                amperes(above)
+                Quantity::<Second>::si(rounded(pulse, 2)),
+                amperes(below)
             ),
             "For the saturation: measure a flux map, name it in a data sheet ([map] file = \"MAP.csv\"), then: standstill magnetics SHEET.toml, standstill check SHEET.toml (docs/own-motor-map.md)".to_owned(),
         ],
