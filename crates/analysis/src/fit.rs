@@ -73,6 +73,8 @@ pub struct Start {
     /// Parameters of the drive that were stated, by the names of their estimates; the others are guesses. A guessed
     /// `switch_resistance` may be anything up to twice the value here.
     pub stated: Vec<String>,
+    /// Approximate largest number of rows that are used, such as [`MOST_USED`]: of more rows, each second, third and so on is used.
+    pub most_used: usize,
 }
 
 impl Start {
@@ -94,8 +96,8 @@ const POLE_DEVIATIONS: f64 = 3.3;
 /// Newey–West widening of the intervals above which the simulation does not describe the readings.
 pub const MISFIT: f64 = 2.0;
 
-/// Approximate largest number of rows that are used: of more rows, each second, third and so on is used.
-const MOST_USED: usize = 50_000;
+/// Default of [`Start::most_used`].
+pub const MOST_USED: usize = 50_000;
 
 /// Largest number of steps of all searches of a fit, each with two simulations of all pulses per parameter. A fit that needs more
 /// does not converge, because legs or currents are not those of one motor at standstill; the result then states that it did not
@@ -137,7 +139,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     let mut pieces: Vec<Piece> =
         records.iter().enumerate().flat_map(|(k, record)| pieces::pieces(k, record)).collect();
     // The time of a fit grows with the rows, and neighbouring rows tell nearly the same.
-    let every = rows.div_ceil(MOST_USED);
+    let every = rows.div_ceil(start.most_used.max(1));
     if every > 1 {
         for piece in &mut pieces {
             piece.thin(every);

@@ -27,9 +27,7 @@ pub enum Measure {
     /// Share of starts with a wrong pole.
     WrongPoles,
     /// Share of starts without an answer, undetermined or failed.
-    Undetermined,
-    /// Share of starts without an answer, as [`Self::Undetermined`].
-    Failed,
+    Unanswered,
     /// 99th percentile of the rotor's movement in electrical degrees.
     Moved,
     /// 99th percentile of the duration of a detection in s.
@@ -51,14 +49,15 @@ pub struct Limit {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits(pub Vec<Limit>);
 
-/// Measures whose text is a name alone.
-const NAMES: [(&str, Measure); 9] = [
+/// Measures whose text is a name alone. Of two names the first is written; `undetermined` and `failed` are those of earlier versions.
+const NAMES: [(&str, Measure); 10] = [
     ("rms", Measure::Rms),
     ("p95", Measure::P95),
     ("p99", Measure::P99),
     ("wrong_poles", Measure::WrongPoles),
-    ("undetermined", Measure::Undetermined),
-    ("failed", Measure::Failed),
+    ("unanswered", Measure::Unanswered),
+    ("undetermined", Measure::Unanswered),
+    ("failed", Measure::Unanswered),
     ("moved", Measure::Moved),
     ("duration", Measure::Duration),
     ("peak_current", Measure::PeakCurrent),
@@ -78,7 +77,7 @@ impl Measure {
     pub const fn unit(self) -> Option<&'static str> {
         match self {
             Self::Rms | Self::P95 | Self::P99 | Self::Moved => Some("deg"),
-            Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => None,
+            Self::Beyond(_) | Self::WrongPoles | Self::Unanswered => None,
             Self::Duration => Some("s"),
             Self::PeakCurrent => Some("A"),
         }
@@ -95,7 +94,7 @@ impl Measure {
             Self::P95 | Self::P99 => unless(record.axis_miss_deg().map_or(f64::INFINITY, f64::abs)),
             Self::Beyond(bound) => flag(record.miss_deg().is_none_or(|error| error.abs() > bound)),
             Self::WrongPoles => flag(record.pole_correct() == Some(false)),
-            Self::Undetermined | Self::Failed => flag(false),
+            Self::Unanswered => flag(false),
             Self::Moved => unless(record.rotor_moved_deg()),
             Self::Duration => unless(record.run.duration.seconds()),
             Self::PeakCurrent => unless(record.run.peak_current),
@@ -127,7 +126,7 @@ impl Measure {
             }
             Self::P95 => quantiles(0.95),
             Self::P99 | Self::Moved | Self::Duration | Self::PeakCurrent => quantiles(0.99),
-            Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => {
+            Self::Beyond(_) | Self::WrongPoles | Self::Unanswered => {
                 let count = values.iter().filter(|value| **value > 0.0).count();
                 trials.iter().map(|trials| share(count, values.len(), *trials)).collect()
             }
@@ -138,7 +137,7 @@ impl Measure {
     /// starts.
     fn answered(self, values: &[f64]) -> f64 {
         let answered: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-        if answered.is_empty() || matches!(self, Self::Undetermined | Self::Failed) {
+        if answered.is_empty() || self == Self::Unanswered {
             return self.estimate(values.to_vec()).value;
         }
         self.estimate(answered).value
@@ -196,7 +195,7 @@ impl Limits {
     }
 }
 
-/// Limits of which some are relative: their bound is the value that the initial settings have (`moved <= start, undetermined <=
+/// Limits of which some are relative: their bound is the value that the initial settings have (`moved <= start, unanswered <=
 /// 0.1 %`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject(pub Vec<(Measure, Option<f64>)>);

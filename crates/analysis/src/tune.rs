@@ -37,7 +37,7 @@ use crate::{Halt, Watch};
 const ALWAYS_REPORTED: [Measure; 6] = [
     Measure::Rms,
     Measure::WrongPoles,
-    Measure::Undetermined,
+    Measure::Unanswered,
     Measure::Moved,
     Measure::Duration,
     Measure::PeakCurrent,
@@ -158,7 +158,7 @@ impl Tuned {
 
 /// Computes [`Tuned::unseen`].
 fn left_out(start: &Measured, best: &Measured, differences: &Measured) -> Option<Unseen> {
-    unseen(&start.get(Measure::Rms), &best.get(Measure::Rms), &differences.get(Measure::Undetermined))
+    unseen(&start.get(Measure::Rms), &best.get(Measure::Rms), &differences.get(Measure::Unanswered))
 }
 
 /// Numbers of settings that pass from the wide to the close descents, and from these to the final choice.

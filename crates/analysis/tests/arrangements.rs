@@ -112,7 +112,7 @@ fn law_tune_finds_threshold_and_clock_of_the_fan() {
         document: &document,
         ranges: vec![range("detector.threshold", 0.3, 1.2), range("sensors.timer", 0.08e-6, 5e-6)],
         goal: Goal {
-            minimise: Measure::Undetermined,
+            minimise: Measure::Unanswered,
             limits: Limits(vec![Limit { measure: Measure::PeakCurrent, most: 1.25 }]),
         },
         relative: Vec::new(),
@@ -121,7 +121,7 @@ fn law_tune_finds_threshold_and_clock_of_the_fan() {
         seed: 1,
     };
     let tuned = question.tune(&NEVER, &mut |_| {}).unwrap_or_else(|_| panic!("runs"));
-    let open = |judged: &Judged| judged.measured.get(Measure::Undetermined).value;
+    let open = |judged: &Judged| judged.measured.get(Measure::Unanswered).value;
     let [threshold, tick] = tuned.best.values[..] else { panic!("{:?}", tuned.best) };
     let shares = [&tuned.start, &tuned.best].map(open);
     assert!(shares[0] > 0.95 && shares[1] < 0.1, "{shares:?}: {threshold} A, {tick} s");

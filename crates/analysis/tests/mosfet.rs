@@ -103,7 +103,7 @@ fn regress_a_stated_drop_that_the_currents_contradict_is_named() {
         diode_drop: bench.diode[0],
         diode_resistance: bench.diode[1],
     };
-    let right = Start { motor: None, devices, dead_time: bench.dead_time, stated: scope::all_stated() };
+    let right = Start { motor: None, devices, dead_time: bench.dead_time, ..scope::start(None, 0) };
     let fit = pulses.found(&scope, 3, &right);
     assert_eq!(fit.discrepancies, []);
     let one = estimate(&fit, "diode_drop");

@@ -13,6 +13,8 @@ use std::ops::{Add, Mul, Sub};
 use standstill_interface::Arithmetic;
 
 pub use wide::{Compute, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest};
+#[cfg(target_arch = "x86_64")]
+pub(crate) use x86::sums_of_products;
 
 /// One number, or several side by side; zero by default.
 pub trait Lane:

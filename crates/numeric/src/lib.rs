@@ -6,6 +6,7 @@
 //! * [`PER_FACTORIAL`]: the coefficients of exponentials.
 //! * [`Symmetric`]: a 2×2 matrix such as an inverse inductance.
 //! * [`Heading`]: an angle as its sine and cosine.
+//! * [`dot`], [`dots`]: products of rows, one or four side by side.
 //! * [`rank`]: where a quantile stands among sorted values.
 //! * [`root`]: where a function of one number is zero.
 //!
@@ -26,6 +27,7 @@
 //! ```
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
+mod dot;
 mod factorials;
 mod functions;
 mod heading;
@@ -34,6 +36,7 @@ mod quantile;
 mod root;
 mod symmetric;
 
+pub use dot::{ROWS, dot, dots};
 pub use factorials::PER_FACTORIAL;
 pub use functions::{
     atan2, cos, erfc, exp, exp_m1, hypot, ln, ln_1p, ln_branchless, ln_gamma, log10, powf, sin,

@@ -11,7 +11,7 @@ use crate::event::bound;
 
 /// Names of all measures, for messages.
 const MEASURES: &str =
-    "rms, p95, p99, P(|e| > 2 deg), wrong_poles, undetermined, failed, moved, duration or peak_current";
+    "rms, p95, p99, P(|e| > 2 deg), wrong_poles, unanswered, moved, duration or peak_current";
 
 /// Error of a text that is no limit.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -103,7 +103,7 @@ impl Measure {
         let least = f64::MIN_POSITIVE;
         let (found, needed) = match self {
             Self::Rms | Self::P95 | Self::P99 | Self::Moved => (bound::<Degree>(text, least..), ANGLES),
-            Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => {
+            Self::Beyond(_) | Self::WrongPoles | Self::Unanswered => {
                 (bound::<Share>(text, least..=1.0), SHARES)
             }
             Self::Duration => (bound::<Second>(text, least..), TIMES),

@@ -6,9 +6,14 @@ fn law_limits_are_read_as_they_are_written() {
         "rms <= 1 deg",
         "P(|e| > 2 deg) <= 1 %, wrong_poles <= 0.5 %",
         "p95 <= 2 deg, p99 <= 3 deg, moved <= 0.1 deg, duration <= 0.02 s, peak_current <= 8 A",
-        "undetermined <= 0.25 %, failed <= 0.25 %",
+        "unanswered <= 0.25 %",
     ] {
         assert_eq!(text.parse::<Limits>().expect("limits").to_string(), text);
+    }
+    // The names of earlier versions.
+    for name in ["undetermined", "failed"] {
+        let limits = format!("{name} <= 0.25 %").parse::<Limits>().expect("limits");
+        assert_eq!(limits.to_string(), "unanswered <= 0.25 %");
     }
     assert_eq!("duration<=20 ms".parse::<Limits>().expect("limits").0[0].most, 0.02);
 }
@@ -67,7 +72,7 @@ fn regress_a_bound_has_its_unit() {
 
 #[test]
 fn regress_a_comma_without_a_limit_is_told_in_words() {
-    for text in ["rms <= 1 deg,", ", rms <= 1 deg", "rms <= 1 deg,, failed <= 5 %"] {
+    for text in ["rms <= 1 deg,", ", rms <= 1 deg", "rms <= 1 deg,, unanswered <= 5 %"] {
         let message = text.parse::<Limits>().expect_err("no limits").to_string();
         assert!(
             message.starts_with(&format!("`{text}` has a comma with no limit before or after it: needed"))
@@ -78,7 +83,7 @@ fn regress_a_comma_without_a_limit_is_told_in_words() {
 
 #[test]
 fn regress_a_share_has_its_sign_and_is_at_most_all() {
-    for name in ["wrong_poles", "undetermined", "failed", "P(|e| > 2 deg)"] {
+    for name in ["wrong_poles", "unanswered", "P(|e| > 2 deg)"] {
         for bound in ["5", "0.05", "100.1 %", "inf %", "nan %", "0 %", "-1 %", "%"] {
             let text = format!("rms <= 1 deg, {name} <= {bound}");
             let message = text.parse::<Limits>().expect_err("no limit").to_string();
@@ -116,8 +121,8 @@ fn law_starts_without_an_answer_count_against_every_limit() {
     use standstill_scenario::{Document, Plan};
     use standstill_sim::Tape;
 
-    let text = "rms <= 1 deg, p95 <= 1 deg, p99 <= 1 deg, P(|e| > 2 deg) <= 1 %, wrong_poles <= 1 %, undetermined <= 1 %, \
-                failed <= 1 %, moved <= 1 deg, duration <= 1 s, peak_current <= 100 A";
+    let text = "rms <= 1 deg, p95 <= 1 deg, p99 <= 1 deg, P(|e| > 2 deg) <= 1 %, wrong_poles <= 1 %, unanswered <= 1 %, \
+                moved <= 1 deg, duration <= 1 s, peak_current <= 100 A";
     let limits: Limits = text.parse().expect("limits");
     let record = |key: &str| {
         let text = format!("errors = \"none\"\ndetector.method = \"bipolar\"\n{key}\n");
@@ -138,13 +143,13 @@ fn law_starts_without_an_answer_count_against_every_limit() {
         assert!(tally.verdict().holds, "{:?}", tally.estimates());
         // One in four: beyond every quantile.
         (0..100).for_each(|_| tally.add(&bad));
-        let [rms, p95, p99, beyond, wrong, undetermined, failed, moved, duration, peak] =
-            tally.estimates().try_into().expect("ten");
+        let [rms, p95, p99, beyond, wrong, unanswered, moved, duration, peak] =
+            tally.estimates().try_into().expect("nine");
         assert!((rms.value - 45.0).abs() < 0.1, "{rms:?}");
         for quantile in [p95, p99, moved, duration, peak] {
             assert_eq!(quantile.value, f64::INFINITY);
         }
-        for share in [beyond, wrong, undetermined, failed] {
+        for share in [beyond, wrong, unanswered] {
             assert_eq!(share.value, 0.25);
         }
     }

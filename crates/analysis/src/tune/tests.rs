@@ -125,7 +125,7 @@ fn analytic_a_paired_difference_is_known_far_better_than_its_parts() {
 
 #[test]
 fn analytic_a_difference_of_shares_knows_what_was_not_seen() {
-    let limits = "undetermined <= 5 %".parse::<Limits>().expect("limits");
+    let limits = "unanswered <= 5 %".parse::<Limits>().expect("limits");
     let tally = |count: usize| {
         let values = (0..1000).map(|k| f64::from(u8::from(k < count))).collect();
         Tally::of(&limits, vec![values])
@@ -143,7 +143,7 @@ fn analytic_a_difference_of_shares_knows_what_was_not_seen() {
     let many = found(40, 5);
     assert!((many.value + 0.035).abs() < 1e-12 && many.high < 0.0, "{many:?}");
     // The same errors to the last bit leave as much unseen: the settings may differ in a threshold that no trial has reached.
-    let both = "undetermined <= 5 %, rms <= 1 deg".parse::<Limits>().expect("limits");
+    let both = "unanswered <= 5 %, rms <= 1 deg".parse::<Limits>().expect("limits");
     let tally = |error: f64| Tally::of(&both, vec![vec![0.0; 1000], vec![error; 1000]]);
     let share = |error: f64, alike| paired(&both, [&tally(0.1), &tally(error)], alike, 1)[0].1;
     for error in [0.1, 0.2] {
@@ -173,7 +173,7 @@ fn law_what_was_not_seen_is_not_surely_better() {
         let apart = exactly(best - start);
         let more = Estimate { value: 0.0, low: 0.0, high: 3.69 / trials };
         let differences =
-            vec![(Measure::Rms, apart), (Measure::Duration, apart), (Measure::Undetermined, more)];
+            vec![(Measure::Rms, apart), (Measure::Duration, apart), (Measure::Unanswered, more)];
         Tuned {
             start: judged(start),
             best: judged(best),
@@ -204,9 +204,9 @@ fn regress_few_trials_still_know_the_bad_end_of_a_percentile() {
     let values: Vec<f64> = (0..effort.fine).map(|k| k as f64).collect();
     assert!(Measure::Duration.estimate(values).high.is_finite());
     // A share of 0.1 % can hold surely.
-    let limits = "undetermined <= 0.1 %".parse::<Limits>().expect("limits");
+    let limits = "unanswered <= 0.1 %".parse::<Limits>().expect("limits");
     let none = vec![0.0; usize::try_from(Effort::new(1000, &limits).fine).expect("few")];
-    assert!(Measure::Undetermined.estimate(none).high < 0.001);
+    assert!(Measure::Unanswered.estimate(none).high < 0.001);
 }
 
 #[test]
@@ -293,7 +293,7 @@ fn law_a_threshold_that_no_trial_reached_leaves_open_what_was_not_seen() {
         seed: 7,
     };
     let tuned = question.tune(&Keys::default(), &mut |_| ()).expect("runs");
-    let [rms, share] = [Measure::Rms, Measure::Undetermined].map(|measure| tuned.differences.get(measure));
+    let [rms, share] = [Measure::Rms, Measure::Unanswered].map(|measure| tuned.differences.get(measure));
     assert_eq!((rms.low, rms.high), (0.0, 0.0), "no error differs");
     assert!(share.high > 0.03 && share.low < -0.03, "{share:?}");
     // A limit on rms that is what the start reaches is not surely kept.

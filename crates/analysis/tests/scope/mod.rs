@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use standstill_analysis::fit::record::Record;
-use standstill_analysis::fit::{DeviceKind, Devices, Estimate, Fit, Start, fit};
+use standstill_analysis::fit::{DeviceKind, Devices, Estimate, Fit, MOST_USED, Start, fit};
 use standstill_plant::{Algebraic, Core, IronBridge, MagneticCircuit, Magnetics, Motor, built_in};
 use standstill_sim::{Purpose, Streams};
 
@@ -221,7 +221,7 @@ pub fn start(motor: Option<Motor>, seed: u64) -> Start {
         diode_drop: about(1.0),
         diode_resistance: about(0.03),
     };
-    Start { motor, devices, dead_time: about(2e-6), stated: all_stated() }
+    Start { motor, devices, dead_time: about(2e-6), stated: all_stated(), most_used: MOST_USED }
 }
 
 impl Pulses {

@@ -303,5 +303,11 @@ pub fn drive(bench: &Bench, seed: u64) -> Start {
         diode_drop: about(bench.diode[0]),
         diode_resistance: about(bench.diode[1]),
     };
-    Start { motor: None, devices, dead_time: about(bench.dead_time), stated: super::all_stated() }
+    Start {
+        motor: None,
+        devices,
+        dead_time: about(bench.dead_time),
+        stated: super::all_stated(),
+        most_used: standstill_analysis::fit::MOST_USED,
+    }
 }

@@ -15,23 +15,23 @@ fn analytic_clopper_pearson() {
 
 #[test]
 fn law_intervals_of_paired_shares_hold_the_difference_as_often_as_they_say() {
-    // 95 ± 0.7 %.
-    paired_intervals_hold(1000, 0.92..=0.98);
+    // 95 ± 0.7 %; of 2,000 pairs, whose draws are the dear ones, 95 ± 1.5 %.
+    paired_intervals_hold([1000, 200], &[0.92..=0.98, 0.91..=0.99]);
 }
 
 #[test]
 #[ignore = "four times the intervals of the test that runs by default: scripts/test-all.sh long"]
 fn law_four_times_the_intervals_of_paired_shares_hold_as_often() {
     // 95 ± 0.35 %.
-    paired_intervals_hold(4000, 0.93..=0.97);
+    paired_intervals_hold([4000; 2], &[0.93..=0.97, 0.93..=0.97]);
 }
 
-/// Differences for each pair of shares, so many.
-fn paired_intervals_hold(often: u64, expected: std::ops::RangeInclusive<f64>) {
+/// Draws so many differences of each pair of shares, of 200 and of 2,000 pairs.
+fn paired_intervals_hold(often: [u64; 2], expected: &[std::ops::RangeInclusive<f64>; 2]) {
     use standstill_sim::{Purpose, Streams};
 
     for (first, second) in [(0.45, 0.45), (0.3, 0.3), (0.4, 0.1), (0.1, 0.1), (0.01, 0.02)] {
-        for pairs in [200, 2000] {
+        for (pairs, (often, expected)) in [200, 2000].into_iter().zip(often.into_iter().zip(expected)) {
             let mut known: BTreeMap<[u64; 2], Estimate> = BTreeMap::new();
             let mut held = 0;
             for number in 0..often {
@@ -120,6 +120,7 @@ fn law_no_trials_is_not_a_number_and_not_a_panic() {
 #[test]
 fn law_parts_in_any_order_are_the_whole_also_where_values_are_counted_in_bins() {
     let row = |trial: u64| crate::store::test_row(trial, (trial as f64 * 0.7).sin() * 10.0);
+    // Up to 100,000 values are kept as they are: a part of the second is in bins at one cut, two parts of the last are.
     for count in [1_000, 150_000, 320_000] {
         let of = |trials: std::ops::Range<u64>| {
             let mut statistics = Statistics::default();
@@ -127,7 +128,8 @@ fn law_parts_in_any_order_are_the_whole_also_where_values_are_counted_in_bins() 
             statistics
         };
         let whole = of(0..count).summary();
-        for cuts in [[count / 3, count / 2], [1, count - 1], [count * 2 / 5, count * 9 / 10]] {
+        let cuts = [[count * 2 / 5, count * 9 / 10], [count / 3, count / 2], [1, count - 1]];
+        for cuts in &cuts[..if count < 300_000 { 3 } else { 1 }] {
             let mut parts = of(cuts[1]..count);
             parts.merge(&of(0..cuts[0]));
             parts.merge(&of(cuts[0]..cuts[1]));

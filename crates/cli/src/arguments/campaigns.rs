@@ -160,8 +160,8 @@ pub struct Require {
     /// The key whose largest or smallest value is looked for, such as `sensors.noise`; two for their trade-off curve
     #[arg(long, value_name = "KEY", required = true)]
     pub key: Vec<String>,
-    /// What must hold, such as `rms <= 1 deg, undetermined <= 0.1 %`: rms, p95, p99, P(|e| > X) (the angle is off by more, of all
-    /// starts), wrong_poles, undetermined, failed, moved, duration, peak_current. Starts without an answer count against each
+    /// What must hold, such as `rms <= 1 deg, unanswered <= 0.1 %`: rms, p95, p99, P(|e| > X) (the angle is off by more, of all
+    /// starts), wrong_poles, unanswered, moved, duration, peak_current. Starts without an answer count against each
     #[arg(long, value_name = "LIMITS")]
     pub limit: Limits,
     /// Where to look, such as `1 mA:50 mA`; of two keys once for each [default: 30 times the scenario's value either way]
@@ -180,10 +180,10 @@ pub struct Tune {
     /// times
     #[arg(long, value_name = "KEY=LOW:HIGH", value_parser = assignment, required = true)]
     pub vary: Vec<(String, String)>,
-    /// What is to be small: rms, p95, p99, P(|e| > X), wrong_poles, undetermined, failed, moved, duration, peak_current
+    /// What is to be small: rms, p95, p99, P(|e| > X), wrong_poles, unanswered, moved, duration, peak_current
     #[arg(long, value_name = "MEASURE")]
     pub minimise: Measure,
-    /// What must hold, such as `moved <= 0.1 deg, undetermined <= 0.1 %`; `duration <= start`: no more than with the scenario's own
+    /// What must hold, such as `moved <= 0.1 deg, unanswered <= 0.1 %`; `duration <= start`: no more than with the scenario's own
     /// settings. Starts without an answer count against each
     #[arg(long, value_name = "LIMITS")]
     pub subject_to: Option<Subject>,

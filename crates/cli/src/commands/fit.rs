@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_analysis::fit::record::{Record, RecordError};
-use standstill_analysis::fit::{Estimate, Fit, MISFIT, NonIdentifiable, Start, fit};
+use standstill_analysis::fit::{Estimate, Fit, MISFIT, MOST_USED, NonIdentifiable, Start, fit};
 use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_quantity::Scale;
 use standstill_scenario::Document;
@@ -93,7 +93,8 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
     };
     let stated = options.set.iter().map(|(key, _)| estimate_of(key).to_owned()).collect();
     let drive = document.unchecked_scenario_of(&drive_of)?.drive;
-    Ok(Start { motor, devices: drive.bridge.devices, dead_time: drive.dead_time.seconds(), stated })
+    let (devices, dead_time) = (drive.bridge.devices, drive.dead_time.seconds());
+    Ok(Start { motor, devices, dead_time, stated, most_used: MOST_USED })
 }
 
 /// Returns whether both paths lead to one existing file.

@@ -107,11 +107,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let ranges =
         (0..options.key.len()).map(|key| range(options, &bench, key)).collect::<Result<Vec<_>, _>>()?;
     let last = ranges.len() - 1;
+    let most = options.most.map_or(MOST, u64::from);
     let search = Search {
         range: ranges[last],
         points: POINTS,
-        trials: TRIALS,
-        most: options.most.map_or(MOST, u64::from),
+        trials: TRIALS.min(most),
+        most,
         sure_from: options.limit.least_trials(),
         width: 0.05,
         whole: bench.keys[last].1,

@@ -153,7 +153,7 @@ mod tests {
 
     fn drawn(start: Judged, best: Judged) -> Figure {
         let document = Document::parse(Path::new("s.toml"), "").expect("TOML");
-        let limits: standstill_analysis::limit::Limits = "undetermined <= 5 %".parse().expect("limits");
+        let limits: standstill_analysis::limit::Limits = "unanswered <= 5 %".parse().expect("limits");
         let asked = Question {
             document: &document,
             ranges: Vec::new(),

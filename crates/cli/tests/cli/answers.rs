@@ -60,7 +60,7 @@ fn law_a_trace_lays_settings_over_one_another() {
 
 #[test]
 fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer() {
-    goes_on(&[("odds", &["--event", "|e| > 1 deg", "--effort", "quick"]), ("budget", &["--pairs", "500"])]);
+    goes_on(&[("odds", &["--event", "|e| > 1 deg", "--effort", "quick"]), ("budget", &["--pairs", "250"])]);
 }
 
 #[test]

@@ -56,7 +56,7 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
         match command {
             "odds" => &["--effort", "quick"],
             "budget" => &["--pairs", "100"],
-            "require" => &["--most", "1000"],
+            "require" => &["--most", "200"],
             "tune" => &["--trials", "1000", "--starts", "1"],
             _ => &[],
         }
@@ -69,7 +69,7 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
         // What is rare takes a minute; what is not takes a second. So do long pulses, and many of them.
         let shorter = [
             ("5.1 deg", "1 deg"),
-            ("undetermined <= 0.1 %", "undetermined <= 5 %"),
+            ("unanswered <= 0.1 %", "unanswered <= 5 %"),
             ("us:400us", "us:100us"),
             ("rounds=2:8", "rounds=2:3"),
             (" --vary detector.rounds=1:8", ""),

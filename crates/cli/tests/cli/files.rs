@@ -92,19 +92,22 @@ fn regress_a_file_that_changed_or_is_gone_is_named_however_it_was_named() {
                 let message = mistake(arguments, at);
                 assert!(message.contains(name), "{arguments:?} after {name} changed: {message}");
             }
-            let second = out("second", name);
-            succeed(&run(way, "2/2", &second), at);
-            let message = mistake(&["merge", &first, &second, "--out", "merged"], at);
-            assert!(message.contains(name), "merge after {name} changed, way {number}: {message}");
+            // Shards are compared by what one run in two parts is compared by: as files of a motor, of a list, of a trial of its own.
+            if [0, 4, 7].contains(&number) {
+                let second = out("second", name);
+                succeed(&run(way, "2/2", &second), at);
+                let message = mistake(&["merge", &first, &second, "--out", "merged"], at);
+                assert!(message.contains(name), "merge after {name} changed, way {number}: {message}");
+            }
             fs::remove_file(&path).expect("removed");
             for arguments in done {
                 let message = mistake(arguments, at);
                 assert!(message.contains(name), "{arguments:?} without {name}: {message}");
             }
-            // As it was, it is the same run again.
             fs::write(&path, text).expect("written");
-            succeed(&run(way, "1/2", &first), at);
         }
+        // As all of them were, it is the same run again.
+        succeed(&run(way, "1/2", &first), at);
         let second = out("second", "");
         succeed(&run(way, "2/2", &second), at);
         succeed(&["merge", &first, &second, "--out", &out("merged", "")], at);

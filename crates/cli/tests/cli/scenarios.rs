@@ -235,8 +235,7 @@ fn law_a_method_by_its_key_is_the_one_by_its_option() {
 fn law_check_takes_a_scenario_file_and_keys() {
     let folder = folder();
     let at = folder.path();
-    fs::write(at.join("s.toml"), "motor = \"pm-reluctance\"\n[sensors]\nnoise = \"30 mA\"\n")
-        .expect("written");
+    fs::write(at.join("s.toml"), "motor = \"light-vehicle\"\n[sensors]\nnoise = \"1 A\"\n").expect("written");
     let check = |more: &[&str]| {
         let output = standstill(&[&["check", "--json", "-s", "detector.method=bipolar"], more].concat(), at);
         let mut answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -245,8 +244,8 @@ fn law_check_takes_a_scenario_file_and_keys() {
         answer
     };
     let by_file = check(&["s.toml"]);
-    assert_eq!(by_file, check(&["pm-reluctance", "-s", "sensors.noise=30 mA"]));
-    assert!(by_file != check(&["pm-reluctance"]));
+    assert_eq!(by_file, check(&["light-vehicle", "-s", "sensors.noise=1 A"]));
+    assert!(by_file != check(&["light-vehicle"]));
     let one = by_file;
     assert_eq!(one["candidates"].as_array().map(Vec::len), Some(1));
     assert_eq!(one["candidates"][0]["method"], "bipolar");

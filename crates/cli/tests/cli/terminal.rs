@@ -128,7 +128,9 @@ fn tables_fit_eighty_columns(plates: &[&Plate]) {
             ],
             &["budget", "m.toml", "--pairs", "100", "--force"],
         ];
-        for arguments in commands {
+        // The search takes nine seconds of the smallest motor and one of the largest: `long` has each.
+        let searched = plates.len() > 2 || *name == PLATES[5].0;
+        for arguments in &commands[usize::from(!searched)..] {
             let text = said(arguments, at);
             let mut found = 0;
             for table in tables(&text) {

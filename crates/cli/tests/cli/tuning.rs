@@ -23,11 +23,11 @@ fn law_tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
         "--minimise",
         "rms",
         "--subject-to",
-        "duration <= 26 ms, undetermined <= 2 %",
+        "duration <= 26 ms, unanswered <= 2 %",
         "--trials",
-        "1600",
+        "1000",
         "--starts",
-        "2",
+        "1",
         "--json",
         "--out",
         "t",
@@ -37,7 +37,7 @@ fn law_tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
     let rms = |of: &str| number(&tuned[of]["measures"]["rms"], "value");
     // The default's pulse and rounds make 0.84°.
     assert!(rms("start") > 1.8 && rms("best") < 1.05 * 0.84, "{} to {}", rms("start"), rms("best"));
-    // Of 1600 starts up to 0.23 % may lack an answer unseen, which make 4.3° of rms.
+    // Of 1,000 starts up to 0.37 % may lack an answer unseen, which make 5.5° of rms.
     assert!(tuned["surely_better"] == false && tuned["unseen"].is_object());
     assert_eq!(tuned["limits_hold"]["likely"], true);
     assert_eq!(tuned["start"]["settings"]["detector.pulse"], 40e-6);
@@ -51,7 +51,7 @@ fn law_tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
         format!("{SCENARIO}{}", tuned["toml"].as_str().expect("text")),
     )
     .expect("written");
-    let again = ["run", "best.toml", "--trials", "1600", "--seed", "3", "--json", "--out", "r"];
+    let again = ["run", "best.toml", "--trials", "1000", "--seed", "3", "--json", "--out", "r"];
     let again = answer(&again, 0, folder.path());
     let found = number(&again["summary"]["rms_deg"], "value");
     assert!((found / rms("best") - 1.0).abs() < 1e-6, "{found} and {}", rms("best"));

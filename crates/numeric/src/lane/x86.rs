@@ -13,6 +13,7 @@ use standstill_interface::Arithmetic;
 
 use super::Lane;
 use super::wide::{Compute, MOST_LANES, Mask, Wide};
+use crate::dot::Fours;
 
 /// As many numbers as stand in one register. With two registers for each number a compiler gives up to keep what a step works
 /// with in registers, and copies it.
@@ -272,6 +273,25 @@ mod avx2 {
             _mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lanes))
         }
     }
+}
+
+/// Returns the sums of the products of four pairs of rows, each in four parts: every fourth product. All rows have as many fours; none on
+/// a processor without the instructions.
+pub(crate) fn sums_of_products(fours: Fours<'_>) -> Option<[[f64; 4]; 4]> {
+    #[target_feature(enable = "avx2")]
+    fn sums([a, b, c, d]: Fours<'_>) -> [[f64; 4]; 4] {
+        // The load of four neighbours, and the store.
+        let of = |four: &[f64; 4]| _mm256_setr_pd(four[0], four[1], four[2], four[3]);
+        let plus = |sum, (x, y): (&[f64; 4], &[f64; 4])| _mm256_add_pd(sum, _mm256_mul_pd(of(x), of(y)));
+        let mut sums = [_mm256_setzero_pd(); 4];
+        let rows = a.0.iter().zip(a.1).zip(b.0.iter().zip(b.1));
+        for ((a, b), (c, d)) in rows.zip(c.0.iter().zip(c.1).zip(d.0.iter().zip(d.1))) {
+            sums = [plus(sums[0], a), plus(sums[1], b), plus(sums[2], c), plus(sums[3], d)];
+        }
+        sums.map(|sum| [0, 1, 2, 3].map(|lane| Avx2(sum).get(lane)))
+    }
+    // SAFETY: the processor has the instructions.
+    is_x86_feature_detected!("avx2").then(|| unsafe { sums(fours) })
 }
 
 /// Arrays with an entry for each lane have room for every width.

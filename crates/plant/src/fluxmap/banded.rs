@@ -1,5 +1,7 @@
 //! Symmetric positive definite systems whose matrix has a band.
 
+use standstill_numeric::{ROWS, dot, dots};
+
 /// A symmetric matrix with a band, its lower half row by row: element (i, j) for `i − width ≤ j ≤ i`.
 #[derive(Clone)]
 pub(super) struct Banded {
@@ -23,7 +25,23 @@ impl Banded {
         self.rows[index] += value;
     }
 
-    /// Adds the products of a factor with each of these to the elements in row i from column j on, up to the diagonal at most.
+    /// Adds the products of a factor with each of these to the elements in row i from column j on, up to the diagonal at most. A count
+    /// that is known when this is compiled needs no loop.
+    #[inline]
+    pub(super) fn add_run<const RUN: usize>(
+        &mut self,
+        i: usize,
+        j: usize,
+        factor: f64,
+        factors: &[f64; RUN],
+    ) {
+        let index = self.index(i, j);
+        if let Some(elements) = self.rows[index..].first_chunk_mut::<RUN>() {
+            *elements = std::array::from_fn(|k| elements[k] + factor * factors[k]);
+        }
+    }
+
+    /// [`Self::add_run`] of as many as there are.
     #[inline]
     pub(super) fn add_products(&mut self, i: usize, j: usize, factor: f64, factors: &[f64]) {
         let index = self.index(i, j);
@@ -50,39 +68,71 @@ impl Banded {
 
     /// Its Cholesky factor; none if it is not positive definite.
     pub(super) fn factor(mut self) -> Option<Factor> {
-        for i in 0..self.count {
-            let first = i.saturating_sub(self.width);
-            for j in first..=i {
-                let from = first.max(j.saturating_sub(self.width));
-                let (row_i, row_j) = (self.index(i, from), self.index(j, from));
-                let dot = dot(&self.rows[row_i..row_i + j - from], &self.rows[row_j..row_j + j - from]);
-                let index = self.index(i, j);
-                let left = self.rows[index] - dot;
-                if i == j {
-                    if left.is_nan() || left <= 0.0 {
-                        return None;
-                    }
-                    self.rows[index] = left.sqrt();
-                } else {
-                    self.rows[index] = left / self.get(j, j);
-                }
-            }
+        factor_rows(&mut self).then_some(Factor(self))
+    }
+
+    /// First column of the band in row i.
+    const fn first(&self, i: usize) -> usize {
+        i.saturating_sub(self.width)
+    }
+
+    /// The row's elements from column `from` up to column `to`.
+    #[inline(always)]
+    fn part(&self, i: usize, from: usize, to: usize) -> &[f64] {
+        let index = self.index(i, from);
+        &self.rows[index..index + to - from]
+    }
+
+    /// Takes the products of what is factored already from the element (i, j), and divides it by the pivot; false where the pivot
+    /// is not positive.
+    #[inline(always)]
+    fn reduce(&mut self, i: usize, j: usize, products: f64) -> bool {
+        let index = self.index(i, j);
+        let left = self.rows[index] - products;
+        if i == j {
+            self.rows[index] = left.sqrt();
+            return left > 0.0;
         }
-        Some(Factor(self))
+        self.rows[index] = left / self.get(j, j);
+        true
     }
 }
 
-/// Sums in four parts, whose order does not depend on the machine.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a_fours, b_fours) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a_fours.remainder().iter().zip(b_fours.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a_fours.zip(b_fours) {
-        for (sum, (x, y)) in sums.iter_mut().zip(x.iter().zip(y)) {
-            *sum += x * y;
+/// Replaces the matrix by its Cholesky factor; false if it is not positive definite.
+fn factor_rows(matrix: &mut Banded) -> bool {
+    for top in (0..matrix.count).step_by(ROWS) {
+        let end = (top + ROWS).min(matrix.count);
+        // Left of the block, its rows do not depend on each other.
+        for j in matrix.first(top)..top {
+            if end - top == ROWS && matrix.first(end - 1) <= j {
+                let pair = |k: usize| {
+                    let (i, from) = (top + k, matrix.first(top + k));
+                    (matrix.part(i, from, j), matrix.part(j, from, j))
+                };
+                for (k, products) in dots([0, 1, 2, 3].map(pair)).into_iter().enumerate() {
+                    matrix.reduce(top + k, j, products);
+                }
+            } else {
+                for i in top..end {
+                    let from = matrix.first(i);
+                    if from <= j {
+                        let products = dot(matrix.part(i, from, j), matrix.part(j, from, j));
+                        matrix.reduce(i, j, products);
+                    }
+                }
+            }
+        }
+        for i in top..end {
+            let from = matrix.first(i);
+            for j in top.max(from)..=i {
+                let products = dot(matrix.part(i, from, j), matrix.part(j, from, j));
+                if !matrix.reduce(i, j, products) {
+                    return false;
+                }
+            }
         }
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+    true
 }
 
 /// L with `L Lᵀ` the matrix.
@@ -118,32 +168,56 @@ impl Factor {
     /// Trace of the inverse's product with a matrix of the same band, which needs the inverse within the band only. It is
     /// computed from its last row up (Erisman and Tinney 1975, doi 10.1145/360680.360704).
     pub(super) fn trace_of_inverse_times(&self, other: &Banded) -> f64 {
-        let l = &self.0;
-        let (count, width) = (l.count, l.width);
-        // Row i has the inverse's elements (i, i − width) to (i, i + width), so that sums run along rows.
-        let wide = 2 * width + 1;
-        let mut inverse = vec![0.0; count * wide];
-        let mut column = vec![0.0; width];
-        let mut trace = 0.0;
-        for j in (0..count).rev() {
-            let most = width.min(count - 1 - j);
-            let below = &mut column[..most];
-            for (k, below) in below.iter_mut().enumerate() {
-                *below = l.get(j + 1 + k, j);
-            }
-            let pivot = l.get(j, j);
-            for far in (0..=most).rev() {
-                let i = j + far;
-                let from = i * wide + width + j + 1 - i;
-                let first = if far == 0 { 1.0 / pivot } else { 0.0 };
-                let z = (first - dot(below, &inverse[from..from + most])) / pivot;
-                inverse[j * wide + width + far] = z;
-                inverse[i * wide + width - far] = z;
-                trace += z * other.get(i, j) * if far == 0 { 1.0 } else { 2.0 };
-            }
-        }
-        trace
+        trace_of_inverse_times(&self.0, other)
     }
+}
+
+/// See [`Factor::trace_of_inverse_times`].
+fn trace_of_inverse_times(l: &Banded, other: &Banded) -> f64 {
+    let (count, width) = (l.count, l.width);
+    // Row i has the inverse's elements (i, i − width) to (i, i + width), so that sums run along rows.
+    let wide = 2 * width + 1;
+    let mut inverse = vec![0.0; count * wide];
+    let (mut column, mut found) = (vec![0.0; width], vec![0.0; width + 1]);
+    let mut trace = 0.0;
+    for j in (0..count).rev() {
+        let most = width.min(count - 1 - j);
+        let below = &mut column[..most];
+        for (k, below) in below.iter_mut().enumerate() {
+            *below = l.get(j + 1 + k, j);
+        }
+        let (below, pivot) = (&*below, l.get(j, j));
+        // The elements of the inverse in row j + far from column j + 1 on, which is right of what column j adds to that row.
+        let row = |inverse: &[f64], far: usize| {
+            let from = (j + far) * wide + width + 1 - far;
+            dot(below, &inverse[from..from + most])
+        };
+        let mut rows = found[1..=most].chunks_exact_mut(ROWS);
+        let mut far = 1;
+        for products in &mut rows {
+            let pair = |k: usize| {
+                let from = (j + far + k) * wide + width + 1 - far - k;
+                (below, &inverse[from..from + most])
+            };
+            products.copy_from_slice(&dots([0, 1, 2, 3].map(pair)));
+            far += ROWS;
+        }
+        for products in rows.into_remainder() {
+            *products = row(&inverse, far);
+            far += 1;
+        }
+        for far in (0..=most).rev() {
+            let i = j + far;
+            // That of column j itself has what the others of this column are.
+            let (first, products) =
+                if far == 0 { (1.0 / pivot, row(&inverse, 0)) } else { (0.0, found[far]) };
+            let z = (first - products) / pivot;
+            inverse[j * wide + width + far] = z;
+            inverse[i * wide + width - far] = z;
+            trace += z * other.get(i, j) * if far == 0 { 1.0 } else { 2.0 };
+        }
+    }
+    trace
 }
 
 #[cfg(test)]
@@ -151,6 +225,30 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
+
+    #[test]
+    fn law_rows_side_by_side_have_the_bits_of_one_after_the_other() {
+        for (count, width) in [(3, 1), (40, 3), (61, 17), (64, 63), (90, 38)] {
+            let mut banded = Banded::new(count, width);
+            for i in 0..count {
+                for j in i.saturating_sub(width)..=i {
+                    let small = ((i * 37 + j * 11) % 23) as f64 / 7.0 - 1.5;
+                    banded.add(i, j, if i == j { 4.0 * width as f64 } else { small });
+                }
+            }
+            let mut plain = banded.clone();
+            for i in 0..count {
+                for j in plain.first(i)..=i {
+                    let from = plain.first(i);
+                    let products = dot(plain.part(i, from, j), plain.part(j, from, j));
+                    assert!(plain.reduce(i, j, products));
+                }
+            }
+            let bits = |rows: &[f64]| rows.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            let factor = banded.factor().expect("positive definite");
+            assert_eq!(bits(&factor.0.rows), bits(&plain.rows), "{count} {width}");
+        }
+    }
 
     #[test]
     fn analytic_a_band_is_solved_and_inverted_as_a_full_matrix_is() {

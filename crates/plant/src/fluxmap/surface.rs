@@ -191,7 +191,7 @@ impl Normal {
                 let i = start + place;
                 self.right[i] += factor * value;
                 for (start, factors) in starts[..number].iter().zip(factors) {
-                    self.matrix.add_products(i, *start, *factor, factors);
+                    self.matrix.add_run(i, *start, *factor, factors);
                 }
                 self.matrix.add_products(i, *start, *factor, &own[..=place]);
             }

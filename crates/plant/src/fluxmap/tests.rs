@@ -133,7 +133,7 @@ fn law_machines_of_any_size_are_computed_alike() {
         MagneticCircuit::new(crate::Core::Map(map)).expect("a state at rest")
     };
     let own = circuit(1.0, 1.0);
-    for (current, flux) in [(2e6, 1.0), (2e6, 1e4), (1e-6, 1.0), (1e-6, 1e-6), (1.0, 1e-9)] {
+    for (current, flux) in [(2e6, 1e4), (1e-6, 1.0), (1.0, 1e-9)] {
         let other = circuit(current, flux);
         for (d, q) in [(0.0, 0.0), (12.0, 0.0), (-12.0, 12.0), (3.0, -7.0)] {
             let expected = own.flux_at(Dq::new(d, q), Heading::ZERO).expect("inside") * flux;

@@ -147,7 +147,7 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     let limited = asked.goal.limits.0.iter().any(|limit| limit.measure == Measure::Rms);
     if limited || minimise == Measure::Rms {
         let of_best = &tuned.best.measured;
-        let share = of_best.get(Measure::Undetermined);
+        let share = of_best.get(Measure::Unanswered);
         let unanswered = Unanswered::in_measure(&of_best.get(Measure::Rms), &share, asked.effort.last);
         details.extend(unanswered.map(|text| format!("rms: {text}")));
     }
@@ -226,7 +226,7 @@ mod tests {
         let judged =
             |rms: f64| Judged { values: Vec::new(), measured: Measured(vec![(Measure::Rms, exactly(rms))]) };
         let verdict_of = |more: f64| {
-            let differences = vec![(Measure::Rms, exactly(-0.1)), (Measure::Undetermined, exactly(more))];
+            let differences = vec![(Measure::Rms, exactly(-0.1)), (Measure::Unanswered, exactly(more))];
             let tuned = Tuned {
                 start: judged(0.8),
                 best: judged(0.7),

@@ -35,7 +35,9 @@ fn worst(map: &FluxMap) -> f64 {
 fn law_every_point_of_a_map_has_its_flux() {
     for name in ["paper-5k5", "pm-reluctance", "reluctance-6k7", "cross-saturation"] {
         let motor = built_in(name).expect("built in");
-        for share in [0.5, 1.5, 3.0] {
+        // Where a map reaches furthest its core is least like a straight line; one motor has the smaller maps as well.
+        let shares = if name == "cross-saturation" { &[0.5, 1.5, 3.0][..] } else { &[3.0] };
+        for share in shares.iter().copied() {
             let grid = axis(share * motor.rated_current, 21);
             let mut samples = sampled(motor.magnetics.core(), &grid, &grid);
             for noisy in [false, true] {

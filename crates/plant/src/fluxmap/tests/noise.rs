@@ -27,7 +27,19 @@ pub(super) fn add_noise(samples: &mut MapSamples, share: f64, seed: u64) {
 
 #[test]
 fn law_noise_moves_the_inductances_by_what_is_said() {
-    let runs = 12_u8;
+    // 6 on average if no more were said than what passes through the fit; 22.5 once in a thousand times. Half of the true errors would
+    // make 24 on average.
+    noise_moves_the_inductances(6, 22.5);
+}
+
+#[test]
+#[ignore = "twice the maps of the test that runs by default: scripts/test-all.sh long"]
+fn law_noise_moves_the_inductances_of_twice_the_maps_by_what_is_said() {
+    noise_moves_the_inductances(12, 33.0);
+}
+
+/// Errors of the inductances of so many noisy maps, squared in units of what is said, are at most `most` in all.
+fn noise_moves_the_inductances(runs: u8, most: f64) {
     for (name, half) in [("paper-5k5", false), ("paper-5k5", true), ("cross-saturation", false)] {
         let motor = built_in(name).expect("built in");
         let whole = axis(12.0, 21);
@@ -55,10 +67,9 @@ fn law_noise_moves_the_inductances_by_what_is_said() {
             }
         }
         assert!((ratio - 1.0).abs() < 0.1, "{name}, half: {half}: {ratio}");
-        // 12 on average if no more were said than what passes through the fit; 33 once in a thousand times. The next
-        // finer splines make it less.
+        // The next finer splines make it less.
         for sum in squares {
-            assert!((0.5..33.0).contains(&sum), "{name}, half: {half}: {sum}");
+            assert!((0.02 * f64::from(runs)..most).contains(&sum), "{name}, half: {half}: {sum}");
         }
     }
 }
