@@ -30,7 +30,7 @@ use standstill_plant::{MOST_CELLS, Motor};
 
 pub use self::context::{Begin, End, Looked, Moment, Span, keep, keep_dq, keep_plane, keep_symmetric};
 use crate::case::{Case, RunError};
-use crate::lanes::mode_ends::First;
+use crate::guard::First;
 use crate::ledger::Ledger;
 use crate::physics::legs::Conducting;
 use crate::physics::plane::Plane;

@@ -11,7 +11,7 @@
 
 pub mod bank;
 pub mod driven;
-pub mod mode_ends;
+mod mode_ends;
 mod slots;
 
 use standstill_numeric::{OnWidest, Wide, Width, on_widest};

@@ -6,8 +6,8 @@ use standstill_numeric::Wide;
 use super::conduction::NO_CURRENT;
 use super::run::Control;
 use crate::case::RunError;
+use crate::guard::POTENTIAL_DEEP;
 use crate::lanes::bank::Bank;
-use crate::step::ends::POTENTIAL_DEEP;
 
 /// Bounds closer together than this share of the link's voltage count as one: a leg between them conducts for either
 /// sign of its current.

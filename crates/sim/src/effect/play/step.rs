@@ -9,8 +9,8 @@ use crate::case::{Case, RunError};
 use crate::effect::{
     Begin, BranchPoint, BranchState, CoreBranch, Effect, End, Moment, Span, keep_plane, keep_symmetric,
 };
+use crate::guard::First;
 use crate::guard::Guard;
-use crate::lanes::mode_ends::First;
 use crate::ledger::Ledger;
 use crate::physics::plane::Plane;
 use crate::step::error::Accuracy;

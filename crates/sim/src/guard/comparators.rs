@@ -1,0 +1,101 @@
+//! Guards of the comparators: where the currents that they watch reach their levels.
+
+use standstill_numeric::Wide;
+
+use super::{First, Guard};
+use crate::lanes::bank::Bank;
+use crate::sensing::Input;
+use crate::step::hermite::Cubic;
+use crate::step::two_derivative::Tried;
+
+/// Currents in A at which the comparators trip. Those that do not watch have infinite ones.
+#[derive(Clone, Copy, Debug)]
+pub struct Levels<V> {
+    /// Of the current in the DC link.
+    pub link: V,
+    /// Of each phase's current into the motor and out of it.
+    pub phase: [[V; 3]; 2],
+}
+
+/// Returns the current in A that legs draw from the positive rail, or its slope.
+#[inline(always)]
+fn drawn<V: Wide>(rail: [V; 3], of: [V; 3]) -> V {
+    rail[0] * of[0] + rail[1] * of[1] + rail[2] * of[2]
+}
+
+impl<V: Wide> Levels<V> {
+    /// Returns the margins in A of all comparators over a step, as cubics: link, phases into the motor, phases out of it.
+    /// `phases`: the legs' currents in A at both ends, `rise`: their slopes per step, `rail`: 1 for a leg at the positive rail,
+    /// else 0.
+    #[inline(always)]
+    pub fn margins(&self, phases: &[[V; 3]; 2], rise: &[[V; 3]; 2], rail: [V; 3]) -> [Cubic<V>; 7] {
+        let current = [drawn(rail, phases[0]), drawn(rail, phases[1])];
+        let link = Cubic {
+            value: [self.link - current[0], self.link - current[1]],
+            slope: [-drawn(rail, rise[0]), -drawn(rail, rise[1])],
+        };
+        let mut margins = [link; 7];
+        for k in 0..3 {
+            let [into, out] = [self.phase[0][k], self.phase[1][k]];
+            margins[1 + k] = Cubic {
+                value: [into - phases[0][k], into - phases[1][k]],
+                slope: [-rise[0][k], -rise[1][k]],
+            };
+            margins[4 + k] =
+                Cubic { value: [out + phases[0][k], out + phases[1][k]], slope: [rise[0][k], rise[1][k]] };
+        }
+        margins
+    }
+
+    /// The comparators in the order of [`Self::margins`].
+    pub const INPUTS: [Input; 7] = [
+        Input::Link,
+        Input::Into(0),
+        Input::Into(1),
+        Input::Into(2),
+        Input::Out(0),
+        Input::Out(1),
+        Input::Out(2),
+    ];
+
+    /// Sets the level of each comparator of a lane.
+    pub fn put(&mut self, lane: usize, level: impl Fn(Input) -> f64) {
+        self.link.put(lane, level(Input::Link));
+        for k in 0..3 {
+            self.phase[0][k].put(lane, level(Input::Into(k)));
+            self.phase[1][k].put(lane, level(Input::Out(k)));
+        }
+    }
+}
+
+impl<V: Wide> Tried<V> {
+    /// Returns the smallest margin in A of the comparators within the step and at its end, and the smallest at its end of those
+    /// that the current had not passed before: a level that an edge jumps over trips where the step begins.
+    #[inline(always)]
+    pub fn room_to_trip(&self, levels: &Levels<V>) -> [V; 2] {
+        let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
+        let rail = [self.legs.leg[0].rail, self.legs.leg[1].rail, self.legs.leg[2].rail];
+        let (mut within, mut at_end) = (far, far);
+        for margin in &levels.margins(&self.phases, &self.phase_rise, rail) {
+            let [begin, end] = margin.value;
+            within = within.least(end.least(margin.dip()));
+            at_end = at_end.least(V::choose(begin.above(zero), end, far));
+        }
+        [within, at_end]
+    }
+}
+
+impl<V: Wide> Bank<'_, V> {
+    /// Examines the comparators.
+    pub fn trips(&self, lane: usize, first: &mut First) {
+        let (Some(levels), tried) = (&self.bounds.levels, &self.outcome.tried) else { return };
+        // Of this machine alone: code for wide registers belongs into the functions for them.
+        let alone = |of: &[[V; 3]; 2]| of.map(|each| each.map(|pack| pack.get(lane)));
+        let levels = Levels { link: levels.link.get(lane), phase: alone(&levels.phase) };
+        let rail = tried.legs.leg.each_ref().map(|leg| leg.rail.get(lane));
+        let margins = levels.margins(&alone(&tried.phases), &alone(&tried.phase_rise), rail);
+        for (input, margin) in Levels::<f64>::INPUTS.into_iter().zip(margins) {
+            first.ends(Guard::Trip(input), margin, self.bounds.slack.leg[0].get(lane));
+        }
+    }
+}

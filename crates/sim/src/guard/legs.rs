@@ -1,0 +1,188 @@
+//! Guards of the legs: where their currents end, and where blocked or floating ones reach a rail.
+
+use standstill_numeric::{Mask, Wide};
+
+use super::{Bounds, First, Guard, Margins, straight};
+use crate::effect::terminals::floating::Floating;
+use crate::lanes::bank::Bank;
+use crate::physics::legs::Conducting;
+use crate::physics::machine::{Change, Machine};
+use crate::physics::state::State;
+use crate::step::hermite::Cubic;
+use crate::step::two_derivative::Tried;
+
+/// Smallest share of a step after which a blocked leg's potential is taken to reach its bound: its slope is not
+/// known, and a straight line that begins close to the bound says little. A twentieth shortens a step fast enough.
+const LEAST_SHARE: f64 = 0.05;
+
+/// Multiple of the slack of a blocked leg's potential (2e-9 of the link's voltage) by which the potential may be
+/// beyond its bound where the leg is taken to conduct: the error of conducting late grows with the square.
+pub const POTENTIAL_DEEP: f64 = 2e3;
+
+impl<V: Wide> Bounds<V> {
+    /// Sets the margins of the legs at a state.
+    #[inline(always)]
+    pub(super) fn set_leg_margins<const RARE: bool>(
+        margins: &mut Margins<V>,
+        machine: &Machine<V>,
+        legs: &Conducting<V>,
+        state: &State<V>,
+        change: &Change<V>,
+        current: &[V; 3],
+    ) {
+        let far = V::of(f64::INFINITY);
+        for k in 0..3 {
+            margins.leg[k] = V::choose(legs.flows[k], legs.leg[k].direction * current[k], far);
+        }
+        let capacitive = machine.legs.elastance_if::<RARE>().is_some();
+        if capacitive {
+            for k in 0..3 {
+                let [low, high] = machine.legs.range(&legs.on[k]).at(state.link);
+                let room = (state.potential[k] - low).least(high - state.potential[k]);
+                margins.leg[k] = V::choose(legs.flows[k], margins.leg[k], room);
+            }
+        }
+        let [low, high] = machine.legs.range_of_blocked(legs).at(state.link);
+        let potential = change.blocked_potential;
+        let none_is_blocked = V::Mask::of_bits(if capacitive { u32::MAX } else { 0 });
+        let all_flow = none_is_blocked | legs.flows[0] & legs.flows[1] & legs.flows[2];
+        // Where nothing changes what drives them, idle legs stay idle.
+        let blocked = V::choose(legs.idle | all_flow, far, (potential - low).least(high - potential));
+        margins.blocked = blocked;
+        if (machine.drifts() || machine.links.vary()) && V::any(legs.idle) {
+            let idle = room_of_idle(machine, legs, state, change);
+            margins.blocked = V::choose(legs.idle, idle, blocked);
+        }
+    }
+}
+
+/// Returns the margin in V of legs that are all blocked: the differences of their potentials follow from the induced
+/// voltages, and their common part is taken halfway between the bounds.
+#[inline(always)]
+fn room_of_idle<V: Wide>(
+    machine: &Machine<V>,
+    legs: &Conducting<V>,
+    state: &State<V>,
+    change: &Change<V>,
+) -> V {
+    let held = machine.legs.phases(change.flux);
+    let (mut down, mut up) = (V::of(f64::INFINITY), V::of(f64::INFINITY));
+    for (on, held) in legs.on.iter().zip(held) {
+        let [low, high] = machine.legs.range(on).at(state.link);
+        down = down.least(held - low);
+        up = up.least(high - held);
+    }
+    (up + down) * 0.5
+}
+
+impl<V: Wide> Tried<V> {
+    /// Returns the smaller of `least` and the margins of the legs within the step, the smallest margin at its end by which a mode may end
+    /// there, and the blocked leg's margin at its beginning; with the slack added.
+    #[inline(always)]
+    pub fn room_of_legs<const RARE: bool>(&self, mut least: V, bounds: &Bounds<V>) -> [V; 3] {
+        let (mut slack, mut ended) = (bounds.slack.leg, [bounds.ended; 3]);
+        if RARE && self.floating.is_some() {
+            for k in 0..3 {
+                slack[k] = V::choose(self.legs.flows[k], slack[k], bounds.slack.blocked);
+                ended[k] = V::choose(self.legs.flows[k], ended[k], bounds.slack.blocked * POTENTIAL_DEEP);
+            }
+        }
+        for k in 0..3 {
+            least = least.least(self.margins[1].leg[k] + slack[k]);
+        }
+        let blocked = self.margins[1].blocked;
+        least = least.least(blocked + bounds.slack.blocked);
+        let at_begin = self.margins[0].blocked + bounds.slack.blocked;
+        let mut at_mode_end = blocked + bounds.slack.blocked * POTENTIAL_DEEP;
+        for k in 0..3 {
+            at_mode_end = at_mode_end.least(self.margins[1].leg[k] + ended[k]);
+        }
+        if RARE && let Some(floating) = &self.floating {
+            least = least.least(self.dips_or_swings(floating, bounds));
+        } else if V::any(self.may_dip()) {
+            least = least.least(self.dips(bounds));
+        }
+        [least, at_mode_end, at_begin]
+    }
+
+    /// Returns the lanes where a leg's current falls at the beginning of the step and rises at its end.
+    #[inline(always)]
+    fn may_dip(&self) -> V::Mask {
+        let mut turns = V::of(f64::NEG_INFINITY);
+        for k in 0..3 {
+            let cubic = self.leg_current(k);
+            // Positive only where the first slope is negative and the second positive.
+            turns = turns.greatest((-cubic.slope[0]).least(cubic.slope[1]));
+        }
+        turns.above(V::of(0.0))
+    }
+
+    /// Returns the smallest of the legs' currents in A at their minima, with the slack added.
+    #[inline(always)]
+    fn dips(&self, bounds: &Bounds<V>) -> V {
+        let mut least = V::of(f64::INFINITY);
+        for k in 0..3 {
+            let dip = self.leg_current(k).dip();
+            least = least.least(dip + bounds.slack.leg[k]);
+        }
+        least
+    }
+
+    /// Returns the smallest of the legs' margins with ringing terminals: of conducting legs the smallest current in
+    /// A, of others the smallest distance in V to a bound, where they may reach it.
+    #[inline(always)]
+    fn dips_or_swings(&self, floating: &Floating<V>, bounds: &Bounds<V>) -> V {
+        let far = V::of(f64::INFINITY);
+        let mut least = far;
+        for k in 0..3 {
+            let flows = self.legs.flows[k];
+            let dip = self.leg_current(k).dip() + bounds.slack.leg[k];
+            let sides = floating.sides(k);
+            let [low, high] = pair!(of => sides[of].dip() + bounds.slack.blocked);
+            let both = V::choose(flows, dip, low.least(high));
+            least = least.least(V::choose(floating.safe[k], far, both));
+        }
+        least
+    }
+
+    /// Returns the current of a leg in A over the step, positive in the direction of its mode.
+    #[inline(always)]
+    pub fn leg_current(&self, leg: usize) -> Cubic<V> {
+        let direction = self.legs.leg[leg].direction;
+        Cubic {
+            value: [direction * self.phases[0][leg], direction * self.phases[1][leg]],
+            slope: [direction * self.phase_rise[0][leg], direction * self.phase_rise[1][leg]],
+        }
+    }
+}
+
+impl<V: Wide> Bank<'_, V> {
+    /// Examines the currents of conducting legs and the potentials of the others.
+    pub fn legs_end(&self, lane: usize, first: &mut First) {
+        let (tried, one) = (&self.outcome.tried, |pack: &V| pack.get(lane));
+        // Of two legs that conduct, both currents end at once.
+        let legs = &self.machine.legs;
+        let safe = |k: usize| tried.floating.is_some_and(|floating| floating.safe[k].bits() >> lane & 1 == 1);
+        let conduct = (0..3).filter(|k| legs.direction(lane, *k) != 0.0 && !safe(*k));
+        let both = conduct.clone().count() == 2 && tried.floating.is_none();
+        for k in conduct.take(if both { 1 } else { 3 }) {
+            let direction = legs.direction(lane, k);
+            let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
+            let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
+            first.ends(Guard::Leg(k), Cubic { value, slope }, self.bounds.slack.leg[k].get(lane));
+        }
+        if let Some(floating) = &tried.floating {
+            for k in (0..3).filter(|k| legs.direction(lane, *k) == 0.0 && !safe(*k)) {
+                for side in floating.sides_of(k, lane) {
+                    first.ends(Guard::Leg(k), side, self.bounds.slack.blocked.get(lane));
+                }
+            }
+        }
+        let margin = straight(one(&tried.margins[0].blocked), one(&tried.margins[1].blocked));
+        let slack_of_blocked = self.bounds.slack.blocked.get(lane);
+        if margin.value[1] < -slack_of_blocked {
+            let share = margin.falls_to(-0.5 * slack_of_blocked, 0.0, 1.0).max(LEAST_SHARE);
+            first.take(share, Guard::Blocked);
+        }
+    }
+}
