@@ -15,7 +15,8 @@ use super::named::Named;
 use super::rotor::Memory;
 use super::tables::ScenarioFile;
 use crate::errors::{ErrorSet, PICK_UP, device_kind};
-use crate::scenario::{nameplate, sources, tolerance};
+use crate::known::{nameplate, sources};
+use crate::scenario::tolerance;
 use crate::{DriveSettings, Scenario};
 
 impl ScenarioFile {

@@ -16,6 +16,7 @@ mod errors;
 mod foreign;
 mod hosted;
 mod keys;
+mod known;
 mod link;
 mod motor;
 mod named;

@@ -1,0 +1,244 @@
+//! Sensors of a drive as their data sheets state them: of current, of terminal voltages, and comparators.
+
+use standstill_interface::{Nanos, Real};
+
+use crate::parts::train::{Derived, LINES};
+use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
+
+/// The drive's comparators and the timer that captures when one of them trips, as their data sheets state it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Comparing<T> {
+    /// Tick of the timer in s; 0: no time is captured.
+    pub tick: T,
+    /// Mean delay in s from the threshold to the captured time.
+    pub delay: T,
+    /// Whether each leg has comparators of its own, one for each direction of its current; else one serves all.
+    pub own: bool,
+    /// Standard deviation of each comparator's offset in A.
+    pub offset: T,
+    /// Standard deviation of each comparator's delay in s.
+    pub delay_spread: T,
+    /// Noise at a comparator in A rms.
+    pub noise: T,
+    /// Time in s after the begin of a pulse during which comparators are ignored.
+    pub blanking: T,
+    /// Highest threshold in A that the drive can set; 0: any.
+    pub highest: T,
+    /// Standard deviation of the timer's clock, relative.
+    pub clock_error: T,
+}
+
+impl<T: Real> Comparing<T> {
+    /// Conversion to another precision.
+    pub(super) fn cast<U: Real>(&self) -> Comparing<U> {
+        let cast = |value: T| U::of(value.to_double());
+        Comparing {
+            tick: cast(self.tick),
+            delay: cast(self.delay),
+            own: self.own,
+            offset: cast(self.offset),
+            delay_spread: cast(self.delay_spread),
+            noise: cast(self.noise),
+            blanking: cast(self.blanking),
+            highest: cast(self.highest),
+            clock_error: cast(self.clock_error),
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<(), SettingsError> {
+        require_zero_or_more(self.tick, "sensing.comparator.tick")?;
+        require_zero_or_more(self.delay, "sensing.comparator.delay")?;
+        require_zero_or_more(self.offset, "sensing.comparator.offset")?;
+        require_zero_or_more(self.delay_spread, "sensing.comparator.delay_spread")?;
+        require_zero_or_more(self.noise, "sensing.comparator.noise")?;
+        require_zero_or_more(self.blanking, "sensing.comparator.blanking")?;
+        require_zero_or_more(self.highest, "sensing.comparator.highest")?;
+        require_zero_or_more(self.clock_error, "sensing.comparator.clock_error")
+    }
+}
+
+/// How the current sensors and their converter work, as their data sheets state it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensing<T> {
+    /// Nominal corner frequency in Hz of the current sensors' first-order filters: they lag by 1/(2π f). None: no filter.
+    pub bandwidth: Option<T>,
+    /// By what share at most each phase's corner frequency is off beside what all are off in common, which is fitted.
+    pub bandwidth_mismatch: T,
+    /// The converter takes phases a, b and c (0, 1 and 2) one after the other: k this much times k after the trigger, but none
+    /// after the end of its command. The DC link is taken together with phase a.
+    pub skew: Nanos,
+    /// From the first conversion of a sample to its last: a reading is the mean of several, evenly apart.
+    pub averaged: Nanos,
+    /// Amplitude in A of what an edge of a leg's potential adds to all readings of current, and the time constant in s with
+    /// which it decays. Zeros: nothing.
+    pub pick_up: [T; 2],
+    /// Whether one shunt in the DC link takes the place of the phases' sensors.
+    pub one_shunt: bool,
+    /// Time after a request to a leg during which shunts are not read: dead time and settling of their amplifiers.
+    pub settle: Nanos,
+    /// Noise of a sample of the DC link's voltage in V rms, with that of its converter's rounding.
+    pub link_noise: T,
+    /// Comparators and timer.
+    pub comparator: Comparing<T>,
+}
+
+/// The dividers through which a drive reads its terminals' voltages, as their data sheets state them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dividers<T> {
+    /// Standard deviation of their gains, relative. Zero: equal.
+    pub gain_tolerance: T,
+    /// Standard deviation of their offsets in V of the terminal.
+    pub offset: T,
+    /// Corner frequency in Hz of their first-order filters. None: no filter.
+    pub bandwidth: Option<T>,
+}
+
+impl<T: Real> Dividers<T> {
+    /// Conversion to another precision.
+    pub(super) fn cast<U: Real>(&self) -> Dividers<U> {
+        let cast = |value: T| U::of(value.to_double());
+        Dividers {
+            gain_tolerance: cast(self.gain_tolerance),
+            offset: cast(self.offset),
+            bandwidth: self.bandwidth.map(cast),
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<(), SettingsError> {
+        if let Some(bandwidth) = self.bandwidth {
+            require_positive(bandwidth, "dividers.bandwidth")?;
+        }
+        let tolerance = self.gain_tolerance;
+        let is_share = tolerance >= T::zero() && tolerance < T::one();
+        require(is_share, "dividers.gain_tolerance", "from 0 to below 1")?;
+        require_zero_or_more(self.offset, "dividers.offset")
+    }
+}
+
+impl<T: Real> Default for Dividers<T> {
+    /// Dividers without errors and filters.
+    fn default() -> Self {
+        Self { gain_tolerance: T::zero(), offset: T::zero(), bandwidth: None }
+    }
+}
+
+impl<T: Real> Default for Sensing<T> {
+    /// Sensors in the phases without filters, all converted at once, without pick-up.
+    fn default() -> Self {
+        Self {
+            bandwidth: None,
+            bandwidth_mismatch: T::zero(),
+            skew: Nanos::ZERO,
+            averaged: Nanos::ZERO,
+            pick_up: [T::zero(); 2],
+            one_shunt: false,
+            settle: Nanos::ZERO,
+            link_noise: T::zero(),
+            comparator: Comparing::default(),
+        }
+    }
+}
+
+impl<T: Real> Sensing<T> {
+    /// Conversion to another precision.
+    pub(super) fn cast<U: Real>(&self) -> Sensing<U> {
+        let cast = |value: T| U::of(value.to_double());
+        Sensing {
+            bandwidth: self.bandwidth.map(cast),
+            bandwidth_mismatch: cast(self.bandwidth_mismatch),
+            skew: self.skew,
+            averaged: self.averaged,
+            pick_up: self.pick_up.map(cast),
+            one_shunt: self.one_shunt,
+            settle: self.settle,
+            link_noise: cast(self.link_noise),
+            comparator: self.comparator.cast(),
+        }
+    }
+
+    /// τ in s by which the sensors lag; zero without filter.
+    pub(crate) fn lag(&self) -> T {
+        self.bandwidth.map_or(T::zero(), |corner| (T::TAU() * corner).recip())
+    }
+
+    /// Standard deviation in s of a line's τ from that of the others: the mean of two sensors, each uniformly off.
+    pub(crate) fn lag_deviation(&self) -> T {
+        self.lag() * self.bandwidth_mismatch / T::of(6.0).sqrt()
+    }
+
+    /// How much later in s than its trigger a line's current is sampled: the mean of its two phases. While the current is
+    /// a straight line between the two samples, so is their mean. A phase without sensor is as late as the one that carries
+    /// the line's current with it, because the third has none. Of shunts below the legs it is the one or the other by
+    /// direction: their mean is the same. One shunt in the link is read once, at its trigger. Where
+    /// several conversions are averaged, half of their span comes on top.
+    pub(crate) fn late(&self, line: usize, derived: Derived) -> T {
+        let (from, to) = LINES[line];
+        let sampled = |phase, other| if derived == Derived::One(phase) { other } else { phase };
+        let skew = self.skew * (sampled(from, to) as u64 + sampled(to, from) as u64);
+        T::of((skew + self.averaged).seconds() / 2.0)
+    }
+
+    /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left, and until shunts are read.
+    pub(crate) fn blank(&self) -> T {
+        let [amplitude, decay] = self.pick_up;
+        let settle = T::of(self.settle.seconds());
+        if amplitude > T::zero() { settle.max(decay * T::of(5.0)) } else { settle }
+    }
+
+    /// How much earlier than the end of a pulse its current is sampled: early enough that the converter is through with all phases before
+    /// the edge, and that no jitter moves a sample into what the edge adds. A shunt in the DC link shows the current with the other sign
+    /// after the edge.
+    pub(crate) fn lead(&self) -> Nanos {
+        let blank = Nanos::from_seconds(self.blank().to_double());
+        let blank = if self.one_shunt { blank.max(Nanos::from_micros(1)) } else { blank };
+        self.averaged + self.skew * 2 + blank
+    }
+
+    /// The key that has the largest part in [`Self::lead`].
+    pub(crate) fn lead_key(&self) -> &'static str {
+        let blank = Nanos::from_seconds(self.blank().to_double());
+        if self.averaged > blank.max(self.skew * 2) {
+            "sensors.oversampling"
+        } else if self.skew * 2 > blank {
+            "sensors.skew"
+        } else {
+            self.blank_key()
+        }
+    }
+
+    /// For how long in s a current that has risen evenly for `time` shows in sensors that lag: τ less, once it has risen for some τ.
+    pub(crate) fn seen(&self, time: T) -> T {
+        let lag = self.lag();
+        if lag > T::zero() { time - lag * (T::one() - (-time / lag).exp()) } else { time }
+    }
+
+    /// Whether a sample at a time compares the sensors, where a pulse ends after `pulse`. Of phases that are converted one
+    /// after the other a later one reads more while the current rises and less while it falls: that cancels but for the
+    /// sample at the peak. Nor may what an edge adds look like a gain.
+    pub(crate) fn compares(&self, pulse: Nanos) -> impl Fn(Nanos) -> bool {
+        let until = pulse + Nanos::from_seconds(self.blank().to_double());
+        let skew = self.skew * 2 + self.averaged;
+        let alike = skew == Nanos::ZERO && until == pulse;
+        move |time| alike || time + skew < pulse || time > until
+    }
+
+    /// The key that decides [`Self::blank`].
+    pub(crate) fn blank_key(&self) -> &'static str {
+        if self.blank() > T::of(self.settle.seconds()) { "sensors.pick_up_decay" } else { "sensors.settle" }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        if let Some(bandwidth) = self.bandwidth {
+            require_positive(bandwidth, "sensing.bandwidth")?;
+        }
+        let mismatch = self.bandwidth_mismatch;
+        let is_share = mismatch >= T::zero() && mismatch < T::one();
+        require(is_share, "sensing.bandwidth_mismatch", "from 0 to below 1")?;
+        require(self.skew <= Nanos::from_micros(100), "sensing.skew", "at most 100 us")?;
+        require(self.averaged <= Nanos::from_micros(20_000), "sensing.averaged", "at most 20 ms")?;
+        let [amplitude, decay] = self.pick_up;
+        require_zero_or_more(amplitude, "sensing.pick_up")?;
+        require_zero_or_more(decay, "sensing.pick_up")?;
+        self.comparator.check()
+    }
+}

@@ -1,0 +1,138 @@
+//! What a drive knows: values of the data sheets of its motor and of itself, and the kinds of readings that it has.
+
+use std::f64::consts::TAU;
+
+use standstill_detect::{Comparing, Dividers, Nameplate, Sensing, Signature, Source};
+use standstill_interface::{Dq, Nanos};
+use standstill_numeric::{Heading, sin_cos};
+use standstill_plant::{Motor, NoConvergence, PolarityPoint};
+use standstill_sim::{Arrangement, Comparators, SensorSettings, VoltageSensor};
+
+use crate::DriveSettings;
+
+/// Smallest relative difference between the poles' currents that a test may rely on: several times the sensors' error between two
+/// pulses.
+const LEAST_DIFFERENCE: f64 = 0.005;
+
+/// Returns the pole that draws more current at a current in A, and the relative difference between the two poles' currents.
+fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
+    // A map may end before; then nothing is known and nothing is claimed.
+    let point: Result<PolarityPoint, NoConvergence> = PolarityPoint::of(&motor.magnetics, current);
+    let difference = point.map_or(0.0, |point| point.difference());
+    let signature = match motor.magnet_flux {
+        0.0 => Signature::None,
+        _ if difference > LEAST_DIFFERENCE => Signature::Normal,
+        _ if difference < -LEAST_DIFFERENCE => Signature::Inverted,
+        _ => Signature::None,
+    };
+    (signature, difference)
+}
+
+/// Returns by how much 1/L_q changes between currents of ± `current` in A along d, as a multiple of the change of 1/L_d; zero where
+/// 1/L_d does not change, or where a map ends before.
+fn cross_saturation(motor: &Motor, current: f64) -> f64 {
+    let at = |current: f64| {
+        let flux = motor.magnetics.flux_at(Dq::new(current, 0.0), Heading::ZERO).ok()?;
+        Some(motor.magnetics.state(flux, Heading::ZERO).inverse_inductance)
+    };
+    let (Some(along), Some(against)) = (at(current), at(-current)) else { return 0.0 };
+    let [d, q] = [along.xx - against.xx, along.yy - against.yy];
+    if d.abs() > 1e-6 * along.xx { q / d } else { 0.0 }
+}
+
+/// Returns the length of the pulse on a pair of terminals after which rated current flows, for the rotor angle at which this
+/// takes least time.
+fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
+    // A line's current i is a vector of 2/√3 i, its voltage U one of U/√3.
+    let current = 2.0 / 3.0_f64.sqrt() * motor.rated_current;
+    let rest = motor.magnetics.rest(Heading::ZERO);
+    let least = (0..32_u8)
+        .filter_map(|step| {
+            let (sin, cos) = sin_cos(TAU * f64::from(step) / 32.0);
+            // Where a map ends nothing is known.
+            let flux = motor.magnetics.flux_at(Dq::new(cos, sin) * current, Heading::ZERO).ok()?;
+            Some((flux - rest).norm())
+        })
+        .fold(f64::INFINITY, f64::min);
+    let longest = Nanos::from_micros(10_000);
+    if least.is_finite() {
+        Nanos::from_seconds(3.0_f64.sqrt() * least / dc_link).min(longest)
+    } else {
+        longest
+    }
+}
+
+/// Returns the kinds of readings of a drive with current sensors in these places, with or without dividers at its terminals, and with or
+/// without a timer behind its comparators.
+pub(crate) fn sources(arrangement: Arrangement, terminals: bool, timer: bool) -> Vec<Source> {
+    let currents = match arrangement {
+        Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::LowSideShunts => {
+            Some(Source::PhaseCurrents)
+        }
+        Arrangement::DcLinkShunt => Some(Source::LinkCurrent),
+        Arrangement::None => None,
+    };
+    let others = [terminals.then_some(Source::Terminals), timer.then_some(Source::CapturedTimes)];
+    currents.into_iter().chain(others.into_iter().flatten()).collect()
+}
+
+/// Returns the noise of a sample of the link's voltage in V rms, with that of the converter's rounding.
+fn link_noise(of: &VoltageSensor) -> f64 {
+    let rounding = of.adc.filter(|adc| adc.rounds()).map_or(0.0, |adc| adc.step() / 12.0_f64.sqrt());
+    standstill_numeric::hypot(of.noise, rounding)
+}
+
+/// Returns what the drive knows of this motor and of itself: values of the data sheets.
+pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
+    let devices = drive.bridge.devices;
+    // One channel for all lines: gains and filters cannot differ, and nothing is converted later.
+    let one_shunt = sensors.arrangement == Arrangement::DcLinkShunt;
+    // The polarity test goes 2 % beyond the rated current; a map may not cover that.
+    let (signature_at_rated, polarity_difference) = signature(motor, motor.rated_current);
+    let (pulse_signature, _) = signature(motor, 0.5 * motor.rated_current);
+    Nameplate {
+        rated_current: motor.rated_current,
+        resistance: motor.resistance,
+        d_axis_inductance: motor.winding.d_axis_inductance(),
+        q_axis_inductance: motor.winding.q_axis_inductance(),
+        magnet_flux: motor.magnet_flux,
+        signature: signature_at_rated,
+        pulse_signature,
+        polarity_difference,
+        cross_saturation: cross_saturation(motor, 0.5 * motor.rated_current),
+        rated_pulse: rated_pulse(motor, drive.link.voltage),
+        gain_tolerance: if one_shunt { 0.0 } else { sensors.gain_error },
+        sensing: Sensing {
+            bandwidth: sensors.bandwidth,
+            bandwidth_mismatch: if one_shunt { 0.0 } else { sensors.bandwidth_mismatch },
+            skew: if one_shunt { Nanos::ZERO } else { sensors.skew },
+            averaged: sensors.averaged(),
+            pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
+            one_shunt,
+            link_noise: link_noise(&sensors.dc_link) / f64::from(sensors.oversampling.max(1)).sqrt(),
+            settle: if sensors.settle > Nanos::ZERO { drive.dead_time + sensors.settle } else { Nanos::ZERO },
+            comparator: Comparing {
+                tick: sensors.comparator.timer,
+                delay: sensors.comparator.delay,
+                own: sensors.comparator.arrangement == Comparators::PerLeg,
+                offset: sensors.comparator.offset,
+                delay_spread: sensors.comparator.delay_spread,
+                noise: sensors.comparator.noise,
+                blanking: sensors.comparator.blanking.seconds(),
+                highest: sensors.comparator.highest(),
+                clock_error: sensors.comparator.timer_error,
+            },
+        },
+        dividers: sensors.terminal.map_or_else(Dividers::default, |of| Dividers {
+            gain_tolerance: of.gain_error,
+            offset: of.offset,
+            bandwidth: of.bandwidth,
+        }),
+        dc_link: drive.link.voltage,
+        dead_time: drive.dead_time,
+        carrier_period: drive.carrier_period,
+        switch_drop: [devices.switch_drop, devices.switch_resistance],
+        diode_drop: [devices.diode_drop, devices.diode_resistance],
+        reverse_drop: devices.reverse(),
+    }
+}
