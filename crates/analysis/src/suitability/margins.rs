@@ -20,7 +20,7 @@ choice! {
         Current = "current",
         /// Time of a detection.
         Time = "time",
-        /// Evidence for the right pole, in 99 of 100 starts.
+        /// Evidence for the right pole that 99 of 100 starts must exceed.
         Pole = "pole",
         /// Share of starts that end with an angle.
         Answers = "answers",

@@ -58,7 +58,7 @@ impl Score {
 /// Range of the measure's logarithm: values beyond an end count as that end.
 const MERITS: (f64, f64) = (-30.0, 8.0);
 
-/// Magnitude of the slack of a limit that nothing can keep.
+/// Largest magnitude of a negative slack: that of a limit of zero that is exceeded, for example.
 const BROKEN: f64 = 10.0;
 
 /// Returns the slack of a limit as a share of the limit; logarithmic beyond twice the limit, so that it stays finite. For a limit

@@ -26,8 +26,7 @@ use crate::shell::output::Output;
 use crate::shell::progress;
 use crate::summary::{good_heading, good_interval, right, sectors_in_words};
 
-/// Number of angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding
-/// twice.
+/// Number of angles, 22.5° apart, at which the Cramér–Rao limit is computed.
 const ANGLES: usize = 16;
 
 /// Number of angles where a detection is long and the limit takes as many seconds as the trials.

@@ -138,7 +138,7 @@ mod tests {
         lines.collect::<Vec<_>>().join("\n")
     }
 
-    /// The example with all that is commented out, but for the motor in place of the one that it names.
+    /// Returns the example scenario with its comments turned into settings, up to the part on a motor of its own.
     fn everything() -> String {
         with_comments(scenario().split("# A motor that differs").next().unwrap_or_default())
     }

@@ -15,12 +15,11 @@ pub struct Course {
     pub number: u32,
     /// The pending trigger: its nominal time after the command's begin, and its real time with delay and jitter.
     pub pending: Option<(Nanos, Nanos)>,
-    /// Number of phases of the pending sample that the converter has already taken, the phase currents in A, and the
-    /// voltage of the DC link in V.
+    /// Number of phases of the pending sample that the converter has already taken.
     pub taken: usize,
-    /// Phase currents in A: see `taken`.
+    /// Phase currents in A of the pending sample, as far as they are taken.
     pub current: [f64; 3],
-    /// Voltage of the DC link in V: see `taken`.
+    /// Voltage in V of the DC link in the pending sample.
     pub dc_link: f64,
     /// Voltages of the terminals in V, converted together with the DC link.
     pub terminal: [f64; 3],

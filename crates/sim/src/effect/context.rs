@@ -149,9 +149,9 @@ pub struct Moment<'s, 'a, V: Wide> {
     pub case: &'s Case<'a>,
     /// The motion of its rotor.
     pub motion: Motion,
-    /// The machines of the bank, and the number of this machine's lane.
+    /// The machines of the bank.
     pub machine: &'s Machine<'a, V>,
-    /// Number of the machine's lane: see `machine`.
+    /// Number of this machine's lane in the bank.
     pub lane: usize,
     /// State and operating point of the machines at this time.
     pub here: &'s Here<V>,

@@ -56,9 +56,9 @@ pub struct Schedule<V> {
     pub nearest: u32,
     /// Guard of the mode that ends at `mode_end`; none if a margin was negative by rounding only.
     pub ending_mode: [Option<Guard>; MOST_LANES],
-    /// Expected time in ns at which a current has charged a terminal to its bound, and the terminal's leg.
+    /// Expected time in ns at which a current has charged a terminal to its bound.
     pub expected: V,
-    /// Leg of the terminal: see `expected`.
+    /// Leg of the terminal that is expected to reach its bound at `expected`.
     pub carried: [usize; MOST_LANES],
     /// A bit for each machine that had such an expectation when the conduction of its legs last changed.
     pub swept: u32,
@@ -69,9 +69,9 @@ pub struct Schedule<V> {
 pub struct StepControl<V: Wide> {
     /// Required accuracy of a step.
     pub accuracy: Accuracy<V>,
-    /// Length of the step to try next, and of the longest one, in ns.
+    /// Length in ns of the step to try next.
     pub next: V,
-    /// Longest step in ns: see `next`.
+    /// Largest length in ns of a step.
     pub longest: V,
     /// Next step length in ns for each number of floating terminals, from none to all three, as last used: terminals
     /// that ring need shorter steps than currents that flow.
@@ -91,9 +91,9 @@ pub struct Outcome<V: Wide> {
     pub peak: V,
     /// Largest distance in rad from the initial position since the start of the run.
     pub moved: V,
-    /// Number of accepted steps, and of all attempted ones.
+    /// Number of accepted steps.
     pub steps: V,
-    /// Number of attempted steps: see `steps`.
+    /// Number of attempted steps, accepted or not.
     pub evaluations: V,
     /// State at the beginning of the last step.
     pub begin: Here<V>,

@@ -24,9 +24,9 @@ use crate::effect::{Branch, BranchPoint, CoreBranch, keep_symmetric};
 /// Machines of one kind, each with numbers of its own.
 #[derive(Clone, Debug)]
 pub struct Machine<'a, V: Wide> {
-    /// The magnetic circuits: their parameters in lanes, and each machine's circuit itself.
+    /// Parameters of the magnetic circuits, a lane for each machine.
     pub circuits: Circuits<V>,
-    /// Each machine's magnetic circuit: see `circuits`.
+    /// Each machine's magnetic circuit, of which `circuits` has the parameters.
     pub cores: [&'a MagneticCircuit; MOST_LANES],
     /// Resistance of the winding in Ω.
     pub resistance: V,

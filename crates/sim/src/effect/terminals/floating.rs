@@ -13,9 +13,9 @@ use crate::step::two_derivative::Here;
 pub struct Floating<V: Wide> {
     /// Oscillation of the terminals with the winding.
     pub ringing: Ringing<V>,
-    /// Potentials of the terminals in V at both ends, and their slopes in V per step.
+    /// Potentials of the terminals in V at both ends of the step.
     pub potential: [[V; 3]; 2],
-    /// Slopes of the potentials in V per step: see `potential`.
+    /// Slopes of the potentials in V per step at both ends of the step.
     pub rise: [[V; 3]; 2],
     /// Range of potentials in V in which no device of a leg conducts, at both ends.
     pub range: [[[V; 2]; 3]; 2],

@@ -23,7 +23,7 @@ use crate::physics::legs::Terminals;
 use crate::physics::machine::{Change, Operating};
 use crate::physics::plane::Plane;
 
-/// Square of the angle in rad that a mode turns in a step from which on it is solved as an oscillation about a
+/// Square of the angle in rad that a mode turns in a step: if it is larger, the mode is solved as an oscillation about a
 /// polynomial.
 const TURNS: f64 = 0.25;
 
