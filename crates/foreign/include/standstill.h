@@ -62,7 +62,7 @@ typedef struct sts_drive {
     uint32_t size;
     uint32_t current_bits;  /* resolution of the current converters, also of that of a shunt in the DC link; 0: none */
     uint32_t dc_link_bits;  /* resolution of the DC link's converter; 0: none */
-    float amps_per_count;   /* a current is amps_at_zero + count * amps_per_count */
+    float amps_per_count;   /* a current is amps_at_zero + count * amps_per_count; a count is the sum of all conversions of a sample */
     float amps_at_zero;
     float volts_per_count;
     float dc_link;          /* nominal, V */
@@ -82,7 +82,9 @@ typedef struct sts_drive {
     float comparator_offset; /* standard deviation of a comparator's offset, A */
     float comparator_noise; /* of the current at a comparator, A rms */
     uint32_t comparators;   /* 0: none, 1: one for the current in the DC link, 6: two for each leg, one a direction */
-    uint32_t reserved;
+    float comparator_delay_spread; /* standard deviation of a comparator's delay, s */
+    float comparator_blanking; /* after the begin of each stage, how long comparators are ignored, s */
+    float threshold_highest; /* of sts_command.until, A; 0: any */
     void *log_to;
     void (*log)(void *log_to, const char *text); /* see sts_log() */
 } sts_drive;
@@ -161,8 +163,8 @@ typedef struct sts_command {
     sts_stage stage[2];
     uint32_t samples;     /* number of triggers */
     float until;          /* 0: the first stage lasts duration_ns. Else a threshold in A: the first stage ends when a comparator
-                             trips there, at the latest after duration_ns. Its legs are off, low or high, a second stage
-                             follows for the whole of its duration, and first_ns counts from the end of the first stage */
+                             trips there, at the latest after duration_ns. In the first stage no leg may switch: off, low or high.
+                             The second stage then lasts its whole duration, and first_ns counts from its begin */
     uint64_t first_ns;
     uint64_t interval_ns;
 } sts_command;
@@ -230,7 +232,7 @@ STS_HOLDS(legs, sizeof(sts_legs) == 40 && offsetof(sts_legs, duty) == 8);
 STS_HOLDS(stage, sizeof(sts_stage) == 40 && offsetof(sts_stage, duration_ns) == 32);
 STS_HOLDS(command, sizeof(sts_command) == 112 && offsetof(sts_command, first_ns) == 96);
 STS_HOLDS(result, sizeof(sts_result) == 24 && offsetof(sts_result, reason) == 20);
-STS_HOLDS(drive, offsetof(sts_drive, period_ns) == 56 && offsetof(sts_drive, log_to) == 104);
+STS_HOLDS(drive, offsetof(sts_drive, period_ns) == 56 && offsetof(sts_drive, log_to) == 112);
 
 #ifdef __cplusplus
 }

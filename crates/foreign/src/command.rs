@@ -4,7 +4,7 @@ use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Sampling, Stage};
 
 use crate::detector::broken;
 use crate::guard::Guard;
-use standstill_interface::abi;
+use standstill_interface::abi::{self, Drive};
 
 const PHASES: [char; 3] = ['a', 'b', 'c'];
 
@@ -46,8 +46,8 @@ fn stage(from: &abi::Stage) -> Result<Stage<f64>, Fault<f64>> {
     Ok(Stage { legs: Abc(legs), duration: Nanos(from.duration_ns) })
 }
 
-/// A command as the bench carries it out; `captures`: on a drive whose timer captures the trips of its comparators.
-pub fn command(from: &abi::Command, captures: bool) -> Result<Command<f64>, Fault<f64>> {
+/// A command as the bench carries it out on this drive.
+pub fn command(from: &abi::Command, drive: &Drive) -> Result<Command<f64>, Fault<f64>> {
     let then = match from.stages {
         1 => None,
         2 => Some(stage(&from.stage[1])?),
@@ -55,18 +55,22 @@ pub fn command(from: &abi::Command, captures: bool) -> Result<Command<f64>, Faul
     };
     let sampling =
         Sampling { first: Nanos(from.first_ns), interval: Nanos(from.interval_ns), count: from.samples };
-    let threshold = threshold(from.until, captures)?;
+    let threshold = threshold(from.until, drive)?;
     let command = Command { stage: stage(&from.stage[0])?, then, sampling, threshold };
     Guard::possible(&command).map_err(|wrong| broken(&wrong))?;
     Ok(command)
 }
 
 /// The threshold of a command, if it has one.
-fn threshold(until: f32, captures: bool) -> Result<Option<f64>, Fault<f64>> {
+fn threshold(until: f32, drive: &Drive) -> Result<Option<f64>, Fault<f64>> {
+    let highest = drive.threshold_highest;
     match until {
         0.0 => Ok(None),
-        _ if !captures => Err(broken(&format!(
+        _ if drive.timer_tick == 0.0 => Err(broken(&format!(
             "a command until {until} A on a drive without a timer behind comparators: `sensors.timer`"
+        ))),
+        until if highest > 0.0 && until > highest => Err(broken(&format!(
+            "a command until {until} A, more than the {highest} A up to which the drive sets thresholds: `sensors.threshold_range`"
         ))),
         until => Ok(Some(f64::from(until))),
     }

@@ -97,7 +97,9 @@ impl Maker {
                 of if of.own => 6,
                 _ => 1,
             },
-            reserved: 0,
+            comparator_delay_spread: short(comparator.delay_spread),
+            comparator_blanking: short(comparator.blanking),
+            threshold_highest: short(comparator.highest),
             log_to: 0,
             log: 0,
         };
@@ -129,6 +131,7 @@ impl Maker {
         let detector = match image.create(site, &drive, &self.config, seed) {
             Ok(detector) => detector,
             Err(refused) => {
+                log.say(site);
                 self.library.give_back(image);
                 return Err(format!("{} refused: {refused}", self.library.name()));
             }
@@ -152,7 +155,7 @@ impl Maker {
             log,
             watched: None,
             times: Vec::new(),
-            captures: self.drive.timer_tick > 0.0,
+            drive: self.drive,
             guard: Guard::new(self.time_limit),
         })
     }
@@ -180,8 +183,8 @@ pub struct Foreign {
     /// What it shows, if it is traced, and the times of its calls.
     watched: Option<Watched>,
     times: Vec<Option<Nanos>>,
-    /// Whether the drive captures trips of its comparators.
-    captures: bool,
+    /// What the drive knows of itself.
+    drive: Drive,
     guard: Guard,
 }
 
@@ -263,7 +266,7 @@ impl Foreign {
             let (status, command, answer) =
                 called.unwrap_or((abi::FAILED, abi::Command::default(), Answer::NONE));
             let go_on = status == abi::GO_ON;
-            (status, answer, if go_on { Some(command::command(&command, self.captures)?) } else { None })
+            (status, answer, if go_on { Some(command::command(&command, &self.drive)?) } else { None })
         };
         if let Some(watched) = &mut self.watched {
             let time =
@@ -280,7 +283,7 @@ impl Foreign {
         }
         if let Some(command) = command {
             // An interrupt's period is the timer's.
-            self.guard.pass(command.duration(), self.interrupts.is_some())?;
+            self.guard.pass(Guard::certain(&command), self.interrupts.is_some())?;
             return Ok(Step::Drive(command));
         }
         self.done(status, &answer)

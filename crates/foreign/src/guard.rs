@@ -30,6 +30,14 @@ impl Guard {
         Self { time_limit, commands: 0, elapsed: Nanos::ZERO }
     }
 
+    /// How long a command lasts at least: a comparator may end the first stage of one with a threshold at once.
+    pub fn certain(command: &Command<f64>) -> Nanos {
+        match command.threshold {
+            None => command.duration(),
+            Some(_) => command.then.map_or(Nanos::ZERO, |stage| stage.duration),
+        }
+    }
+
     /// Whether a command is one that there is.
     ///
     /// # Errors

@@ -301,7 +301,8 @@ impl Image {
                         &raw mut answer.inside,
                     )
                 });
-                *legs = written.whole("sts_legs")?;
+                // Its size is the program's to state, whatever the library left there.
+                *legs = Legs { size: legs.size, ..written.whole("sts_legs")? };
                 Ok(Some((status, answer.whole("sts_result")?)))
             }
             Calls::First { isr, .. } => {

@@ -20,7 +20,8 @@ fn layout() -> Vec<(String, usize)> {
     layout! {
         "sts_drive" Drive: size current_bits dc_link_bits amps_per_count amps_at_zero volts_per_count dc_link rated_current
             resistance ld lq flux dead_time stronger_pole period_ns settle_ns terminal_bits terminal_volts_per_count timer_tick
-            comparator_delay comparator_offset comparator_noise comparators reserved log_to log;
+            comparator_delay comparator_offset comparator_noise comparators comparator_delay_spread
+            comparator_blanking threshold_highest log_to log;
         "sts_sample" Sample: time_ns current dc_link current_count dc_link_count sensed dc_link_clipped half link_sensed
             captured comparator link_current link_current_count terminal terminal_count terminal_sensed reserved capture_ticks;
         "sts_readings" Readings: size count stride reserved first;

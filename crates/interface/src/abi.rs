@@ -62,7 +62,9 @@ pub struct Drive {
     pub comparator_offset: f32,
     pub comparator_noise: f32,
     pub comparators: u32,
-    pub reserved: u32,
+    pub comparator_delay_spread: f32,
+    pub comparator_blanking: f32,
+    pub threshold_highest: f32,
     /// Addresses, so that what a drive knows can go from one thread to another.
     pub log_to: usize,
     pub log: usize,

@@ -24,7 +24,7 @@ use crate::command::{beside, host};
 use crate::table::Table;
 
 /// Columns of the readings.
-const COLUMNS: usize = 12;
+const COLUMNS: usize = 13;
 
 /// The largest angle that a detector may name, either way.
 const MOST_DEGREES: f64 = 1e6;
@@ -75,7 +75,7 @@ impl Detector<f64> for FromPython<'_> {
             })
         });
         let Step::Drive(command) = &step else { return step };
-        match self.guard.pass(command.duration(), false) {
+        match self.guard.pass(Guard::certain(command), false) {
             Ok(()) => step,
             Err(fault) => Step::Done(Outcome::Failed { fault, findings: Findings::default() }),
         }
@@ -147,16 +147,18 @@ fn evidence(answer: &Bound<'_, PyAny>) -> PyResult<Option<PoleEvidence<f64>>> {
     }
 }
 
-/// A row for each reading: time, three currents, DC link, whether one of all was clipped, the current of the DC link, three
-/// terminals, the timer's ticks of a trip and the number of its comparator; NaN for what is not seen or has not tripped.
+/// A row for each reading: time, three currents, DC link, whether one of these or the link's current was clipped, the current of the DC
+/// link, three terminals, the timer's ticks of a trip, the number of its comparator, whether a terminal was clipped; NaN for what is not seen or has not tripped.
 fn array<'py>(py: Python<'py>, readings: &[Reading<f64>]) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let mut cells = Vec::with_capacity(readings.len() * COLUMNS);
     for reading in readings {
         let of = |value: f64, sensed: Sensed| if sensed == Sensed::Hidden { f64::NAN } else { value };
         let seen = |k: usize| of(reading.current.0[k], reading.sensed.0[k]);
         let terminal = |k: usize| of(reading.terminal.0[k], reading.terminal_sensed.0[k]);
-        let mut all = reading.sensed.0.into_iter().chain(reading.terminal_sensed.0).chain([reading.link_sensed]);
-        let clipped = reading.dc_link_clipped || all.any(|sensed| sensed == Sensed::Clipped);
+        let clips = |of: Sensed| of == Sensed::Clipped;
+        let clipped = reading.dc_link_clipped || reading.sensed.0.into_iter().chain([reading.link_sensed]).any(clips);
+        // A terminal at the lower rail is the first code of its converter: no reason to doubt the currents.
+        let terminals_clipped = reading.terminal_sensed.0.into_iter().any(clips);
         let capture = reading.capture;
         cells.extend([
             reading.at.seconds(),
@@ -171,6 +173,7 @@ fn array<'py>(py: Python<'py>, readings: &[Reading<f64>]) -> PyResult<Bound<'py,
             terminal(2),
             capture.map_or(f64::NAN, |capture| capture.ticks.into()),
             capture.map_or(f64::NAN, |capture| f64::from(capture.comparator as u8)),
+            f64::from(u8::from(terminals_clipped)),
         ]);
     }
     let cells = Array2::from_shape_vec((readings.len(), COLUMNS), cells);

@@ -89,9 +89,9 @@ class Detector(Protocol):
     """A detector: a class without arguments, of which each trial gets an object of its own.
 
     ``step`` gets the readings of its last command, a row for each sample: time in s from the begin of the command (with
-    ``until``, from the end of its first stage), the currents of phases a, b, c in A, the DC link in V, 1 where a value was
-    clipped by its converter, else 0, the current of a shunt in the DC link in A, the voltages of the three terminals in V, the
-    ticks of the timer at which a comparator tripped, and the comparator's leg (0 to 2). NaN stands for what no sensor sees and
+    ``until``, from the end of its first stage), the currents of phases a, b, c in A, the DC link in V, 1 where a current or the
+    link was clipped by its converter, else 0, the current of a shunt in the DC link in A, the voltages of the three terminals in V, the
+    ticks of the timer at which a comparator tripped, the comparator's leg (0 to 2), and 1 where a terminal was clipped. NaN stands for what no sensor sees and
     for a comparator that has not tripped. Later versions append columns. The first call gets none. It returns a :class:`Drive`, or how
     the detection ends: :class:`Found`, :class:`Axis` or :class:`Failed`.
     """
