@@ -99,17 +99,17 @@ fn analytic_a_reading_is_the_mean_of_its_conversions() {
         );
         let lag = bandwidth.map_or(1e-12, |corner| 1.0 / (TAU * corner));
         for (at, reading) in times.into_iter().zip(read) {
-            for (k, sign) in [(0, 1.0), (1, -1.0)] {
+            for (k, sign) in [(0_u8, 1.0), (1, -1.0)] {
                 let mut mean = 0.0;
                 let mut begin = at;
                 for _ in 0..5 {
                     // Nothing is converted after the end of the command.
-                    mean += expected((begin + k * skew).min(120_000) as f64 * 1e-9, lag) / 5.0;
+                    mean += expected((begin + u64::from(k) * skew).min(120_000) as f64 * 1e-9, lag) / 5.0;
                     begin = (begin + 800).min(120_000);
                 }
                 let value = sign * mean;
                 assert!(
-                    (reading.current.0[k as usize] - value).abs() < 2e-5,
+                    (reading.current.0[usize::from(k)] - value).abs() < 2e-5,
                     "{k} at {at} ns: {reading:?} {value}"
                 );
             }
