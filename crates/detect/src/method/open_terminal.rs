@@ -22,28 +22,25 @@
 //! are used: no saturation has to be known but which pole draws more. Dividers whose gains differ by half a per cent
 //! fake as much: they are compared on an all-high vector first.
 
+mod settings;
 #[cfg(test)]
 mod tests;
 
 use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed,
-    Stage, Step,
+    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Phase, Reading, Real, Sampling, Sensed, Stage, Step,
 };
 
-use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
-use crate::nameplate::Nameplate;
 use crate::parts::complex::{Complex, Turning as _};
-use crate::parts::lines::{SaliencySign, line_angles};
+use crate::parts::lines::line_angles;
 use crate::parts::margin::Margin;
-use crate::parts::polarity::{Pointer, Pole, Signature};
+use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::{is_reading, link};
 use crate::parts::significance;
-use crate::parts::train::{Slot, rest_after, share_of};
-use crate::settings::{
-    LONGEST, SettingsError, Source, require, require_error, require_positive, require_share,
-    require_zero_or_more,
-};
+use crate::parts::train::Slot;
+use crate::settings::SettingsError;
+
+pub use settings::OpenTerminalSettings;
 
 /// Least voltage across a line or of an all-high vector, as a share of the link's.
 const LEAST_VOLTAGE: f64 = 0.5;
@@ -52,167 +49,8 @@ const LEAST_VOLTAGE: f64 = 0.5;
 /// of it.
 const MOST_AT_REST: f64 = 0.25;
 
-/// Time constants after which a divider's filter has settled to 3e-4.
-const SETTLED: f64 = 8.0;
-
-/// Least number of samples of a pulse that are used.
-const LEAST_SAMPLES: usize = 4;
-
 /// Passes in which the resistance's share of the voltage is found, line by line.
 const PASSES: usize = 6;
-
-/// Settings of the method.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OpenTerminalSettings<T> {
-    /// How long the DC link is across a line.
-    pub pulse: Nanos,
-    /// How long all gates are off after it.
-    pub rest: Nanos,
-    /// Times that all six pulses are given.
-    pub rounds: u8,
-    /// From one ADC sample to the next.
-    pub interval: Nanos,
-    /// From the begin of a vector to its first sample that is used: the terminals' capacitances have swung, and the
-    /// dividers' filters have settled.
-    pub settle: Nanos,
-    /// Times that a rest is repeated before giving up.
-    pub attempts: u16,
-    /// Whether the dividers are compared on an all-high vector.
-    pub comparison: bool,
-    /// Standard deviation of the dividers' gains, relative; counts where they are not compared.
-    pub gain_tolerance: T,
-    /// Standard deviation of the dividers' offsets in V.
-    pub offset: T,
-    /// Standard deviation of errors that imitate saturation, as a share of the line's voltage.
-    pub pole_floor: T,
-    /// Resistance of a phase in Ω.
-    pub resistance: T,
-    /// Mean inductance of a line in H: L_d + L_q.
-    pub line_inductance: T,
-    /// κ: how much 1/L_q rises with a current along the magnet where 1/L_d rises by one.
-    pub cross_saturation: T,
-    /// Dead time of the drive.
-    pub dead_time: Nanos,
-    /// Sign of the motor's L_B.
-    pub saliency: SaliencySign,
-    /// |L_B| / L_A below which no angle is named.
-    pub least_saliency: T,
-    /// Which pole draws more current in pulses like these.
-    pub signature: Signature,
-    /// Probability of a wrong pole that is allowed.
-    pub pole_error: T,
-    /// Corner frequency in Hz of the dividers' filters; none: no filter.
-    pub bandwidth: Option<T>,
-    /// From the first conversion of a sample to its last.
-    pub averaged: Nanos,
-}
-
-impl<T: Real> OpenTerminalSettings<T> {
-    /// Pulses that raise half of the rated current, 200 µs on the paper's motor: 3.6 ms there.
-    pub fn suited(drive: &Nameplate<T>) -> Self {
-        let dividers = &drive.dividers;
-        Self {
-            pulse: Nanos::ZERO,
-            rest: Nanos::ZERO,
-            rounds: 1,
-            interval: Nanos::ZERO,
-            settle: Nanos::ZERO,
-            attempts: 50,
-            comparison: true,
-            gain_tolerance: dividers.gain_tolerance,
-            offset: dividers.offset,
-            pole_floor: T::of(5e-4),
-            resistance: drive.resistance,
-            line_inductance: drive.line_inductance(),
-            cross_saturation: drive.cross_saturation,
-            dead_time: drive.dead_time,
-            saliency: drive.saliency(),
-            least_saliency: T::of(0.005),
-            signature: drive.pulse_signature,
-            pole_error: T::of(1e-6),
-            bandwidth: dividers.bandwidth,
-            averaged: drive.sensing.averaged,
-        }
-        .with_pulse(drive.line_pulse(T::of(0.5)))
-    }
-
-    /// The method with pulses of another length: 8 to 20 samples in each, of which those of the second half are used.
-    fn with_pulse(self, pulse: Nanos) -> Self {
-        let parts = (pulse.0 / 10_000).clamp(8, 20);
-        let interval = Nanos(pulse.0 / parts);
-        let lag = self.bandwidth.map_or(T::zero(), |corner| (T::TAU() * corner).recip());
-        let filtered = Nanos::from_seconds((T::of(SETTLED) * lag).to_double()) + self.dead_time;
-        let settle = Nanos(pulse.0 / 2).max(filtered);
-        Self { pulse, interval, settle, rest: rest_after(pulse), ..self }
-    }
-
-    fn check(&self) -> Result<(), SettingsError> {
-        require(
-            self.pulse > Nanos::ZERO && self.pulse <= LONGEST,
-            "pulse",
-            "more than zero and a minute at most",
-        )?;
-        require(self.dead_time < self.pulse, "dead_time", "shorter than the pulse")?;
-        require(self.rest > self.pulse, "rest", "longer than the pulse: the current needs as long to decay")?;
-        require(self.rest <= LONGEST, "rest", "such that a pulse takes a minute at most")?;
-        require(self.rounds > 0, "rounds", "at least 1")?;
-        require(self.interval.0 >= 2, "interval", "2 ns or more")?;
-        require(
-            u16::try_from(self.samples()).is_ok(),
-            "interval",
-            "such that a pulse has 65,535 samples at most",
-        )?;
-        let needed = "so long that the dividers' filters settle in the first part of it, and samples remain";
-        require(self.settle < self.pulse && self.used() >= LEAST_SAMPLES, "pulse", needed)?;
-        let needed = "such that all conversions of a sample come before the next edge: half of an interval";
-        require(self.averaged * 2 < self.interval, "sensors.oversampling", needed)?;
-        require(self.attempts > 0, "attempts", "at least 1")?;
-        let tolerance = self.gain_tolerance;
-        require(tolerance >= T::zero() && tolerance < T::one(), "gain_tolerance", "from 0 to below 1")?;
-        require_zero_or_more(self.offset, "offset")?;
-        require_share(self.pole_floor, "pole_floor")?;
-        require_zero_or_more(self.resistance, "resistance")?;
-        require_positive(self.line_inductance, "line_inductance")?;
-        require(self.cross_saturation.is_finite(), "cross_saturation", "finite")?;
-        require_share(self.least_saliency, "least_saliency")?;
-        require_error(self.pole_error, "pole_error")
-    }
-
-    /// Time of a sample after the begin of its command: the middle of its interval, so that no jitter moves one of a
-    /// pulse's beyond its end.
-    fn time(&self, sample: usize) -> Nanos {
-        Nanos(self.interval.0 / 2) + self.interval * sample as u64
-    }
-
-    /// Samples of a command that lasts so long.
-    fn samples_in(&self, duration: Nanos) -> usize {
-        let after = duration - Nanos(self.interval.0 / 2);
-        usize::try_from(after.0 / self.interval.0.max(1)).unwrap_or(usize::MAX).saturating_add(1)
-    }
-
-    /// Samples of a pulse and its rest.
-    fn samples(&self) -> usize {
-        self.samples_in(self.pulse + self.rest)
-    }
-
-    /// The samples of a pulse that are used: from the first to before the last.
-    fn window(&self) -> (usize, usize) {
-        let half = self.interval.0 / 2;
-        let number = |until: Nanos| (until.0.saturating_sub(half)).div_ceil(self.interval.0.max(1));
-        let as_count = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
-        (as_count(number(self.settle)), as_count(number(self.pulse)))
-    }
-
-    fn used(&self) -> usize {
-        let (from, to) = self.window();
-        to.saturating_sub(from)
-    }
-
-    fn sampling(&self, duration: Nanos) -> Sampling {
-        let count = u32::try_from(self.samples_in(duration)).unwrap_or(u32::MAX);
-        Sampling { first: self.time(0), interval: self.interval, count }
-    }
-}
 
 /// Sums in V over the samples and rounds of the pulses of one line in one direction.
 #[derive(Clone, Copy, Debug)]
@@ -533,42 +371,5 @@ impl<T: Real> Sequence<T> for OpenTerminal<T> {
 
     fn so_far(&self) -> (&Findings<T>, Margin<T>) {
         (&self.findings, self.margin)
-    }
-}
-
-impl<T: Real> Keyed for OpenTerminalSettings<T> {
-    const SETTINGS: &'static [Setting<Self>] = &[
-        Setting::new(
-            &keys::PULSE,
-            |s| Some(Value::time(s.pulse)),
-            |s, value| {
-                *s = s.with_pulse(value.nanos());
-                true
-            },
-        ),
-        Setting::new(
-            &keys::REST,
-            |s| Some(Value::Number(share_of(s.pulse, s.rest))),
-            |s, value| {
-                s.rest = Nanos::from_seconds(value.number() * s.pulse.seconds());
-                true
-            },
-        ),
-        place!(ROUNDS, s => s.rounds, Value::times, count),
-        place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
-        place!(POLE_ERROR, s => s.pole_error, Value::of, real),
-        place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
-        place!(COMPARISON, s => s.comparison, Value::Flag, is_set),
-    ];
-
-    const SOURCES: &'static [Source] = &[Source::Terminals];
-
-    fn describe(&self, line: &mut Lines<'_>) {
-        line("pulse", format_args!("{}", Microseconds(self.pulse)));
-        line("rest", format_args!("{}", Microseconds(self.rest)));
-        line("rounds", format_args!("{}", self.rounds));
-        line("interval", format_args!("{}", Microseconds(self.interval)));
-        line("settle", format_args!("{}", Microseconds(self.settle)));
-        line("signature", format_args!("{}", self.signature.in_words()));
     }
 }

@@ -25,6 +25,7 @@
 //! The vectors follow one another around the circle, so that a current that a pulse left behind shifts all of them alike.
 //! In a second round they go backwards, which takes out what drifts evenly.
 
+mod settings;
 #[cfg(test)]
 mod tests;
 
@@ -33,161 +34,17 @@ use standstill_interface::{
     Stage, Step,
 };
 
-use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
-use crate::nameplate::{Nameplate, Sensing};
-use crate::parts::lines::SaliencySign;
 use crate::parts::margin::Margin;
-use crate::parts::polarity::{Pointer, Pole, Signature};
+use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::{largest, link, seen};
 use crate::parts::significance;
 use crate::parts::train::Derived;
-use crate::settings::{
-    LONGEST, SettingsError, Source, require, require_error, require_positive, require_share,
-    require_zero_or_more,
-};
+use crate::settings::SettingsError;
+pub use settings::SixPulseSettings;
 
 /// Directions of the vectors in a round.
 const VECTORS: usize = 6;
-
-/// Rounds of sampled currents.
-const SAMPLED_ROUNDS: u8 = 4;
-
-/// Settings of the six pulses.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SixPulseSettings<T> {
-    /// Current in A at which a pulse ends; without a timer, the one that the pulse is made for.
-    pub threshold: T,
-    /// Longest pulse where its time is measured.
-    pub longest: Nanos,
-    /// Length of every pulse where its current is sampled.
-    pub sampled: Nanos,
-    /// How long all switches are open after a pulse, as a share of the longest.
-    pub rest: T,
-    /// Rounds of six pulses.
-    pub rounds: u8,
-    /// Whether the time to the threshold is measured, and not the current after a time.
-    pub timed: bool,
-    /// Dead time, which passes before a pulse begins.
-    pub dead_time: Nanos,
-    /// Sign of the motor's L_B.
-    pub saliency: SaliencySign,
-    /// |L_B| / L_A below which no angle is named.
-    pub least_saliency: T,
-    /// What a motor's poles answer at the threshold.
-    pub signature: Signature,
-    /// Probability of a wrong pole that is allowed.
-    pub pole_error: T,
-    /// Standard deviation of the current sensors' gains, relative.
-    pub gain_tolerance: T,
-    /// Width of the sectors in which the answer is given; zero: an angle between them.
-    pub sector: Angle<T>,
-    /// The sensors, with comparators and timer.
-    pub sensing: Sensing<T>,
-}
-
-impl<T: Real> SixPulseSettings<T> {
-    /// For this motor and drive: times to the rated current where the drive captures them, else currents after the time that
-    /// raises the rated current where the core saturates most.
-    pub fn suited(drive: &Nameplate<T>) -> Self {
-        let timed = drive.sensing.comparator.tick > T::zero();
-        let threshold = drive.rated_current;
-        let mut settings = Self {
-            threshold,
-            longest: Nanos::ZERO,
-            sampled: Nanos::ZERO,
-            rest: T::of(1.6),
-            rounds: if timed { 1 } else { SAMPLED_ROUNDS },
-            timed,
-            dead_time: drive.dead_time,
-            saliency: drive.saliency(),
-            least_saliency: T::of(0.005),
-            signature: drive.signature,
-            pole_error: T::of(1e-4),
-            gain_tolerance: drive.gain_tolerance,
-            sector: Angle::from_radians(T::zero()),
-            sensing: drive.sensing,
-        };
-        (settings.longest, settings.sampled) =
-            (settings.suited_pulse(drive, true), settings.suited_pulse(drive, false));
-        settings
-    }
-
-    /// A pulse that surely reaches the threshold, or one that raises it where the core saturates most.
-    fn suited_pulse(&self, drive: &Nameplate<T>, timed: bool) -> Nanos {
-        let seconds = if timed {
-            // Against what two devices and the winding drop at the threshold, with half as much to spare.
-            let drop = drive.switch_drop[0] * T::of(2.0)
-                + self.threshold * (drive.resistance + drive.switch_drop[1]) * T::of(1.5);
-            let left = (drive.dc_link - drop).max(drive.dc_link * T::of(0.2));
-            let most = drive.d_axis_inductance.max(drive.q_axis_inductance);
-            let comparator = drive.sensing.comparator.delay;
-            T::of(1.5 * 1.5) * most * self.threshold / left + comparator + T::of(1e-6)
-        } else {
-            // Two phases in series against one and a half.
-            T::of(0.75 * drive.rated_pulse.seconds()) * self.threshold / drive.rated_current
-        };
-        let seconds = seconds.max(T::of(self.sensing.lead().seconds() * 2.0));
-        // Not longer than one can wait for after it.
-        let seconds = seconds.min(T::of(LONGEST.seconds() / 3.0));
-        let micros = (seconds / T::of(1e-6)).round().max(T::of(2.0)).to_double();
-        Nanos::from_seconds(micros * 1e-6) + drive.dead_time
-    }
-
-    fn check(&self) -> Result<(), SettingsError> {
-        let comparator = &self.sensing.comparator;
-        require_positive(self.threshold, "threshold")?;
-        require(
-            !self.timed || comparator.tick > T::zero(),
-            "timed",
-            "false, or `sensors.timer` be set: without a timer this drive captures no time to a threshold",
-        )?;
-        require(
-            !self.timed || comparator.highest == T::zero() || self.threshold <= comparator.highest,
-            "threshold",
-            "at most the highest code of the converter that sets it: `sensors.threshold_range`",
-        )?;
-        let pulse = self.pulse();
-        require(
-            pulse > self.dead_time + self.sensing.lead() && pulse <= LONGEST,
-            "threshold",
-            "such that a pulse is longer than the dead time, and at most a minute",
-        )?;
-        require(self.rest > T::one() && self.rest() <= LONGEST, "rest", "longer than the pulse")?;
-        let rounds = if self.timed { 1 } else { 2 };
-        require(
-            self.rounds >= rounds,
-            "rounds",
-            "at least 1, and 2 where `timed` is false, to see how the pulses scatter",
-        )?;
-        let sector = self.sector.degrees().round().to_double();
-        require([0.0, 30.0, 60.0].contains(&sector), "sector", "0, 30 or 60 degrees")?;
-        require_share(self.least_saliency, "least_saliency")?;
-        require_error(self.pole_error, "pole_error")?;
-        require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
-        self.sensing.check()
-    }
-
-    /// Length of a pulse, where its time is measured the longest.
-    fn pulse(&self) -> Nanos {
-        if self.timed { self.longest } else { self.sampled }
-    }
-
-    /// How long all switches are open after it.
-    fn rest(&self) -> Nanos {
-        Nanos::from_seconds(self.pulse().seconds() * self.rest.to_double()).max(self.pulse() + Nanos(1))
-    }
-
-    /// The threshold, with pulses in proportion.
-    fn set_threshold(&mut self, threshold: T) {
-        let share = (threshold / self.threshold).to_double();
-        let dead_time = self.dead_time;
-        for pulse in [&mut self.longest, &mut self.sampled] {
-            *pulse = dead_time + Nanos::from_seconds(((*pulse - dead_time).seconds() * share).max(2e-6));
-        }
-        self.threshold = threshold;
-    }
-}
 
 /// Phase of the leg that stands alone in the vector of this number, and whether it is the high one.
 const fn alone(number: usize) -> (Phase, bool) {
@@ -467,48 +324,5 @@ impl<T: Real> Sequence<T> for SixPulse<T> {
 
     fn so_far(&self) -> (&Findings<T>, Margin<T>) {
         (&self.findings, self.margin)
-    }
-}
-
-impl<T: Real> Keyed for SixPulseSettings<T> {
-    const SOURCES: &'static [Source] = &[Source::CapturedTimes, Source::PhaseCurrents];
-
-    const SETTINGS: &'static [Setting<Self>] = &[
-        place!(REST, s => s.rest, Value::of, real),
-        place!(ROUNDS, s => s.rounds, Value::times, count),
-        place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
-        place!(POLE_ERROR, s => s.pole_error, Value::of, real),
-        place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
-        Setting::new(
-            &keys::THRESHOLD,
-            |s| Some(Value::of(s.threshold)),
-            |s, value| {
-                s.set_threshold(value.real());
-                true
-            },
-        ),
-        place!(TIMED, s => s.timed, Value::Flag, is_set),
-        Setting::new(
-            &keys::SECTOR,
-            |s| Some(Value::of(s.sector.degrees())),
-            |s, value| {
-                s.sector = Angle::from_degrees(value.real());
-                true
-            },
-        ),
-    ];
-
-    fn needed_sources(&self) -> &'static [Source] {
-        // Without a timer `check` refuses timed pulses, by their key.
-        if self.timed { Self::SOURCES } else { &[Source::PhaseCurrents] }
-    }
-
-    fn describe(&self, line: &mut Lines<'_>) {
-        line("threshold", format_args!("{} A", self.threshold.to_double()));
-        line("rounds", format_args!("{}", self.rounds));
-        let length = if self.timed { "longest pulse" } else { "pulse" };
-        line(length, format_args!("{}", Microseconds(self.pulse())));
-        line("rest", format_args!("{}", Microseconds(self.rest())));
-        line("signature", format_args!("{}", self.signature.in_words()));
     }
 }

@@ -2,7 +2,11 @@ use standstill_interface::{Detector, Outcome, Step, Undetermined};
 
 use super::*;
 use crate::nameplate::Dividers;
+use crate::nameplate::Nameplate;
+use crate::parts::lines::SaliencySign;
+use crate::parts::polarity::Signature;
 use crate::testing::{Noise, PLATE};
+use standstill_interface::Nanos;
 
 /// A motor whose terminals follow the closed form, and the dividers that see them.
 struct Motor {

@@ -5,7 +5,8 @@ use core::f64::consts::TAU;
 use standstill_interface::{Capture, Outcome, Undetermined};
 
 use super::*;
-use crate::nameplate::Comparing;
+use crate::nameplate::{Comparing, Nameplate, Sensing};
+use crate::parts::lines::SaliencySign;
 use crate::testing::{Noise, PLATE};
 
 extern crate std;
