@@ -1,6 +1,7 @@
 //! The sensors: the drive's measurements of the currents, the DC link and the rotor.
 
 mod comparator;
+mod converter;
 mod dividers;
 mod filters;
 mod low_pass;
@@ -13,6 +14,8 @@ use standstill_inverter::Modes;
 
 pub(crate) use comparator::Input;
 pub use comparator::{Comparator, ComparatorSettings, Comparators};
+pub use converter::Adc;
+use converter::{Channels, Converter};
 pub(crate) use low_pass::LowPass;
 pub use pick_up::PickUp;
 pub(crate) use sampler::{Instant, Sampler};
@@ -46,141 +49,6 @@ impl Arrangement {
     pub const fn follows_legs(self) -> bool {
         matches!(self, Self::LowSideShunts | Self::DcLinkShunt)
     }
-}
-
-/// An analogue-to-digital converter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Adc {
-    /// Resolution in bits; 0: no rounding, only the range applies.
-    pub bits: u8,
-    /// Lowest value of the converter's range, in the unit measured.
-    pub low: f64,
-    /// Upper end of the converter's range, in the unit measured.
-    pub high: f64,
-}
-
-impl Adc {
-    /// Bits assumed for a converter that does not round: 20 A in steps of 19 nA.
-    const FINE: u8 = 31;
-
-    /// Returns the converter's number of codes.
-    fn codes(self) -> f64 {
-        f64::from(1_u32 << if self.bits == 0 { Self::FINE } else { self.bits })
-    }
-
-    /// Returns the distance between two codes (1 LSB) in the unit measured.
-    pub fn step(self) -> f64 {
-        (self.high - self.low) / self.codes()
-    }
-
-    /// Returns whether readings are rounded.
-    pub const fn rounds(self) -> bool {
-        self.bits > 0
-    }
-}
-
-/// The sensors of the three phases and of the link with their converters, side by side: the computation of all four
-/// values of a sample has no branch that depends on a value.
-#[derive(Clone, Copy, Debug)]
-struct Channels {
-    gain: [f64; 4],
-    offset: [f64; 4],
-    /// Standard deviation of the noise of a sample.
-    noise: [f64; 4],
-    /// Whether there is a converter in each channel.
-    converts: [bool; 4],
-    low: [f64; 4],
-    /// Distance between two codes (1 LSB) in the unit measured.
-    step: [f64; 4],
-    /// Highest code.
-    last: [f64; 4],
-    /// Number of bits of a converter's count: zero without rounding.
-    counted: [u32; 4],
-}
-
-impl Channels {
-    fn of(sensors: &Sensors) -> Self {
-        let Sensors { settings, gain: [a, b, c], offset: [x, y, z], .. } = *sensors;
-        let link = settings.dc_link;
-        let adcs = [settings.adc, settings.adc, settings.adc, link.adc];
-        Self {
-            gain: [a, b, c, sensors.dc_link_gain],
-            offset: [x, y, z, sensors.dc_link_offset],
-            noise: [settings.noise, settings.noise, settings.noise, link.noise],
-            converts: adcs.map(|adc| adc.is_some()),
-            low: adcs.map(|adc| adc.map_or(0.0, |adc| adc.low)),
-            step: adcs.map(|adc| adc.map_or(1.0, Adc::step)),
-            last: adcs.map(|adc| adc.map_or(0.0, |adc| adc.codes() - 1.0)),
-            counted: adcs.map(|adc| if adc.is_some_and(Adc::rounds) { u32::MAX } else { 0 }),
-        }
-    }
-
-    /// Returns the readings of these values, with standard normals for the noise: the value of the nearest code,
-    /// whether that code is the first or the last, and the code. Without a converter the reading is not rounded.
-    #[inline(always)]
-    fn read(&self, there: [f64; 4], normals: [f64; 4]) -> [(f64, bool, u32); 4] {
-        let (mut raw, mut code, mut value) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-        for k in 0..4 {
-            raw[k] = self.gain[k] * there[k] + self.offset[k] + self.noise[k] * normals[k];
-            code[k] = nearest(((raw[k] - self.low[k]) / self.step[k]).clamp(0.0, self.last[k]));
-            value[k] = self.low[k] + code[k] * self.step[k];
-        }
-        let mut read = [(0.0, false, 0); 4];
-        for k in 0..4 {
-            read[k] = if self.converts[k] {
-                (value[k], code[k] == 0.0 || code[k] == self.last[k], whole(code[k]) & self.counted[k])
-            } else {
-                (raw[k], false, 0)
-            };
-        }
-        read
-    }
-}
-
-/// A converter by itself: the conversion of [`Channels`] for one value.
-#[derive(Clone, Copy, Debug)]
-struct Converter {
-    low: f64,
-    step: f64,
-    last: f64,
-    /// Mask of the count: zero without rounding.
-    counted: u32,
-}
-
-impl Converter {
-    fn of(adc: Adc) -> Self {
-        Self {
-            low: adc.low,
-            step: adc.step(),
-            last: adc.codes() - 1.0,
-            counted: if adc.rounds() { u32::MAX } else { 0 },
-        }
-    }
-
-    /// Returns the value of the nearest code, whether that code is the first or the last, and the code.
-    fn read(self, raw: f64) -> (f64, bool, u32) {
-        let code = nearest(((raw - self.low) / self.step).clamp(0.0, self.last));
-        (self.low + code * self.step, code == 0.0 || code == self.last, whole(code) & self.counted)
-    }
-}
-
-/// 2^52, from which on all floating-point numbers are whole.
-const WHOLE: f64 = 4_503_599_627_370_496.0;
-
-/// Returns the nearest whole number to a value between 0 and 2^32, halves upwards: `round` without a library call,
-/// without a conversion and without a branch that half of all values take. Not-a-number stays not-a-number.
-#[inline(always)]
-fn nearest(value: f64) -> f64 {
-    // Adding 2^52 rounds, halves to the even number.
-    let even = (value + WHOLE) - WHOLE;
-    if value - even >= 0.5 { even + 1.0 } else { even }
-}
-
-/// Converts a code from 0 to 2^31, the most that a converter can have, to an integer; not-a-number becomes 0.
-#[inline(always)]
-#[allow(clippy::cast_possible_truncation, reason = "above 2^52 the low bits are the whole number")]
-fn whole(code: f64) -> u32 {
-    (code.max(0.0) + WHOLE).to_bits() as u32
 }
 
 /// The DC-link sensor.
