@@ -153,7 +153,7 @@ fn sector_lines(of: &Sectors, limit_deg: f64) -> [(Tone, Vec<String>); 4] {
     let line = |tone: Tone, name: String, count: u64| (tone, vec![name, counted(count)]);
     let bad = |count: u64| if count > 0 { Tone::Bad } else { Tone::Neutral };
     [
-        line(Tone::Neutral, format!("right sector of {width:.0}°"), of.right),
+        line(Tone::Neutral, format!("right sector of {width:.0}°, of {} named", of.named), of.right),
         line(Tone::Neutral, format!("next sector, border within {limit_deg}°"), of.at_border),
         line(bad(of.next), "next sector, further from its border".to_owned(), of.next),
         line(bad(of.further), "sector further away".to_owned(), of.further),
@@ -164,7 +164,8 @@ fn sector_lines(of: &Sectors, limit_deg: f64) -> [(Tone, Vec<String>); 4] {
 pub fn sectors_in_words(of: &Sectors, limit_deg: f64) -> String {
     let percent = |count: u64| percent(&binomial_interval(count, of.named));
     format!(
-        "sectors of {:.0}°: {} % right, {} % the next one with its border within {limit_deg}°, {} % the next one otherwise, {} % further away",
+        "of {} starts that name a sector of {:.0}°: {} % right, {} % the next one with its border within {limit_deg}°, {} % the next one otherwise, {} % further away",
+        of.named,
         2.0 * of.half_width_deg,
         percent(of.right),
         percent(of.at_border),

@@ -101,7 +101,7 @@ impl Interrupts {
         let (letter, by) = (Phase::ALL[phase].letter(), f64::from(shift));
         if self.timing.twice {
             let text = format!(
-                "shift {shift} of leg {letter} with two updates a period, where each half has a duty of its own"
+                "shift {shift:.3} of leg {letter} with two updates a period, where each half has a duty of its own"
             );
             return Err(broken(&text));
         }
@@ -121,9 +121,8 @@ impl Interrupts {
             });
         }
         Err(broken(&format!(
-            "shift {shift} of leg {letter} with a duty of {duty}: it would switch twice in one half of the period; needed from \
-             {} to {most}",
-            -most
+            "shift {shift:.3} of leg {letter} with a duty of {duty:.3}: it would switch twice in one half of the period; needed \
+             from -{most:.3} to {most:.3}"
         )))
     }
 
@@ -252,7 +251,7 @@ mod tests {
             timer.command().expect_err("must be refused").to_string()
         };
         let said = refused(timing, moved(0.2));
-        assert!(said.contains("shift 0.2 of leg a with a duty of 0.25"), "{said}");
+        assert!(said.contains("shift 0.200 of leg a with a duty of 0.250"), "{said}");
         assert!(said.contains("needed from -0.125 to 0.125"), "{said}");
         assert!(refused(timing, moved(f32::NAN)).contains("shift NaN"));
         assert!(refused(Timing { twice: true, ..timing }, moved(0.1)).contains("two updates a period"));

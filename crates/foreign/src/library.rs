@@ -315,7 +315,7 @@ impl Timing {
     pub(crate) fn within(&self, at: f32, every: f32) -> Result<(), String> {
         let last = f64::from(at) + f64::from(every) * f64::from(self.samples - 1);
         // Shares in single precision do not add up exactly.
-        if (0.0..=1.0).contains(&at) && (self.samples == 1 || every >= 0.0 && last <= 1.0 + 1e-6) {
+        if (0.0..=1.0).contains(&at) && (self.samples == 1 || every > 0.0 && last <= 1.0 + 1e-6) {
             return Ok(());
         }
         Err(format!(

@@ -49,7 +49,7 @@ impl Watched {
             let Some((name, value)) = image.probe(site, detector, channel) else { break };
             // Names and their number are those of the first call.
             if first {
-                self.names.push(name);
+                self.names.push(self.column(&name));
             } else if values.len() == self.names.len() {
                 break;
             }
@@ -59,5 +59,32 @@ impl Watched {
             values.resize(self.names.len(), f64::NAN);
             self.rows.push(Called { call, time, what: values });
         }
+    }
+
+    /// A channel's name as that of a column: neither empty nor that of another one.
+    fn column(&self, name: &str) -> String {
+        let taken =
+            |name: &str| ["t_s", "run"].contains(&name) || self.names.iter().any(|other| other == name);
+        let name = if name.is_empty() { "channel" } else { name };
+        if !taken(name) {
+            return name.to_owned();
+        }
+        (2..).map(|n| format!("{name}_{n}")).find(|other| !taken(other)).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod column_names {
+    use super::*;
+
+    #[test]
+    fn law_each_channel_has_a_column_of_its_own() {
+        let mut watched = Watched::default();
+        let names = ["id", "id", "", "t_s", "run", "id", ""].map(|name| {
+            let column = watched.column(name);
+            watched.names.push(column.clone());
+            column
+        });
+        assert_eq!(names, ["id", "id_2", "channel", "t_s_2", "run_2", "id_3", "channel_2"]);
     }
 }
