@@ -259,8 +259,13 @@ impl Statistics {
             *self.reasons.entry(row.kind.clone()).or_default() += 1;
         }
         self.beyond_limit += u64::from(beyond(row.error_deg).is_some_and(|e| e.abs() > self.limit_deg));
-        if let (Some(half), Some(error)) = (half, row.error_deg) {
-            self.sectors.get_or_insert_default().add(half, error, self.limit_deg);
+        // Errors of axes are those beyond the sector, too, where no pole is named.
+        if let (Some(half), Some(_)) = (half, row.axis_error_deg) {
+            let sectors = self.sectors.get_or_insert_default();
+            sectors.note(half);
+            if let Some(error) = row.error_deg {
+                sectors.add(half, error, self.limit_deg);
+            }
         }
     }
 

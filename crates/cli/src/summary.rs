@@ -140,7 +140,12 @@ pub fn figures(s: &Summary, open: bool) -> Table {
         .judged(
             lines
                 .into_iter()
-                .chain(s.sectors.into_iter().flat_map(|of| sector_lines(&of, s.limit_deg)))
+                .chain(
+                    s.sectors
+                        .into_iter()
+                        .filter(|of| of.named > 0)
+                        .flat_map(|of| sector_lines(&of, s.limit_deg)),
+                )
                 .chain(errors),
         )
 }
@@ -214,7 +219,7 @@ mod tests {
         }
         let said = sectors_in_words(&sectors, 2.0);
         assert!(
-            said.starts_with("sectors of 60°: 99.0")
+            said.starts_with("of 1000 starts that name a sector of 60°: 99.0")
                 && said.contains("0.3 [0.1, 0.9] % the next one otherwise"),
             "{said}"
         );

@@ -25,10 +25,15 @@ pub struct Sectors {
 }
 
 impl Sectors {
+    /// Notes that answers have this half width in degrees, whether or not a pole is named.
+    pub(super) fn note(&mut self, half: f64) {
+        self.half_width_deg = self.half_width_deg.max(half);
+    }
+
     /// Adds a start that named a sector of this half width with this error of its middle, all in degrees.
     pub(super) fn add(&mut self, half: f64, error: f64, limit: f64) {
         let error = error.abs();
-        self.half_width_deg = self.half_width_deg.max(half);
+        self.note(half);
         self.named += 1;
         *match error {
             error if error <= half => &mut self.right,
@@ -40,7 +45,7 @@ impl Sectors {
 
     /// Adds the starts of another.
     pub(super) fn merge(&mut self, other: &Self) {
-        self.half_width_deg = self.half_width_deg.max(other.half_width_deg);
+        self.note(other.half_width_deg);
         self.named += other.named;
         self.right += other.right;
         self.at_border += other.at_border;

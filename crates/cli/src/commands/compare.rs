@@ -5,7 +5,7 @@ mod cells;
 
 use serde_json::json;
 use standstill_analysis::{Bound, Entry, informative, mean_energy};
-use standstill_campaign::{Campaign, Estimate, Occurrence, Statistics, Summary};
+use standstill_campaign::{Campaign, Estimate, Occurrence, Sectors, Statistics, Summary};
 use standstill_detect::MethodName;
 use standstill_plant::Motor;
 use standstill_quantity::{decimals, number as rounded};
@@ -45,6 +45,10 @@ fn finite(value: f64) -> Option<f64> {
 fn record(entry: &Entry, motor: &Motor) -> Record {
     let s = &entry.summary;
     let open = is_open(motor);
+    // Of the starts that named a sector.
+    let share = |count: fn(&Sectors) -> u64| {
+        s.sectors.filter(|of| of.named > 0).map(|of| count(&of) as f64 / of.named as f64)
+    };
     let bound = |of: fn(&Bound) -> Option<f64>| entry.bound.as_ref().and_then(of).and_then(informative);
     let record = Record::default()
         .with("method", &entry.method)
@@ -63,10 +67,10 @@ fn record(entry: &Entry, motor: &Motor) -> Record {
         .with("undetermined", s.undetermined)
         .with("failed", s.failed)
         .with("half_sector_deg", s.sectors.map(|of| of.half_width_deg))
-        .with("right_sector", s.sectors.map(|of| of.right as f64 / of.named as f64))
-        .with("sector_at_border", s.sectors.map(|of| of.at_border as f64 / of.named as f64))
-        .with("next_sector", s.sectors.map(|of| of.next as f64 / of.named as f64))
-        .with("further_sector", s.sectors.map(|of| of.further as f64 / of.named as f64))
+        .with("right_sector", share(|of| of.right))
+        .with("sector_at_border", share(|of| of.at_border))
+        .with("next_sector", share(|of| of.next))
+        .with("further_sector", share(|of| of.further))
         .with("simulation_errors", s.errors)
         .with("duration_ms", s.mean_duration_s * 1e3)
         .with("peak_current_A", s.peak_current_a)

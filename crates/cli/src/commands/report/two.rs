@@ -186,6 +186,12 @@ impl<'a> Two<'a> {
         let else_of = if is_apart { "; where there is none, of each run's own" } else { "" };
         let said =
             format!("rms and p95 are of the {axes} of {pairs} trials in which both found an axis{else_of}");
+        let widths =
+            |point: &Common| point.summaries.each_ref().map(|s| s.sectors.map(|of| of.half_width_deg));
+        if self.points.iter().map(widths).any(|[a, b]| a != b) {
+            let apart = "answers of one run are sectors, or of another width: its errors are those beyond them, so rms and p95 are not compared";
+            return Some(apart.to_owned());
+        }
         (self.unpaired.is_none() && axes < pairs).then_some(said)
     }
 
@@ -279,7 +285,10 @@ impl Common {
         let measured = of_both.as_ref().filter(|both| both[0].axes > 0).unwrap_or(&self.summaries);
         let both = errors.as_deref().filter(|both| both.len() > 1);
         let [rms, p95] = [measured.each_ref().map(|s| s.rms_deg), measured.each_ref().map(|s| s.p95_deg)];
+        // What is beyond a sector is no error of an angle.
+        let [a, b] = self.summaries.each_ref().map(|s| s.sectors.map(|of| of.half_width_deg));
         let [rms_apart, p95_apart] = match (both, &errors) {
+            _ if a != b => [Estimate::UNKNOWN; 2],
             (Some(both), _) => [paired_rms(both), paired_percentile(both, p95)],
             (None, Some(_)) => [Estimate::UNKNOWN; 2],
             (None, None) => [independent(rms), independent(p95)],

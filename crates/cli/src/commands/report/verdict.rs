@@ -179,7 +179,11 @@ fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
         let of = if s.sectors.is_some() { "rotor is beyond the sector named" } else { "angle is off" };
         details.push(format!("The {of} by more than {}° in {beyond} of starts with an angle", s.limit_deg));
     }
-    details.extend(s.sectors.map(|of| format!("Answers are {}", sectors_in_words(&of, s.limit_deg))));
+    details.extend(
+        s.sectors
+            .filter(|of| of.named > 0)
+            .map(|of| format!("Sectors: {}", sectors_in_words(&of, s.limit_deg))),
+    );
     if unsure && s.wrong_poles == 0 {
         let more = "Too few starts to rule out wrong poles in one of a hundred: `standstill run SCENARIO --trials 1000 --resume` adds some";
         details.push(more.to_owned());
