@@ -69,7 +69,7 @@ impl Watched {
         if !taken(name) {
             return name.to_owned();
         }
-        (2..).map(|n| format!("{name}_{n}")).find(|other| !taken(other)).unwrap_or_default()
+        (2..=MOST_CHANNELS + 2).map(|n| format!("{name}_{n}")).find(|other| !taken(other)).unwrap_or_default()
     }
 }
 
