@@ -23,7 +23,7 @@ pub struct Row {
     pub axis_error_deg: Option<f64>,
     /// How it ended.
     pub verdict: Verdict,
-    /// See [`Record::half_sector_deg`]. Journals have it behind their rows, see [`Tail`](super::block::Tail).
+    /// See [`Record::half_sector_deg`]. Journals have it behind their rows, see `store/block.rs`.
     #[serde(skip)]
     pub half_sector_deg: Option<f64>,
     /// See [`Record::pole_correct`].
