@@ -17,8 +17,8 @@ pub enum Event {
     WrongPole,
     /// The readings favour the wrong pole, whether or not their evidence suffices for a decision.
     WrongEvidence,
-    /// The axis error exceeds this bound in degrees; of a sector, what is beyond it. Starts without an axis do not count: they are neither this event nor
-    /// `undetermined`.
+    /// The axis error, from the border of a sector that the answer names, exceeds this bound in degrees. Starts without an axis do
+    /// not count: they are neither this event nor `undetermined`.
     Error(f64),
     /// The detector found an axis without a pole.
     Undetermined,

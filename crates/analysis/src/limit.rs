@@ -16,7 +16,7 @@ use crate::bracket::{Look, Verdict, forecast_trials};
 /// of 90° in the rms, as an error beyond every bound, as a wrong pole, and as infinite movement, duration and current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// Root mean square of the axis error in degrees; of answers that are sectors, here and below, of what is beyond the sector named.
+    /// Root mean square of the axis error in degrees. Where answers are sectors, this error and those below count from the sector's border.
     Rms,
     /// 95th percentile of the magnitude of the axis error in degrees.
     P95,

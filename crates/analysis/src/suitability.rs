@@ -280,7 +280,7 @@ impl Suitability {
         let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
         let tried = bench.scenario(&tried, Rotor::Locked)?;
         let motor = bench.motor;
-        // Of other readings than phase currents no limit is known here.
+        // The limit is known for phase currents alone.
         let is_bounded = tried.check().is_ok()
             && Source::any_of(&[Source::PhaseCurrents], tried.detector.sources())
             && Source::any_of(&[Source::PhaseCurrents], &tried.sources());

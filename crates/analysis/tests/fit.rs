@@ -166,7 +166,7 @@ fn cross_intervals_hold_where_a_converter_is_coarser_than_the_noise() {
     held(&scope::ngspice(), &scope, 3, &["L_d", "L_q", "angle"]);
 }
 
-/// Of more rows than are used each second is taken, or each third; what is found is right all the same. By default that is so beyond
+/// A record with more rows than a fit uses is thinned to each second or third row, and the fit stays right. By default that is so beyond
 /// 50,000 rows; 5,000 show it in a tenth of the time.
 #[test]
 fn cross_a_long_record_is_thinned_and_its_motor_found() {

@@ -1,8 +1,8 @@
-//! Where a simulation that does not describe the readings differs from them: what to suspect, and what to measure next.
+//! The place in which the simulation differs from the readings, which shows the cause to look for and the next measurement.
 
 use super::{Fit, MISFIT};
 
-/// Where the simulation differs from the readings.
+/// Place of the difference between simulation and readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Misfit {
     /// At large currents: iron that saturates in another way than the model's.

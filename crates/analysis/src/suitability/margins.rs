@@ -43,8 +43,8 @@ impl fmt::Display for Demand {
 /// Margins of all demands, as ratios of allowed to actual values: 1 is just enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Allowed error divided by the 95th percentile of the error; of answers in sectors of what is beyond the sector, infinite if
-    /// nothing is.
+    /// Allowed error divided by the 95th percentile of the error, which counts from the border where answers are sectors; infinite if
+    /// that percentile is zero.
     pub error: f64,
     /// Allowed movement divided by the largest movement; infinite for a rotor that is held.
     pub movement: f64,

@@ -16,11 +16,11 @@ pub(super) fn block(bytes: &[u8]) -> io::Result<Vec<u8>> {
     Ok([&length.to_le_bytes(), bytes, &crc32fast::hash(bytes).to_le_bytes()].concat())
 }
 
-/// What a block has behind its value, by the number of the row or the point that it belongs to; empty in blocks of before. A program
-/// that does not know it reads the value alone.
+/// Values that follow the first one in a block, each under the number of its row or point. Earlier builds wrote none, and read the first
+/// value alone.
 pub(super) type Tail<T> = BTreeMap<usize, T>;
 
-/// The block of a value and of what is behind it.
+/// Encodes a value and its tail as one block.
 pub(super) fn encoded<T: Serialize>(
     value: &(impl Serialize + ?Sized),
     tail: &Tail<T>,

@@ -70,7 +70,8 @@ impl Course {
         Some((self.current, self.dc_link))
     }
 
-    /// Adds one of `count` conversions of all phases, each `apart` from the one before, or as soon as that is through. Returns their mean once the sample is complete.
+    /// Adds one of `count` conversions of all phases, each `apart` from the one before, or as soon as that is through. Returns
+    /// their mean once the sample is complete.
     pub fn averaged(&mut self, reading: Reading<f64>, count: u8, apart: Nanos) -> Option<Reading<f64>> {
         if count <= 1 {
             return Some(reading);
