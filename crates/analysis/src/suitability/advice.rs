@@ -164,11 +164,7 @@ fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
         finer.push(keyed(&format!("a quarter of the dead time, {dead}"), "inverter.dead_time", dead));
     }
     let all = (finer.len() > 1).then(|| Change {
-        words: if reads_currents && finer.iter().all(|change| !change.option.contains("sensors.t")) {
-            "converter, noise, calibration and dead time together".to_owned()
-        } else {
-            "all changes of sensors and dead time together".to_owned()
-        },
+        words: "all changes of sensors and dead time together".to_owned(),
         option: finer.iter().map(|change| change.option.as_str()).collect::<Vec<_>>().join(" "),
         keys: finer.iter().flat_map(|change| change.keys.clone()).collect(),
         current: None,
