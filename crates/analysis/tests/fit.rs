@@ -4,8 +4,12 @@
 
 mod scope;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use scope::{Pulses, Scope, beside};
-use standstill_analysis::fit::{Devices, Fit, NonIdentifiable, Start};
+use standstill_analysis::fit::record::Record;
+use standstill_analysis::fit::{Devices, Fit, NonIdentifiable, Start, fit};
+use standstill_plant::Motor;
 
 /// How many truths are inside of their intervals, of how many.
 fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
@@ -93,6 +97,28 @@ fn linear(seeds: u64) {
         let common = fit.parameters.iter().find(|estimate| estimate.name == "common_gain").expect("named");
         assert!(!common.identified && common.interval.is_none());
     }
+}
+
+/// Pulses of a twentieth of rated current show no saturation, so that of the motor that the fit begins with is taken, with north at either
+/// pole; the last search is that of the second. Where that has no solution, the fit has one candidate fewer, and does not know the pole.
+#[test]
+fn regress_a_pole_that_no_search_reaches_does_not_end_the_fit() {
+    let (pulses, scope) = (scope::ngspice(), Scope::of(2.5));
+    let record = Record::parse("pulses.csv", &pulses.text(&scope, 0)).expect("a record");
+    let found = |without: usize| {
+        let steps = AtomicUsize::new(0);
+        // True once, which is no interruption: the search has no solution.
+        let did = || steps.fetch_add(1, Ordering::Relaxed) + 1 == without;
+        let motor = Motor { rated_current: 40.0, ..scope::like_it() };
+        let start = scope::start(Some(motor), 0);
+        (fit(std::slice::from_ref(&record), &start, &did), steps.into_inner())
+    };
+    let (whole, steps) = found(usize::MAX);
+    let (one_fewer, _) = found(steps);
+    let [whole, one_fewer] = [whole, one_fewer].map(|fit| fit.expect("a motor"));
+    assert!(whole.pole.deviations > 0.0 && whole.falls.is_some(), "{:?}", whole.pole);
+    assert!(one_fewer.pole.deviations == 0.0 && !one_fewer.pole.identified, "{:?}", one_fewer.pole);
+    assert!(one_fewer.falls.is_some() && one_fewer.converged);
 }
 
 /// Edges that each lie elsewhere between two rows bound the delay together; all alike, see above.

@@ -80,10 +80,8 @@ pub(super) fn with_iron(
     if iron.plant.core(&work.problem.frame).is_none() {
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     }
-    let bent = match work.solved_for(&free, &iron) {
-        Ok(solved) => solved,
-        Err(FitError::Stopped) => return Err(FitError::Stopped),
-        Err(_) => return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
+    let Some(bent) = candidate(work.solved_for(&free, &iron))? else {
+        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     };
     let enough = MORE_LIKELY * sum.newey_west;
     let more = bent.sum.likelihood - sum.likelihood;
@@ -97,9 +95,9 @@ pub(super) fn with_iron(
     let series = if more > enough {
         None
     } else {
-        let found = work.found(&Solved { point, sum, free, scatter, converged })?;
+        let found = candidate(work.found(&Solved { point, sum, free, scatter, converged }))?;
         work.problem.free.clone_from(&bent.free);
-        Some(Box::new(found))
+        found.map(Box::new)
     };
     Ok((bent, pole, Iron::Seen(series)))
 }
@@ -120,14 +118,30 @@ fn with_known_falls(
     if from.plant.core(&work.problem.frame).is_none() {
         return Ok(None);
     }
-    let here = work.solved_for(&all, &from)?;
+    let here = candidate(work.solved_for(&all, &from))?;
     from.plant.angle += PI;
-    let there = work.solved_for(&all, &from)?;
-    let more = (here.sum.likelihood - there.sum.likelihood).abs();
-    let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
-    // Readings whose neighbours have similar residuals count as fewer readings.
-    let deviations = (2.0 * more / best.sum.newey_west).sqrt();
+    let there = candidate(work.solved_for(&all, &from))?;
+    // Readings whose neighbours have similar residuals count as fewer readings. A pole that no search reaches tells nothing of the other.
+    let (best, deviations) = match (here, there) {
+        (Some(here), Some(there)) => {
+            let more = (here.sum.likelihood - there.sum.likelihood).abs();
+            let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
+            let deviations = (2.0 * more / best.sum.newey_west).sqrt();
+            (best, deviations)
+        }
+        (Some(one), None) | (None, Some(one)) => (one, 0.0),
+        (None, None) => return Ok(None),
+    };
     let both_ways = work.drives_both_ways(&best.point);
     let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
     Ok(Some((best, pole, Iron::OfStart)))
+}
+
+/// Returns one of several candidates, or none where it has no solution; only an interruption ends the fit.
+fn candidate<T>(result: Result<T, FitError>) -> Result<Option<T>, FitError> {
+    match result {
+        Ok(one) => Ok(Some(one)),
+        Err(FitError::Stopped) => Err(FitError::Stopped),
+        Err(_) => Ok(None),
+    }
 }

@@ -97,6 +97,8 @@ pub struct Fit {
     pub readings: usize,
     /// Number of readings at the ends of the channels' ranges, which give only a lower bound of the current's magnitude.
     pub clipped: usize,
+    /// Ends of each channel's range in A if readings were clipped there; infinite if none were.
+    pub clip: [[f64; 2]; 3],
     /// Currents of all pieces, each a pulse or a train of pulses from rest.
     pub traces: Vec<Trace>,
 }
@@ -202,6 +204,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
                 (0..3).filter(|k| channels[*k] && solved.scatter[*k].is_clipped(row.current[*k])).count()
             })
             .sum(),
+        clip: solved.scatter.map(|scatter| scatter.clip),
         traces,
     })
 }
