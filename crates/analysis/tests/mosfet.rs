@@ -28,6 +28,21 @@ fn off(pulses: &Pulses, scope: &Scope, fit: &Fit, name: &str) -> f64 {
     (truth - low.midpoint(high)).abs() / ((high - low) / 2.0)
 }
 
+/// All currents of the witness have gone when a pulse begins: diodes carry none back. Before, a step whose two halves had opposite diodes
+/// kept up to 3 mA of 20 A, which a fit of readings with twelve bits took for a smaller L_q.
+#[test]
+fn regress_the_witness_has_no_current_at_rest() {
+    for seed in 0..4 {
+        let bench = Bench::drawn(seed, Iron::Linear);
+        let (pulse, rest) = (bench.pulse(), 2.5 * bench.pulse());
+        let pulses = bench.pulses(&six_vectors(pulse, rest));
+        for before in (0..6).map(|k| 20e-6 + (pulse + rest) * f64::from(k)) {
+            let row = pulses.rows.iter().rev().find(|row| row[0] < before - 1e-9).expect("a row");
+            assert_eq!(row[1..], [0.0; 4], "{seed} {before}");
+        }
+    }
+}
+
 /// Currents depend on the winding's resistance plus a switch's and on the winding's plus a diode's: three numbers, of which two are told.
 #[test]
 fn regress_a_search_on_a_mosfet_drive_ends_and_its_intervals_hold() {

@@ -14,8 +14,9 @@ use standstill_sim::{Purpose, Streams};
 /// Pulses without any channel's error.
 #[derive(Clone)]
 pub struct Pulses {
-    /// Time in s, from one row to the next alike, and phase currents in A.
-    rows: Vec<[f64; 4]>,
+    /// Time in s, from one row to the next alike, phase currents and the current from the DC link into the bridge in A; NaN where a
+    /// reference has none.
+    pub rows: Vec<[f64; 5]>,
     /// When the legs are asked for something else, in s, and for what.
     legs: Vec<(f64, [&'static str; 3])>,
     /// What the fit must find.
@@ -46,6 +47,8 @@ pub struct Scope {
     pub lag: f64,
     /// Codes from zero to full scale.
     pub codes: f64,
+    /// One shunt in the DC link in place of the phases' channels.
+    pub shunt: bool,
 }
 
 /// Between two samples in s: as the drive's timer counts. Every edge lies at the same place between two samples.
@@ -65,6 +68,7 @@ impl Scope {
             delay: 0.7e-6,
             lag: 0.0,
             codes: 128.0,
+            shunt: false,
         }
     }
 }
@@ -73,11 +77,11 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cross")
 }
 
-fn rows(file: &str) -> Vec<[f64; 4]> {
+fn rows(file: &str) -> Vec<[f64; 5]> {
     let text = std::fs::read_to_string(folder().join(file)).expect("a reference");
     let row = |line: &str| {
         let mut numbers = line.split(',').map(|field| field.parse::<f64>().expect("a number"));
-        std::array::from_fn(|_| numbers.next().expect("four"))
+        std::array::from_fn(|k| if k == 4 { f64::NAN } else { numbers.next().expect("four") })
     };
     text.lines().skip(1).map(row).collect()
 }
@@ -229,9 +233,11 @@ impl Pulses {
     pub fn text(&self, scope: &Scope, seed: u64) -> String {
         let mut draws = Streams::new(seed, 0).open(Purpose::CurrentNoise);
         let (phase, trigger) = (draws.uniform(), draws.normal() * 1e-4);
-        let offset: [f64; 3] = std::array::from_fn(|_| 0.01 * scope.range * draws.normal());
+        let channels = if scope.shunt { 4..5 } else { 1..4 };
+        let offset: Vec<f64> = channels.clone().map(|_| 0.01 * scope.range * draws.normal()).collect();
         let step = scope.range / scope.codes;
-        let mut text = String::from("t_s,i_a_A,i_b_A,i_c_A,u_dc_V,leg_a,leg_b,leg_c\n");
+        let names = if scope.shunt { "i_link_A" } else { "i_a_A,i_b_A,i_c_A" };
+        let mut text = format!("t_s,{names},u_dc_V,leg_a,leg_b,leg_c\n");
         let (first, last) = (self.rows[0][0], self.rows[self.rows.len() - 1][0]);
         let clean = self.rows[1][0] - first;
         let rows = self.behind_a_probe(scope.lag);
@@ -243,8 +249,8 @@ impl Pulses {
             let before = (place as usize).min(self.rows.len() - 2);
             let share = place - before as f64;
             let _ = write!(text, "{:.9}", time + trigger);
-            for (k, zero) in offset.iter().enumerate() {
-                let current = rows[before][1 + k] * (1.0 - share) + rows[before + 1][1 + k] * share;
+            for (k, (zero, channel)) in offset.iter().zip(channels.clone()).enumerate() {
+                let current = rows[before][channel] * (1.0 - share) + rows[before + 1][channel] * share;
                 let read = scope.gain[k] * current + zero + scope.noise * step * draws.normal();
                 let code = (read / step).round().clamp(-scope.codes, scope.codes - 1.0);
                 let _ = write!(text, ",{:.6}", code * step);
@@ -257,7 +263,7 @@ impl Pulses {
     }
 
     /// The rows as probes of this time constant in s show them: exact for straight lines between rows.
-    fn behind_a_probe(&self, lag: f64) -> std::borrow::Cow<'_, [[f64; 4]]> {
+    fn behind_a_probe(&self, lag: f64) -> std::borrow::Cow<'_, [[f64; 5]]> {
         if lag == 0.0 {
             return (&self.rows[..]).into();
         }
@@ -265,7 +271,7 @@ impl Pulses {
         for n in 1..shown.len() {
             let (from, to) = (self.rows[n - 1], self.rows[n]);
             let time = to[0] - from[0];
-            for k in 1..4 {
+            for k in 1..5 {
                 let slope = (to[k] - from[k]) / time;
                 let behind = shown[n - 1][k] - from[k] + slope * lag;
                 shown[n][k] = to[k] - slope * lag + behind * standstill_numeric::exp(-time / lag);
@@ -293,7 +299,8 @@ impl Pulses {
         if let Some(fall) = falls.iter().position(|fall| *fall == name) {
             return Some((self.falls.as_ref()?)(estimate.at?)[fall]);
         }
-        let mean = scope.gain.iter().sum::<f64>() / 3.0;
+        // One channel has the common gain.
+        let mean = if scope.shunt { scope.gain[0] } else { scope.gain.iter().sum::<f64>() / 3.0 };
         let gains = [("gain_a", 0), ("gain_b", 1), ("gain_c", 2)];
         if let Some((_, k)) = gains.iter().find(|(gain, _)| *gain == name) {
             return Some(scope.gain[*k] / mean);
@@ -347,7 +354,7 @@ pub fn ideal(angle: f64, gamma: f64, stages: &[Stage]) -> Pulses {
         for _ in 0..(duration / DT).round() as usize {
             let i = current(psi);
             let phase = |k: usize| i[0] * axis(k).cos() - i[1] * axis(k).sin();
-            rows.push([time, phase(0), phase(1), phase(2)]);
+            rows.push([time, phase(0), phase(1), phase(2), f64::NAN]);
             let a = slope(psi);
             let b = slope(ahead(psi, a, DT / 2.0));
             let c = slope(ahead(psi, b, DT / 2.0));

@@ -53,6 +53,16 @@ enum Gate {
     Off,
 }
 
+/// What conducts in a leg: its channels, neither device, or the diode of one side with both gates off. It stays for a step: a step whose
+/// second half had the other diode would end where it began, and the current would never reach zero.
+#[derive(Clone, Copy, PartialEq)]
+enum Path {
+    Channel,
+    Open,
+    Lower,
+    Upper,
+}
+
 impl Bench {
     /// Currents in A along d and q at fluxes in V s beside the magnet's.
     fn currents(&self, psi: [f64; 2]) -> [f64; 2] {
@@ -116,7 +126,7 @@ impl Bench {
     }
 
     /// Potential in V of a terminal with this current into the motor.
-    fn potential(&self, gate: Gate, current: f64) -> f64 {
+    fn potential(&self, gate: Gate, path: Path, current: f64) -> f64 {
         let [threshold, slope] = self.diode;
         // Against the switch: channel and diode side by side.
         let reverse = |i: f64| {
@@ -132,7 +142,7 @@ impl Bench {
             Gate::High => self.link + reverse(-current),
             Gate::Low if current <= 0.0 => -self.channel * current,
             Gate::Low => -reverse(current),
-            Gate::Off if current > 0.0 => -threshold - slope * current,
+            Gate::Off if path == Path::Lower => -threshold - slope * current,
             Gate::Off => self.link + threshold - slope * current,
         }
     }
@@ -142,7 +152,7 @@ impl Bench {
         let axes = self.axes();
         let phases = |i: [f64; 2]| axes.map(|axis| axis[0] * i[0] + axis[1] * i[1]);
         let (mut legs, mut rows) = (Vec::new(), Vec::new());
-        let (mut psi, mut open) = ([0.0; 2], [true; 3]);
+        let (mut psi, mut path) = ([0.0; 2], [Path::Open; 3]);
         let mut on = [0.0; 3];
         let mut before = [""; 3];
         let mut number = 0_usize;
@@ -159,14 +169,24 @@ impl Bench {
             for _ in 0..(duration / DT).round() as usize {
                 let now = number as f64 * DT;
                 let i = phases(self.currents(psi));
-                rows.push([now, i[0], i[1], i[2]]);
                 let gate: [Gate; 3] = std::array::from_fn(|k| match stage[k] {
                     _ if now < on[k] - DT / 2.0 => Gate::Off,
                     "high" => Gate::High,
                     "low" => Gate::Low,
                     _ => Gate::Off,
                 });
-                psi = self.step(&axes, psi, gate, &mut open);
+                for k in 0..3 {
+                    path[k] = match (gate[k], path[k]) {
+                        (Gate::Off, Path::Channel) if i[k] > 0.0 => Path::Lower,
+                        (Gate::Off, Path::Channel) if i[k] < 0.0 => Path::Upper,
+                        (Gate::Off, Path::Channel) => Path::Open,
+                        (Gate::Off, path) => path,
+                        _ => Path::Channel,
+                    };
+                }
+                let from_link = |k: &usize| gate[*k] == Gate::High || path[*k] == Path::Upper;
+                rows.push([now, i[0], i[1], i[2], (0..3).filter(from_link).map(|k| i[k]).sum()]);
+                psi = self.step(&axes, psi, gate, &mut path);
                 number += 1;
             }
         }
@@ -187,29 +207,29 @@ impl Bench {
     }
 
     /// One step; split where a current through a diode passes zero.
-    fn step(&self, axes: &[[f64; 2]; 3], psi: [f64; 2], gate: [Gate; 3], open: &mut [bool; 3]) -> [f64; 2] {
+    fn step(&self, axes: &[[f64; 2]; 3], psi: [f64; 2], gate: [Gate; 3], path: &mut [Path; 3]) -> [f64; 2] {
         let phase = |psi: [f64; 2], k: usize| {
             let i = self.currents(psi);
             axes[k][0] * i[0] + axes[k][1] * i[1]
         };
-        for k in 0..3 {
-            open[k] &= gate[k] == Gate::Off;
-        }
         let (mut psi, mut left) = (psi, DT);
         loop {
-            let next = self.heun(axes, psi, gate, open, left);
-            let crossed =
-                |k: &usize| gate[*k] == Gate::Off && !open[*k] && phase(psi, *k) * phase(next, *k) < 0.0;
-            let share = |k: usize| phase(psi, k) / (phase(psi, k) - phase(next, k));
+            let next = self.heun(axes, psi, gate, path, left);
+            let crossed = |k: &usize| match path[*k] {
+                Path::Lower => phase(next, *k) < 0.0,
+                Path::Upper => phase(next, *k) > 0.0,
+                _ => false,
+            };
+            let share = |k: usize| (phase(psi, k) / (phase(psi, k) - phase(next, k))).clamp(0.0, 1.0);
             let Some(first) = (0..3).filter(crossed).min_by(|a, b| share(*a).total_cmp(&share(*b))) else {
                 return next;
             };
             let part = left * share(first);
-            psi = self.heun(axes, psi, gate, open, part);
+            psi = self.heun(axes, psi, gate, path, part);
             left -= part;
-            open[first] = true;
-            if open.iter().filter(|open| **open).count() > 1 {
-                *open = gate.map(|gate| gate == Gate::Off);
+            path[first] = Path::Open;
+            if path.iter().filter(|path| **path == Path::Open).count() > 1 {
+                *path = gate.map(|gate| if gate == Gate::Off { Path::Open } else { Path::Channel });
                 return [0.0; 2];
             }
         }
@@ -220,11 +240,11 @@ impl Bench {
         axes: &[[f64; 2]; 3],
         psi: [f64; 2],
         gate: [Gate; 3],
-        open: &mut [bool; 3],
+        path: &mut [Path; 3],
         time: f64,
     ) -> [f64; 2] {
-        let first = self.voltage(axes, psi, gate, open);
-        let second = self.voltage(axes, [psi[0] + time * first[0], psi[1] + time * first[1]], gate, open);
+        let first = self.voltage(axes, psi, gate, path);
+        let second = self.voltage(axes, [psi[0] + time * first[0], psi[1] + time * first[1]], gate, path);
         std::array::from_fn(|n| psi[n] + time * (first[n] + second[n]) / 2.0)
     }
 
@@ -234,15 +254,15 @@ impl Bench {
         axes: &[[f64; 2]; 3],
         psi: [f64; 2],
         gate: [Gate; 3],
-        open: &mut [bool; 3],
+        path: &mut [Path; 3],
     ) -> [f64; 2] {
-        if open.iter().filter(|open| **open).count() > 1 {
+        if path.iter().filter(|path| **path == Path::Open).count() > 1 {
             return [0.0; 2];
         }
         let i = self.currents(psi);
         let mut u: [f64; 3] =
-            std::array::from_fn(|k| self.potential(gate[k], axes[k][0] * i[0] + axes[k][1] * i[1]));
-        if let Some(k) = (0..3).find(|k| open[*k]) {
+            std::array::from_fn(|k| self.potential(gate[k], path[k], axes[k][0] * i[0] + axes[k][1] * i[1]));
+        if let Some(k) = (0..3).find(|k| path[*k] == Path::Open) {
             // p·Γ (u − R i) = 0.
             let [[a, b], [c, d]] = self.slopes(psi);
             let [p, q] = axes[k];
@@ -251,9 +271,10 @@ impl Bench {
             let others: f64 = (0..3).filter(|n| *n != k).map(|n| 2.0 / 3.0 * along(n) * u[n]).sum();
             let holding = self.resistance * (row[0] * i[0] + row[1] * i[1]);
             u[k] = (holding - others) / (2.0 / 3.0 * along(k));
-            if u[k] < -self.diode[0] || u[k] > self.link + self.diode[0] {
-                open[k] = false;
-                u[k] = u[k].clamp(-self.diode[0], self.link + self.diode[0]);
+            if u[k] < -self.diode[0] {
+                (path[k], u[k]) = (Path::Lower, -self.diode[0]);
+            } else if u[k] > self.link + self.diode[0] {
+                (path[k], u[k]) = (Path::Upper, self.link + self.diode[0]);
             }
         }
         let v = |n: usize| 2.0 / 3.0 * (0..3).map(|k| axes[k][n] * u[k]).sum::<f64>();
