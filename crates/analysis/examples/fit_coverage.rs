@@ -4,7 +4,8 @@
 //! The first two are read with eight bits. The scope's samples are as far apart as the drive's timer counts, so that all edges lie alike
 //! between two samples (drive); or they follow a clock of its own, with each seed another one, so that edges lie anywhere (own); or the
 //! edges lie at four places between samples (pattern). With MOSFETs each seed draws motor and drive: a linear core; one of the fit's own
-//! law; one of another law, with cross-saturation (steep); the fit's law behind probes of 20 kHz (probe); with eight bits or twelve.
+//! law; one of another law, with cross-saturation (steep); the fit's law behind probes of 20 kHz (probe), or by one shunt in the DC
+//! link (shunt); with eight bits or twelve.
 //! Each seed also draws what the fit begins with, within the tolerances that a fit assumes: an interval contains what the readings
 //! do not tell, so it can hold in 95 % only if that varies from seed to seed. docs/notes/fit-coverage.txt has the tables.
 //! Printed are the mean and the standard deviation of the estimates' errors beside the mean half width of the intervals, and how many
@@ -12,7 +13,7 @@
 //!
 //! ```sh
 //! cargo run --release -p standstill-analysis --features measure --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
-//! cargo run --release -p standstill-analysis --features measure --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe [12bits]
+//! cargo run --release -p standstill-analysis --features measure --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe|shunt [12bits]
 //! ```
 
 #[allow(dead_code, reason = "the tests use the rest")]
@@ -37,6 +38,7 @@ fn main() {
         ("law", Iron::Series([0.05, 0.02, 0.02]), 0.0),
         ("steep", Iron::Steep([0.003, 3.0, 6.0]), 0.0),
         ("probe", Iron::Series([0.05, 0.02, 0.02]), 8e-6),
+        ("shunt", Iron::Series([0.05, 0.02, 0.02]), 0.0),
     ] {
         if asked_for(name) {
             let codes = if asked_for("12bits") { 2048.0 } else { 128.0 };
@@ -44,7 +46,8 @@ fn main() {
                 let bench = Bench::drawn(seed, iron);
                 let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));
                 let interval = 0.5 * interval("own", seed);
-                let scope = Scope { noise, interval, codes, lag, delay: 0.3e-6, ..Scope::of(32.0) };
+                let shunt = name == "shunt";
+                let scope = Scope { noise, interval, codes, lag, shunt, delay: 0.3e-6, ..Scope::of(32.0) };
                 (pulses, scope, drive(&bench, seed))
             });
             return;

@@ -32,6 +32,7 @@ mod reading;
 pub mod record;
 mod result;
 mod sheet;
+mod shunt;
 mod solve;
 mod start;
 mod truncated;
@@ -47,7 +48,7 @@ use covariance::{Spread, covariance, scale_of, scaled};
 use parameters::{Begin, Parameter, Point, loose_edges};
 use pieces::Piece;
 use reading::Scatter;
-use record::Record;
+use record::{CHANNELS, Record};
 use solve::{Problem, Sum};
 
 pub use advice::Pulse;
@@ -73,6 +74,8 @@ pub struct Start {
     /// Parameters of the drive that were stated, by the names of their estimates; the others are guesses. A guessed
     /// `switch_resistance` may be anything up to twice the value here.
     pub stated: Vec<String>,
+    /// Time in s that the amplifier of a shunt in the DC link takes after a change of the legs: its readings until then are left out.
+    pub settle: f64,
     /// Approximate largest number of rows that are used, such as [`MOST_USED`]: of more rows, each second, third and so on is used.
     pub most_used: usize,
 }
@@ -110,7 +113,7 @@ const MOST_ROUNDS: usize = 8;
 /// State of a fit.
 struct Work<'a> {
     problem: Problem,
-    scatter: [Scatter; 3],
+    scatter: [Scatter; CHANNELS],
     begin: Begin,
     /// Number of steps of the search that are left.
     steps: usize,
@@ -125,7 +128,7 @@ struct Solved {
     point: Point,
     sum: Sum,
     free: Vec<Parameter>,
-    scatter: [Scatter; 3],
+    scatter: [Scatter; CHANNELS],
     /// True if no point nearby is more likely.
     converged: bool,
 }
@@ -136,6 +139,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     if rows > record::MOST_ROWS {
         return Err(FitError::TooManyRows(rows));
     }
+    let records = &*shunt::readable(records, start);
     let mut pieces: Vec<Piece> =
         records.iter().enumerate().flat_map(|(k, record)| pieces::pieces(k, record)).collect();
     // The time of a fit grows with the rows, and neighbouring rows tell nearly the same.
@@ -145,7 +149,8 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
             piece.thin(every);
         }
     }
-    let channels = std::array::from_fn(|k| records.iter().all(|record| record.channels[k]));
+    let channels = std::array::from_fn(|k| records.iter().any(|record| record.channels[k]));
+    shunt::check(records, &pieces, start)?;
     if let Some(wiring) = wiring::miswired(&pieces, channels, &pieces::resting(&records[0])) {
         return Err(FitError::Wiring(wiring));
     }

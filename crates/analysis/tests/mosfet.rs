@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use scope::mosfet::{Bench, Iron, drive, six_vectors};
 use scope::{Pulses, Scope};
-use standstill_analysis::fit::record::Record;
+use standstill_analysis::fit::record::{LINK, Record};
 use standstill_analysis::fit::{DeviceKind, Devices, Estimate, Fit, FitError, MISFIT, Misfit, Start, fit};
 
 fn found(bench: &Bench, scope: &Scope, seed: u64) -> (Pulses, Fit) {
@@ -25,7 +25,8 @@ fn estimate<'a>(fit: &'a Fit, name: &str) -> &'a Estimate {
 fn off(pulses: &Pulses, scope: &Scope, fit: &Fit, name: &str) -> f64 {
     let one = estimate(fit, name);
     let (truth, [low, high]) = pulses.truth_of(one, scope).zip(one.interval).expect("known");
-    (truth - low.midpoint(high)).abs() / ((high - low) / 2.0)
+    let middle = scope::beside(low.midpoint(high), truth, one.unit, 360.0);
+    (truth - middle).abs() / ((high - low) / 2.0)
 }
 
 /// All currents of the witness have gone when a pulse begins: diodes carry none back. Before, a step whose two halves had opposite diodes
@@ -159,6 +160,69 @@ fn regress_a_slow_probe_is_no_delay() {
     let assumed = sheet.matches("extrapolated: the pulses reached").count();
     let beyond = fit.extrapolated().into_iter().filter(|axis| fit.reached[*axis] > 0.1 * fit.current).count();
     assert_eq!(assumed, beyond, "{sheet}");
+}
+
+const SHUNT: Scope =
+    Scope { interval: 0.51e-6, delay: 0.3e-6, codes: 2048.0, shunt: true, ..Scope::of(32.0) };
+
+/// One shunt in the DC link in place of three sensors: what conducts decides whose current it is, and six vectors tell the motor, its pole
+/// and the drive. `examples/fit_coverage.rs` counts its intervals over more seeds.
+#[test]
+fn cross_one_shunt_in_the_link_tells_the_motor() {
+    let mut held = [0; 2];
+    for seed in 0..3 {
+        // As in the example: a clock of the scope's own.
+        let interval = 0.5e-6 * (1.0 + 0.08 * (0.618_033_988_75 * (seed + 1) as f64).fract());
+        let scope = Scope { interval, ..SHUNT };
+        let (pulses, fit) = found(&Bench::drawn(seed, Iron::Series([0.05, 0.02, 0.02])), &scope, seed);
+        assert!(fit.converged && fit.widened < 1.5 && fit.pole.identified, "{} {:?}", fit.widened, fit.pole);
+        for name in ["L_d", "L_q", "angle", "resistance_with_switch", "dead_time", "saturation.d"] {
+            let off = off(&pulses, &SHUNT, &fit, name);
+            assert!(estimate(&fit, name).identified && off < 2.0, "{seed} {name}: {off} half widths");
+            held = [held[0] + usize::from(off <= 1.0), held[1] + 1];
+        }
+        // A single channel has no gain beside another's.
+        let gains = fit.parameters.iter().filter(|one| one.name.contains("gain")).count();
+        assert!(gains == 1 && !estimate(&fit, "common_gain").identified);
+    }
+    assert!(10 * held[0] >= 9 * held[1], "{held:?}");
+}
+
+/// An amplifier for one direction clips at no current, and shows nothing of what diodes return.
+#[test]
+fn law_an_amplifier_for_one_direction_tells_the_motor_too() {
+    let bench = Bench::drawn(1, Iron::Series([0.05, 0.02, 0.02]));
+    let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));
+    let mut record = Record::parse("p.csv", &pulses.text(&SHUNT, 1)).expect("a record");
+    let rest = record.rows[0].current[LINK];
+    record.rows.iter_mut().for_each(|row| row.current[LINK] = row.current[LINK].max(rest));
+    let fit = fit(&[record], &drive(&bench, 1), &|| false).expect("a motor");
+    assert!(fit.converged && fit.widened < 1.5 && fit.pole.identified, "{} {:?}", fit.widened, fit.pole);
+    assert_eq!(fit.traces.len(), 6);
+    for name in ["L_d", "L_q", "angle"] {
+        let off = off(&pulses, &SHUNT, &fit, name);
+        assert!(off < 1.6, "{name}: {off} half widths");
+    }
+}
+
+/// Probes in one record and a shunt in another are channels of one fit.
+#[test]
+fn law_records_of_probes_and_of_a_shunt_are_fitted_together() {
+    let bench = Bench::drawn(2, Iron::Linear);
+    let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));
+    let probes = Scope { shunt: false, ..SHUNT };
+    let records =
+        [probes, SHUNT].map(|scope| Record::parse("p.csv", &pulses.text(&scope, 2)).expect("a record"));
+    let fit = fit(&records, &drive(&bench, 2), &|| false).expect("a motor");
+    assert!(fit.converged && fit.widened < 1.5, "{}", fit.widened);
+    let gains = ["gain_a", "gain_b", "gain_c", "gain_link"].map(|name| estimate(&fit, name));
+    let truth = [SHUNT.gain[0], SHUNT.gain[1], SHUNT.gain[2], SHUNT.gain[0]];
+    let mean = truth.iter().sum::<f64>() / 4.0;
+    for (one, truth) in gains.into_iter().zip(truth) {
+        let [low, high] = one.interval.expect("measured");
+        let off = (truth / mean - low.midpoint(high)).abs() / ((high - low) / 2.0);
+        assert!(one.identified && off < 2.0, "{one:?}: {off} half widths");
+    }
 }
 
 /// The legs of two pulses exchanged: said at once, whichever they are, without a search.

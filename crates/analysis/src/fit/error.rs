@@ -21,6 +21,26 @@ pub enum FitError {
          column, positive into the motor"
     )]
     Wiring(Wiring),
+    /// The current of a shunt in the DC link has the other sign.
+    #[error(
+        "found a current of the link (i_link_A) that falls in pulses; needed: positive from the DC link into the bridge"
+    )]
+    LinkReversed,
+    /// A shunt alone, with pulses along so few axes.
+    #[error(
+        "found pulses along {} and the current of one shunt in the DC link (i_link_A) alone, which shows each pulse only along its own \
+         legs; needed: pulses along three axes at least, such as high,low,low and low,high,low and low,low,high, for L_d, L_q and the \
+         angle (and each the other way round for the pole); or two phase currents",
+        if *.0 == 1 { "one axis".to_owned() } else { format!("{} axes", .0) }
+    )]
+    FewAxes(usize),
+    /// No pulse lasts longer than a shunt's readings are left out, a time in s.
+    #[error(
+        "found no reading of the link's current (i_link_A) in a pulse later than {} after a change of the legs, when a shunt's amplifier is \
+         taken to have settled; needed: longer pulses, or -s sensors.settle=… as the amplifier has it",
+        Quantity::<Second>::si(*.0)
+    )]
+    Unsettled(f64),
     /// Some pulses have the legs of other pulses.
     #[error(
         "found legs that do not raise the currents beside them: {0}; needed: in each row what the legs were asked for then"

@@ -13,7 +13,7 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
 
 use super::pieces::{Piece, Rest, drives};
-use super::record::{Record, Request, Row};
+use super::record::{CHANNELS, Record, Request, Row};
 
 /// A pulse with wrong legs, and the legs that match its currents.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,12 +127,15 @@ fn residuals(pulses: &[Pulse], legs: &[[Request; 3]]) -> (Vec<f64>, bool) {
 }
 
 /// Returns the pulses of all pieces.
-fn pulses(pieces: &[Piece], rest: &[Rest; 3]) -> Vec<Pulse> {
+fn pulses(pieces: &[Piece], rest: &[Rest; CHANNELS]) -> Vec<Pulse> {
     let mut pulses = Vec::new();
     for piece in pieces {
         for (k, edge) in piece.edges.iter().enumerate().filter(|(_, edge)| drives(edge.legs)) {
             let end = piece.edges.get(k + 1).map_or(f64::INFINITY, |next| next.at);
-            let mut rows = piece.rows.iter().filter(|row| row.time > edge.at && row.time < end);
+            // A link's current shows nothing beside the legs' own direction.
+            let shows = |row: &&Row| row.current[..3].iter().filter(|i| !i.is_nan()).count() >= 2;
+            let rows = piece.rows.iter().filter(|row| row.time > edge.at && row.time < end);
+            let mut rows = rows.filter(shows);
             let (Some(first), Some(last)) = (rows.next(), rows.next_back()) else { continue };
             let current = |row: &Row| {
                 let mut read: [f64; 3] = std::array::from_fn(|k| row.current[k] - rest[k].mean);
@@ -154,7 +157,7 @@ fn pulses(pieces: &[Piece], rest: &[Rest; 3]) -> Vec<Pulse> {
 }
 
 /// Finds pulses whose currents contradict their legs while the currents of all other pulses fit. Returns `None` if every pulse fits.
-pub fn exchanged(records: &[Record], pieces: &[Piece], rest: &[Rest; 3]) -> Option<Exchanged> {
+pub fn exchanged(records: &[Record], pieces: &[Piece], rest: &[Rest; CHANNELS]) -> Option<Exchanged> {
     let pulses = pulses(pieces, rest);
     let noise = rest.iter().map(|rest| rest.noise).filter(|noise| noise.is_finite()).fold(0.0, f64::max);
     let largest = pulses.iter().map(|pulse| hypot(pulse.change[0], pulse.change[1])).fold(0.0, f64::max);
@@ -241,7 +244,7 @@ mod tests {
         let mut row = |i: [f64; 2], legs| {
             let k = rows.len();
             let half = 0.866_025_403_784_438_6 * i[1];
-            let current = [i[0], -0.5 * i[0] + half, -0.5 * i[0] - half];
+            let current = [i[0], -0.5 * i[0] + half, -0.5 * i[0] - half, f64::NAN];
             rows.push(Row { time: k as f64 * 1e-6, current, link: 12.0, legs });
         };
         (0..20).for_each(|_| row([0.0; 2], [Request::Off; 3]));
@@ -259,7 +262,7 @@ mod tests {
                 i = i.map(|i| 0.99 * i);
             }
         }
-        Record { file: "p.csv".to_owned(), rows, channels: [true; 3] }
+        Record { file: "p.csv".to_owned(), rows, channels: [true, true, true, false] }
     }
 
     #[test]

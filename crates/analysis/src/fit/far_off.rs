@@ -2,7 +2,7 @@
 
 use super::parameters::Point;
 use super::reached::traces;
-use super::record::Record;
+use super::record::{CHANNELS, Record};
 use super::result::Trace;
 use super::{FitError, Work};
 
@@ -15,7 +15,7 @@ impl Work<'_> {
         let squares = |trace: &Trace| {
             let (mut off, mut all) = (0.0, 0.0);
             for (read, simulated) in trace.measured.iter().zip(&trace.simulated) {
-                for k in (0..3).filter(|k| self.problem.channels[*k]) {
+                for k in (0..CHANNELS).filter(|k| !read[*k].is_nan()) {
                     let [r, i] = [read[k] - simulated[k], read[k] - point.offset[k]];
                     (off, all) = (off + r * r, all + i * i);
                 }

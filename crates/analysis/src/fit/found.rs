@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use super::between_rows::Between;
 use super::parameters::{Parameter, Point, last};
 use super::plant::Frame;
+use super::record::CHANNELS;
 use super::result::Known;
 use super::{FitError, Solved, Work};
 
@@ -83,8 +84,8 @@ impl Found {
         Some(self.about(value, &terms, &of_fixed))
     }
 
-    /// Returns the gain less 1 of the last channel, which follows from the others' if all of these are free.
-    pub(super) fn last_gain(&self, channels: [bool; 3]) -> Option<Interval> {
+    /// Returns the gain less 1 of the last of several channels, which follows from the others' if all of these are free.
+    pub(super) fn last_gain(&self, channels: [bool; CHANNELS]) -> Option<Interval> {
         let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
         let gains: Vec<(usize, f64)> = self.free.iter().enumerate().filter_map(are_gains).collect();
         let all = gains.len() + 1 == channels.iter().filter(|present| **present).count();
@@ -125,7 +126,7 @@ impl Either {
     }
 
     /// As [`Found::last_gain`].
-    pub(super) fn last_gain(&self, channels: [bool; 3]) -> Option<Interval> {
+    pub(super) fn last_gain(&self, channels: [bool; CHANNELS]) -> Option<Interval> {
         Some(
             self.one.last_gain(channels)?.or(self.other.as_ref().and_then(|found| found.last_gain(channels))),
         )

@@ -1,5 +1,6 @@
 //! The place in which the simulation differs from the readings, which shows the cause to look for and the next measurement.
 
+use super::record::CHANNELS;
 use super::{Fit, MISFIT, Trace};
 
 /// Place of the difference between simulation and readings.
@@ -54,7 +55,7 @@ impl Fit {
     /// Returns where the simulation differs from the readings; none if it describes them.
     pub fn misfit(&self) -> Option<Misfit> {
         let readings = Readings { traces: &self.traces, clip: &self.clip, reach: self.reach };
-        if self.widened < MISFIT { None } else { readings.misfit() }
+        (self.widened >= MISFIT).then(|| readings.misfit())
     }
 }
 
@@ -62,17 +63,17 @@ impl Fit {
 struct Readings<'a> {
     traces: &'a [Trace],
     /// Ends of the channels' ranges in A.
-    clip: &'a [[f64; 2]; 3],
+    clip: &'a [[f64; 2]; CHANNELS],
     /// Largest current in A.
     reach: f64,
 }
 
 impl Readings<'_> {
-    /// Returns where the simulation differs from the readings; none without any pulse.
-    fn misfit(&self) -> Option<Misfit> {
+    /// Returns where the simulation differs from the readings.
+    fn misfit(&self) -> Misfit {
         let blocks = self.blocks();
         if let Some((pulse, share)) = self.one_pulse(&blocks) {
-            return Some(Misfit::OnePulse { number: pulse + 1, share });
+            return Misfit::OnePulse { number: pulse + 1, share };
         }
         let above = LARGE * self.reach;
         let rms = |large: bool| {
@@ -84,12 +85,12 @@ impl Readings<'_> {
             (side.iter().sum::<f64>() / side.len().max(1) as f64).sqrt()
         };
         let ratio = rms(true) / rms(false).max(1e-3 * rms(true));
-        Some(match self.short_pulse() {
+        match self.short_pulse() {
             Some(pulse) if ratio > GROWS => {
                 Misfit::LargeCurrents { above, ratio, pulse, below: SHORT * self.reach }
             }
             _ => Misfit::Everywhere,
-        })
+        }
     }
 
     /// Returns the pulse that has most of the squared difference, and its share. A pulse that goes higher in current than all others
@@ -117,7 +118,7 @@ impl Readings<'_> {
             let rows = trace.measured.chunks_exact(BLOCK).zip(trace.simulated.chunks_exact(BLOCK));
             for ((read, shown), sizes) in rows.zip(sizes.0.chunks_exact(BLOCK)) {
                 let current = sizes.iter().copied().fold(0.0, f64::max);
-                for k in (0..3).filter(|k| !read.iter().any(|read| is_clipped(*k, read[*k]))) {
+                for k in (0..CHANNELS).filter(|k| !read.iter().any(|read| is_clipped(*k, read[*k]))) {
                     let off: f64 = read.iter().zip(shown).map(|(read, shown)| read[k] - shown[k]).sum();
                     let mean = off / BLOCK as f64;
                     if mean.is_finite() {
@@ -150,7 +151,7 @@ struct Sizes(Vec<f64>);
 impl Sizes {
     fn of(trace: &Trace) -> Self {
         let rest = trace.simulated.first().copied().unwrap_or_default();
-        let size = |row: &[f64; 3]| (0..3).map(|k| (row[k] - rest[k]).abs()).fold(0.0, f64::max);
+        let size = |row: &[f64; CHANNELS]| (0..3).map(|k| (row[k] - rest[k]).abs()).fold(0.0, f64::max);
         Self(trace.simulated.iter().map(size).collect())
     }
 
@@ -169,14 +170,14 @@ mod tests {
     fn pulse(peak: f64, off: impl Fn(f64) -> f64) -> Trace {
         let time: Vec<f64> = (0..1600).map(|k| 1e-7 * f64::from(k)).collect();
         let current = |t: f64| (t * 1e6 - 5.0).min(2.0 * peak + 5.0 - t * 1e6).max(0.0);
-        let phases = |i: f64| [i, -0.5 * i, -0.5 * i];
-        let simulated: Vec<[f64; 3]> = time.iter().map(|t| phases(current(*t))).collect();
+        let phases = |i: f64| [i, -0.5 * i, -0.5 * i, f64::NAN];
+        let simulated: Vec<[f64; CHANNELS]> = time.iter().map(|t| phases(current(*t))).collect();
         let measured = simulated.iter().map(|i| phases(i[0] + off(i[0]))).collect();
         Trace { time, measured, simulated }
     }
 
-    fn misfit(traces: &[Trace], clip: [f64; 2]) -> Option<Misfit> {
-        Readings { traces, clip: &[clip, NO_CLIP, NO_CLIP], reach: 50.0 }.misfit()
+    fn misfit(traces: &[Trace], clip: [f64; 2]) -> Misfit {
+        Readings { traces, clip: &[clip, NO_CLIP, NO_CLIP, NO_CLIP], reach: 50.0 }.misfit()
     }
 
     /// Iron of another law in all pulses alike: the one that goes higher is no pulse with other legs.
@@ -185,13 +186,13 @@ mod tests {
         let iron = |i: f64| 1e-7 * i.powi(4);
         let traces: Vec<Trace> = [25.0, 25.0, 25.0, 50.0].map(|peak| pulse(peak, iron)).into();
         let found = misfit(&traces, NO_CLIP);
-        assert!(matches!(found, Some(Misfit::LargeCurrents { .. })), "{found:?}");
+        assert!(matches!(found, Misfit::LargeCurrents { .. }), "{found:?}");
         // A pulse with other legs differs at the currents of the others, too, however high it goes.
         for peak in [25.0, 50.0] {
             let mut traces = traces[..3].to_vec();
             traces.push(pulse(peak, |i| 0.2 * i));
             let found = misfit(&traces, NO_CLIP);
-            assert!(matches!(found, Some(Misfit::OnePulse { number: 4, share }) if share > 0.9), "{found:?}");
+            assert!(matches!(found, Misfit::OnePulse { number: 4, share } if share > 0.9), "{found:?}");
         }
     }
 
@@ -202,7 +203,7 @@ mod tests {
         let read = traces.iter_mut().flat_map(|trace| &mut trace.measured);
         read.for_each(|read| read[0] = read[0].min(40.0));
         let clipped = |clip| match misfit(&traces, clip) {
-            Some(Misfit::LargeCurrents { ratio, .. }) => ratio,
+            Misfit::LargeCurrents { ratio, .. } => ratio,
             _ => 1.0,
         };
         assert!(clipped(NO_CLIP) > 10.0 && clipped([f64::NEG_INFINITY, 40.0]) < GROWS);
@@ -215,7 +216,7 @@ mod tests {
         let mut slow = pulse(25.0, iron);
         slow.time.iter_mut().for_each(|time| *time *= 4.0);
         let traces = [pulse(50.0, iron), slow, pulse(50.0, iron)];
-        let Some(Misfit::LargeCurrents { pulse, below, .. }) = misfit(&traces, NO_CLIP) else {
+        let Misfit::LargeCurrents { pulse, below, .. } = misfit(&traces, NO_CLIP) else {
             panic!("{:?}", misfit(&traces, NO_CLIP))
         };
         assert!((19e-6..20e-6).contains(&pulse) && (below - 20.0).abs() < 1e-9, "{pulse} {below}");

@@ -6,6 +6,7 @@ use standstill_inverter::DeviceKind;
 
 use super::pieces::Piece;
 use super::plant::{Frame, Law, Plant};
+use super::record::CHANNELS;
 
 /// Half the width of the prior interval of an inductance's fall at rated current, along +d, along −d and along q.
 pub const PLAUSIBLE_FALL: f64 = 0.05;
@@ -19,9 +20,9 @@ pub enum Parameter {
     QAxisInductance,
     /// Rotor angle θ in rad.
     Angle,
-    /// Offset of a phase's channel in A.
+    /// Offset of a channel in A.
     Offset(usize),
-    /// Gain of a phase's channel less 1; the mean gain of all channels is 1.
+    /// Gain of a channel less 1; the mean gain of all channels is 1.
     Gain(usize),
     /// Phase resistance R in Ω.
     Resistance,
@@ -62,9 +63,9 @@ pub struct Point {
     /// Time constant of the probes in s; zero: they have no lag.
     pub lag: f64,
     /// Gains of the channels, less 1.
-    pub gain: [f64; 3],
+    pub gain: [f64; CHANNELS],
     /// Offsets of the channels in A.
-    pub offset: [f64; 3],
+    pub offset: [f64; CHANNELS],
     /// Shifts of the edges of each piece from the middle between their rows, in s.
     pub shifts: Vec<Vec<f64>>,
 }
@@ -84,8 +85,8 @@ impl Parameter {
     /// Returns all parameters of a fit with these channels, in the order in which they are kept: later ones are fixed first. The
     /// gain of the last channel follows from the others. A MOSFET's channel has no threshold. Probes have a time constant if that
     /// of the point is not zero.
-    pub fn all(channels: [bool; 3], point: &Point) -> Vec<Self> {
-        let present: Vec<usize> = (0..3).filter(|k| channels[*k]).collect();
+    pub fn all(channels: [bool; CHANNELS], point: &Point) -> Vec<Self> {
+        let present: Vec<usize> = (0..CHANNELS).filter(|k| channels[*k]).collect();
         let mut all = vec![DAxisInductance, QAxisInductance, Angle];
         all.extend(present.iter().map(|k| Offset(*k)));
         all.extend(present[..present.len() - 1].iter().map(|k| Gain(*k)));
@@ -113,7 +114,7 @@ impl Parameter {
     /// Returns those of [`Self::all`] that currents can determine. A current passes the winding and a switch or a diode: currents
     /// depend on R plus the switch's resistance and on R plus the diode's, and on no other combination of the three. The switch's
     /// resistance stays as it was stated.
-    pub fn observable(channels: [bool; 3], point: &Point) -> Vec<Self> {
+    pub fn observable(channels: [bool; CHANNELS], point: &Point) -> Vec<Self> {
         let mut all = Self::all(channels, point);
         all.retain(|parameter| *parameter != SwitchResistance);
         all
@@ -156,7 +157,7 @@ impl Parameter {
     }
 
     /// Changes the parameter's value.
-    pub fn add(self, point: &mut Point, change: f64, channels: [bool; 3]) {
+    pub fn add(self, point: &mut Point, change: f64, channels: [bool; CHANNELS]) {
         let plant = &mut point.plant;
         match self {
             DAxisInductance => plant.inductance[0] += change,
@@ -234,9 +235,9 @@ impl Parameter {
     }
 }
 
-/// Returns the letter of a phase.
-pub fn letter(k: usize) -> char {
-    ['a', 'b', 'c'][k]
+/// Returns what a channel measures: the letter of a phase, or the link.
+pub fn channel(k: usize) -> &'static str {
+    ["a", "b", "c", "link"][k]
 }
 
 impl Parameter {
@@ -246,8 +247,8 @@ impl Parameter {
             Self::DAxisInductance => "L_d".to_owned(),
             Self::QAxisInductance => "L_q".to_owned(),
             Self::Angle => "angle".to_owned(),
-            Self::Offset(k) => format!("offset_{}", letter(k)),
-            Self::Gain(k) => format!("gain_{}", letter(k)),
+            Self::Offset(k) => format!("offset_{}", channel(k)),
+            Self::Gain(k) => format!("gain_{}", channel(k)),
             Self::Resistance => "resistance".to_owned(),
             Self::Delay => "delay".to_owned(),
             Self::DeadTime => "dead_time".to_owned(),
@@ -286,7 +287,7 @@ impl Parameter {
 }
 
 /// Returns the index of the last channel.
-pub fn last(channels: [bool; 3]) -> usize {
+pub fn last(channels: [bool; CHANNELS]) -> usize {
     channels.iter().rposition(|present| *present).unwrap_or(0)
 }
 

@@ -1,6 +1,6 @@
 //! Cuts a record into pieces that begin at rest, so that each can be simulated by itself.
 
-use super::record::{Record, Request, Row};
+use super::record::{CHANNELS, Record, Request, Row};
 
 /// An edge: a change of the legs' requests.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,8 @@ impl Piece {
         let from = self.edges.iter().position(|edge| drives(edge.legs))?;
         let edge = &self.edges[from];
         let end = self.edges.get(from + 1).map_or(f64::INFINITY, |next| next.at);
-        let row = self.rows.iter().rev().find(|row| row.time > edge.at && row.time < end)?;
+        let is_read = |row: &&Row| row.current.iter().any(|i| i.is_finite());
+        let row = self.rows.iter().rev().filter(is_read).find(|row| row.time > edge.at && row.time < end)?;
         Some((edge, row))
     }
 }
@@ -67,19 +68,20 @@ pub struct Rest {
 }
 
 /// Returns statistics of each channel's readings at rest, from the rows before the first pulse.
-pub fn resting(record: &Record) -> [Rest; 3] {
+pub fn resting(record: &Record) -> [Rest; CHANNELS] {
     let before = record.rows.iter().position(|row| drives(row.legs)).unwrap_or(1).max(1);
     std::array::from_fn(|k| {
-        let rest = || record.rows[..before].iter().map(|row| row.current[k]);
-        let mean = rest().sum::<f64>() / before as f64;
-        let noise = (rest().map(|i| (i - mean) * (i - mean)).sum::<f64>() / before as f64).sqrt();
+        let rest = || record.rows[..before].iter().map(|row| row.current[k]).filter(|i| !i.is_nan());
+        let count = rest().count() as f64;
+        let mean = rest().sum::<f64>() / count;
+        let noise = (rest().map(|i| (i - mean) * (i - mean)).sum::<f64>() / count).sqrt();
         let off = record.rows.iter().map(|row| (row.current[k] - mean).abs());
         Rest { mean, noise, reach: off.filter(|x| x.is_finite()).fold(0.0, f64::max) }
     })
 }
 
 /// Returns the mean of each channel before the first pulse, in A.
-pub fn rest_of(record: &Record) -> [f64; 3] {
+pub fn rest_of(record: &Record) -> [f64; CHANNELS] {
     resting(record).map(|rest| rest.mean)
 }
 
@@ -92,6 +94,9 @@ const STILL_SHARE: f64 = 0.02;
 /// Largest current that the mean of many readings at rest may have besides their noise, as a share of the largest current.
 const MEAN_SHARE: f64 = 0.005;
 
+/// Time with all legs off, in times for which lines were driven before, after which no current flows even where no reading shows that.
+const UNREAD_REST: f64 = 1.5;
+
 /// Cuts the record with index `number` into pieces: where a pulse begins after all legs were off and no current flowed for a
 /// while. With legs on, a current decays with the winding's time constant and never ends.
 pub fn pieces(number: usize, record: &Record) -> Vec<Piece> {
@@ -102,13 +107,15 @@ pub fn pieces(number: usize, record: &Record) -> Vec<Piece> {
             let most = (STILL_SHARE * rest[k].reach).max(5.0 * rest[k].noise).max(1e-12);
             row.current[k].is_nan() || (row.current[k] - rest[k].mean).abs() <= most
         };
-        row.legs == [Request::Off; 3] && (0..3).all(is_quiet)
+        row.legs == [Request::Off; 3] && (0..CHANNELS).all(is_quiet)
     };
     // The mean of the rows, too, is that of rest.
     let at_rest = |rows: &[Row]| {
-        (0..3).all(|k| {
-            let mean = rows.iter().map(|row| row.current[k]).sum::<f64>() / rows.len() as f64;
-            let most = MEAN_SHARE * rest[k].reach + 5.0 * rest[k].noise / (rows.len() as f64).sqrt();
+        (0..CHANNELS).all(|k| {
+            let read = || rows.iter().map(|row| row.current[k]).filter(|i| !i.is_nan());
+            let count = read().count() as f64;
+            let mean = read().sum::<f64>() / count;
+            let most = MEAN_SHARE * rest[k].reach + 5.0 * rest[k].noise / count.sqrt();
             mean.is_nan() || (mean - rest[k].mean).abs() <= most
         })
     };
@@ -116,14 +123,22 @@ pub fn pieces(number: usize, record: &Record) -> Vec<Piece> {
     let mut still = 0_usize;
     let mut cuts = vec![0];
     let mut driven = false;
+    // For how long lines were driven since the last cut, and for how long all legs have been off, in s.
+    let (mut drove, mut off) = (0.0, 0.0);
     for k in 1..rows.len() {
-        still = if quiet(&rows[k - 1]) { still + 1 } else { 0 };
-        driven |= drives(rows[k - 1].legs);
+        let (before, time) = (&rows[k - 1], rows[k].time - rows[k - 1].time);
+        off = if before.legs == [Request::Off; 3] { off + time } else { 0.0 };
+        // Without a reading: diodes have the link take back the fluxes at least as fast as it raised them.
+        let is_read = before.current.iter().any(|i| !i.is_nan());
+        still = if quiet(before) && (is_read || off > UNREAD_REST * drove) { still + 1 } else { 0 };
+        if drives(before.legs) {
+            (driven, drove) = (true, drove + time);
+        }
         let begins = drives(rows[k].legs) && !drives(rows[k - 1].legs);
         if begins && driven && still >= LEAST_STILL && at_rest(&rows[k - still / 2..k]) {
             // Half of the rest belongs to the pulse that comes.
             cuts.push(k - still / 2);
-            driven = false;
+            (driven, drove) = (false, 0.0);
         }
     }
     cuts.push(rows.len());
@@ -195,9 +210,9 @@ mod tests {
                 60..200 => (current(after), [between; 3]),
                 _ => (f64::from(k - 200), pulse),
             };
-            Row { time: f64::from(k) * 1e-6, current: [i, -0.5 * i, -0.5 * i], link: 12.0, legs }
+            Row { time: f64::from(k) * 1e-6, current: [i, -0.5 * i, -0.5 * i, 0.0], link: 12.0, legs }
         });
-        Record { file: String::new(), rows: rows.collect(), channels: [true; 3] }
+        Record { file: String::new(), rows: rows.collect(), channels: [true, true, true, false] }
     }
 
     #[test]

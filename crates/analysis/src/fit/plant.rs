@@ -10,7 +10,7 @@ use standstill_sim::{
 };
 
 use super::pieces::{Edge, Piece};
-use super::record::Request;
+use super::record::{CHANNELS, LINK, Request};
 
 /// Law of the core's saturation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,8 +63,9 @@ pub struct Frame {
 /// Simulated currents of a piece as a function of time.
 #[derive(Clone, Debug, Default)]
 pub struct Waveform {
-    /// Times in s from the beginning of the piece's simulation, with the phase currents in A.
-    points: Vec<(f64, [f64; 3])>,
+    /// Times in s from the beginning of the piece's simulation, with the currents of the channels in A. Where the link's current jumps,
+    /// two points have the same time.
+    points: Vec<(f64, [f64; CHANNELS])>,
     resolution: f64,
 }
 
@@ -74,8 +75,20 @@ impl Probe for Waveform {
     }
 
     fn snapshot(&mut self, at: &Snapshot) {
-        if self.points.last().is_none_or(|(time, _)| *time < at.time) {
-            self.points.push((at.time, at.current));
+        let ([a, b, c], link) = (at.current, at.link_current());
+        match self.points[..] {
+            [.., (last, _)] if last > at.time => {}
+            [.., (before, _), (last, ref mut now)] if before == at.time && last == at.time => {
+                now[LINK] = link;
+            }
+            // The phase currents are the same before and after.
+            [.., (last, before)] if last == at.time => {
+                if before[LINK] != link {
+                    let [a, b, c, _] = before;
+                    self.points.push((at.time, [a, b, c, link]));
+                }
+            }
+            _ => self.points.push((at.time, [a, b, c, link])),
         }
     }
 
@@ -84,7 +97,7 @@ impl Probe for Waveform {
 
 impl Waveform {
     /// Returns currents in A and their slopes in A/s at ascending times, by linear interpolation.
-    pub fn at(&self, times: impl Iterator<Item = f64>) -> Vec<([f64; 3], [f64; 3])> {
+    pub fn at(&self, times: impl Iterator<Item = f64>) -> Vec<Sampled> {
         let mut k = 1;
         let last = self.points.len() - 1;
         times
@@ -93,7 +106,7 @@ impl Waveform {
                     k += 1;
                 }
                 let ((from, a), (to, b)) = (self.points[k - 1], self.points[k]);
-                let slope: [f64; 3] = std::array::from_fn(|n| (b[n] - a[n]) / (to - from));
+                let slope = slope(a, b, to - from);
                 let within = (time.clamp(self.points[0].0, self.points[last].0) - from).min(to - from);
                 (std::array::from_fn(|n| a[n] + slope[n] * within), slope)
             })
@@ -104,20 +117,19 @@ impl Waveform {
 impl Waveform {
     /// Returns the same values as [`Self::at`], behind probes with this time constant in s that are at rest when the waveform
     /// begins: exact for straight lines between its points.
-    pub fn behind(&self, lag: f64, times: impl Iterator<Item = f64>) -> Vec<([f64; 3], [f64; 3])> {
+    pub fn behind(&self, lag: f64, times: impl Iterator<Item = f64>) -> Vec<Sampled> {
         if lag <= 0.0 {
             return self.at(times);
         }
         // y′ = (x − y)/τ with x a straight line: y = x − mτ + (y₀ − x₀ + mτ) exp(−t/τ).
-        let after = |y: [f64; 3], k: usize, time: f64| -> ([f64; 3], [f64; 3]) {
+        let after = |y: [f64; CHANNELS], k: usize, time: f64| -> Sampled {
             let ((from, a), (to, b)) = (self.points[k - 1], self.points[k]);
             let decay = standstill_numeric::exp(-(time - from) / lag);
-            let x_and_y = |n: usize| {
-                let slope = (b[n] - a[n]) / (to - from);
-                let x = a[n] + slope * (time - from);
-                (x, x - slope * lag + (y[n] - a[n] + slope * lag) * decay)
-            };
-            let both = [x_and_y(0), x_and_y(1), x_and_y(2)];
+            let slope = slope(a, b, to - from);
+            let both: [(f64, f64); CHANNELS] = std::array::from_fn(|n| {
+                let x = a[n] + slope[n] * (time - from);
+                (x, x - slope[n] * lag + (y[n] - a[n] + slope[n] * lag) * decay)
+            });
             (both.map(|(_, y)| y), both.map(|(x, y)| (x - y) / lag))
         };
         let (mut k, last) = (1, self.points.len() - 1);
@@ -132,6 +144,14 @@ impl Waveform {
             })
             .collect()
     }
+}
+
+/// Currents of the channels in A and their slopes in A/s at one instant.
+pub type Sampled = ([f64; CHANNELS], [f64; CHANNELS]);
+
+/// Returns the slopes of a straight line over a time in s; zero where the time is none, as where a current jumps.
+fn slope(a: [f64; CHANNELS], b: [f64; CHANNELS], time: f64) -> [f64; CHANNELS] {
+    std::array::from_fn(|n| if time > 0.0 { (b[n] - a[n]) / time } else { 0.0 })
 }
 
 /// Detector that gives commands one after the other.
@@ -279,7 +299,8 @@ impl Plant {
         let mut player = Player { commands: commands.into_iter() };
         let run = run(&case, &mut player, false, &mut waveform);
         waveform.points.iter_mut().for_each(|(time, _)| *time /= STRETCH);
-        let sane = |(_, current): &(f64, [f64; 3])| current.iter().all(|i| i.abs() < 1e3 * frame.current);
+        let sane =
+            |(_, current): &(f64, [f64; CHANNELS])| current.iter().all(|i| i.abs() < 1e3 * frame.current);
         match run.ended {
             Ended::Outcome(_) if waveform.points.len() > 1 && waveform.points.iter().all(sane) => {
                 Some(waveform)

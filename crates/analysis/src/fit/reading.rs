@@ -242,7 +242,7 @@ pub fn clip_of(readings: &[f64], step: Option<f64>, rest: f64) -> [f64; 2] {
 
 /// Returns the steps of channels with these readings. A channel that reads only one or two codes gets the largest step of the
 /// others, because it does not show its own.
-pub fn steps_of(readings: &[Vec<f64>; 3]) -> [Option<f64>; 3] {
+pub fn steps_of<const N: usize>(readings: &[Vec<f64>; N]) -> [Option<f64>; N] {
     let own = readings.each_ref().map(|readings| step_of(readings));
     let largest = own.iter().flatten().copied().reduce(f64::max);
     std::array::from_fn(|k| {

@@ -1,4 +1,4 @@
-//! A record of an oscilloscope or a drive: currents, the DC link, and the legs' requests.
+//! A record of an oscilloscope or a drive: currents of phases or of a shunt in the DC link, the link's voltage, and the legs' requests.
 
 use std::fmt;
 
@@ -7,7 +7,23 @@ use standstill_quantity::unit::Second;
 use standstill_scenario::quoted;
 
 /// Names of a record's columns, which may stand in any order.
-pub const COLUMNS: [&str; 8] = ["t_s", "i_a_A", "i_b_A", "i_c_A", "u_dc_V", "leg_a", "leg_b", "leg_c"];
+pub const COLUMNS: [&str; 9] =
+    ["t_s", "i_a_A", "i_b_A", "i_c_A", "i_link_A", "u_dc_V", "leg_a", "leg_b", "leg_c"];
+
+/// Number of channels of currents: the three phases, then the DC link.
+pub const CHANNELS: usize = 4;
+
+/// Index of the channel of the current from the DC link into the bridge.
+pub const LINK: usize = 3;
+
+/// Index in [`COLUMNS`] of the first channel.
+const FIRST_CHANNEL: usize = 1;
+
+/// Index in [`COLUMNS`] of the link's voltage.
+const VOLTAGE: usize = FIRST_CHANNEL + CHANNELS;
+
+/// Index in [`COLUMNS`] of the first leg.
+const FIRST_LEG: usize = VOLTAGE + 1;
 
 /// Largest number of rows of a record, and of all records together: more would take minutes and give no better result.
 pub const MOST_ROWS: usize = 500_000;
@@ -43,8 +59,8 @@ impl Request {
 pub struct Row {
     /// Time in s.
     pub time: f64,
-    /// Phase currents in A; NaN for a phase without a channel.
-    pub current: [f64; 3],
+    /// Phase currents, then the current from the DC link into the bridge, in A; NaN where a channel has no reading.
+    pub current: [f64; CHANNELS],
     /// DC-link voltage in V.
     pub link: f64,
     /// Requests of the legs from this row on.
@@ -58,8 +74,8 @@ pub struct Record {
     pub file: String,
     /// Rows in ascending order of time.
     pub rows: Vec<Row>,
-    /// True for each phase with a channel.
-    pub channels: [bool; 3],
+    /// True for each channel of the record.
+    pub channels: [bool; CHANNELS],
 }
 
 /// Error of a text that is no valid record.
@@ -124,8 +140,8 @@ fn shown(text: &str) -> String {
 }
 
 impl Record {
-    /// Parses a text: a header with the names of [`COLUMNS`], of which one current may be missing, then one row per line,
-    /// separated by commas. Blank lines and lines that begin with `#` are skipped.
+    /// Parses a text: a header with the names of [`COLUMNS`], of which one phase current may be missing, or the link's, or all phase
+    /// currents; then one row per line, separated by commas. Blank lines and lines that begin with `#` are skipped.
     ///
     /// # Errors
     /// The first error, with its line and column.
@@ -185,7 +201,7 @@ impl Record {
             let needed = "a pulse: rows in which one leg is high and another low";
             return Err(nowhere.error(None, "no such row", needed));
         }
-        let channels = std::array::from_fn(|k| columns.contains(&(1 + k)));
+        let channels = std::array::from_fn(|k| columns.contains(&(FIRST_CHANNEL + k)));
         Ok(Self { file: file.to_owned(), rows, channels })
     }
 }
@@ -215,13 +231,13 @@ fn columns(place: &Place, header: &str) -> Result<Vec<usize>, RecordError> {
     }
     let missing: Vec<&str> =
         (0..COLUMNS.len()).filter(|k| !columns.contains(k)).map(|k| COLUMNS[k]).collect();
-    // The currents sum to zero: two of them are all of them.
-    let enough = match missing[..] {
-        [] => true,
-        [one] => one.starts_with("i_"),
-        _ => false,
-    };
-    if enough && unknown.is_empty() {
+    let is_channel = |k: &usize| (FIRST_CHANNEL..FIRST_CHANNEL + CHANNELS).contains(k);
+    let phases = columns.iter().filter(|k| is_channel(k) && **k != FIRST_CHANNEL + LINK).count();
+    // The phase currents sum to zero: two of them are all of them.
+    let is_enough = phases >= 2 || columns.contains(&(FIRST_CHANNEL + LINK));
+    let is_needed = |name: &&str| !is_enough || !name.starts_with("i_");
+    let missing: Vec<&str> = missing.into_iter().filter(is_needed).collect();
+    if missing.is_empty() && unknown.is_empty() {
         return Ok(columns);
     }
     let mut found = Vec::new();
@@ -235,8 +251,10 @@ fn columns(place: &Place, header: &str) -> Result<Vec<usize>, RecordError> {
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         found.push(format!("the unknown {}{more}", unknown.join(", ")));
     }
-    let needed =
-        format!("all of {} and no others; one of the three currents may be missing", COLUMNS.join(", "));
+    let needed = format!(
+        "all of {} and no others; of the currents two phases, or i_link_A of a shunt in the DC link, will do",
+        COLUMNS.join(", ")
+    );
     Err(place.error(None, found.join(", but "), needed))
 }
 
@@ -246,19 +264,19 @@ fn row(place: &Place, line: &str, columns: &[usize]) -> Result<Row, RecordError>
         let needed = format!("{}, as in the header", columns.len());
         return Err(place.error(None, format!("{} fields", fields.len()), needed));
     }
-    let mut row = Row { time: 0.0, current: [f64::NAN; 3], link: 0.0, legs: [Request::Off; 3] };
+    let mut row = Row { time: 0.0, current: [f64::NAN; CHANNELS], link: 0.0, legs: [Request::Off; 3] };
     for (field, k) in fields.into_iter().zip(columns) {
         let column = Some(COLUMNS[*k]);
-        if let 5..=7 = k {
+        if *k >= FIRST_LEG {
             let Some(request) = Request::read(field) else {
                 return Err(place.error(column, shown(field), "off, low or high"));
             };
-            row.legs[k - 5] = request;
+            row.legs[k - FIRST_LEG] = request;
             continue;
         }
         let (low, high) = match k {
             0 => (-1e6, 1e6),
-            4 => (1e-3, 1e5),
+            &VOLTAGE => (1e-3, 1e5),
             _ => (-1e5, 1e5),
         };
         let value = field.parse::<f64>().ok().filter(|value| (low..=high).contains(value));
@@ -268,8 +286,8 @@ fn row(place: &Place, line: &str, columns: &[usize]) -> Result<Row, RecordError>
         };
         match k {
             0 => row.time = value,
-            4 => row.link = value,
-            _ => row.current[k - 1] = value,
+            &VOLTAGE => row.link = value,
+            _ => row.current[k - FIRST_CHANNEL] = value,
         }
     }
     Ok(row)
@@ -282,7 +300,7 @@ mod tests {
     fn text(change: impl Fn(usize, String) -> String) -> String {
         let row = |k: usize| {
             let legs = if (5..10).contains(&k) { "high,LOW,off" } else { "off,off,off" };
-            format!("{}e-6,0.{k},-0.{k},0,550,{legs}", k + 1)
+            format!("{}e-6,0.{k},-0.{k},0,0.{k},550,{legs}", k + 1)
         };
         let rows = (0..30).map(|k| change(k + 2, row(k)) + "\n");
         COLUMNS.join(",") + "\n" + &rows.collect::<String>()
@@ -298,7 +316,7 @@ mod tests {
         let whole = Record::parse("p.csv", &text(|_, row| row)).expect("a record");
         assert_eq!(whole.rows.len(), 30);
         assert_eq!(whole.rows[5].legs, [Request::High, Request::Low, Request::Off]);
-        assert_eq!(whole.channels, [true; 3]);
+        assert_eq!(whole.channels, [true; CHANNELS]);
         let other = "# scope\nleg_c,leg_b,leg_a,u_dc_V,i_b_A,i_a_A,t_s\n".to_owned()
             + &(0..30)
                 .map(|k| {
@@ -306,8 +324,9 @@ mod tests {
                 })
                 .collect::<String>();
         let two = Record::parse("p.csv", &other).expect("a record");
-        assert_eq!((two.channels, two.rows[3].current[..2].to_vec()), ([true, true, false], vec![2.0, 1.0]));
-        assert!(two.rows[3].current[2].is_nan());
+        let channels = [true, true, false, false];
+        assert_eq!((two.channels, two.rows[3].current[..2].to_vec()), (channels, vec![2.0, 1.0]));
+        assert!(two.rows[3].current[2..].iter().all(|i| i.is_nan()));
     }
 
     #[test]
@@ -319,7 +338,7 @@ mod tests {
                 "-1",
                 "p.csv, line 4, column u_dc_V: found `-1`; needed: a number from 0.001 to 100000",
             ),
-            (5, "3,0", "x", "fields; needed: 8, as in the header"),
+            (5, "3,0", "x", "fields; needed: 9, as in the header"),
             (9, "LOW", "down", "p.csv, line 9, column leg_b: found `down`; needed: off, low or high"),
             (6, "5e-6", "1e-6", "p.csv, line 6, column t_s: found 0.000001; needed: more than 0.000004"),
             (
@@ -338,7 +357,7 @@ mod tests {
         assert!(found.contains("p.csv, line 31, column t_s: found 29971 µs after the row before"), "{found}");
         assert!(parse("").contains("found no line; needed: a header with the columns t_s, "));
         let named = parse("time,i_a_A,i_b,u_dc_V,temperature\n");
-        let expected = "p.csv, line 1: found no column t_s, i_b_A, i_c_A, leg_a, leg_b, leg_c, but the unknown `time`, \
+        let expected = "p.csv, line 1: found no column t_s, i_b_A, i_c_A, i_link_A, leg_a, leg_b, leg_c, but the unknown `time`, \
                         `i_b` (did you mean `i_b_A`?), `temperature`; needed: all of t_s, i_a_A,";
         assert!(named.contains(expected), "{named}");
         let one_more = COLUMNS.join(",") + ",ch4\n";
@@ -347,8 +366,13 @@ mod tests {
             "{}",
             parse(&one_more)
         );
-        assert!(parse(&vec!["x"; 20].join(",")).contains("`x` and 12 more; needed"));
-        assert!(parse("t_s,i_a_A,u_dc_V,leg_a,leg_b,leg_c\n").contains("found no column i_b_A, i_c_A"));
+        assert!(parse(&vec!["x"; 20].join(",")).contains("`x` and 11 more; needed"));
+        assert!(
+            parse("t_s,i_a_A,u_dc_V,leg_a,leg_b,leg_c\n")
+                .contains("found no column i_b_A, i_c_A, i_link_A; ")
+        );
+        let shunt = "t_s,i_link_A,u_dc_V,leg_a,leg_b,leg_c";
+        assert!(parse(shunt).contains("found 0 rows"), "{}", parse(shunt));
         let idle = text(|_, row| row.replace("high", "off"));
         assert!(parse(&idle).contains("found no such row; needed: a pulse"));
     }

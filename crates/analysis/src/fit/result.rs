@@ -5,11 +5,12 @@ use std::f64::consts::PI;
 use super::discrepancy::{Discrepancy, discrepancies};
 use super::found::{Either, Found};
 use super::identifiability::{FixedBias, NonIdentifiable, fixed_biases};
-use super::parameters::{Parameter, Point, last, letter};
+use super::parameters::{Parameter, Point, channel, last};
 use super::plant::{Law, Plant};
 use super::pole::{Iron, with_iron};
 use super::reached::traces;
 use super::reading::Scatter;
+use super::record::CHANNELS;
 use super::solve::Sum;
 use super::{FitError, Solved, Spread, Start, Work};
 
@@ -48,10 +49,10 @@ pub struct Pole {
 pub struct Trace {
     /// Times of the rows in s.
     pub time: Vec<f64>,
-    /// Readings in A; NaN for a phase without a channel.
-    pub measured: Vec<[f64; 3]>,
-    /// Simulated readings without noise in A.
-    pub simulated: Vec<[f64; 3]>,
+    /// Readings of the phases, then of the DC link, in A; NaN where a channel has none.
+    pub measured: Vec<[f64; CHANNELS]>,
+    /// Simulated readings without noise in A, of all channels.
+    pub simulated: Vec<[f64; CHANNELS]>,
 }
 
 /// Result of a fit: the motor with its uncertainties.
@@ -98,7 +99,9 @@ pub struct Fit {
     /// Number of readings at the ends of the channels' ranges, which give only a lower bound of the current's magnitude.
     pub clipped: usize,
     /// Ends of each channel's range in A if readings were clipped there; infinite if none were.
-    pub clip: [[f64; 2]; 3],
+    pub clip: [[f64; 2]; CHANNELS],
+    /// True for each channel that has readings: the phases, then the DC link.
+    pub channels: [bool; CHANNELS],
     /// Currents of all pieces, each a pulse or a train of pulses from rest.
     pub traces: Vec<Trace>,
 }
@@ -117,7 +120,7 @@ impl Work<'_> {
         &mut self,
         point: &Point,
         free: &[Parameter],
-        scatter: &[Scatter; 3],
+        scatter: &[Scatter; CHANNELS],
     ) -> Result<Known, FitError> {
         let missing = |p: &Parameter| !free.contains(p) && !p.get(point).is_nan();
         let all = Parameter::all(self.problem.channels, point);
@@ -201,10 +204,13 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
             .iter()
             .flat_map(|piece| &piece.rows)
             .map(|row| {
-                (0..3).filter(|k| channels[*k] && solved.scatter[*k].is_clipped(row.current[*k])).count()
+                (0..CHANNELS)
+                    .filter(|k| channels[*k] && solved.scatter[*k].is_clipped(row.current[*k]))
+                    .count()
             })
             .sum(),
         clip: solved.scatter.map(|scatter| scatter.clip),
+        channels,
         traces,
     })
 }
@@ -254,13 +260,13 @@ fn estimates(work: &Work, either: &Either, reached: [f64; 3]) -> Vec<Estimate> {
     parameters
 }
 
-/// Returns the gain of the last channel, which follows from the others, and the gain that all channels have in common, which the
-/// readings do not determine.
-fn last_gains(either: &Either, channels: [bool; 3]) -> [Estimate; 2] {
+/// Returns the gain of the last of several channels, which follows from the others, and the gain that all channels have in common, which
+/// the readings do not determine.
+fn last_gains(either: &Either, channels: [bool; CHANNELS]) -> Vec<Estimate> {
     let value = 1.0 + either.one.point.gain[last(channels)];
     let found = either.last_gain(channels);
-    let channel = Estimate {
-        name: format!("gain_{}", letter(last(channels))),
+    let own = Estimate {
+        name: format!("gain_{}", channel(last(channels))),
         unit: "",
         value,
         interval: Some(found.map_or([value - 0.03, value + 0.03], |gain| gain.ends.map(|end| 1.0 + end))),
@@ -275,7 +281,9 @@ fn last_gains(either: &Either, channels: [bool; 3]) -> [Estimate; 2] {
         identified: false,
         at: None,
     };
-    [channel, common]
+    // That of a single one is the common gain.
+    let is_alone = channels.iter().filter(|present| **present).count() == 1;
+    if is_alone { vec![common] } else { vec![own, common] }
 }
 
 /// Returns the resistance of a phase with the switch in its current path.

@@ -10,9 +10,9 @@ use rayon::prelude::*;
 
 use super::parameters::{Parameter, Point};
 use super::pieces::{Edge, Piece};
-use super::plant::Frame;
+use super::plant::{Frame, Sampled};
 use super::reading::Scatter;
-use super::record::Request;
+use super::record::{CHANNELS, Request};
 
 /// Data and free parameters of a fit.
 #[derive(Clone, Debug)]
@@ -21,8 +21,8 @@ pub struct Problem {
     pub frame: Frame,
     /// Pieces of all records.
     pub pieces: Vec<Piece>,
-    /// True for each phase with a channel.
-    pub channels: [bool; 3],
+    /// True for each channel that has readings.
+    pub channels: [bool; CHANNELS],
     /// Parameters that are free.
     pub free: Vec<Parameter>,
     /// Edges whose times are free: index of the piece, and index of the edge in it.
@@ -38,7 +38,7 @@ pub struct Sum {
     /// Information matrix J.
     pub information: DMatrix<f64>,
     /// Residuals of each channel (readings less currents) in A.
-    pub residuals: [Vec<f64>; 3],
+    pub residuals: [Vec<f64>; CHANNELS],
     /// Newey–West ratio: the variance of the scores with their autocovariances (Bartlett weights), divided by J; at least 1.
     pub newey_west: f64,
 }
@@ -51,20 +51,17 @@ const NEIGHBOURS: usize = 40;
 /// tenths, and the remaining step with it. Fits of the saturated motor in the tests that end in this way have 0.02 to 1.01 left.
 const INTEGRATORS_ERROR: f64 = 2.0;
 
-/// Phase currents in A and their slopes in A/s at one instant.
-type Sampled = ([f64; 3], [f64; 3]);
-
 /// Index of an unknown, and the derivative of each row's currents with respect to it.
-type Column = (usize, Vec<[f64; 3]>);
+type Column = (usize, Vec<[f64; CHANNELS]>);
 
 /// Score and information of one piece's readings.
 struct Part {
     likelihood: f64,
     score: DVector<f64>,
     information: DMatrix<f64>,
-    residuals: [Vec<f64>; 3],
+    residuals: [Vec<f64>; CHANNELS],
     /// Scores divided by their standard deviation, in order of time, for each channel.
-    scores: [Vec<f64>; 3],
+    scores: [Vec<f64>; CHANNELS],
 }
 
 impl Problem {
@@ -74,7 +71,7 @@ impl Problem {
     }
 
     /// Computes score and information of all readings at a point; none if the plant's parameters are invalid.
-    pub fn sum(&self, point: &Point, scatter: &[Scatter; 3], slopes: bool) -> Option<Sum> {
+    pub fn sum(&self, point: &Point, scatter: &[Scatter; CHANNELS], slopes: bool) -> Option<Sum> {
         let parts: Option<Vec<Part>> = (0..self.pieces.len())
             .into_par_iter()
             .map(|number| self.part(number, point, scatter, slopes))
@@ -84,7 +81,7 @@ impl Problem {
             likelihood: 0.0,
             score: DVector::zeros(n),
             information: DMatrix::zeros(n, n),
-            residuals: [const { Vec::new() }; 3],
+            residuals: [const { Vec::new() }; CHANNELS],
             newey_west: 1.0,
         };
         let (mut squares, mut alike, mut count) = (0.0, 0.0, 0.0);
@@ -116,7 +113,13 @@ impl Problem {
         Some(sum)
     }
 
-    fn part(&self, number: usize, point: &Point, scatter: &[Scatter; 3], slopes: bool) -> Option<Part> {
+    fn part(
+        &self,
+        number: usize,
+        point: &Point,
+        scatter: &[Scatter; CHANNELS],
+        slopes: bool,
+    ) -> Option<Part> {
         let (piece, shifts) = (&self.pieces[number], &point.shifts[number]);
         let begin = piece.rows[0].time - super::plant::MARGIN;
         let sampled = |point: &Point, shifts: &[f64]| {
@@ -129,8 +132,8 @@ impl Problem {
             likelihood: 0.0,
             score: DVector::zeros(n),
             information: DMatrix::zeros(n, n),
-            residuals: [const { Vec::new() }; 3],
-            scores: [const { Vec::new() }; 3],
+            residuals: [const { Vec::new() }; CHANNELS],
+            scores: [const { Vec::new() }; CHANNELS],
         };
         // ∂i/∂p of the unknowns that ask for another simulation.
         let mut columns: Vec<Column> = Vec::new();
@@ -193,7 +196,7 @@ impl Problem {
         if edges().count() < piece.edges.len() {
             return None;
         }
-        let mut all = vec![[0.0; 3]; piece.rows.len()];
+        let mut all = vec![[0.0; CHANNELS]; piece.rows.len()];
         for (_, column) in edges().filter(|(place, _)| shifts(self.edges[place - self.free.len()].1)) {
             for (sum, one) in all.iter_mut().zip(column) {
                 for (sum, one) in sum.iter_mut().zip(one) {
@@ -221,8 +224,8 @@ impl Problem {
         &self,
         piece: &Piece,
         point: &Point,
-        scatter: &[Scatter; 3],
-        nominal: &[([f64; 3], [f64; 3])],
+        scatter: &[Scatter; CHANNELS],
+        nominal: &[Sampled],
         columns: &[Column],
         part: &mut Part,
     ) {
@@ -235,7 +238,7 @@ impl Problem {
         let n = self.count();
         let mut information = vec![0.0; n * n];
         for (row, reading) in piece.rows.iter().enumerate() {
-            for k in (0..3).filter(|k| self.channels[*k]) {
+            for k in (0..CHANNELS).filter(|k| self.channels[*k] && !reading.current[*k].is_nan()) {
                 let gain = 1.0 + point.gain[k];
                 let (current, slope) = (nominal[row].0[k], nominal[row].1[k]);
                 let mean = gain * current + point.offset[k];
@@ -335,7 +338,7 @@ impl Problem {
     pub fn solve(
         &self,
         mut point: Point,
-        scatter: &mut [Scatter; 3],
+        scatter: &mut [Scatter; CHANNELS],
         most: usize,
         did: &(dyn Fn() -> bool + Sync),
     ) -> Option<(Point, Sum, bool)> {

@@ -2,12 +2,12 @@
 
 use standstill_plant::{Motor, built_in};
 
-use super::Start;
 use super::parameters::Point;
 use super::pieces::{self, Piece, drives};
 use super::plant::{Frame, Law, Plant};
 use super::reading::{Scatter, clip_of, steps_of};
-use super::record::{Record, Request};
+use super::record::{CHANNELS, LINK, Record, Request};
+use super::{Start, shunt};
 
 /// Returns the falls along +d and −d and along q of a motor's core at a current in A; none if its saturation is unknown.
 pub fn falls_of(motor: &Motor, current: f64) -> Option<[f64; 3]> {
@@ -50,18 +50,20 @@ pub fn series_of(falls: [f64; 3]) -> Option<[f64; 3]> {
 /// Returns the largest magnitude of a current in A, offsets removed.
 pub fn reach(pieces: &[Piece], point: &Point) -> f64 {
     let rows = pieces.iter().flat_map(|piece| &piece.rows);
-    rows.flat_map(|row| (0..3).map(|k| (row.current[k] - point.offset[k]).abs()))
+    rows.flat_map(|row| (0..CHANNELS).map(|k| (row.current[k] - point.offset[k]).abs()))
         .filter(|i| i.is_finite())
         .fold(0.0, f64::max)
 }
 
 /// Returns the mean inductance in H of a phase from a piece's first pulse: its volt-seconds divided by the rise of current.
-fn glance(piece: &Piece, offset: [f64; 3], dead_time: f64) -> Option<f64> {
+fn glance(piece: &Piece, offset: [f64; CHANNELS], dead_time: f64) -> Option<f64> {
     let (edge, row) = piece.first_pulse()?;
     let time = row.time - edge.at - dead_time;
     let line = edge.legs.contains(&Request::Off);
-    let raised =
-        (0..3).map(|k| (row.current[k] - offset[k]).abs()).filter(|i| i.is_finite()).fold(0.0, f64::max);
+    let raised = (0..CHANNELS)
+        .map(|k| (row.current[k] - offset[k]).abs())
+        .filter(|i| i.is_finite())
+        .fold(0.0, f64::max);
     // Across a line two phases share the voltage; with all legs on, one phase has two thirds of it.
     let share = if line { 0.5 } else { 2.0 / 3.0 };
     (time > 0.0 && raised > 0.0).then(|| share * piece.link * time / raised)
@@ -71,14 +73,14 @@ fn glance(piece: &Piece, offset: [f64; 3], dead_time: f64) -> Option<f64> {
 pub fn begin(
     records: &[Record],
     pieces: &[Piece],
-    channels: [bool; 3],
+    channels: [bool; CHANNELS],
     start: &Start,
-) -> Option<(Frame, Point, [Scatter; 3])> {
+) -> Option<(Frame, Point, [Scatter; CHANNELS])> {
     let first = &records[0];
     let offset = pieces::rest_of(first).map(|rest| if rest.is_nan() { 0.0 } else { rest });
-    let readings: [Vec<f64>; 3] = std::array::from_fn(|k| {
+    let readings: [Vec<f64>; CHANNELS] = std::array::from_fn(|k| {
         let readings = pieces.iter().flat_map(|piece| &piece.rows).map(|row| row.current[k]);
-        if channels[k] { readings.collect() } else { Vec::new() }
+        if channels[k] { readings.filter(|i| !i.is_nan()).collect() } else { Vec::new() }
     });
     let steps = steps_of(&readings);
     let mut inductances: Vec<f64> =
@@ -97,7 +99,7 @@ pub fn begin(
         },
         delay: 0.0,
         lag: 0.0,
-        gain: [0.0; 3],
+        gain: [0.0; CHANNELS],
         offset,
         shifts: pieces.iter().map(|piece| vec![0.0; piece.edges.len()]).collect(),
     };
@@ -143,7 +145,10 @@ pub fn begin(
         magnet_flux,
     };
     let scatter = std::array::from_fn(|k| {
-        let clip = clip_of(&readings[k], steps[k], offset[k]);
+        let clip = match clip_of(&readings[k], steps[k], offset[k]) {
+            [low, high] if k == LINK => [low.max(shunt::floor(records)), high],
+            clip => clip,
+        };
         Scatter::new(steps[k], 0.05 * reach).clipped(clip).at_least(1e-6 * reach)
     });
     Some((frame, point, scatter))

@@ -9,7 +9,7 @@ use std::fmt;
 use standstill_numeric::hypot;
 
 use super::pieces::{Piece, Rest};
-use super::record::{COLUMNS, Request};
+use super::record::{CHANNELS, COLUMNS, Request};
 
 /// Assignment of columns to phases, with reversed columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,9 @@ fn length([a, b, c]: [f64; 3]) -> f64 {
 
 /// Returns the wiring of the channels if it differs from what the columns state and makes the readings match the legs; none
 /// otherwise, and if all pulses have one direction. `rest` has the readings without current.
-pub fn miswired(pieces: &[Piece], channels: [bool; 3], rest: &[Rest; 3]) -> Option<Wiring> {
+pub fn miswired(pieces: &[Piece], channels: [bool; CHANNELS], rest: &[Rest; CHANNELS]) -> Option<Wiring> {
+    let [a, b, c, _] = channels;
+    let (channels, rest) = ([a, b, c], &rest[..3]);
     let mut pulses: Vec<Pulse> = Vec::new();
     for piece in pieces {
         let Some((edge, row)) = piece.first_pulse() else { continue };
@@ -140,7 +142,7 @@ mod tests {
             let (d, q) = (y * cos + x * sin, (x * cos - y * sin) / ratio);
             let (alpha, beta) = (d * cos - q * sin, d * sin + q * cos);
             let ramp = if on { link * (place - 40.0) } else { 0.0 };
-            let current = std::array::from_fn(|n| {
+            let current: [f64; 3] = std::array::from_fn(|n| {
                 let (s, c) = standstill_numeric::sin_cos(axes[n]);
                 let hash =
                     f64::from((k * 7919 + 104_729 * u32::try_from(n).expect("three")) % 1000) / 500.0 - 1.0;
@@ -151,13 +153,14 @@ mod tests {
                 legs = [Request::Low; 3];
                 legs[along] = Request::High;
             }
-            Row { time: f64::from(k) * 1e-6, current, link: 24.0, legs }
+            let [a, b, c] = current;
+            Row { time: f64::from(k) * 1e-6, current: [a, b, c, f64::NAN], link: 24.0, legs }
         });
-        Record { file: String::new(), rows: rows.collect(), channels: [true; 3] }
+        Record { file: String::new(), rows: rows.collect(), channels: [true, true, true, false] }
     }
 
     fn wiring_of(record: &Record) -> Option<Wiring> {
-        miswired(&pieces(0, record), [true; 3], &resting(record))
+        miswired(&pieces(0, record), record.channels, &resting(record))
     }
 
     #[test]

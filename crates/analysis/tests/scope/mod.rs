@@ -225,7 +225,8 @@ pub fn start(motor: Option<Motor>, seed: u64) -> Start {
         diode_drop: about(1.0),
         diode_resistance: about(0.03),
     };
-    Start { motor, devices, dead_time: about(2e-6), stated: all_stated(), most_used: MOST_USED }
+    let dead_time = about(2e-6);
+    Start { motor, devices, dead_time, stated: all_stated(), settle: 3e-6, most_used: MOST_USED }
 }
 
 impl Pulses {

@@ -329,6 +329,7 @@ pub fn drive(bench: &Bench, seed: u64) -> Start {
         devices,
         dead_time: about(bench.dead_time),
         stated: super::all_stated(),
+        settle: 3e-6,
         most_used: standstill_analysis::fit::MOST_USED,
     }
 }

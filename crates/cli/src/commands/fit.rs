@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::json;
-use standstill_analysis::fit::record::{Record, RecordError};
+use standstill_analysis::fit::record::{LINK, Record, RecordError};
 use standstill_analysis::fit::{Estimate, Fit, MISFIT, MOST_USED, NonIdentifiable, Start, fit};
 use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_quantity::Scale;
@@ -36,7 +36,7 @@ const HARDLY_IDENTIFIED: f64 = 0.1;
 const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
 
 /// Keys of the drive that a fit uses; it accepts no others.
-const DRIVE_KEYS: [&str; 7] = [
+const DRIVE_KEYS: [&str; 8] = [
     "inverter.devices",
     "inverter.dead_time",
     "inverter.switch_drop",
@@ -44,7 +44,11 @@ const DRIVE_KEYS: [&str; 7] = [
     "inverter.channel_resistance",
     "inverter.diode_drop",
     "inverter.diode_resistance",
+    SETTLE_KEY,
 ];
+
+/// Key of the time that the amplifier of a shunt in the DC link takes.
+const SETTLE_KEY: &str = "sensors.settle";
 
 /// Keys that state the resistance of the switches.
 const SWITCH_KEYS: [&str; 2] = ["inverter.switch_resistance", "inverter.channel_resistance"];
@@ -77,7 +81,13 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
         )));
     }
     let shorthands = Shorthands::default().with("--motor", "motor", options.motor.as_deref());
-    let keys = Keys { set: options.set.clone(), detector: None };
+    let mut keys = Keys { set: options.set.clone(), detector: None };
+    if records.iter().any(|record| record.channels[LINK]) {
+        keys.set.push(("sensors.arrangement".to_owned(), "dc-link-shunt".to_owned()));
+    } else if options.set.iter().any(|(key, _)| key == SETTLE_KEY) {
+        let message = format!("-s {SETTLE_KEY}: needed a trace with i_link_A, the current of a shunt in the DC link");
+        return Err(Error::Arguments(message));
+    }
     let document = scenario::changed(Document::parse(Path::new("scenario"), "")?, &keys, shorthands)?;
     let motor = options.motor.as_ref().map(|_| document.motor()).transpose()?;
     let drive_of = if let Some(motor) = &motor {
@@ -92,9 +102,10 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
         Motor { rated_current: current.max(1e-6), dc_link: Some(link), ..like }
     };
     let stated = options.set.iter().map(|(key, _)| estimate_of(key).to_owned()).collect();
-    let drive = document.unchecked_scenario_of(&drive_of)?.drive;
-    let (devices, dead_time) = (drive.bridge.devices, drive.dead_time.seconds());
-    Ok(Start { motor, devices, dead_time, stated, most_used: MOST_USED })
+    let scenario = document.unchecked_scenario_of(&drive_of)?;
+    let (devices, dead_time) = (scenario.drive.bridge.devices, scenario.drive.dead_time.seconds());
+    let settle = scenario.sensors.settle.seconds();
+    Ok(Start { motor, devices, dead_time, stated, settle, most_used: MOST_USED })
 }
 
 /// Returns whether both paths lead to one existing file.

@@ -1,13 +1,21 @@
 //! Figure of a fit: simulation over measurement, and the residuals.
 
+use standstill_analysis::fit::record::CHANNELS;
 use standstill_analysis::fit::{Fit, Trace};
-use standstill_interface::Phase;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::parts::WIDTH;
 
 /// Largest number of points drawn of a channel; more would only make the file larger.
 const MOST_POINTS: usize = 4000;
+
+/// Names and styles of the channels.
+const CURRENTS: [(&str, Style); CHANNELS] = [
+    ("i_a", Style::PHASES[0]),
+    ("i_b", Style::PHASES[1]),
+    ("i_c", Style::PHASES[2]),
+    ("i_link", Style::Purple),
+];
 
 /// Rows of the figure from some traces, one after the other: time, measured and simulated values.
 struct Rows<'a> {
@@ -33,7 +41,12 @@ impl Rows<'_> {
     }
 
     /// Returns a channel's values, with a gap after each trace.
-    fn channel(&self, k: usize, value: impl Fn(&Trace, usize) -> [f64; 3], thin: bool) -> Vec<(f64, f64)> {
+    fn channel(
+        &self,
+        k: usize,
+        value: impl Fn(&Trace, usize) -> [f64; CHANNELS],
+        thin: bool,
+    ) -> Vec<(f64, f64)> {
         let times = self.times();
         let every = if thin { times.len().div_ceil(MOST_POINTS) } else { 1 };
         let mut points = Vec::new();
@@ -57,20 +70,18 @@ impl Rows<'_> {
         };
         let mut currents = Panel { weight: 1.5, ..Panel::new(axis(), Axis::new("current (A)")) };
         let mut left = Panel { weight: 0.8, legend: false, ..Panel::new(axis(), Axis::new("residual (A)")) };
-        for (k, phase) in Phase::ALL.into_iter().enumerate() {
+        for (k, (name, style)) in CURRENTS.into_iter().enumerate() {
             let measured = self.channel(k, |trace, n| trace.measured[n], true);
             if measured.iter().all(|(_, i)| i.is_nan()) {
                 continue;
             }
-            let style = Style::PHASES[k];
-            currents =
-                currents.with(Layer::points(&format!("i_{} measured", phase.letter()), style, measured));
+            currents = currents.with(Layer::points(&format!("{name} measured"), style, measured));
             let residual = |trace: &Trace, n: usize| {
                 std::array::from_fn(|k| trace.measured[n][k] - trace.simulated[n][k])
             };
             left = left.with(Layer::points("", style, self.channel(k, residual, true)));
         }
-        for k in 0..3 {
+        for k in 0..CHANNELS {
             let simulated = self.channel(k, |trace, n| trace.simulated[n], false);
             let shown = self.traces.iter().flat_map(|trace| &trace.measured).any(|i| !i[k].is_nan());
             if shown {

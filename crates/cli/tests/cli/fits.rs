@@ -52,6 +52,103 @@ fn law_a_trace_becomes_a_motor_that_loads() {
     assert!(standstill(&traced, at).status.success());
 }
 
+/// Times in s with a value of a column each, of a table that `trace` wrote; rows without a value are left out.
+fn column(table: &str, name: &str) -> Vec<(f64, String)> {
+    let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().expect("a header");
+    let place = header.iter().position(|head| *head == name).expect("the column");
+    let rows = lines.filter(|row| row.len() > place && !row[place].is_empty());
+    rows.map(|row| (row[0].parse().expect("a time"), row[place].to_owned())).collect()
+}
+
+/// A drive with one shunt in its DC link, as `trace` simulates and exports it: the shunt's current, rounded to 5 mA with a step of noise, and the
+/// gates as they were asked for give the motor back. Pulses along one line alone are refused by name.
+#[test]
+fn law_the_exported_current_of_one_shunt_gives_the_motor_back() {
+    let folder = folder();
+    let at = folder.path();
+    let shunt = "sensors.arrangement=dc-link-shunt";
+    let traced = ["trace", "--motor", "paper-5k5", "--method", "maximum-likelihood", "--errors", "none"];
+    let output = standstill(&[&traced[..], &["--angle", "40", "-s", shunt, "--out", "t"]].concat(), at);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let table = |name: &str| fs::read_to_string(at.join("t").join(name)).expect("written");
+    let current: Vec<(f64, f64)> = column(&table("waveform.csv"), "i_link_A")
+        .into_iter()
+        .map(|(time, current)| (time, current.parse().expect("a current")))
+        .collect();
+    let gates: Vec<(f64, usize, String)> = table("events.csv")
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>())
+        .filter(|row| row[1] == "gate")
+        .map(|row| {
+            let leg = "abc".find(row[2]).expect("a leg");
+            (row[0].parse().expect("a time"), leg, row[3].to_owned())
+        })
+        .collect();
+    let mut rows = vec!["t_s,i_link_A,u_dc_V,leg_a,leg_b,leg_c".to_owned()];
+    let (mut place, mut change, mut noise) = (0, 0, 1_u64);
+    let mut legs = ["off"; 3].map(str::to_owned);
+    for k in 0_u32..4500 {
+        let time = 2.037e-6 * f64::from(k);
+        while let Some((_, leg, to)) = gates.get(change).filter(|(from, ..)| *from <= time) {
+            legs[*leg].clone_from(to);
+            change += 1;
+        }
+        while current[place + 1].0 <= time {
+            place += 1;
+        }
+        let ((from, a), (to, b)) = (current[place], current[place + 1]);
+        noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let read =
+            a + (b - a) * (time - from) / (to - from) + 5e-3 * ((noise >> 40) as f64 / 2_f64.powi(23) - 1.0);
+        let code = (read / 5e-3).round() * 5e-3;
+        rows.push(format!("{time:.9},{code:.3},550,{}", legs.join(",")));
+    }
+    let text = rows.join("\n") + "\n";
+    fs::write(at.join("shunt.csv"), &text).expect("written");
+    // An ideal bridge, as error set `none` has it.
+    let ideal = [
+        "switch_drop=0 V",
+        "diode_drop=0 V",
+        "switch_resistance=0 ohm",
+        "diode_resistance=0 ohm",
+        "dead_time=0 s",
+    ];
+    let ideal = ideal.map(|key| format!("inverter.{key}"));
+    let known = ideal.iter().flat_map(|key| ["-s", key]);
+    let asked: Vec<&str> = ["fit", "shunt.csv", "--motor", "gearless-hoist", "--out", "f", "--json"]
+        .into_iter()
+        .chain(known)
+        .collect();
+    let output = standstill(&asked, at);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let said: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(said["describes"] == true && said["converged"] == true && said["pulses"] == 18, "{said:#}");
+    for (name, truth) in [("L_d", 10.65e-3), ("L_q", 16.95e-3), ("angle", 40.0), ("resistance", 1.2)] {
+        let all = said["parameters"].as_array().expect("a list");
+        let one = all.iter().find(|one| one["name"] == name).expect("named");
+        let [value, low, high] = ["value", "low", "high"].map(|key| one[key].as_f64().expect("a number"));
+        let half = (high - low) / 2.0;
+        assert!(one["identified"] == true && (truth - low.midpoint(high)).abs() < 1.5 * half, "{one}");
+        assert!(half < 0.2 * value, "{one}");
+    }
+    assert_eq!(
+        said["parameters"].as_array().map(|all| all.iter().any(|one| one["name"] == "gain_link")),
+        Some(false)
+    );
+    // The first two pulses go along one line.
+    let line: String = text
+        .lines()
+        .take_while(|line| !line.starts_with("0.0013"))
+        .map(|line| line.to_owned() + "\n")
+        .collect();
+    fs::write(at.join("line.csv"), line).expect("written");
+    let message = mistake(&["fit", "line.csv", "--out", "g"], at);
+    assert!(message.contains("found pulses along one axis and the current of one shunt"), "{message}");
+    let message = mistake(&["fit", TRACE, "-s", "sensors.settle=1 us", "--out", "g"], at);
+    assert!(message.contains("-s sensors.settle: needed a trace with i_link_A"), "{message}");
+}
+
 /// The trace's dead time is 2 µs, known to within 0.7 of the 2 µs between two rows. One that is stated otherwise is contradicted, in a
 /// sentence and with what to do next.
 #[test]
