@@ -14,7 +14,7 @@ fn law_a_trace_becomes_a_motor_that_loads() {
     let at = folder.path();
     let output = standstill(&["fit", TRACE, "--motor", "paper-5k5", "--out", "f", "--json"], at);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(names(&at.join("f")), ["fit.json", "fit.png", "fit.svg", "motor.toml"]);
+    assert_eq!(names(&at.join("f")), ["fit.csv", "fit.html", "fit.json", "fit.png", "fit.svg", "motor.toml"]);
     // Another fit does not take its place without leave.
     let message = mistake(&["fit", TRACE, "--motor", "gearless-hoist", "--out", "f"], at);
     assert!(message.contains("f/motor.toml: found the results of another run"), "{message}");

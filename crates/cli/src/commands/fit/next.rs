@@ -8,7 +8,6 @@ use standstill_quantity::unit::{Ampere, Hertz, Second};
 use standstill_quantity::{Quantity, Scale, number};
 
 use crate::arguments::Fit as Options;
-use crate::shell::terminal::paragraph;
 
 /// Names of the rotor's axes.
 const AXES: [&str; 3] = ["+d", "−d", "q"];
@@ -143,45 +142,39 @@ fn pulse(fit: &Fit, axis: usize, Pulse { legs, duration, current }: Pulse) -> St
     )
 }
 
-/// Returns the next steps: the last lines of the text.
-pub(super) fn steps(fit: &Fit, options: &Options) -> String {
+/// Returns the next steps.
+pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
     let traces: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
     let mut again = format!("standstill fit {}", traces.join(" "));
     if let Some(motor) = &options.motor {
         let _ = write!(again, " --motor {motor}");
     }
-    let mut text = String::from("\nNext:\n");
-    let mut add = |sentence: &str| text += &paragraph("  – ", sentence);
     if fit.widened >= MISFIT || !fit.converged {
-        add(&format!("Look at {} before anything else", options.out.join("fit.png").display()));
-        for sentence in after_a_misfit(fit, &again) {
-            add(&sentence);
-        }
-        return text;
+        let figure = options.out.join("fit.png");
+        let look = format!("Look at {} before anything else", figure.display());
+        return std::iter::once(look).chain(after_a_misfit(fit, &again)).collect();
     }
-    for one in &fit.discrepancies {
-        add(&settled(fit, one));
-    }
+    let mut steps: Vec<String> = fit.discrepancies.iter().map(|one| settled(fit, one)).collect();
     let pulses: Vec<String> = fit
         .extrapolated()
         .into_iter()
         .filter_map(|axis| Some(pulse(fit, axis, fit.pulse_along(axis)?)))
         .collect();
     if !pulses.is_empty() {
-        add(&format!("For saturation: {}; then {again} MORE.csv --out ANOTHER", pulses.join("; ")));
+        steps.push(format!("For saturation: {}; then {again} MORE.csv --out ANOTHER", pulses.join("; ")));
     }
     if !options.set.iter().any(|(key, _)| super::SWITCH_KEYS.contains(&key.as_str())) {
         let switch = fit.plant.devices.switch_resistance;
-        add(&format!(
+        steps.push(format!(
             "For the resistance: measure it between two terminals (half of that), or state the switches' from their data sheet (here {} mΩ, a guess): -s {}",
             number(2, 1e3 * switch),
             if fit.plant.devices.switch_drop > 0.0 { super::SWITCH_KEYS[0] } else { super::SWITCH_KEYS[1] }
         ));
     }
     let sheet = options.out.join("motor.toml");
-    add(&format!(
+    steps.push(format!(
         "Write magnet_flux, pole_pairs, rated_current and inertia of the motor into {0}, then: standstill check {0}",
         sheet.display()
     ));
-    text
+    steps
 }

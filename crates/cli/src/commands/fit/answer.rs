@@ -1,0 +1,246 @@
+//! The answer of a fit: estimates, what the currents tell and what they do not, and the next steps.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+use standstill_analysis::fit::record::{LINK, Record as Trace};
+use standstill_analysis::fit::{Estimate, Fit, MISFIT, NonIdentifiable};
+use standstill_quantity::{Scale, number};
+use standstill_report::page::{Block, Column, Section, Table, Tone};
+
+use super::next;
+use crate::answer::{Answer, Record, Records, verdict};
+use crate::arguments::Fit as Options;
+use crate::figures;
+use crate::summary::{decimals_of, fixed};
+
+/// Ratio of the readings' information about a direction to that of the prior, below which the direction is named.
+const HARDLY_IDENTIFIED: f64 = 0.1;
+
+/// Parameters whose non-identifiable directions the text names; fit.json contains all.
+const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
+
+/// Makes the answer; `files` names the traces.
+pub(super) fn of(fit: &Fit, traces: &[Trace], files: &[String], options: &Options) -> Answer {
+    let records: Records = fit.parameters.iter().map(record).collect();
+    let json = json(fit, &records, files, options);
+    let files = files.join(", ");
+    let table = Block::Table(table(fit));
+    let tells = Section::new("What the currents tell", [Block::List(sentences(fit))]);
+    let steps =
+        Section::new("Next steps", [Block::Text("Next:".to_owned()), Block::List(next::steps(fit, options))]);
+    let answer = Answer::new(
+        "fit",
+        format!("A motor fitted to {files}"),
+        setting(fit, traces),
+        headline(fit),
+        vec![table],
+    )
+    .with(
+        "fit",
+        figures::fit(fit, &files, subtitle(fit)),
+        "Measured and simulated currents, and below what differs. Drag to zoom.",
+    );
+    let sections = answer.sections.into_iter().chain([tells, steps]).collect();
+    Answer { sections, json, csv: Some(records), ..answer }
+}
+
+fn subtitle(fit: &Fit) -> String {
+    let scale = Scale::suiting("A", fit.residual_rms);
+    format!(
+        "residual {:.3} {} rms; lines: 95 % of noise and converter",
+        scale.number(fit.residual_rms),
+        scale.unit
+    )
+}
+
+fn record(estimate: &Estimate) -> Record {
+    Record::default()
+        .with("name", &estimate.name)
+        .with("unit", estimate.unit)
+        .with("value", estimate.value)
+        .with("low", estimate.interval.map(|[low, _]| low))
+        .with("high", estimate.interval.map(|[_, high]| high))
+        .with("identified", estimate.identified)
+        .with("at_A", estimate.at)
+}
+
+fn json(fit: &Fit, records: &Records, files: &[String], options: &Options) -> Value {
+    json!({
+        "files": files,
+        "start": options.motor,
+        "parameters": records,
+        "non_identifiable_directions": fit.non_identifiable.iter().map(|direction| json!({
+            "information": direction.information,
+            "moves": direction.parts.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "pole": { "identified": fit.pole.identified, "deviations": fit.pole.deviations, "both_ways": fit.pole.both_ways },
+        "discrepancies": fit.discrepancies.iter().map(|one| json!({
+            "name": one.name,
+            "unit": one.unit,
+            "begun_with": one.begun_with,
+            "stated": one.is_stated,
+            "deviations": one.deviations,
+        })).collect::<Vec<_>>(),
+        "fixed_biases": fit.fixed_biases.iter().map(|bias| json!({
+            "fixed": bias.fixed.0,
+            "off_by": bias.fixed.1,
+            "moves": bias.moves.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "residual_rms_A": fit.residual_rms,
+        "expected_rms_A": fit.expected_rms,
+        "intervals_widened": fit.widened,
+        "converged": fit.converged,
+        "describes": fit.widened < MISFIT,
+        "row_stride": fit.every,
+        "readings": fit.readings,
+        "clipped_readings": fit.clipped,
+        "pulses": fit.traces.len(),
+        "largest_current_A": fit.reach,
+        "saturation_at_A": fit.current,
+        "reached_A": { "d": fit.reached[0], "minus_d": fit.reached[1], "q": fit.reached[2] },
+        "dc_link_V": fit.link,
+        "dc_link_spread": fit.link_spread,
+    })
+}
+
+/// Formats a value and its interval in one unit, with the digits that the interval supports.
+fn cells(estimate: &Estimate) -> [String; 2] {
+    let share = estimate.name.starts_with("saturation");
+    let [low, high] = estimate.interval.unwrap_or([estimate.value; 2]);
+    let scale = if share {
+        Scale::percent()
+    } else {
+        Scale::suiting(estimate.unit, estimate.value.abs().max(high - low))
+    };
+    let decimals = decimals_of([estimate.value, low, high].map(|value| scale.number(value)));
+    let number = |value: f64| fixed(scale.number(value), decimals);
+    let unit = scale.unit.replace("ohm", "Ω");
+    let value = format!("{} {unit}", number(estimate.value)).trim_end().to_owned();
+    let interval = match estimate.interval {
+        Some(_) if estimate.identified => format!("{} … {}", number(low), number(high)),
+        Some(_) => format!("± {} assumed", number((high - low) / 2.0)),
+        None => "–".to_owned(),
+    };
+    [value, interval]
+}
+
+/// Returns the verdict: whether the simulation describes the currents.
+fn headline(fit: &Fit) -> Block {
+    let (tone, headline) = if fit.widened >= MISFIT {
+        (Tone::Bad, "the simulation does NOT describe these currents")
+    } else if fit.converged {
+        (Tone::Good, "the simulation describes these currents")
+    } else {
+        (Tone::Warning, "the search did NOT end at the most likely parameters")
+    };
+    let [residual, expected] = [fit.residual_rms, fit.expected_rms].map(ampere);
+    verdict(tone, format!("{headline}: residual {residual} rms, noise and converter {expected}"), Vec::new())
+}
+
+fn setting(fit: &Fit, traces: &[Trace]) -> String {
+    let rows: usize = traces.iter().map(|trace| trace.rows.len()).sum();
+    let used = if fit.every == 1 { String::new() } else { format!(" (one in {} used)", fit.every) };
+    let pulses = match fit.traces.len() {
+        1 => "one pulse or train".to_owned(),
+        pulses => format!("{pulses} pulses or trains"),
+    };
+    let [reach, link] = [number(2, fit.reach), number(1, fit.link)];
+    format!("{rows} rows{used}, {pulses} from rest, up to {reach} A on {link} V")
+}
+
+fn table(fit: &Fit) -> Table {
+    let rows = fit.parameters.iter().map(|estimate| {
+        let [value, interval] = cells(estimate);
+        let measured = if estimate.identified { "measured" } else { "not measured: fixed" };
+        let at = estimate.at.filter(|_| estimate.identified);
+        let at = at.map(|at| format!(" at {} A", number(2, at))).unwrap_or_default();
+        vec![estimate.name.clone() + &at, value, interval, measured.to_owned()]
+    });
+    let columns = [
+        Column::word("parameter"),
+        Column::number("value"),
+        Column::number("95 % interval"),
+        Column::prose(""),
+    ];
+    Table::new(columns).rows(rows)
+}
+
+fn ampere(value: f64) -> String {
+    let scale = Scale::suiting("A", value);
+    format!("{:.3} {}", scale.number(value), scale.unit)
+}
+
+/// Returns the sentences that interpret the numbers.
+fn sentences(fit: &Fit) -> Vec<String> {
+    let mut said = Vec::new();
+    if fit.widened >= MISFIT {
+        said.push(format!(
+            "Residuals follow each other, and intervals are {:.1} times as wide for it. {}",
+            fit.widened,
+            next::misfit(fit)
+        ));
+    }
+    if !fit.converged {
+        said.push("The search for the most likely parameters did NOT end at them: the intervals are not 95 % ones. Begin nearer: --motor with a motor like it, -s inverter.dead_time and the like as known.".to_owned());
+    }
+    if fit.clipped > 0 {
+        said.push(format!(
+            "{} readings lie at the ends of their channels' ranges: they count as currents of at least that.",
+            fit.clipped
+        ));
+    }
+    if fit.link_spread > 0.02 {
+        said.push(format!(
+            "The DC link moves by {:.1} % within a pulse; its mean is what is simulated.",
+            100.0 * fit.link_spread
+        ));
+    }
+    if !fit.channels[..LINK].contains(&true) {
+        said.push("One shunt in the DC link shows the current along each pulse's own legs alone: phases that were exchanged, or a pulse with the legs of another, cannot be noticed. Its readings right after a change of the legs are left out (-s sensors.settle).".to_owned());
+    }
+    said.push(if fit.pole.identified {
+        format!("North from south: {:.1} deviations, by the convention that a current along the magnet saturates the iron more{}.", fit.pole.deviations, if fit.falls.is_some_and(|[d, minus_d, _]| d < minus_d) { " against it (as in the motor that the fit began with)" } else { "" })
+    } else if !fit.pole.both_ways {
+        "The half turn of the angle stays open: the pulses drive current to one side of the magnet only. The angle may be 180° more. Add pulses the other way.".to_owned()
+    } else {
+        "The half turn of the angle stays open: the iron saturates alike in both directions, as far as these currents go. The angle may be 180° more.".to_owned()
+    });
+    said.extend(fit.discrepancies.iter().map(|one| next::discrepancy(fit, one)));
+    said.extend(next::saturation(fit));
+    said.extend(next::probe(fit));
+    said.push("The simulated terminals have no capacitance: what rings after a leg opens (66 kHz with 13 mH and 0.3 nF) is read as noise, and what charges a terminal as a current of the motor.".to_owned());
+    said.push("No trace tells a gain that all channels, or the DC link's, have in common: resistance and inductances are in proportion to the link's gain over the channels'.".to_owned());
+    let of = |name: &str, value: f64| {
+        let estimate = fit.parameters.iter().find(|estimate| estimate.name == name);
+        let scale = Scale::suiting(estimate.map_or("", |estimate| estimate.unit), value.abs());
+        format!("{:.2} {}", scale.number(value.abs()), scale.unit.replace("ohm", "Ω")).trim_end().to_owned()
+    };
+    let named = |direction: &&NonIdentifiable| {
+        direction.information < HARDLY_IDENTIFIED
+            && direction.parts.len() > 1
+            && OF_THE_WINDING.contains(&direction.parts[0].0.as_str())
+    };
+    for direction in fit.non_identifiable.iter().filter(named) {
+        let first = direction.parts[0].1;
+        let part = |(name, by): &(String, f64)| {
+            format!("{name} by {}{}", if by * first < 0.0 { "−" } else { "" }, of(name, *by))
+        };
+        said.push(format!(
+            "The readings do not identify one direction of the parameters: a move of {} hardly changes the currents.",
+            direction.parts.iter().map(part).collect::<Vec<_>>().join(" together with ")
+        ));
+    }
+    for bias in &fit.fixed_biases {
+        let mut moves = String::new();
+        for (k, (name, by)) in bias.moves.iter().enumerate() {
+            let _ = write!(moves, "{}{name} by {}", if k == 0 { "" } else { ", " }, of(name, *by));
+        }
+        said.push(format!(
+            "{} is fixed, not measured; if it is off by {}, it biases {moves}, which their intervals contain.",
+            bias.fixed.0,
+            of(&bias.fixed.0, bias.fixed.1)
+        ));
+    }
+    said
+}
