@@ -30,7 +30,7 @@ fn off(pulses: &Pulses, scope: &Scope, fit: &Fit, name: &str) -> f64 {
 }
 
 /// All currents of the witness have gone when a pulse begins: diodes carry none back. Before, a step whose two halves had opposite diodes
-/// kept up to 3 mA of 20 A, which a fit of readings with twelve bits took for a smaller L_q.
+/// kept up to 3 mA of 20 A, which a fit of readings with twelve bits took for a larger L_q.
 #[test]
 fn regress_the_witness_has_no_current_at_rest() {
     for seed in 0..4 {
