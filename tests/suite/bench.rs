@@ -11,7 +11,7 @@ use standstill_plant::{
 use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Case, RotorState, SensorSettings, Sensors, Streams, Tolerance};
 
-#[path = "../../crates/sim/tests/script/player.rs"]
+#[path = "../../crates/sim/tests/runs/script/player.rs"]
 mod player;
 
 pub use player::Script;

@@ -3,16 +3,14 @@
 
 mod bench;
 mod beside;
-#[path = "../script/mod.rs"]
-mod script;
 
 use standstill_interface::{Command, Reading, Sampling};
 use standstill_inverter::{Devices, OpenLeg};
 use standstill_plant::{EddyBranch, Hysteresis, Motor, built_in};
 use standstill_sim::{Case, Ended, NoProbe, RotorState, Run, Tolerance, referee};
 
+use crate::script::*;
 use bench::*;
-use script::*;
 use standstill_interface::Leg::{High, Low, Off};
 
 #[test]

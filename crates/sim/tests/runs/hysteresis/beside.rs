@@ -7,7 +7,7 @@ use standstill_plant::{Core, FluxMap, Hysteresis, MagneticCircuit, MapPoint, Map
 use standstill_sim::{Ended, NoProbe, Probe, Run, RunError, Snapshot, Tolerance, referee, run};
 
 use super::bench::*;
-use super::script::*;
+use crate::script::*;
 
 /// Snapshots at most so many s apart: times and torques.
 struct Torques(f64, Vec<[f64; 2]>);

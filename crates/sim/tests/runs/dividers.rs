@@ -8,9 +8,7 @@ use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Motor, built_in};
 use standstill_sim::{Case, NoProbe, SensorSettings, Sensors, Streams, TerminalSensor, Tolerance, run};
 
-mod script;
-
-use script::{LINK, Script, same_bits_in_lanes, sampled, stage};
+use crate::script::{LINK, Script, same_bits_in_lanes, sampled, stage};
 
 const LINES: [(Phase, Phase, f64); 3] =
     [(Phase::A, Phase::B, -30.0), (Phase::B, Phase::C, 90.0), (Phase::C, Phase::A, 210.0)];

@@ -1,6 +1,6 @@
 //! Machines whose iron remembers, and commands to play.
 
-use super::script::*;
+use crate::script::*;
 use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Core, Hysteresis, Linear, MagneticCircuit, Motor, Winding, built_in};

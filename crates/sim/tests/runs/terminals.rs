@@ -10,12 +10,10 @@ use standstill_sim::{
 
 mod late;
 mod mosfets;
-#[path = "../script/mod.rs"]
-mod script;
 mod sensors;
 
+use crate::script::*;
 use Leg::{Duty, High, Low, Off};
-use script::*;
 
 fn hold(legs: [Leg<f64>; 3], micros: u64) -> Command<f64> {
     Command::hold(stage(legs, micros), Sampling::NONE)

@@ -1,0 +1,8 @@
+//! Runs of the simulator alone: closed forms, balances of energy, the referee. One program, which links and compiles the simulator once.
+
+mod comparators;
+mod dividers;
+mod driven;
+mod hysteresis;
+mod script;
+mod terminals;
