@@ -1,5 +1,7 @@
 //! Builds the scenario, ready to run, from the tables of its file.
 
+mod sensors;
+
 use standstill_detect::{ForeignSettings, Method, MethodName, Settings as _, Source};
 use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{DeviceKind, Devices};
@@ -7,14 +9,15 @@ use standstill_numeric::Heading;
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::One;
-use standstill_sim::{Adc, Arrangement, Case, PickUp, RotorState, SensorSettings, TerminalSensor};
+use standstill_sim::{Adc, Arrangement, Case, RotorState, TerminalSensor};
 
+use self::sensors::converter;
 use super::document::FileError;
-use super::keys::{DetectorTable, InverterTable, SensorsTable, Table, check, unworkable};
+use super::keys::{DetectorTable, InverterTable, Table, check, unworkable};
 use super::named::Named;
 use super::rotor::Memory;
 use super::tables::ScenarioFile;
-use crate::errors::{ErrorSet, PICK_UP, device_kind};
+use crate::errors::device_kind;
 use crate::known::{nameplate, sources};
 use crate::scenario::tolerance;
 use crate::{DriveSettings, Scenario};
@@ -279,182 +282,5 @@ impl InverterTable {
             drive.bridge.open_leg = open_leg;
         }
         Ok(())
-    }
-}
-
-impl SensorsTable {
-    /// Checks the rules between the sensors' keys, and sets the numbers that follow from several keys.
-    fn apply_rules(&self, errors: ErrorSet, sensors: &mut SensorSettings) -> Result<(), FileError> {
-        sensors.pick_up = self.pick_up(sensors.pick_up)?;
-        if let Some(error) = self.resolver_error {
-            sensors.resolver.error = error.value().to_radians();
-        }
-        if let Some(Named(arrangement)) = self.arrangement {
-            sensors.arrangement = arrangement;
-        }
-        self.needs_comparators(sensors)?;
-        if let Some(Named(comparators)) = self.comparators {
-            sensors.comparator.arrangement = comparators;
-        }
-        if let Some(bits) = self.threshold_bits {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "whole, from 0 to 24"
-            )]
-            let bits = bits.value() as u8;
-            sensors.comparator.bits = bits;
-            if bits > 0 && sensors.comparator.range == 0.0 {
-                let needed = "`sensors.threshold_range` beside it, where the error set has none";
-                return Err(FileError::key("sensors.threshold_bits", &bits.to_string(), needed));
-            }
-        }
-        if let Some(count) = self.oversampling {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "whole, from 1 to 64"
-            )]
-            let count = count.value() as u8;
-            sensors.oversampling = count;
-        }
-        if let (Some(apart), false) = (self.conversion, sensors.oversampling > 1) {
-            let needed =
-                "`sensors.oversampling` above 1 beside it: one conversion has no distance from another";
-            return Err(FileError::key("sensors.conversion", &apart.to_string(), needed));
-        }
-        if let Some(apart) = self.conversion
-            && Nanos::from_seconds(apart.value()) < sensors.skew * 2
-        {
-            let needed = format!(
-                "at least twice `sensors.skew`, {:.3} us: all phases are converted before the first one again",
-                sensors.skew.seconds() * 2e6
-            );
-            return Err(FileError::key("sensors.conversion", &apart.to_string(), &needed));
-        }
-        if let (Some(bandwidth), true) = (self.comparator_bandwidth, sensors.comparator.noise == 0.0) {
-            let needed =
-                "`sensors.comparator_noise` above 0 beside it: without noise there is nothing to filter";
-            return Err(FileError::key("sensors.comparator_bandwidth", &bandwidth.to_string(), needed));
-        }
-        if let (Some(settle), false) = (self.settle, sensors.arrangement.follows_legs()) {
-            let needed = "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": sensors in the phases see no edges";
-            return Err(FileError::key("sensors.settle", &settle.to_string(), needed));
-        }
-        if sensors.arrangement == Arrangement::DcLinkShunt {
-            self.check_one_shunt()?;
-            sensors.settle =
-                self.settle.map_or(errors.settle(), |settle| Nanos::from_seconds(settle.value()));
-        }
-        let low = self.range_low.map(Quantity::value);
-        let high = self.range.map(Quantity::value).or_else(|| low.and(sensors.adc).map(|adc| adc.high));
-        let range = high.map(|high| [low.unwrap_or(-high), high]);
-        if let (Some(low), None) = (self.range_low, high) {
-            let needed = "`sensors.range` and `sensors.bits` beside it, where the error set has no converter";
-            return Err(FileError::key("sensors.range_low", &low.to_string(), needed));
-        }
-        sensors.adc = converter("sensors", sensors.adc, range, self.bits)?;
-        Ok(())
-    }
-
-    /// Refuses keys of several sensors on a drive with one shunt in its DC link.
-    fn check_one_shunt(&self) -> Result<(), FileError> {
-        let several = [
-            ("sensors.skew", self.skew.map(|value| value.to_string())),
-            ("sensors.bandwidth_mismatch", self.bandwidth_mismatch.map(|value| value.to_string())),
-        ];
-        for (key, value) in several {
-            if let Some(value) = value {
-                let needed =
-                    "another `sensors.arrangement`, or no such key: one shunt in the DC link is one channel";
-                return Err(FileError::key(key, &value, needed));
-            }
-        }
-        Ok(())
-    }
-
-    /// Checks that a drive has what the keys of comparators and timer belong to.
-    fn needs_comparators(&self, sensors: &SensorSettings) -> Result<(), FileError> {
-        let (watches, captures) = (sensors.comparator.any(), sensors.comparator.timer > 0.0);
-        let of = |value: &dyn std::fmt::Display| value.to_string();
-        let keys = [
-            ("sensors.comparators", self.comparators.map(|Named(kind)| of(&kind.name())), watches),
-            ("sensors.comparator_offset", self.comparator_offset.as_ref().map(|value| of(value)), watches),
-            ("sensors.comparator_delay", self.comparator_delay.as_ref().map(|value| of(value)), watches),
-            (
-                "sensors.comparator_delay_spread",
-                self.comparator_delay_spread.as_ref().map(|value| of(value)),
-                watches,
-            ),
-            ("sensors.blanking", self.blanking.as_ref().map(|value| of(value)), watches),
-            ("sensors.timer_error", self.timer_error.as_ref().map(|value| of(value)), captures),
-            ("sensors.comparator_noise", self.comparator_noise.as_ref().map(|value| of(value)), captures),
-            (
-                "sensors.comparator_bandwidth",
-                self.comparator_bandwidth.as_ref().map(|value| of(value)),
-                captures,
-            ),
-            ("sensors.threshold_range", self.threshold_range.as_ref().map(|value| of(value)), captures),
-            ("sensors.threshold_bits", self.threshold_bits.as_ref().map(|value| of(value)), captures),
-        ];
-        let coarse = self.threshold_bits.map_or(f64::from(sensors.comparator.bits), Quantity::value) > 0.0;
-        if let (Some(range), true, false) = (self.threshold_range, captures, coarse) {
-            let needed =
-                "`sensors.threshold_bits` above 0 beside it: a threshold that no converter sets has no range";
-            return Err(FileError::key("sensors.threshold_range", &range.to_string(), needed));
-        }
-        for (key, value, is_there) in keys {
-            if let (Some(value), false) = (value, is_there) {
-                let needed = if watches {
-                    "`sensors.timer` beside it: without a timer no trip is captured"
-                } else {
-                    "`sensors.timer` or `sensors.trip` beside it: this drive has no comparators"
-                };
-                return Err(FileError::key(key, &value, needed));
-            }
-        }
-        Ok(())
-    }
-
-    fn pick_up(&self, pick_up: Option<PickUp>) -> Result<Option<PickUp>, FileError> {
-        let mut of = pick_up.unwrap_or(PICK_UP);
-        of.amplitude = self.pick_up.map_or(of.amplitude, Quantity::value);
-        of.decay = self.pick_up_decay.map_or(of.decay, Quantity::value);
-        of.frequency = self.pick_up_frequency.map_or(of.frequency, Quantity::value);
-        let only = [
-            ("sensors.pick_up_decay", self.pick_up_decay.map(|value| value.to_string())),
-            ("sensors.pick_up_frequency", self.pick_up_frequency.map(|value| value.to_string())),
-        ];
-        for (key, value) in only {
-            if let (Some(value), None, None) = (value, self.pick_up, pick_up) {
-                let needed = "`sensors.pick_up` beside it, or `errors` \"field\": nothing is picked up here";
-                return Err(FileError::key(key, &value, needed));
-            }
-        }
-        Ok((of.amplitude > 0.0).then_some(of))
-    }
-}
-
-/// Replaces the range or the number of bits of an A/D converter. If the error set has no converter, both are required. A
-/// converter of 0 bits clips to its range and does not quantize.
-fn converter(
-    key: &str,
-    adc: Option<Adc>,
-    range: Option<[f64; 2]>,
-    bits: Option<Quantity<One>>,
-) -> Result<Option<Adc>, FileError> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole, from 0 to 24")]
-    let bits = bits.map(|bits| bits.value() as u8);
-    match (adc, range, bits) {
-        (None, None, None | Some(0)) => Ok(None),
-        (None, Some([low, high]), Some(bits)) => Ok(Some(Adc { bits, low, high })),
-        (None, ..) => {
-            let needed = "range and bits, where the error set has no converter";
-            Err(FileError::key(key, "one of range and bits", needed))
-        }
-        (Some(adc), range, bits) => {
-            let [low, high] = range.unwrap_or([adc.low, adc.high]);
-            Ok(Some(Adc { bits: bits.unwrap_or(adc.bits), low, high }))
-        }
     }
 }
