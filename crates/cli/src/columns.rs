@@ -6,7 +6,7 @@ use serde::Serialize;
 use standstill_campaign::store::Row;
 use standstill_quantity::si_value;
 use standstill_scenario::Point;
-use standstill_table::{Column, Kind, Value};
+use standstill_table::{Cell, Column, Kind};
 
 /// Columns of a trial in files of trials.
 const TRIAL: [(&str, Kind); 13] = [
@@ -31,22 +31,22 @@ pub fn trial_columns() -> impl Iterator<Item = Column> {
 }
 
 /// Returns the values of a trial in these columns.
-pub fn trial_values(row: &Row) -> [Value<'_>; TRIAL.len()] {
-    let number = |value: Option<f64>| value.map_or(Value::Empty, Value::Number);
+pub fn trial_values(row: &Row) -> [Cell<'_>; TRIAL.len()] {
+    let number = |value: Option<f64>| value.map_or(Cell::Empty, Cell::Number);
     [
-        Value::Whole(row.trial),
-        Value::Number(row.true_angle_deg),
+        Cell::Whole(row.trial),
+        Cell::Number(row.true_angle_deg),
         number(row.estimated_angle_deg),
         number(row.error_deg),
-        Value::Text(row.verdict.name().into()),
-        row.pole_correct.map_or(Value::Empty, Value::Flag),
-        Value::Number(row.rotor_moved_deg),
-        Value::Number(row.duration_s),
+        Cell::Text(row.verdict.name().into()),
+        row.pole_correct.map_or(Cell::Empty, Cell::Flag),
+        Cell::Number(row.rotor_moved_deg),
+        Cell::Number(row.duration_s),
         number(row.axis_deg),
         number(row.axis_error_deg),
-        Value::Number(row.start_angle_deg),
-        Value::Number(row.peak_current_a),
-        Value::Text(row.reason.as_str().into()),
+        Cell::Number(row.start_angle_deg),
+        Cell::Number(row.peak_current_a),
+        Cell::Text(row.reason.as_str().into()),
     ]
 }
 
@@ -76,23 +76,23 @@ impl AxisColumn {
     }
 
     /// Returns a point's value in this column.
-    pub fn value(&self, value: &toml::Value) -> Value<'static> {
+    pub fn value(&self, value: &toml::Value) -> Cell<'static> {
         match (self.column.kind, value) {
-            (Kind::Number, value) => si(value).map_or(Value::Empty, Value::Number),
-            (_, toml::Value::Boolean(flag)) if self.column.kind == Kind::Flag => Value::Flag(*flag),
-            (_, toml::Value::String(text)) => Value::Text(text.clone().into()),
-            (_, value) => Value::Text(value.to_string().into()),
+            (Kind::Number, value) => si(value).map_or(Cell::Empty, Cell::Number),
+            (_, toml::Value::Boolean(flag)) if self.column.kind == Kind::Flag => Cell::Flag(*flag),
+            (_, toml::Value::String(text)) => Cell::Text(text.clone().into()),
+            (_, value) => Cell::Text(value.to_string().into()),
         }
     }
 
     /// Returns a point's value as JSON.
     pub fn json(&self, value: &toml::Value) -> serde_json::Value {
         match self.value(value) {
-            Value::Number(number) => number.into(),
-            Value::Flag(flag) => flag.into(),
-            Value::Text(text) => text.into_owned().into(),
-            Value::Whole(whole) => whole.into(),
-            Value::Empty => serde_json::Value::Null,
+            Cell::Number(number) => number.into(),
+            Cell::Flag(flag) => flag.into(),
+            Cell::Text(text) => text.into_owned().into(),
+            Cell::Whole(whole) => whole.into(),
+            Cell::Empty => serde_json::Value::Null,
         }
     }
 }

@@ -2,16 +2,16 @@
 
 use std::ops::Range;
 
-use super::{Column, Kind, TableError, Value, check_row};
+use super::{Cell, Column, Kind, TableError, check_row};
 
 /// A table in memory.
 ///
 /// ```
-/// use standstill_table::{Column, Columns, Data, Kind, Value};
+/// use standstill_table::{Column, Columns, Data, Kind, Cell};
 ///
 /// let mut table = Columns::new(vec![Column::new("trial", Kind::Whole), Column::new("error_deg", Kind::Number)]);
-/// table.row(&[Value::from(0), Value::from(0.25)])?;
-/// table.row(&[Value::from(1), Value::Empty])?;
+/// table.row(&[Cell::from(0), Cell::from(0.25)])?;
+/// table.row(&[Cell::from(1), Cell::Empty])?;
 /// let [(_, Data::Whole(trials)), (_, Data::Number(errors))] = &table.into_columns()[..] else { unreachable!() };
 /// assert_eq!(*trials, [0, 1]);
 /// assert!(errors[0] == 0.25 && errors[1].is_nan());
@@ -69,15 +69,15 @@ impl Data {
         }
     }
 
-    fn push(&mut self, value: &Value<'_>) {
+    fn push(&mut self, value: &Cell<'_>) {
         match (self, value) {
-            (Self::Whole(data), Value::Whole(whole)) => data.push(whole.cast_signed()),
+            (Self::Whole(data), Cell::Whole(whole)) => data.push(whole.cast_signed()),
             (Self::Whole(data), _) => data.push(-1),
-            (Self::Number(data), Value::Number(number)) if number.is_finite() => data.push(*number),
-            (Self::Flag(data), Value::Flag(flag)) => data.push(f64::from(u8::from(*flag))),
+            (Self::Number(data), Cell::Number(number)) if number.is_finite() => data.push(*number),
+            (Self::Flag(data), Cell::Flag(flag)) => data.push(f64::from(u8::from(*flag))),
             (Self::Number(data) | Self::Flag(data), _) => data.push(f64::NAN),
             (Self::Text(Texts { bytes, offsets }), value) => {
-                if let Value::Text(text) = value {
+                if let Cell::Text(text) = value {
                     bytes.extend_from_slice(text.as_bytes());
                 }
                 offsets.push(bytes.len().cast_signed() as i64);
@@ -110,14 +110,14 @@ impl Columns {
     ///
     /// # Errors
     /// [`TableError::Row`] if it does not fit; then nothing of it is added.
-    pub fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
+    pub fn row(&mut self, values: &[Cell<'_>]) -> Result<(), TableError> {
         check_row(&self.heads, self.rows, values)?;
         self.push(values);
         Ok(())
     }
 
     /// Adds a row that was checked.
-    pub(super) fn push(&mut self, values: &[Value<'_>]) {
+    pub(super) fn push(&mut self, values: &[Cell<'_>]) {
         for (data, value) in self.data.iter_mut().zip(values) {
             data.push(value);
         }

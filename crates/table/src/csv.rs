@@ -4,7 +4,7 @@ use std::io;
 
 use serde::ser::{Serialize, Serializer};
 
-use super::{Column, Destination, METADATA, TableError, Value};
+use super::{Cell, Column, Destination, METADATA, TableError};
 
 pub(super) struct Sink<'w> {
     to: csv::Writer<Destination<'w>>,
@@ -25,7 +25,7 @@ impl<'w> Sink<'w> {
         Ok(Self { to, run })
     }
 
-    pub(super) fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
+    pub(super) fn row(&mut self, values: &[Cell<'_>]) -> Result<(), TableError> {
         self.to.serialize(Row { values, run: self.run.as_deref() }).map_err(failed)?;
         if let Some(run) = &mut self.run {
             run.clear();
@@ -64,28 +64,28 @@ impl Serialize for Object<'_> {
 
 /// Serialised as the rows of the project's other CSV files are, so that equal numbers are equal texts.
 struct Row<'a> {
-    values: &'a [Value<'a>],
+    values: &'a [Cell<'a>],
     run: Option<&'a str>,
 }
 
 impl Serialize for Row<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let run = self.run.map(|run| Value::Text(run.into()));
+        let run = self.run.map(|run| Cell::Text(run.into()));
         serializer.collect_seq(self.values.iter().chain(&run).map(Field))
     }
 }
 
-struct Field<'a>(&'a Value<'a>);
+struct Field<'a>(&'a Cell<'a>);
 
 impl Serialize for Field<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self.0 {
             empty if empty.is_empty() => serializer.serialize_none(),
-            Value::Empty => serializer.serialize_none(),
-            Value::Whole(whole) => serializer.serialize_u64(*whole),
-            Value::Number(number) => serializer.serialize_f64(*number),
-            Value::Flag(flag) => serializer.serialize_bool(*flag),
-            Value::Text(text) => serializer.serialize_str(text),
+            Cell::Empty => serializer.serialize_none(),
+            Cell::Whole(whole) => serializer.serialize_u64(*whole),
+            Cell::Number(number) => serializer.serialize_f64(*number),
+            Cell::Flag(flag) => serializer.serialize_bool(*flag),
+            Cell::Text(text) => serializer.serialize_str(text),
         }
     }
 }

@@ -6,14 +6,14 @@
 //! formats of NumPy and MATLAB it holds the whole table twice. Equal tables give equal bytes.
 //!
 //! ```
-//! use standstill_table::{Column, Format, Kind, Value, Writer};
+//! use standstill_table::{Column, Format, Kind, Cell, Writer};
 //!
 //! let columns = vec![Column::new("trial", Kind::Whole), Column::new("error_deg", Kind::Number)];
 //! let run = [("seed".to_owned(), "7".to_owned())];
 //! let mut file = Vec::new();
 //! let mut table = Writer::new(&mut file, Format::Csv, columns, &run)?;
-//! table.row(&[Value::from(0), Value::from(0.25)])?;
-//! table.row(&[Value::from(1), Value::Empty])?;
+//! table.row(&[Cell::from(0), Cell::from(0.25)])?;
+//! table.row(&[Cell::from(1), Cell::Empty])?;
 //! table.finish()?;
 //! assert_eq!(file, b"trial,error_deg,run\n0,0.25,\"{\"\"seed\"\":\"\"7\"\"}\"\n1,,\n");
 //! # Ok::<(), standstill_table::TableError>(())
@@ -80,7 +80,7 @@ pub struct Column {
 
 /// Content of a cell.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value<'a> {
+pub enum Cell<'a> {
     /// Nothing.
     Empty,
     /// For [`Kind::Whole`].
@@ -155,8 +155,8 @@ impl Format {
     }
 }
 
-impl Value<'_> {
-    /// Whether a table holds nothing for it: [`Value::Empty`], a number that is not finite, an empty text.
+impl Cell<'_> {
+    /// Whether a table holds nothing for it: [`Cell::Empty`], a number that is not finite, an empty text.
     pub fn is_empty(&self) -> bool {
         match self {
             Self::Empty => true,
@@ -188,37 +188,37 @@ impl Value<'_> {
     }
 }
 
-impl From<u64> for Value<'_> {
+impl From<u64> for Cell<'_> {
     fn from(whole: u64) -> Self {
         Self::Whole(whole)
     }
 }
 
-impl From<f64> for Value<'_> {
+impl From<f64> for Cell<'_> {
     fn from(number: f64) -> Self {
         Self::Number(number)
     }
 }
 
-impl From<bool> for Value<'_> {
+impl From<bool> for Cell<'_> {
     fn from(flag: bool) -> Self {
         Self::Flag(flag)
     }
 }
 
-impl<'a> From<&'a str> for Value<'a> {
+impl<'a> From<&'a str> for Cell<'a> {
     fn from(text: &'a str) -> Self {
         Self::Text(Cow::Borrowed(text))
     }
 }
 
-impl From<String> for Value<'_> {
+impl From<String> for Cell<'_> {
     fn from(text: String) -> Self {
         Self::Text(Cow::Owned(text))
     }
 }
 
-impl<'a, T: Into<Value<'a>>> From<Option<T>> for Value<'a> {
+impl<'a, T: Into<Cell<'a>>> From<Option<T>> for Cell<'a> {
     fn from(value: Option<T>) -> Self {
         value.map_or(Self::Empty, Into::into)
     }
@@ -252,7 +252,7 @@ impl<'w> Writer<'w> {
     ///
     /// [`TableError::Row`] if it does not fit; then nothing of it is written and the table can go on. After a
     /// [`TableError::Write`] it cannot.
-    pub fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
+    pub fn row(&mut self, values: &[Cell<'_>]) -> Result<(), TableError> {
         check_row(&self.columns, self.rows, values)?;
         match &mut self.sink {
             Sink::Csv(sink) => sink.row(values)?,
@@ -300,7 +300,7 @@ fn check(columns: &[Column], metadata: &[(String, String)]) -> Result<(), TableE
 }
 
 /// Whether a row fits the columns; `rows` is how many there are before it.
-fn check_row(columns: &[Column], rows: u64, values: &[Value<'_>]) -> Result<(), TableError> {
+fn check_row(columns: &[Column], rows: u64, values: &[Cell<'_>]) -> Result<(), TableError> {
     let wrong = |column: Option<&Column>, found, needed| TableError::Row {
         row: rows + 1,
         column: column.map(|column| column.name.clone()),

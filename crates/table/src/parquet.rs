@@ -12,7 +12,7 @@ use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
-use super::{Column, Columns, Data, Destination, Kind, TableError, Value};
+use super::{Cell, Column, Columns, Data, Destination, Kind, TableError};
 
 /// Rows of a group: enough that its share of the footer is small, few enough to hold in memory.
 const GROUP_ROWS: u64 = 1 << 16;
@@ -38,7 +38,7 @@ impl<'w> Sink<'w> {
         Ok(Self { to, group: Columns::new(columns.to_vec()) })
     }
 
-    pub(super) fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
+    pub(super) fn row(&mut self, values: &[Cell<'_>]) -> Result<(), TableError> {
         self.group.push(values);
         let full = self.group.rows() == GROUP_ROWS || self.group.text_bytes() >= GROUP_TEXT;
         if full { self.flush() } else { Ok(()) }

@@ -9,7 +9,7 @@ use csv::{ErrorKind, StringRecord};
 
 use self::parquet::Parquet;
 use super::error::quoted;
-use super::{Column, Format, Kind, METADATA, Place, TableError, Value};
+use super::{Cell, Column, Format, Kind, METADATA, Place, TableError};
 
 mod claims;
 mod parquet;
@@ -73,7 +73,7 @@ impl Reader {
     ///
     /// # Errors
     /// A column that is missing; a value of another kind; a file that cannot be read any further.
-    pub fn values(self, columns: &[Column], mut each: impl FnMut(&[Value<'_>])) -> Result<(), TableError> {
+    pub fn values(self, columns: &[Column], mut each: impl FnMut(&[Cell<'_>])) -> Result<(), TableError> {
         let place = |column: &Column| {
             let found = self.columns.iter().position(|name| *name == column.name);
             let found = found.ok_or_else(|| file_error(&self.path, &format!("no column {}", column.name)));
@@ -107,8 +107,8 @@ impl Reader {
             Source::Parquet(file) => {
                 let places: Vec<usize> = columns.iter().map(|(place, _)| *place).collect();
                 file.rows(&self.path, &places, |row, cells| {
-                    let unlike = |((_, kind), cell): &(&(usize, Kind), &Value<'_>)| {
-                        !cell.fits(*kind) || matches!(cell, Value::Number(number) if !number.is_finite())
+                    let unlike = |((_, kind), cell): &(&(usize, Kind), &Cell<'_>)| {
+                        !cell.fits(*kind) || matches!(cell, Cell::Number(number) if !number.is_finite())
                     };
                     if let Some((column, cell)) = columns.iter().zip(cells).find(unlike) {
                         return Err(wrong(Place::Row(row), *column, said(cell)));
@@ -153,31 +153,31 @@ impl Reader {
     }
 }
 
-/// Value of a text in a column of this kind.
-fn value(kind: Kind, text: &str) -> Option<Value<'_>> {
+/// Cell with the value of a text in a column of this kind.
+fn value(kind: Kind, text: &str) -> Option<Cell<'_>> {
     if text.is_empty() {
-        return Some(Value::Empty);
+        return Some(Cell::Empty);
     }
     match kind {
-        Kind::Whole => text.parse().ok().map(Value::Whole),
+        Kind::Whole => text.parse().ok().map(Cell::Whole),
         // Not-a-number is how other programs write nothing.
         Kind::Number => match text.parse::<f64>().ok()? {
-            number if number.is_nan() => Some(Value::Empty),
-            number => number.is_finite().then_some(Value::Number(number)),
+            number if number.is_nan() => Some(Cell::Empty),
+            number => number.is_finite().then_some(Cell::Number(number)),
         },
-        Kind::Flag => text.parse().ok().map(Value::Flag),
-        Kind::Text => Some(Value::Text(text.into())),
+        Kind::Flag => text.parse().ok().map(Cell::Flag),
+        Kind::Text => Some(Cell::Text(text.into())),
     }
 }
 
 /// Text of a cell for messages.
-fn said(cell: &Value<'_>) -> String {
+fn said(cell: &Cell<'_>) -> String {
     match cell {
-        Value::Empty => "nothing".to_owned(),
-        Value::Whole(whole) => whole.to_string(),
-        Value::Number(number) => number.to_string(),
-        Value::Flag(flag) => flag.to_string(),
-        Value::Text(text) => quoted(text),
+        Cell::Empty => "nothing".to_owned(),
+        Cell::Whole(whole) => whole.to_string(),
+        Cell::Number(number) => number.to_string(),
+        Cell::Flag(flag) => flag.to_string(),
+        Cell::Text(text) => quoted(text),
     }
 }
 

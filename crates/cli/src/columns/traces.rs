@@ -7,10 +7,10 @@ use std::borrow::Cow;
 
 use standstill_interface::{Phase, Sensed};
 use standstill_sim::{Event, Trace};
-use standstill_table::{Column, Format, Kind, TableError, Value};
+use standstill_table::{Cell, Column, Format, Kind, TableError};
 
 /// Receiver of a table's rows.
-type Sink<'a> = &'a mut dyn FnMut(&[Value<'_>]) -> Result<(), TableError>;
+type Sink<'a> = &'a mut dyn FnMut(&[Cell<'_>]) -> Result<(), TableError>;
 
 /// A column of a trace: its name, and for numbers in text the number of parts into which the unit is divided.
 type Head = (Cow<'static, str>, Option<f64>);
@@ -54,10 +54,10 @@ impl TraceTable {
     /// Writes the table's rows. In CSV times are rounded to 1 ps, currents to 1 nA and voltages to 1 µV.
     pub fn rows(&self, trace: &Trace, format: Format, to: Sink<'_>) -> Result<(), TableError> {
         let columns = (self.columns)(trace);
-        let mut rounded = |row: &[Value<'_>]| {
+        let mut rounded = |row: &[Cell<'_>]| {
             let mut row = row.to_vec();
             for (value, (_, parts)) in row.iter_mut().zip(&columns) {
-                if let (Value::Number(number), Some(parts)) = (value, parts) {
+                if let (Cell::Number(number), Some(parts)) = (value, parts) {
                     *number = round(*number, *parts);
                 }
             }
@@ -109,19 +109,19 @@ fn waveform_columns(trace: &Trace) -> Vec<Head> {
 
 /// Rounds currents to whole nanoamperes, as in all files, so that the integrator's rounding of a zero current becomes
 /// zero.
-fn currents(current: [f64; 3]) -> [Value<'static>; 3] {
-    current.map(|current| Value::Number(round(current, 1e9)))
+fn currents(current: [f64; 3]) -> [Cell<'static>; 3] {
+    current.map(|current| Cell::Number(round(current, 1e9)))
 }
 
 /// Writes the rows of the waveform: voltages in V against the negative rail, currents in A of the winding and of each
 /// leg's devices, towards the motor, and from the DC link into the bridge.
 fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     for s in &trace.snapshots {
-        let number = |value: f64| Value::Number(value);
+        let number = |value: f64| Cell::Number(value);
         let [a, b, c] = currents(s.current);
         let [leg_a, leg_b, leg_c] = currents(s.leg_current());
         let [va, vb, vc] = s.potential.map(number);
-        let [ma, mb, mc] = s.modes.map(|mode| Value::Text(mode.to_string().into()));
+        let [ma, mb, mc] = s.modes.map(|mode| Cell::Text(mode.to_string().into()));
         let angle = number(s.angle.to_degrees());
         let end = [s.dc_link, s.speed, s.torque].map(number);
         let [link, speed, torque] = end;
@@ -147,7 +147,7 @@ fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
             leg_c,
             into_bridge,
         ];
-        row.extend(s.comparator.map(|state| Value::Text(state.to_string().into())));
+        row.extend(s.comparator.map(|state| Cell::Text(state.to_string().into())));
         to(&row)?;
     }
     Ok(())
@@ -182,8 +182,7 @@ fn channel_columns(trace: &Trace) -> Vec<Head> {
 
 fn channels(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     for (time, values) in &trace.own.rows {
-        let row: Vec<Value<'_>> =
-            [time].into_iter().chain(values).map(|value| Value::Number(*value)).collect();
+        let row: Vec<Cell<'_>> = [time].into_iter().chain(values).map(|value| Cell::Number(*value)).collect();
         to(&row)?;
     }
     Ok(())
@@ -213,11 +212,11 @@ fn event_columns(trace: &Trace) -> Vec<Head> {
 }
 
 /// A reading of a sensor; empty if none sees the value.
-fn seen(value: f64, sensed: Sensed) -> Value<'static> {
-    if sensed == Sensed::Hidden { Value::Empty } else { Value::Number(value) }
+fn seen(value: f64, sensed: Sensed) -> Cell<'static> {
+    if sensed == Sensed::Hidden { Cell::Empty } else { Cell::Number(value) }
 }
 
-fn letter(phase: Phase) -> Value<'static> {
+fn letter(phase: Phase) -> Cell<'static> {
     phase.letter().to_string().into()
 }
 
@@ -225,44 +224,42 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     let columns = event_columns(trace).len();
     let [terminals, link, captures] = reads(trace);
     let mut log = trace.own.log.iter().peekable();
-    let mut said = |until: f64, to: &mut dyn FnMut(&[Value<'_>]) -> Result<(), TableError>| {
+    let mut said = |until: f64, to: &mut dyn FnMut(&[Cell<'_>]) -> Result<(), TableError>| {
         while let Some((time, line)) = log.next_if(|(time, _)| *time < until) {
-            let text = Value::Text(line.as_str().into());
-            let mut row = vec![Value::Number(*time), "log".into(), Value::Empty, text];
-            row.resize(columns, Value::Empty);
+            let text = Cell::Text(line.as_str().into());
+            let mut row = vec![Cell::Number(*time), "log".into(), Cell::Empty, text];
+            row.resize(columns, Cell::Empty);
             to(&row)?;
         }
         Ok(())
     };
     for (time, event) in &trace.events {
         said(*time, to)?;
-        let mut row = vec![Value::Number(*time)];
-        let word = |text: String| Value::Text(text.into());
+        let mut row = vec![Cell::Number(*time)];
+        let word = |text: String| Cell::Text(text.into());
         let (name, phase, end) = match event {
-            Event::Command => ("command", Value::Empty, Value::Empty),
+            Event::Command => ("command", Cell::Empty, Cell::Empty),
             Event::Gate(phase, gate) => ("gate", letter(*phase), word(format!("{gate:?}").to_lowercase())),
             Event::Conduction(phase, mode) => ("conduction", letter(*phase), word(mode.to_string())),
-            Event::LeftMap => ("left_map", Value::Empty, Value::Empty),
-            Event::Motion(motion) => ("motion", Value::Empty, word(format!("{motion:?}").to_lowercase())),
-            Event::Sample(of) => (
-                "sample",
-                of.capture.map_or(Value::Empty, |capture| letter(capture.comparator)),
-                Value::Empty,
-            ),
-            Event::Trip(phase) => ("trip", letter(*phase), Value::Empty),
+            Event::LeftMap => ("left_map", Cell::Empty, Cell::Empty),
+            Event::Motion(motion) => ("motion", Cell::Empty, word(format!("{motion:?}").to_lowercase())),
+            Event::Sample(of) => {
+                ("sample", of.capture.map_or(Cell::Empty, |capture| letter(capture.comparator)), Cell::Empty)
+            }
+            Event::Trip(phase) => ("trip", letter(*phase), Cell::Empty),
         };
         row.extend([name.into(), phase, end]);
         if let Event::Sample(of) = event {
             row.extend(Phase::ALL.map(|phase| seen(of.current[phase], of.sensed[phase])));
-            row.push(Value::Number(of.dc_link));
+            row.push(Cell::Number(of.dc_link));
             if terminals {
                 row.extend(Phase::ALL.map(|phase| seen(of.terminal[phase], of.terminal_sensed[phase])));
             }
             row.extend(link.then(|| seen(of.link_current, of.link_sensed)));
-            let ticks = of.capture.map_or(Value::Empty, |capture| Value::Number(capture.ticks.into()));
+            let ticks = of.capture.map_or(Cell::Empty, |capture| Cell::Number(capture.ticks.into()));
             row.extend(captures.then_some(ticks));
         }
-        row.resize(columns, Value::Empty);
+        row.resize(columns, Cell::Empty);
         to(&row)?;
     }
     said(f64::INFINITY, to)

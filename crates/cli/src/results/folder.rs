@@ -6,7 +6,7 @@ use standstill_campaign::store::{Identity, Journal, Row, Rows, Shard};
 use standstill_interface::Choice as _;
 use standstill_report::study::ErrorCloud;
 use standstill_scenario::{Document, ScenarioFile, Verdict};
-use standstill_table::{Column, Format, Reader, TableError, Value};
+use standstill_table::{Cell, Column, Format, Reader, TableError};
 
 use super::{STATISTICS, SUMMARY, SummaryFile, trials_name};
 use crate::columns::trial_columns;
@@ -229,11 +229,11 @@ pub fn rows(reader: Reader, mut each: impl FnMut(usize, Row)) -> Result<(), Tabl
     })
 }
 
-fn row(values: &[Value<'_>]) -> Option<Row> {
-    let &[Value::Whole(trial), ref values @ ..] = values else { return None };
-    let number = |place: usize| if let Value::Number(number) = values[place] { Some(number) } else { None };
+fn row(values: &[Cell<'_>]) -> Option<Row> {
+    let &[Cell::Whole(trial), ref values @ ..] = values else { return None };
+    let number = |place: usize| if let Cell::Number(number) = values[place] { Some(number) } else { None };
     let known = |place: usize| number(place).unwrap_or(f64::NAN);
-    let text = |place: usize| if let Value::Text(text) = &values[place] { text.as_ref() } else { "" };
+    let text = |place: usize| if let Cell::Text(text) = &values[place] { text.as_ref() } else { "" };
     Some(Row {
         trial,
         true_angle_deg: known(0),
@@ -241,7 +241,7 @@ fn row(values: &[Value<'_>]) -> Option<Row> {
         error_deg: number(2),
         half_sector_deg: None,
         verdict: Verdict::named(text(3))?,
-        pole_correct: if let Value::Flag(correct) = values[4] { Some(correct) } else { None },
+        pole_correct: if let Cell::Flag(correct) = values[4] { Some(correct) } else { None },
         rotor_moved_deg: known(5),
         duration_s: known(6),
         axis_deg: number(7),

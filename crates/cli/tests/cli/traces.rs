@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use standstill_table::{Column, Kind, Reader, Value};
+use standstill_table::{Cell, Column, Kind, Reader};
 
 use crate::{folder, standstill};
 
@@ -13,7 +13,7 @@ fn currents(path: &Path) -> (f64, f64) {
     let names = ["i_a_A", "i_b_A", "i_c_A", "i_leg_a_A", "i_leg_b_A", "i_leg_c_A"];
     let (mut sum, mut charging) = (0.0_f64, 0.0_f64);
     let read = reader.values(&names.map(|name| Column::new(name, Kind::Number)), |row| {
-        let number = |k: usize| if let Value::Number(number) = row[k] { number } else { panic!("no number") };
+        let number = |k: usize| if let Cell::Number(number) = row[k] { number } else { panic!("no number") };
         let [a, b, c, legs @ ..]: [f64; 6] = std::array::from_fn(number);
         sum = sum.max((a + b + c).abs());
         charging = [a, b, c].iter().zip(legs).fold(charging, |most, (i, leg)| most.max((i - leg).abs()));

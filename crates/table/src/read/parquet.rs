@@ -14,7 +14,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::claims::{self, Part};
 use super::{MOST_ROWS, file_error, opened, quoted};
-use crate::{TableError, Value};
+use crate::{Cell, TableError};
 
 /// Rows decoded at once.
 const BATCH: usize = 1 << 12;
@@ -76,7 +76,7 @@ impl Parquet {
         &self,
         path: &Path,
         places: &[usize],
-        mut each: impl FnMut(u64, &[Value<'_>]) -> Result<(), TableError>,
+        mut each: impl FnMut(u64, &[Cell<'_>]) -> Result<(), TableError>,
     ) -> Result<(), TableError> {
         let (mut rows, mut bytes, mut text) = (0, 0, 0);
         let most = self.length.saturating_mul(MOST_OF_A_BYTE).saturating_add(LITTLE_TEXT);
@@ -188,25 +188,25 @@ impl Cells {
     }
 
     /// The cell of a row; `next` counts those that were not empty. None if there is no such value, or one that is no text.
-    fn cell(&self, row: usize, next: &mut usize) -> Option<Value<'_>> {
+    fn cell(&self, row: usize, next: &mut usize) -> Option<Cell<'_>> {
         if self.present.get(row).is_some_and(|level| *level != 1) {
-            return Some(Value::Empty);
+            return Some(Cell::Empty);
         }
         let at = *next;
         *next += 1;
         Some(match &self.values {
             Values::Number(numbers) => match *numbers.get(at)? {
                 // Not-a-number is how other programs write what is missing, too.
-                number if number.is_nan() => Value::Empty,
-                number => Value::Number(number),
+                number if number.is_nan() => Cell::Empty,
+                number => Cell::Number(number),
             },
             // What is below zero is no whole number of ours, but a number.
             Values::Whole(wholes) => {
                 let whole = *wholes.get(at)?;
-                u64::try_from(whole).map_or(Value::Number(whole as f64), Value::Whole)
+                u64::try_from(whole).map_or(Cell::Number(whole as f64), Cell::Whole)
             }
-            Values::Flag(flags) => Value::Flag(*flags.get(at)?),
-            Values::Text(texts) => Value::Text(texts.get(at)?.as_utf8().ok()?.into()),
+            Values::Flag(flags) => Cell::Flag(*flags.get(at)?),
+            Values::Text(texts) => Cell::Text(texts.get(at)?.as_utf8().ok()?.into()),
         })
     }
 }

@@ -7,7 +7,7 @@ use std::io::{self, Write};
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
-use standstill_table::{Column, Format, Kind, TableError, Value, Writer};
+use standstill_table::{Cell, Column, Format, Kind, TableError, Writer};
 
 mod crafted;
 mod read;
@@ -15,7 +15,7 @@ mod whole;
 
 const FORMATS: [Format; 2] = [Format::Csv, Format::Parquet];
 
-type Row = Vec<Value<'static>>;
+type Row = Vec<Cell<'static>>;
 
 fn columns() -> Vec<Column> {
     [
@@ -35,8 +35,8 @@ fn metadata() -> Vec<(String, String)> {
         .to_vec()
 }
 
-fn text(text: &'static str) -> Value<'static> {
-    Value::Text(Cow::Borrowed(text))
+fn text(text: &'static str) -> Cell<'static> {
+    Cell::Text(Cow::Borrowed(text))
 }
 
 fn write(format: Format, rows: &[Row], metadata: &[(String, String)]) -> Vec<u8> {
@@ -91,13 +91,13 @@ fn held(format: Format, bytes: &[u8]) -> Vec<Vec<String>> {
 
 /// What a table should hold for these rows.
 fn expected(rows: &[Row]) -> Vec<Vec<String>> {
-    let cell = |value: &Value<'_>| match value {
+    let cell = |value: &Cell<'_>| match value {
         empty if empty.is_empty() => String::new(),
-        Value::Empty => String::new(),
-        Value::Whole(whole) => whole.to_string(),
-        Value::Number(number) => format!("{:016x}", number.to_bits()),
-        Value::Flag(flag) => flag.to_string(),
-        Value::Text(text) => text.clone().into_owned(),
+        Cell::Empty => String::new(),
+        Cell::Whole(whole) => whole.to_string(),
+        Cell::Number(number) => format!("{:016x}", number.to_bits()),
+        Cell::Flag(flag) => flag.to_string(),
+        Cell::Text(text) => text.clone().into_owned(),
     };
     rows.iter().map(|row| row.iter().map(cell).collect()).collect()
 }
@@ -125,9 +125,9 @@ fn everything() -> Vec<Row> {
         "",
     ];
     let wholes = [0, 1, 1 << 53, (1 << 53) + 1, i64::MAX.cast_unsigned()];
-    let mut rows = vec![vec![Value::Empty; 4]];
-    let row = |place: usize, value: Value<'static>| {
-        let mut row = vec![Value::Empty; 4];
+    let mut rows = vec![vec![Cell::Empty; 4]];
+    let row = |place: usize, value: Cell<'static>| {
+        let mut row = vec![Cell::Empty; 4];
         row[place] = value;
         row
     };
@@ -135,7 +135,7 @@ fn everything() -> Vec<Row> {
     rows.extend(numbers.into_iter().chain(nothing).map(|number| row(1, number.into())));
     rows.extend([true, false].map(|flag| row(2, flag.into())));
     rows.extend(texts.map(|value| row(3, text(value))));
-    rows.push(vec![Value::Whole(3), Value::Number(0.5), Value::Flag(true), text("all")]);
+    rows.push(vec![Cell::Whole(3), Cell::Number(0.5), Cell::Flag(true), text("all")]);
     rows
 }
 
@@ -160,7 +160,7 @@ fn law_both_formats_hold_what_was_written() {
 #[test]
 fn law_long_texts_close_a_row_group_early() {
     let long = "x".repeat(1 << 20);
-    let row = |k| vec![Value::Whole(k), Value::Empty, Value::Empty, format!("{k} {long}").into()];
+    let row = |k| vec![Cell::Whole(k), Cell::Empty, Cell::Empty, format!("{k} {long}").into()];
     let rows: Vec<Row> = (0..20).map(row).collect();
     let bytes = write(Format::Parquet, &rows, &[]);
     assert!(held(Format::Parquet, &bytes) == expected(&rows));
@@ -180,8 +180,8 @@ fn law_equal_tables_give_equal_bytes() {
 #[test]
 fn golden_csv() {
     let rows = vec![
-        vec![Value::Whole(0), Value::Number(1.5e-5), Value::Flag(true), Value::Empty],
-        vec![Value::Whole(1), Value::Number(1e16), Value::Empty, text("a, \"b\"\nc")],
+        vec![Cell::Whole(0), Cell::Number(1.5e-5), Cell::Flag(true), Cell::Empty],
+        vec![Cell::Whole(1), Cell::Number(1e16), Cell::Empty, text("a, \"b\"\nc")],
     ];
     let pairs = [("seed".to_owned(), "7".to_owned()), ("motor".to_owned(), "paper".to_owned())];
     let expected = "trial,error_deg,pole_correct,reason,run\n\
@@ -195,7 +195,7 @@ fn golden_csv() {
 #[test]
 fn cross_csv_is_what_the_csv_crate_serialises() {
     let numbers = everything().into_iter().filter_map(|row| match row[1] {
-        Value::Number(number) if number.is_finite() => Some(number),
+        Cell::Number(number) if number.is_finite() => Some(number),
         _ => None,
     });
     let rows: Vec<(u64, Option<f64>, Option<bool>, &str)> = numbers
@@ -236,15 +236,15 @@ fn regress_columns_and_metadata_that_make_no_table() {
 
 #[test]
 fn regress_rows_that_do_not_fit_leave_no_trace() {
-    let [a, b, c, d] = std::array::from_fn(|_| Value::Empty);
-    let row = |place: usize, value: Value<'static>| {
+    let [a, b, c, d] = std::array::from_fn(|_| Cell::Empty);
+    let row = |place: usize, value: Cell<'static>| {
         let mut row = vec![a.clone(), b.clone(), c.clone(), d.clone()];
         row[place] = value;
         row
     };
     let whole = "row 2, column `trial`: found the whole number 9223372036854775808, needed a whole number from 0 to 2^63 - 1";
     let faults: [(Row, &str); 5] = [
-        (vec![Value::Empty; 3], "row 2: found 3 value(s), needed 4, one for each column"),
+        (vec![Cell::Empty; 3], "row 2: found 3 value(s), needed 4, one for each column"),
         (row(0, (1_u64 << 63).into()), whole),
         (row(1, 3_u64.into()), "row 2, column `error_deg`: found the whole number 3, needed a finite number"),
         (

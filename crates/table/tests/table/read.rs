@@ -9,7 +9,7 @@ use parquet::data_type::{BoolType, DoubleType, Int64Type};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
-use standstill_table::{Column, Format, Kind, Reader, TableError, Value};
+use standstill_table::{Cell, Column, Format, Kind, Reader, TableError};
 use tempfile::TempDir;
 
 use super::{FORMATS, Row, metadata, some_rows, text, write};
@@ -27,7 +27,7 @@ fn column(reader: Reader, place: usize) -> Result<Vec<Option<f64>>, TableError> 
     let columns = [Column::new(reader.columns[place].as_str(), Kind::Number)];
     let mut rows = Vec::new();
     reader.values(&columns, |cells| {
-        rows.push(if let Value::Number(number) = cells[0] { Some(number) } else { None });
+        rows.push(if let Cell::Number(number) = cells[0] { Some(number) } else { None });
     })?;
     Ok(rows)
 }
@@ -53,7 +53,7 @@ fn law_numbers_and_metadata_are_read_back_from_both_formats() {
         (0..150_000_u32).map(|k| (k % 7 != 0).then_some(f64::from(k).sqrt())).collect();
     let rows: Vec<Row> = given
         .iter()
-        .map(|number| vec![Value::Whole(1), (*number).into(), Value::Empty, text("two\nlines")])
+        .map(|number| vec![Cell::Whole(1), (*number).into(), Cell::Empty, text("two\nlines")])
         .collect();
     for format in FORMATS {
         let (_folder, path) = file(&format!("table.{}", format.name()), &write(format, &rows, &metadata()));

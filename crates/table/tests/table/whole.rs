@@ -2,15 +2,15 @@
 
 use std::io::{Cursor, Read};
 
-use standstill_table::{Column, Format, Kind, TableError, Value, Writer};
+use standstill_table::{Cell, Column, Format, Kind, TableError, Writer};
 
 use super::{columns, metadata, text, write};
 
-fn rows() -> Vec<Vec<Value<'static>>> {
+fn rows() -> Vec<Vec<Cell<'static>>> {
     vec![
-        vec![Value::Whole(7), Value::Number(-0.25), Value::Flag(true), text("größer")],
-        vec![Value::Whole(8), Value::Empty, Value::Empty, Value::Empty],
-        vec![Value::Whole(9), Value::Number(f64::INFINITY), Value::Flag(false), text("so")],
+        vec![Cell::Whole(7), Cell::Number(-0.25), Cell::Flag(true), text("größer")],
+        vec![Cell::Whole(8), Cell::Empty, Cell::Empty, Cell::Empty],
+        vec![Cell::Whole(9), Cell::Number(f64::INFINITY), Cell::Flag(false), text("so")],
     ]
 }
 
@@ -99,7 +99,7 @@ fn law_a_row_that_does_not_fit_is_refused_in_memory_too() {
     for format in [Format::Npz, Format::Mat] {
         let mut file = Vec::new();
         let mut writer = Writer::new(&mut file, format, columns(), &[]).expect("columns");
-        assert!(matches!(writer.row(&[Value::Whole(1)]), Err(TableError::Row { row: 1, .. })));
+        assert!(matches!(writer.row(&[Cell::Whole(1)]), Err(TableError::Row { row: 1, .. })));
         writer.row(&rows()[0]).expect("fits");
         assert!(writer.finish().is_ok());
     }

@@ -10,10 +10,10 @@ use standstill_sim::{Case, run};
 use super::*;
 
 /// The numbers of a row in columns of these names.
-fn numbers<const N: usize>(row: &[Value<'_>], names: [&str; N]) -> [f64; N] {
+fn numbers<const N: usize>(row: &[Cell<'_>], names: [&str; N]) -> [f64; N] {
     names.map(|name| {
         let place = WAVEFORM.iter().position(|(known, _)| *known == name).expect("a column");
-        let Value::Number(number) = row[place] else { panic!("{name}: no number") };
+        let Cell::Number(number) = row[place] else { panic!("{name}: no number") };
         number
     })
 }
@@ -43,12 +43,12 @@ fn law_phase_currents_sum_to_zero_and_only_conducting_legs_carry_any() {
                     let sum: f64 = phase.iter().sum();
                     assert!(sum.abs() < 2e-9, "{}, {errors}: {phase:?}", method.name());
                     let upper = (0..3)
-                        .filter(|k| matches!(&row[8 + k], Value::Text(mode) if mode.starts_with("upper")));
+                        .filter(|k| matches!(&row[8 + k], Cell::Text(mode) if mode.starts_with("upper")));
                     let [link] = numbers(row, ["i_link_A"]);
                     let expected: f64 = upper.map(|k| leg[k]).sum();
                     assert!((link - expected).abs() < 2e-9, "{}, {errors}: {link} {leg:?}", method.name());
                     for k in 0..3 {
-                        let blocked = row[8 + k] == Value::Text("blocked".into());
+                        let blocked = row[8 + k] == Cell::Text("blocked".into());
                         assert_eq!(leg[k], if blocked { 0.0 } else { phase[k] });
                         charging = charging.max((phase[k] - leg[k]).abs());
                     }
@@ -73,13 +73,13 @@ fn traced(text: &str) -> Trace {
 }
 
 /// All rows of a table, by the names of its columns.
-fn rows(table: &TraceTable, trace: &Trace) -> Vec<Vec<(String, Value<'static>)>> {
+fn rows(table: &TraceTable, trace: &Trace) -> Vec<Vec<(String, Cell<'static>)>> {
     let columns = table.columns(trace);
     let mut rows = Vec::new();
-    let kept = |value: &Value<'_>| match value {
-        Value::Number(number) => Value::Number(*number),
-        Value::Text(text) => Value::Text(text.to_string().into()),
-        _ => Value::Empty,
+    let kept = |value: &Cell<'_>| match value {
+        Cell::Number(number) => Cell::Number(*number),
+        Cell::Text(text) => Cell::Text(text.to_string().into()),
+        _ => Cell::Empty,
     };
     table
         .rows(trace, Format::Npz, &mut |row| {
@@ -93,7 +93,7 @@ fn rows(table: &TraceTable, trace: &Trace) -> Vec<Vec<(String, Value<'static>)>>
     rows
 }
 
-fn cell<'a>(row: &'a [(String, Value<'static>)], name: &str) -> &'a Value<'static> {
+fn cell<'a>(row: &'a [(String, Cell<'static>)], name: &str) -> &'a Cell<'static> {
     &row.iter().find(|(known, _)| known == name).unwrap_or_else(|| panic!("no {name}")).1
 }
 
@@ -106,13 +106,13 @@ fn law_a_shunt_without_errors_reads_the_current_of_the_link() {
     let [waveform, events, _] = TraceTable::ALL;
     let (waveform, mut seen, mut largest, mut returned) = (rows(&waveform, &trace), 0, 0.0_f64, 0.0_f64);
     for row in rows(&events, &trace) {
-        let (Value::Number(time), Value::Number(read)) = (cell(&row, "t_s"), cell(&row, "i_link_A")) else {
+        let (Cell::Number(time), Cell::Number(read)) = (cell(&row, "t_s"), cell(&row, "i_link_A")) else {
             continue;
         };
         let there = waveform
             .iter()
-            .find(|row| matches!(cell(row, "t_s"), Value::Number(at) if (at - time).abs() < 1e-13));
-        let Value::Number(link) = cell(there.expect("a row"), "i_link_A") else { panic!("no number") };
+            .find(|row| matches!(cell(row, "t_s"), Cell::Number(at) if (at - time).abs() < 1e-13));
+        let Cell::Number(link) = cell(there.expect("a row"), "i_link_A") else { panic!("no number") };
         assert!((link - read).abs() < 2e-9, "{time} s: {link} A, read as {read} A");
         (seen, largest, returned) = (seen + 1, largest.max(*read), returned.min(*read));
     }
@@ -129,8 +129,8 @@ fn law_a_trace_tells_what_comparators_do_and_what_the_timer_captured() {
     let rows_of = |name: &str, state: &str, at: &str| -> Vec<f64> {
         let table = if name == "comparator" { &waveform } else { &events };
         let all = rows(table, &trace);
-        let of = all.iter().filter(|row| *cell(row, name) == Value::Text(state.to_owned().into()));
-        of.map(|row| if let Value::Number(number) = cell(row, at) { *number } else { panic!("{at}") })
+        let of = all.iter().filter(|row| *cell(row, name) == Cell::Text(state.to_owned().into()));
+        of.map(|row| if let Cell::Number(number) = cell(row, at) { *number } else { panic!("{at}") })
             .collect()
     };
     let (trips, samples) = (rows_of("event", "trip", "t_s"), rows_of("event", "sample", "capture_ticks"));
@@ -150,7 +150,6 @@ fn law_a_trace_tells_what_comparators_do_and_what_the_timer_captured() {
     assert!(tripped.iter().all(|time| trips.iter().any(|trip| time >= trip)) && tripped.len() > 100);
     // What a drive without phase sensors would read is there beside it: a terminal at each rail.
     let all = rows(&events, &trace);
-    let sample =
-        all.iter().find(|row| *cell(row, "event") == Value::Text("sample".into())).expect("a sample");
-    assert!(matches!(cell(sample, "v_a_V"), Value::Number(volts) if volts.is_finite()));
+    let sample = all.iter().find(|row| *cell(row, "event") == Cell::Text("sample".into())).expect("a sample");
+    assert!(matches!(cell(sample, "v_a_V"), Cell::Number(volts) if volts.is_finite()));
 }

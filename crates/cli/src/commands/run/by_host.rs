@@ -10,7 +10,7 @@ use standstill_campaign::store::{Row, Shard, Sweep as Trials};
 use standstill_detect::Method;
 use standstill_interface::PoleEvidence;
 use standstill_scenario::{Plan, Scenario};
-use standstill_table::{Column, Columns, Kind, Value};
+use standstill_table::{Cell, Column, Columns, Kind};
 
 use super::results::{Points, Results};
 use crate::arguments::{Arguments, Command, Run};
@@ -120,11 +120,11 @@ impl Host {
                 for row in rows {
                     let Hosted { row, evidence } = row?;
                     let values = &points.coordinates[point].values;
-                    let mut cells: Vec<Value<'_>> =
+                    let mut cells: Vec<Cell<'_>> =
                         points.axes.iter().zip(values).map(|(axis, (_, value))| axis.value(value)).collect();
                     cells.extend(trial_values(&row));
-                    let evidence = evidence.map(|of| [of.deviations, of.needed].map(Value::Number));
-                    cells.extend(evidence.unwrap_or([Value::Empty, Value::Empty]));
+                    let evidence = evidence.map(|of| [of.deviations, of.needed].map(Cell::Number));
+                    cells.extend(evidence.unwrap_or([Cell::Empty, Cell::Empty]));
                     table.row(&cells).map_err(Error::Table)?;
                     points.add(point, &row);
                 }

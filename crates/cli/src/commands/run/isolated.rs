@@ -99,12 +99,12 @@ impl Workers {
         let of_library = |message: String| refused("detector.library", message);
         let mut worker = self.worker().map_err(|error| of_library(format!("no worker process: {error}")))?;
         match worker.answer() {
-            Some(Answer::Ready(digests)) => {
+            Some(Reply::Ready(digests)) => {
                 Worker::begin(&digests, &self.files).map_err(of_library)?;
                 self.free.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
                 Ok(())
             }
-            Some(Answer::Key { key, message }) => Err(refused(&key, message)),
+            Some(Reply::Key { key, message }) => Err(refused(&key, message)),
             Some(other) => Err(of_library(other.text())),
             None => Err(of_library(format!(
                 "found one of which no detector can be made: {}, needed one whose create() returns",
@@ -129,7 +129,7 @@ fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     // It ends at the end of its input.
     let _ = worker.ending();
     match answer {
-        Answer::Library { name, isr, loads } => {
+        Reply::Library { name, isr, loads } => {
             let timing = |(pwm_hz, twice, sample_at, update_delay, samples, sample_every, task): Rhythm| {
                 let task = task.map(Nanos);
                 Level::Interrupt(Timing {
@@ -144,13 +144,13 @@ fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
             };
             Ok(Description { name, level: isr.map_or(Level::Command, timing), loads })
         }
-        Answer::NoLibrary { found, needed } => Err(LoadError { found, needed }),
+        Reply::NoLibrary { found, needed } => Err(LoadError { found, needed }),
         other => Err(failed(other.text())),
     }
 }
 
 /// Loads the library at a path, and returns a worker's description of it.
-fn described(path: &Path) -> Answer {
+fn described(path: &Path) -> Reply {
     let read = read_at_most(path, MOST_BYTES).map_err(|error| {
         LoadError::new(format!("a file that cannot be read: {error}"), "a shared library".to_owned())
     });
@@ -173,9 +173,9 @@ fn described(path: &Path) -> Answer {
                 }
             };
             let loads = library.description().loads.clone();
-            Answer::Library { name: library.name().to_owned(), isr, loads }
+            Reply::Library { name: library.name().to_owned(), isr, loads }
         }
-        Err(LoadError { found, needed }) => Answer::NoLibrary { found, needed },
+        Err(LoadError { found, needed }) => Reply::NoLibrary { found, needed },
     }
 }
 
@@ -188,9 +188,9 @@ enum Request {
     Run { path: PathBuf, text: String },
 }
 
-/// Answer of a worker.
+/// Reply of a worker.
 #[derive(Debug, Serialize, Deserialize)]
-enum Answer {
+enum Reply {
     /// The worker has its scenario, and a detector could be made; with the digests of the files that it reads.
     Ready(BTreeMap<String, String>),
     /// The worker has loaded a library; `isr`: the fields of [`Timing`], of a library that is an interrupt.
@@ -205,7 +205,7 @@ enum Answer {
     Record(String),
 }
 
-impl Answer {
+impl Reply {
     /// Returns the text of an error.
     fn text(self) -> String {
         if let Self::Error(text) = self { text } else { format!("an answer out of turn: {self:?}") }
@@ -234,7 +234,7 @@ impl Worker {
     }
 
     /// Returns the worker's next answer; none if the process ends before.
-    fn answer(&mut self) -> Option<Answer> {
+    fn answer(&mut self) -> Option<Reply> {
         let mut line = Vec::new();
         loop {
             line.clear();
@@ -270,11 +270,11 @@ impl Worker {
         let _ = writeln!(self.input, "{point} {trial}");
         loop {
             return Some(match self.answer()? {
-                Answer::Ready(digests) => match Self::begin(&digests, files) {
+                Reply::Ready(digests) => match Self::begin(&digests, files) {
                     Ok(()) => continue,
                     Err(other) => Err(Lost::All(other)),
                 },
-                Answer::Record(text) => Record::from_line(&text)
+                Reply::Record(text) => Record::from_line(&text)
                     .ok_or_else(|| Lost::All(format!("a record that is none: {text}"))),
                 other => Err(Lost::All(other.text())),
             });
@@ -341,11 +341,11 @@ pub fn worker() -> Result<Report, Error> {
         Request::Run { path, text } => plan_of(&path, &text),
     };
     let said = match &plan {
-        Ok(plan) => say(&Answer::Ready(digests(plan))),
+        Ok(plan) => say(&Reply::Ready(digests(plan))),
         Err(Error::Scenario(FileError::Key { key, message, .. })) => {
-            say(&Answer::Key { key: key.clone(), message: message.clone() })
+            say(&Reply::Key { key: key.clone(), message: message.clone() })
         }
-        Err(error) => say(&Answer::Error(one_line(&error.to_string()))),
+        Err(error) => say(&Reply::Error(one_line(&error.to_string()))),
     };
     if said.is_err() {
         return done();
@@ -365,8 +365,8 @@ pub fn worker() -> Result<Report, Error> {
             plan.trial(point, scenario, trial).map_err(|error| error.to_string())
         })();
         let answer = match answer {
-            Ok(record) => Answer::Record(record.to_line()),
-            Err(error) => Answer::Error(one_line(&error)),
+            Ok(record) => Reply::Record(record.to_line()),
+            Err(error) => Reply::Error(one_line(&error)),
         };
         if say(&answer).is_err() {
             break;
@@ -376,7 +376,7 @@ pub fn worker() -> Result<Report, Error> {
 }
 
 /// Writes an answer to the parent process.
-fn say(answer: &Answer) -> std::io::Result<()> {
+fn say(answer: &Reply) -> std::io::Result<()> {
     crate::shell::terminal::write(&format!("{MARK}{}\n", line(answer)))
 }
 

@@ -8,7 +8,7 @@ use standstill_campaign::Statistics;
 use standstill_campaign::store::{Identity, JournalError, Row, Shards};
 use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Point};
-use standstill_table::{Column, Columns, Format, TableError, Value, Writer};
+use standstill_table::{Cell, Column, Columns, Format, TableError, Writer};
 
 use crate::answer;
 use crate::arguments::{Results as Options, Rows, Run};
@@ -136,7 +136,7 @@ impl Results {
                 return Err(Stopped::Interrupted);
             }
             let values = &points.coordinates[point].values;
-            let mut cells: Vec<Value<'_>> =
+            let mut cells: Vec<Cell<'_>> =
                 points.axes.iter().zip(values).map(|(axis, (_, value))| axis.value(value)).collect();
             cells.extend(trial_values(row));
             let of_file = trials.as_mut().map_or(Ok(()), |trials| trials.row(&cells));
