@@ -318,7 +318,7 @@ fn cross_no_case_of_ngspice_is_left_out() {
         expected.sort();
         assert_eq!(found, expected);
     }
-    // The tests above go by the beginning of the name; motors are fitted to `pulses_` in crates/analysis/tests/fit.rs.
+    // The tests above go by the beginning of the name; motors are fitted to `pulses_` in crates/fit/tests/fit.rs.
     let known = [
         "slow_", "fast_", "vectors_", "turning_", "opened_", "mosfet_", "pulses_", "charged_", "damped_",
         "sensed_",

@@ -12,7 +12,7 @@ use standstill_analysis::{Event, Trials, subset::Settings};
 use standstill_campaign::binomial_interval;
 use standstill_sim::Tape;
 
-#[path = "../tests/systems/motor.rs"]
+#[path = "../tests/answers/motor.rs"]
 mod motor;
 
 /// In A: the vectors' current; noises with which the event happens once in a billion starts, and once in some 1e5.

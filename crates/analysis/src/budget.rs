@@ -20,9 +20,9 @@ use sources::Start;
 pub(crate) use sources::lengths;
 
 use crate::sobol::{Shares, Squares, Tuple, ratio};
-use crate::system::kept;
 use crate::trials::Codes;
 use crate::{Halt, Trials, Watch};
+use standstill_odds::kept;
 
 /// Default number of pairs of samples.
 pub const PAIRS: u64 = 8000;

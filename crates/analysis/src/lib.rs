@@ -13,7 +13,7 @@
 //! paper's tables, audits them and simulates them.
 //!
 //! All analyses rest on one fact: a trial is a pure function of its draws, and the draws can be given on a [`Tape`]. The
-//! mathematics ([`subset`], [`sobol`], [`bracket`]) is independent of motors: it works on any [`System`], a function of a vector
+//! mathematics ([`mod@subset`], [`sobol`], [`bracket`]) is independent of motors: it works on any [`System`], a function of a vector
 //! of standard normals that grows as it is read. [`Trials`] makes such a system from a scenario.
 //!
 //! [`Tape`]: standstill_sim::Tape
@@ -26,15 +26,11 @@ mod budget;
 mod compare;
 mod event;
 mod explain;
-pub mod fit;
 pub mod limit;
-mod odds;
 pub mod paper;
 pub mod require;
 pub mod sobol;
-pub mod subset;
 mod suitability;
-mod system;
 mod trials;
 pub mod tune;
 
@@ -44,10 +40,9 @@ pub use budget::{Budget, Item, Own, PAIRS, Part, Source, TooFew, trials as trial
 pub use compare::{Entry, informative, mean_energy};
 pub use event::{Event, EventError};
 pub use explain::{Cause, Explained};
-pub use odds::{Alarm, Answer, Odds, PLAIN, RUNS};
+pub use standstill_odds::{Alarm, Estimator, Halt, Odds, PLAIN, RUNS, System, Watch, subset};
 pub use suitability::{
     Advice, CANDIDATES, Candidate, Condition, Confirmed, Demand, Demands, Margins, Progress, Setting,
     Suitability, SuitabilityError, Suited,
 };
-pub use system::{Halt, System, Watch};
 pub use trials::Trials;

@@ -11,8 +11,8 @@ use toml::Value;
 
 use crate::bracket::{Found, Look};
 use crate::limit::{Limits, Tally};
-use crate::system::kept;
 use crate::{Halt, Watch};
+use standstill_odds::kept;
 
 /// A scenario in which keys are varied. All values share the random numbers of the scenario's seed.
 #[derive(Debug)]

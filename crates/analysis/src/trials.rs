@@ -9,7 +9,7 @@ use standstill_scenario::{Record, Scenario, Verdict};
 use standstill_sim::{Adc, Tape};
 
 use crate::subset::{Run, Settings};
-use crate::{Alarm, Answer, Event, Halt, Odds, System, Watch};
+use crate::{Alarm, Estimator, Event, Halt, Odds, System, Watch};
 
 /// Trials of a scenario at one point of its plan, tolerances included.
 #[derive(Clone, Debug)]
@@ -164,9 +164,9 @@ impl<'a> Trials<'a> {
         }
         let lost = |record: &Record| record.axis_error_deg().is_some_and(|error| error.abs() > LOST);
         let unled = |record: &Record| record.findings().fault_margin.is_none_or(|margin| margin >= 0.0);
-        let (share, aside): (_, fn(f64) -> Alarm) = match (event, odds.answer) {
+        let (share, aside): (_, fn(f64) -> Alarm) = match (event, odds.estimator) {
             (Event::WrongPole, _) => (self.share(&odds, lost, watch)?, Alarm::WrongAxes),
-            (Event::Failed, Answer::Subset) => (self.share(&odds, unled, watch)?, Alarm::Unled),
+            (Event::Failed, Estimator::Subset) => (self.share(&odds, unled, watch)?, Alarm::Unled),
             _ => {
                 odds.doubt(settings);
                 return Ok(odds);

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use standstill_analysis::fit::FitError;
-use standstill_analysis::fit::record::RecordError;
 use standstill_analysis::{BoundError, SuitabilityError};
 use standstill_campaign::CampaignError;
 use standstill_campaign::store::{JournalError, ShardsError, SweepError};
 use standstill_detect::SettingsError;
+use standstill_fit::FitError;
+use standstill_fit::record::RecordError;
 #[cfg(feature = "program")]
 use standstill_lab::ServerError;
 use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, built_in_names};

@@ -5,8 +5,8 @@ mod next;
 
 use std::path::Path;
 
-use standstill_analysis::fit::record::{LINK, Record, RecordError};
-use standstill_analysis::fit::{MOST_USED, Start, fit};
+use standstill_fit::record::{LINK, Record, RecordError};
+use standstill_fit::{MOST_USED, Start, fit};
 use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_scenario::Document;
 

@@ -1,7 +1,7 @@
 //! Figure of a fit: simulation over measurement, and the residuals.
 
-use standstill_analysis::fit::record::CHANNELS;
-use standstill_analysis::fit::{Fit, Trace};
+use standstill_fit::record::CHANNELS;
+use standstill_fit::{Fit, Trace};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::parts::WIDTH;

@@ -17,8 +17,8 @@ fn law_what_a_run_reads_is_read_through_one_door() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut doors = Vec::new();
     for name in [
-        "scenario", "files", "plant", "campaign", "foreign", "analysis", "fmu", "table", "report", "lab",
-        "cli",
+        "scenario", "files", "plant", "campaign", "foreign", "odds", "analysis", "fit", "fmu", "table",
+        "report", "lab", "cli",
     ] {
         let folder = crates.join(name).join("src");
         for path in sources(&folder) {

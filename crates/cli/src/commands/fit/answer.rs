@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use standstill_analysis::fit::record::{LINK, Record as Trace};
-use standstill_analysis::fit::{Estimate, Fit, MISFIT, NonIdentifiable};
+use standstill_fit::record::{LINK, Record as Trace};
+use standstill_fit::{Estimate, Fit, MISFIT, NonIdentifiable};
 use standstill_quantity::{Scale, number};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
 

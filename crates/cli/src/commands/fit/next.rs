@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use standstill_analysis::fit::{Discrepancy, Fit, MISFIT, Misfit, Pulse};
+use standstill_fit::{Discrepancy, Fit, MISFIT, Misfit, Pulse};
 use standstill_quantity::unit::{Ampere, Hertz, Second};
 use standstill_quantity::{Quantity, Scale, number};
 

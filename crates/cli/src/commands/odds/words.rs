@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use standstill_analysis::subset::{End, Run};
-use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, Sector};
+use standstill_analysis::{Anatomy, Draw, Estimator as By, Event, Odds, Sector};
 use standstill_campaign::Estimate;
 use standstill_quantity::{magnitude, rounded};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
@@ -34,7 +34,7 @@ fn cells(sector: &Sector) -> Vec<String> {
 }
 
 fn method(odds: &Odds) -> String {
-    let how = match odds.answer {
+    let how = match odds.estimator {
         By::Subset => format!(
             "by subset simulation: {} runs of up to {} levels, {} trials",
             odds.runs.len(),
@@ -72,7 +72,7 @@ fn headline(event: Event, odds: &Odds) -> String {
     if let Some(often) = one_in(&odds.probability) {
         return format!("{event}: {}, {often}", probability_interval(&odds.probability));
     }
-    let how = match odds.answer {
+    let how = match odds.estimator {
         By::Subset => "reached",
         By::Plain => "seen",
     };
@@ -146,7 +146,7 @@ pub(super) fn answer(setting: String, event: Event, odds: &Odds, anatomy: &Anato
     let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
     let remarks: Vec<String> = odds.remarks.iter().map(ToString::to_string).collect();
     let records: Records = odds.runs.iter().enumerate().map(run).collect();
-    let by = match odds.answer {
+    let by = match odds.estimator {
         By::Subset => "subset simulation",
         By::Plain => "plain trials",
     };
@@ -166,7 +166,7 @@ pub(super) fn answer(setting: String, event: Event, odds: &Odds, anatomy: &Anato
         "sectors": anatomy.sectors.iter().map(sector).collect::<Vec<_>>(),
     });
     let tone = if alarms.is_empty() { Tone::Neutral } else { Tone::Warning };
-    let levels = (odds.answer == By::Subset).then(|| format!("levels of {}", event.order_parameter()));
+    let levels = (odds.estimator == By::Subset).then(|| format!("levels of {}", event.order_parameter()));
     let doubts = alarms.iter().map(|alarm| format!("doubtful: {alarm}"));
     let details = [share_of(event), method(odds)].into_iter().chain(levels).chain(doubts).chain(remarks);
     let verdict = verdict(tone, headline(event, odds), details.collect());

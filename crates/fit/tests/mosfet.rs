@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use scope::mosfet::{Bench, Iron, drive, six_vectors};
 use scope::{Pulses, Scope};
-use standstill_analysis::fit::record::{LINK, Record};
-use standstill_analysis::fit::{DeviceKind, Devices, Estimate, Fit, FitError, MISFIT, Misfit, Start, fit};
+use standstill_fit::record::{LINK, Record};
+use standstill_fit::{DeviceKind, Devices, Estimate, Fit, FitError, MISFIT, Misfit, Start, fit};
 
 fn found(bench: &Bench, scope: &Scope, seed: u64) -> (Pulses, Fit) {
     let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));

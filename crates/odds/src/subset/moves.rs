@@ -26,7 +26,7 @@ impl Kind {
 }
 
 /// Purposes that are drawn for each sample or pulse, and not for the specimen.
-pub(crate) const SAMPLED: [Purpose; 5] = [
+pub const SAMPLED: [Purpose; 5] = [
     Purpose::CurrentNoise,
     Purpose::LinkNoise,
     Purpose::Jitter,
@@ -35,7 +35,7 @@ pub(crate) const SAMPLED: [Purpose; 5] = [
 ];
 
 /// Returns true if draws of this purpose are drawn for each sample, and not for the specimen.
-pub(crate) fn of_samples(purpose: Purpose) -> bool {
+pub fn of_samples(purpose: Purpose) -> bool {
     SAMPLED.contains(&purpose)
 }
 

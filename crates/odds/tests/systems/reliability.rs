@@ -5,7 +5,7 @@
 
 use std::convert::Infallible;
 
-use standstill_analysis::System;
+use standstill_odds::System;
 use standstill_sim::{Purpose, Streams, Tape};
 
 /// A problem: its number, its probability, how many standard normals it takes, and −g of them.

@@ -24,7 +24,7 @@ use standstill_sim::{Purpose, Streams, Tape};
 use crate::{Halt, System, Watch};
 use chains::Level;
 use moves::Widths;
-pub(crate) use moves::{SAMPLED, of_samples};
+pub use moves::{SAMPLED, of_samples};
 use population::{Population, State};
 
 /// Shares of the plain trials at which the curve has points, so that its probable part is drawn too.
@@ -51,7 +51,7 @@ impl Effort {
     /// Returns the number of states of a level.
     ///
     /// ```
-    /// use standstill_analysis::subset::{Effort, Settings};
+    /// use standstill_odds::subset::{Effort, Settings};
     ///
     /// assert_eq!(Settings::default().states, Effort::default().states());
     /// ```

@@ -4,13 +4,12 @@
 use std::sync::atomic::AtomicBool;
 
 use standstill_analysis::subset::Settings;
-use standstill_analysis::{Alarm, Anatomy, Answer, Event, Odds, Trials};
+use standstill_analysis::{Alarm, Anatomy, Estimator, Event, Odds, Trials};
 use standstill_interface::{Fault, Outcome};
 use standstill_scenario::{Record, Verdict};
 use standstill_sim::{Ended, Tape};
 
-#[path = "systems/motor.rs"]
-mod motor;
+use crate::motor;
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 
@@ -38,7 +37,7 @@ fn analytic_wrong_evidence_of_the_simulated_motor_has_its_closed_form() {
     let trials = Trials::new(&plan).expect("a scenario");
     let settings = Settings { states: 1000, ..Settings::default() };
     let odds = trials.odds(Event::WrongEvidence, &settings, &NEVER, |_| {}).expect("runs");
-    assert_eq!(odds.answer, Answer::Subset);
+    assert_eq!(odds.estimator, Estimator::Subset);
     let ratio = odds.probability.value / truth;
     assert!((0.65..1.5).contains(&ratio), "{:?} where {truth:e} is right", odds.probability);
 }
@@ -151,7 +150,7 @@ fn levels_of_the_fault_margin(count: u64) {
         }
     }
     let odds = by_levels(&trials, Event::Failed);
-    assert_eq!(odds.answer, Answer::Subset);
+    assert_eq!(odds.estimator, Estimator::Subset);
     assert!(odds.levels > 2 && !odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::Unled(_))));
     let ratio = odds.probability.value / plain;
     // A fifth of the plain trials' own, and sixteen per cent of the runs'.

@@ -6,8 +6,8 @@ pub mod mosfet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use standstill_analysis::fit::record::Record;
-use standstill_analysis::fit::{DeviceKind, Devices, Estimate, Fit, MOST_USED, Start, fit};
+use standstill_fit::record::Record;
+use standstill_fit::{DeviceKind, Devices, Estimate, Fit, MOST_USED, Start, fit};
 use standstill_plant::{Algebraic, Core, IronBridge, MagneticCircuit, Magnetics, Motor, built_in};
 use standstill_sim::{Purpose, Streams};
 

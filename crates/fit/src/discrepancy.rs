@@ -73,7 +73,7 @@ mod tests {
             diode_resistance: 5e-3,
         };
         let stated = if is_stated { vec!["diode_drop".to_owned()] } else { Vec::new() };
-        let (settle, most_used) = (0.0, crate::fit::MOST_USED);
+        let (settle, most_used) = (0.0, crate::MOST_USED);
         let start = Start { motor: None, devices, dead_time: 1e-6, stated, settle, most_used };
         // One standard deviation below, two above.
         let one = Estimate {

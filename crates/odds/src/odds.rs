@@ -115,7 +115,7 @@ impl fmt::Display for Alarm {
 
 /// Method by which the answer was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum Estimator {
     /// By subset simulation.
     Subset,
     /// By counting plain trials.
@@ -126,7 +126,7 @@ pub enum Answer {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Odds {
     /// Method by which the probability was computed.
-    pub answer: Answer,
+    pub estimator: Estimator,
     /// The probability with its 95 % interval.
     pub probability: Estimate,
     /// True if the interval was widened because of an alarm: its confidence is above 95 % by an unknown amount.
@@ -163,7 +163,10 @@ impl Odds {
     }
 
     /// Computes the odds of an event; `name` distinguishes the runs that the watch may store from those of other events.
-    pub(crate) fn of_event<S: System>(
+    ///
+    /// # Errors
+    /// Errors of the system; an interruption.
+    pub fn of_event<S: System>(
         system: &S,
         name: &str,
         settings: &Settings,
@@ -198,7 +201,7 @@ impl Odds {
     /// Makes the odds of plain trials, of which `hits` had the event.
     fn of_plain(hits: u64, trials: u64, alarm: Alarm, failures: Vec<(f64, Tape)>) -> Self {
         Self {
-            answer: Answer::Plain,
+            estimator: Estimator::Plain,
             probability: binomial_interval(hits, trials),
             widened: false,
             trials,
@@ -248,7 +251,7 @@ impl Odds {
             failures.extend(std::mem::take(&mut run.failures).into_iter().map(|tape| (weight, tape)));
         }
         Self {
-            answer: Answer::Subset,
+            estimator: Estimator::Subset,
             probability,
             widened: false,
             trials,
@@ -272,7 +275,7 @@ impl Odds {
                 Alarm::Disagree { .. } | Alarm::Unread(_) | Alarm::Ancestors(_) | Alarm::Missed { .. }
             )
         };
-        if self.answer == Answer::Plain || self.runs.is_empty() {
+        if self.estimator == Estimator::Plain || self.runs.is_empty() {
             return;
         }
         if self.alarms.iter().any(parts) {
@@ -300,7 +303,7 @@ impl Odds {
 
     /// Reports a finding that concerns this share of the event's starts: as an alarm above a tenth, as a remark above a
     /// hundredth.
-    pub(crate) fn tell(&mut self, share: f64, what: fn(f64) -> Alarm) {
+    pub fn tell(&mut self, share: f64, what: fn(f64) -> Alarm) {
         const REMARKED: f64 = 0.01;
         const DOUBTFUL: f64 = 0.1;
         if share > DOUBTFUL {

@@ -7,8 +7,8 @@ mod scope;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use scope::{Pulses, Scope, beside};
-use standstill_analysis::fit::record::Record;
-use standstill_analysis::fit::{Devices, Fit, NonIdentifiable, Start, fit};
+use standstill_fit::record::Record;
+use standstill_fit::{Devices, Fit, NonIdentifiable, Start, fit};
 use standstill_plant::Motor;
 
 /// How many truths are inside of their intervals, of how many.
@@ -238,8 +238,8 @@ fn cross_without_a_motor_to_begin_with_and_without_the_third_current() {
             [&fields[..3], &fields[4..]].concat().join(",") + "\n"
         })
         .collect();
-    let record = standstill_analysis::fit::record::Record::parse("two.csv", &text).expect("a record");
-    let fit = standstill_analysis::fit::fit(&[record], &scope::start(None, 5), &|| false).expect("a motor");
+    let record = standstill_fit::record::Record::parse("two.csv", &text).expect("a record");
+    let fit = standstill_fit::fit(&[record], &scope::start(None, 5), &|| false).expect("a motor");
     // Saturation is stated at another current than the truth's.
     for name in ["resistance", "L_d", "L_q", "angle"] {
         let estimate = fit.parameters.iter().find(|estimate| estimate.name == name).expect("named");
@@ -296,8 +296,8 @@ fn law_pulses_across_one_line_say_what_they_tell() {
         })
         .flatten()
         .collect();
-    let record = standstill_analysis::fit::record::Record::parse("line.csv", &line).expect("a record");
-    let fit = standstill_analysis::fit::fit(&[record], &scope::start(None, 1), &|| false).expect("a motor");
+    let record = standstill_fit::record::Record::parse("line.csv", &line).expect("a record");
+    let fit = standstill_fit::fit(&[record], &scope::start(None, 1), &|| false).expect("a motor");
     let known = |name: &str| fit.parameters.iter().any(|one| one.name == name && one.identified);
     assert!(!known("angle") || !known("L_q"), "{:?}", fit.parameters);
     assert!(known("offset_b"));
@@ -345,8 +345,8 @@ fn law_exchanged_phases_and_reversed_clamps_are_said() {
         let text = pulses.text(&scope, 3);
         let said = |from: [usize; 3], reversed: [bool; 3]| {
             let text: String = text.lines().map(|line| swapped(line, from, reversed)).collect();
-            let record = standstill_analysis::fit::record::Record::parse("p.csv", &text).expect("a record");
-            match standstill_analysis::fit::fit(&[record], &scope::start(None, 3), &|| true) {
+            let record = standstill_fit::record::Record::parse("p.csv", &text).expect("a record");
+            match standstill_fit::fit(&[record], &scope::start(None, 3), &|| true) {
                 Err(error) => error.to_string(),
                 Ok(_) => String::new(),
             }

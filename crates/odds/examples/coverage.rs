@@ -1,11 +1,11 @@
 //! Do the intervals of `odds` hold the truth in 95 of 100 answers?
 //!
 //! ```text
-//!   cargo run --release -p standstill-analysis --features measure --example coverage -- 1000          all three probabilities
-//!   cargo run --release -p standstill-analysis --features measure --example coverage -- 1000 1e-9     one of them
-//!   cargo run --release -p standstill-analysis --features measure --example coverage -- 200 hidden    an event of which runs miss a part
-//!   cargo run --release -p standstill-analysis --features measure --example coverage -- 200 RP91      a problem of tests/systems/reliability.rs
-//!   cargo run --release -p standstill-analysis --features measure --example coverage -- 200 RP91 quick
+//!   cargo run --release -p standstill-odds --features measure --example coverage -- 1000          all three probabilities
+//!   cargo run --release -p standstill-odds --features measure --example coverage -- 1000 1e-9     one of them
+//!   cargo run --release -p standstill-odds --features measure --example coverage -- 200 hidden    an event of which runs miss a part
+//!   cargo run --release -p standstill-odds --features measure --example coverage -- 200 RP91      a problem of tests/systems/reliability.rs
+//!   cargo run --release -p standstill-odds --features measure --example coverage -- 200 RP91 quick
 //! ```
 //! A two-vector test in Gaussian noise has the closed form Q(Δ/(√2 σ)). Each answer is eight runs; its seed is its number. A
 //! line is printed after every twenty answers, and counts all so far. The last column is the exact 95 % interval (Clopper and
@@ -16,10 +16,10 @@ use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use standstill_analysis::subset::{Effort, Settings};
-use standstill_analysis::{Halt, Odds, System};
 use standstill_campaign::{Estimate, binomial_interval};
 use standstill_interface::Choice;
+use standstill_odds::subset::{Effort, Settings};
+use standstill_odds::{Halt, Odds, System};
 
 #[path = "../tests/systems/reliability.rs"]
 mod reliability;

@@ -11,6 +11,7 @@
 //!
 //! Currents at standstill do not determine three things: a gain that all channels have in common, which scales R, L_d, L_q and
 //! the devices' slopes equally; the magnet's flux; and the pole, unless it is assumed which pole saturates the iron.
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod advice;
 mod between_rows;

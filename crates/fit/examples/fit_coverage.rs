@@ -12,8 +12,8 @@
 //! truths lie below and above theirs.
 //!
 //! ```sh
-//! cargo run --release -p standstill-analysis --features measure --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
-//! cargo run --release -p standstill-analysis --features measure --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe|shunt [12bits]
+//! cargo run --release -p standstill-fit --features measure --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
+//! cargo run --release -p standstill-fit --features measure --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe|shunt [12bits]
 //! ```
 
 #[allow(dead_code, reason = "the tests use the rest")]
@@ -23,8 +23,8 @@ mod scope;
 use rayon::prelude::*;
 use scope::mosfet::{Bench, Iron, drive, six_vectors};
 use scope::{Pulses, Scope, beside};
-use standstill_analysis::fit::record::Record;
-use standstill_analysis::fit::{Fit, FitError, MISFIT, Start, fit};
+use standstill_fit::record::Record;
+use standstill_fit::{Fit, FitError, MISFIT, Start, fit};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

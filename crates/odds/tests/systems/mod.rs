@@ -2,8 +2,8 @@
 
 use std::convert::Infallible;
 
-use standstill_analysis::System;
 use standstill_numeric::erfc;
+use standstill_odds::System;
 use standstill_sim::{Purpose, Streams, Tape};
 
 /// P(x > z) of a standard normal.

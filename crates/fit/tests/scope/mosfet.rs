@@ -4,7 +4,7 @@
 //! until its current is zero, and is then open. A gate switches on a dead time after it was asked for.
 #![allow(clippy::disallowed_methods, reason = "a witness uses the C library")]
 
-use standstill_analysis::fit::{DeviceKind, Devices, Start};
+use standstill_fit::{DeviceKind, Devices, Start};
 use standstill_sim::{Purpose, Streams};
 
 use super::{Pulses, Stage, word};
@@ -330,6 +330,6 @@ pub fn drive(bench: &Bench, seed: u64) -> Start {
         dead_time: about(bench.dead_time),
         stated: super::all_stated(),
         settle: 3e-6,
-        most_used: standstill_analysis::fit::MOST_USED,
+        most_used: standstill_fit::MOST_USED,
     }
 }

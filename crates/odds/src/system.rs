@@ -9,7 +9,7 @@ use standstill_sim::Tape;
 ///
 /// ```
 /// use std::convert::Infallible;
-/// use standstill_analysis::System;
+/// use standstill_odds::System;
 /// use standstill_sim::{Purpose, Streams, Tape};
 ///
 /// /// The mean of as many draws as the first one says.
@@ -68,7 +68,10 @@ pub trait Watch: Sync {
 
 /// Returns the result that is stored under this key, or computes and stores it. The key names all that the result depends on
 /// except the scenario; `trials` returns the number of trials that the result takes.
-pub(crate) fn kept<T: Serialize + DeserializeOwned, E>(
+///
+/// # Errors
+/// Those of `compute`.
+pub fn kept<T: Serialize + DeserializeOwned, E>(
     watch: &dyn Watch,
     key: &str,
     trials: impl FnOnce(&T) -> u64,

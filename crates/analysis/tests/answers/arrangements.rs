@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use standstill_analysis::limit::{Limit, Limits, Measure};
 use standstill_analysis::subset::Settings;
 use standstill_analysis::tune::{Effort, Goal, Judged, Question, Range};
-use standstill_analysis::{Answer, Event, Explained, Trials};
+use standstill_analysis::{Estimator, Event, Explained, Trials};
 use standstill_scenario::{Document, Origin, Plan, Record};
 use standstill_sim::Tape;
 
@@ -40,7 +40,7 @@ fn cross_odds_of_wrong_evidence_are_those_of_plain_trials() {
         }));
         let settings = Settings { states: 1000, ..Settings::default() };
         let odds = trials.odds(Event::WrongEvidence, &settings, &NEVER, |_| {}).expect("runs");
-        assert!(odds.answer == Answer::Subset && odds.alarms.is_empty(), "{name}: {odds:?}");
+        assert!(odds.estimator == Estimator::Subset && odds.alarms.is_empty(), "{name}: {odds:?}");
         // The intervals of both have a part in common, and the share is one that plain trials know to a fifth.
         let plain = standstill_campaign::binomial_interval(wrong as u64, count);
         let odds = odds.probability;
@@ -102,7 +102,7 @@ fn law_errors_of_comparators_and_dividers_explain_a_start() {
 /// its pole is worth some ticks of 0.3 µs at rated current, and grows with the square of the current.
 #[test]
 fn law_tune_finds_threshold_and_clock_of_the_fan() {
-    let fan = include_str!("../../../examples/scenarios/six-pulse-fan.toml");
+    let fan = include_str!("../../../../examples/scenarios/six-pulse-fan.toml");
     let mut document = Document::parse(Path::new("fan.toml"), fan).expect("TOML");
     for (key, value) in [("detector.threshold", "0.6 A"), ("sensors.timer", "2.56 us")] {
         document.set(key, value, Origin::CommandLine).expect("a key");

@@ -1,0 +1,11 @@
+//! Probabilities of rare events of any [`System`], a function of a vector of standard normals that grows as it is read.
+//!
+//! [`subset`] walks chains from level to level; [`Odds`] has the answer of several such runs, with its interval and its alarms.
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
+
+mod odds;
+pub mod subset;
+mod system;
+
+pub use odds::{Alarm, Estimator, Odds, PLAIN, RUNS};
+pub use system::{Halt, System, Watch, kept};
