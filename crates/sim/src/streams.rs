@@ -115,14 +115,13 @@ impl<'t> Streams<'t> {
 
     /// Opens the draws of at most four successive purposes, and computes the first draws of all of them at once: the
     /// generator takes as long for one purpose alone.
+    ///
+    /// # Panics
+    /// If the purposes do not follow one another.
     pub fn open_together<const N: usize>(self, purposes: [Purpose; N]) -> [Draws<'t>; N] {
         let words = self.source.words(purposes[0] as u64);
         std::array::from_fn(|k| {
-            debug_assert_eq!(
-                purposes[k] as usize,
-                purposes[0] as usize + k,
-                "purposes that follow each other"
-            );
+            assert_eq!(purposes[k] as usize, purposes[0] as usize + k, "purposes that follow each other");
             self.open(purposes[k]).beginning_with(&words[IN_BLOCK * k..IN_BLOCK * (k + 1)])
         })
     }

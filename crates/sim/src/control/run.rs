@@ -260,7 +260,9 @@ impl<'a> Control<'a> {
             if std::mem::take(&mut carried_out) {
                 self.carry_out_requests(bank, time);
             }
-            debug_assert!((0..3).all(|k| !self.is_carried_out(bank, time, k)), "a request was missed");
+            // Only beside a ledger: three looks an instant cost a trial 3 %.
+            let looks = self.accounts.is_some();
+            assert!(!looks || (0..3).all(|k| !self.is_carried_out(bank, time, k)), "a request was missed");
             let capacitive = bank.machine.legs.elastance.is_some();
             if (capacitive || bank.machine.legs.idle_lanes() >> lane & 1 == 1)
                 && self.found < time

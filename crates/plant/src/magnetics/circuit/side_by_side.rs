@@ -122,8 +122,11 @@ impl<V: Wide> Circuits<V> {
     }
 
     /// Puts a circuit of this kind into a lane.
+    ///
+    /// # Panics
+    /// If the circuit does not [fit](Self::fits).
     pub fn put(&mut self, lane: usize, circuit: &MagneticCircuit) {
-        debug_assert!(self.fits(circuit));
+        assert!(self.fits(circuit), "a circuit of another kind");
         if let (Some(to), Some(from)) = (&mut self.formula, formula(&circuit.core)) {
             put(&mut to.d, lane, from.d);
             put(&mut to.dd, lane, from.dd);
