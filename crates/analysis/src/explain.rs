@@ -177,8 +177,8 @@ fn scatter(records: &[Record]) -> Option<f64> {
     (errors.len() > 1).then(|| spread(&errors).1)
 }
 
-/// Returns the effect of a cause on the trial's end, for sorting: if the end without the cause is another one, more than any axis
-/// error; else the difference of the axis errors in degrees.
+/// Returns by how much a cause changed the trial's end, to sort causes by: the difference of the axis errors in degrees, or 1000, which
+/// is above any axis error, if the trial ends in another way without the cause.
 fn apart(record: &Record, cause: &Cause) -> f64 {
     if end(record) != end(&cause.without) {
         return 1000.0;

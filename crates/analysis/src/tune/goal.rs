@@ -61,8 +61,8 @@ const MERITS: (f64, f64) = (-30.0, 8.0);
 /// Largest magnitude of a negative slack: that of a limit of zero that is exceeded, for example.
 const BROKEN: f64 = 10.0;
 
-/// Returns the slack of a limit as a share of the limit; logarithmic beyond twice the limit, so that it stays finite. For a limit
-/// of zero the slack is zero if the value keeps it.
+/// Returns the slack of a limit: 1 at a value of zero, 0 at the limit, −1 at twice the limit. Beyond that it falls with the logarithm of
+/// the value, down to −[`BROKEN`]. A limit of zero has no scale: the slack is 0 if the value keeps it, else −[`BROKEN`].
 fn left(value: f64, most: f64) -> f64 {
     if most <= 0.0 {
         return if value <= most { 0.0 } else { -BROKEN };

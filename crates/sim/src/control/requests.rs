@@ -58,8 +58,9 @@ pub struct LegPlan {
     /// Ends of the two stages.
     ends: [Nanos; 2],
     carrier: Nanos,
-    /// Number of the present stage, and whether the next request opens it.
+    /// Number of the present stage.
     stage: usize,
+    /// True if the next request is the first of the present stage.
     opens: bool,
     /// The next request: its time ([`NEVER`] after the last one) and its gate.
     at: Nanos,

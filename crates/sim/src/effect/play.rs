@@ -29,8 +29,8 @@ const ROUNDS: usize = 4;
 /// Parts of a step over which cells slide by one formula each.
 const PARTS: usize = 4;
 
-/// Tolerance by which a cell may be beyond its reach where it begins to slide, or beyond where it turned back, as a
-/// share of the flux error of a step: a cell is much softer than the core.
+/// How far beyond the end of its mode a cell may be found, as a share of the flux error of a step: beyond its reach when it begins to
+/// slide, beyond the point of reversal when it stops. The share is small because a cell is much softer than the core.
 const SLACK: f64 = 0.1;
 
 /// Multiple of this tolerance by which a cell may miss the end of its mode where a step was to end there.

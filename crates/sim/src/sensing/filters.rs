@@ -14,7 +14,7 @@ pub struct Filters<V> {
     pub output: [V; 3],
 }
 
-/// Oscillations of the phases' currents over a step: two oscillations, and each phase's share of them.
+/// Oscillations of the phases' currents over a step: two oscillations, and for each of them the factor with which each phase has it.
 pub type Rings<'o, V> = (&'o [Oscillation<V>; 2], &'o [[V; 3]; 2]);
 
 impl<V: Wide> Filters<V> {

@@ -128,8 +128,8 @@ impl<V: Wide> PickedUp<V> {
     }
 }
 
-/// Movement of the sum of all terminals' potentials per step, as a multiple of the link's voltage: a cubic over the
-/// step, and a share of each of the step's oscillations.
+/// Change of the sum of all terminals' potentials over a step, as a multiple of the link's voltage: a cubic of the time within the step,
+/// plus a factor for each of the step's two oscillations.
 #[derive(Clone, Copy, Debug)]
 pub struct Moves<V> {
     /// Cubic part of the movement.

@@ -11,7 +11,7 @@ use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
 
 impl<V: Wide> Tried<V> {
-    /// Makes an empty record of a step. Trying a step here would compile the whole of it once more.
+    /// Makes an empty record of a step. It is written out, because a step of no length would compile the code of a step once more.
     pub fn none(here: &Here<V>) -> Self {
         let zero = V::of(0.0);
         Self {
