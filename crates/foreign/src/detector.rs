@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use standstill_detect::{Nameplate, Signature};
 use standstill_interface::{
-    Angle, Detector, Fault, Findings, Nanos, Outcome, Own, PoleEvidence, Reading, Step, Undetermined,
+    Angle, Command, Detector, Fault, Findings, Nanos, Outcome, Own, PoleEvidence, Reading, Step, Undetermined,
 };
 
 use crate::command;
@@ -18,7 +18,7 @@ use crate::interrupt::Interrupts;
 use crate::library::{Level, Library};
 use crate::log::Log;
 use crate::texts::kept;
-use crate::watched::{Called, Watched};
+use crate::watched::Watched;
 use standstill_interface::abi::{self, Answer, Drive, Sample};
 
 /// Factory of the detectors of a scenario: the library, and all that `create` is passed besides seed and trial.
@@ -27,13 +27,12 @@ pub struct Maker {
     library: Arc<Library>,
     drive: Drive,
     config: CString,
-    time_limit: Nanos,
 }
 
 impl PartialEq for Maker {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.library, &other.library)
-            && (self.drive, &self.config, self.time_limit) == (other.drive, &other.config, other.time_limit)
+            && (self.drive, &self.config) == (other.drive, &other.config)
     }
 }
 
@@ -51,13 +50,12 @@ pub struct Scale {
 impl Maker {
     /// Detectors of a library on a drive that knows this, with converters for the currents, the DC link and the terminals where it
     /// has some.
-    /// `config` has lines KEY=VALUE. A detection that is not done within `time_limit` fails.
+    /// `config` has lines KEY=VALUE.
     pub fn new(
         library: Arc<Library>,
         knows: &Nameplate<f64>,
         converters: [Option<Scale>; 3],
         config: &str,
-        time_limit: Nanos,
     ) -> Self {
         // What a firmware has in its own numbers.
         #[allow(clippy::cast_possible_truncation)]
@@ -105,7 +103,7 @@ impl Maker {
         };
         // Lines come from a document, where a zero byte is refused; one that comes another way ends the text there.
         let config = CString::new(config.split('\0').next().unwrap_or_default()).unwrap_or_default();
-        Self { library, drive, config, time_limit }
+        Self { library, drive, config }
     }
 
     /// The library.
@@ -154,9 +152,8 @@ impl Maker {
             samples: Vec::new(),
             log,
             watched: None,
-            times: Vec::new(),
             drive: self.drive,
-            guard: Guard::new(self.time_limit),
+            guard: Guard::new(f64::from(self.drive.timer_tick)),
         })
     }
 }
@@ -180,9 +177,8 @@ pub struct Foreign {
     task: Option<Task>,
     samples: Vec<Sample>,
     log: Arc<Log>,
-    /// What it shows, if it is traced, and the times of its calls.
+    /// What it shows, if it is traced.
     watched: Option<Watched>,
-    times: Vec<Option<Nanos>>,
     /// What the drive knows of itself.
     drive: Drive,
     guard: Guard,
@@ -238,55 +234,73 @@ fn evidence(deviations: Option<f64>, needed: Option<f64>) -> Result<Option<PoleE
     }
 }
 
+/// Status and result of a call, and the command while the detector goes on.
+type Asked = (i32, Answer, Option<Command<f64>>);
+
 impl Foreign {
     /// The next step, or why there is none.
     fn next(&mut self, readings: &[Reading<f64>]) -> Result<Step<f64>, Fault<f64>> {
-        let Some(image) = &mut self.image else { return Err(Fault::UnexpectedReadings) };
         let call = self.log.next_call();
-        self.samples.clear();
-        let (status, answer, command) = if let Some(interrupts) = &mut self.interrupts {
-            let (mut status, mut answer) = (abi::GO_ON, Answer::NONE);
-            if let Some(half) = interrupts.half() {
-                let start = interrupts.start();
-                self.samples.extend(readings.iter().map(|reading| Sample::of(reading, start, half)));
-                let Some(last) = self.samples.last() else { return Err(Fault::UnexpectedReadings) };
-                while let Some(task) = &mut self.task
-                    && task.next.0 < last.time_ns
-                {
-                    image.task(self.site, self.detector, task.next.0);
-                    task.next = task.next + task.period;
-                }
-                let called = image.isr(self.site, self.detector, &self.samples, &mut interrupts.legs)?;
-                (status, answer) = called.unwrap_or((abi::FAILED, answer));
-            }
-            (status, answer, if status == abi::GO_ON { Some(interrupts.command()?) } else { None })
-        } else {
-            self.samples.extend(readings.iter().map(|reading| Sample::of(reading, Nanos::ZERO, 0)));
-            let called = image.step(self.site, self.detector, &self.samples)?;
-            let (status, command, answer) =
-                called.unwrap_or((abi::FAILED, abi::Command::default(), Answer::NONE));
-            let go_on = status == abi::GO_ON;
-            (status, answer, if go_on { Some(command::command(&command, &self.drive)?) } else { None })
-        };
-        if let Some(watched) = &mut self.watched {
-            let time =
-                self.samples.last().filter(|_| self.interrupts.is_some()).map(|sample| Nanos(sample.time_ns));
-            self.times.push(time);
-            // Before its first sample an interrupt has not run.
-            if self.interrupts.is_none() || time.is_some() {
-                watched.look(image, self.site, self.detector, call, time);
-            }
-        }
-        if image.loaded_late() {
+        self.guard.lasted(readings);
+        let asked = self.ask(readings);
+        self.look(call);
+        let (status, answer, command) = asked?;
+        if self.image.as_ref().is_some_and(Image::loaded_late) {
             let text = "it calls dlopen in a detection; in a constructor or in sts_entry, what it loads is part of the run";
             return Err(broken(text));
         }
         if let Some(command) = command {
             // An interrupt's period is the timer's.
-            self.guard.pass(Guard::certain(&command), self.interrupts.is_some())?;
+            self.guard.pass(&command, self.interrupts.is_some())?;
             return Ok(Step::Drive(command));
         }
         self.done(status, &answer)
+    }
+
+    /// Calls the library: its status and result, and the command while it goes on.
+    fn ask(&mut self, readings: &[Reading<f64>]) -> Result<Asked, Fault<f64>> {
+        self.samples.clear();
+        let Some(image) = &mut self.image else { return Err(Fault::UnexpectedReadings) };
+        let Some(interrupts) = &mut self.interrupts else {
+            self.samples.extend(readings.iter().map(|reading| Sample::of(reading, Nanos::ZERO, 0)));
+            let called = image.step(self.site, self.detector, &self.samples)?;
+            let (status, command, answer) =
+                called.unwrap_or((abi::FAILED, abi::Command::default(), Answer::NONE));
+            let go_on = status == abi::GO_ON;
+            return Ok((
+                status,
+                answer,
+                if go_on { Some(command::command(&command, &self.drive)?) } else { None },
+            ));
+        };
+        let (mut status, mut answer) = (abi::GO_ON, Answer::NONE);
+        if let Some(half) = interrupts.half() {
+            let start = interrupts.start();
+            self.samples.extend(readings.iter().map(|reading| Sample::of(reading, start, half)));
+            let Some(last) = self.samples.last() else { return Err(Fault::UnexpectedReadings) };
+            while let Some(task) = &mut self.task
+                && task.next.0 < last.time_ns
+            {
+                self.log.set_time(task.next);
+                image.task(self.site, self.detector, task.next.0);
+                task.next = task.next + task.period;
+            }
+            self.log.set_time(Nanos(last.time_ns));
+            let called = image.isr(self.site, self.detector, &self.samples, &mut interrupts.legs)?;
+            (status, answer) = called.unwrap_or((abi::FAILED, answer));
+        }
+        Ok((status, answer, if status == abi::GO_ON { Some(interrupts.command()?) } else { None }))
+    }
+
+    /// Keeps the channels after a call, also after one that broke a rule.
+    fn look(&mut self, call: u64) {
+        let (Some(watched), Some(image)) = (&mut self.watched, &mut self.image) else { return };
+        let interrupt = self.interrupts.is_some();
+        let time = self.samples.last().filter(|_| interrupt).map(|sample| Nanos(sample.time_ns));
+        // Before its first sample an interrupt has not run.
+        if !interrupt || time.is_some() {
+            watched.look(image, self.site, self.detector, call, time);
+        }
     }
 
     /// From here on its channels are kept after each call, and its log is not written to standard error.
@@ -294,15 +308,18 @@ impl Foreign {
         self.watched = Some(Watched::default());
     }
 
-    /// Returns channels and log since [`Self::watch`].
+    /// Ends the detector, which may log that, too; returns channels since [`Self::watch`] and log.
     pub fn watched(&mut self) -> Watched {
-        let time = |call: u64| {
-            let called = usize::try_from(call).ok()?.checked_sub(1)?;
-            self.times.get(called).copied().flatten()
-        };
-        let line = |(call, what)| Called { call, time: time(call), what };
-        let log = self.log.take().into_iter().map(line).collect();
-        Watched { log, ..self.watched.take().unwrap_or_default() }
+        self.end();
+        Watched { log: self.log.take(), ..self.watched.take().unwrap_or_default() }
+    }
+
+    /// Ends the detector.
+    fn end(&mut self) {
+        if let Some(mut image) = self.image.take() {
+            image.destroy(self.site, self.detector);
+            self.library.give_back(image);
+        }
     }
 
     /// The outcome that the library tells.
@@ -354,14 +371,15 @@ impl Detector<f64> for Foreign {
         self.next(readings)
             .unwrap_or_else(|fault| Step::Done(Outcome::Failed { fault, findings: Findings::default() }))
     }
+
+    fn overdue(&mut self, limit: Nanos) -> Option<Outcome<f64>> {
+        Some(Guard::overdue(limit))
+    }
 }
 
 impl Drop for Foreign {
     fn drop(&mut self) {
-        if let Some(mut image) = self.image.take() {
-            image.destroy(self.site, self.detector);
-            self.library.give_back(image);
-        }
+        self.end();
         self.log.say(self.site);
     }
 }

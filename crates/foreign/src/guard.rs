@@ -1,6 +1,6 @@
 //! What a detector from elsewhere may order: commands that there are, and not for ever.
 
-use standstill_interface::{Command, Fault, Leg, Nanos, Own, Phase};
+use standstill_interface::{Command, Fault, Findings, Leg, Nanos, Outcome, Own, Phase, Reading};
 
 use crate::texts::kept;
 
@@ -11,31 +11,36 @@ const MOST_SAMPLES: u32 = 1 << 20;
 /// orders shorter ones for ever would never come to its limit of time.
 const SHORT_COMMANDS: u64 = 100_000;
 
-/// Numbers of reasons that are the bench's.
+/// Number of the reason of a detection that does not end, which is the bench's.
 const NEVER_DONE: u32 = u32::MAX - 1;
-const TOO_MANY: u32 = u32::MAX - 3;
+
+/// A detection that did not end within a bound.
+fn not_done(within: &str) -> Fault<f64> {
+    Fault::Own(Own { code: NEVER_DONE, text: kept(&format!("not done within {within}")) })
+}
 
 /// The commands of one detection of any detector that is not of this program: of a library, or of a class of Python.
 #[derive(Clone, Copy, Debug)]
 pub struct Guard {
-    time_limit: Nanos,
-    /// Number and time of all commands up to now.
+    /// Tick in s of the timer that captures when a comparator trips; 0: there is none.
+    tick: f64,
+    /// Number and time of all commands up to now, as far as they are known to last.
     commands: u64,
     elapsed: Nanos,
+    /// How long at most the first stage of the last command took, if a comparator may have ended it.
+    pending: Option<Nanos>,
 }
 
 impl Guard {
-    /// Of a detection that may take so long.
-    pub const fn new(time_limit: Nanos) -> Self {
-        Self { time_limit, commands: 0, elapsed: Nanos::ZERO }
+    /// Of a detection on a drive whose timer has this tick in s; 0: there is no timer.
+    pub const fn new(tick: f64) -> Self {
+        Self { tick, commands: 0, elapsed: Nanos::ZERO, pending: None }
     }
 
-    /// How long a command lasts at least: a comparator may end the first stage of one with a threshold at once.
-    pub fn certain(command: &Command<f64>) -> Nanos {
-        match command.threshold {
-            None => command.duration(),
-            Some(_) => command.then.map_or(Nanos::ZERO, |stage| stage.duration),
-        }
+    /// The outcome of a detection that the drive ends because it takes longer than `limit`.
+    pub fn overdue(limit: Nanos) -> Outcome<f64> {
+        let fault = not_done(&format!("{} s", limit.0 as f64 / 1e9));
+        Outcome::Failed { fault, findings: Findings::default() }
     }
 
     /// Whether a command is one that there is.
@@ -85,23 +90,56 @@ impl Guard {
         }
     }
 
-    /// Lets a further command pass; `by_a_timer`: of a length that is not the detector's to choose.
+    /// The last command is over, with these readings.
+    pub fn lasted(&mut self, readings: &[Reading<f64>]) {
+        let (Some(longest), Some(first)) = (self.pending.take(), readings.first()) else { return };
+        let tripped = first.capture.map(|capture| Nanos::from_seconds(f64::from(capture.ticks) * self.tick));
+        self.elapsed = self.elapsed + tripped.map_or(longest, |tripped| tripped.min(longest));
+    }
+
+    /// Lets a further command pass; `by_a_timer`: of a length that is not the detector's to choose. Of a command with a threshold, the
+    /// first stage counts once it is over.
     ///
     /// # Errors
-    /// A detection that takes longer than it may, or would never come to its limit.
-    pub fn pass(&mut self, duration: Nanos, by_a_timer: bool) -> Result<(), Fault<f64>> {
-        let refused = |code, text: &str| Err(Fault::Own(Own { code, text: kept(text) }));
-        self.elapsed = self.elapsed + duration;
-        if self.elapsed > self.time_limit {
-            return refused(NEVER_DONE, &format!("not done within {} s", self.time_limit.0 as f64 / 1e9));
-        }
+    /// A detection that would never come to the end of its time.
+    pub fn pass(&mut self, command: &Command<f64>, by_a_timer: bool) -> Result<(), Fault<f64>> {
+        self.pending = command.threshold.map(|_| command.stage.duration);
+        self.elapsed = self.elapsed + command.duration() - self.pending.unwrap_or(Nanos::ZERO);
         self.commands += 1;
         if !by_a_timer && self.commands > SHORT_COMMANDS + self.elapsed.0 / 1000 {
-            return refused(
-                TOO_MANY,
-                &format!("more than {SHORT_COMMANDS} commands of less than 1 us on average"),
-            );
+            return Err(not_done(&format!("{SHORT_COMMANDS} commands of less than 1 us on average")));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use standstill_interface::{Capture, Sampling, Stage};
+
+    /// Commands until a threshold that pass, of those that trip after so many ticks of 0.32 µs; none: no comparator trips.
+    fn passed(ticks: Option<u32>) -> u64 {
+        let mut guard = Guard::new(0.32e-6);
+        let pulse = Stage::line(Phase::A, Phase::B, Nanos(300_000));
+        let command = Command::until(2.0, pulse, Stage::off(Nanos(100)), Sampling::once(Nanos::ZERO));
+        let capture = ticks.map(|ticks| Capture { ticks, comparator: Phase::A });
+        let reading = Reading { capture, ..Reading::measured(Nanos::ZERO, [0.0; 3], 540.0) };
+        (0..300_000)
+            .find(|_| {
+                let passed = guard.pass(&command, false);
+                guard.lasted(&[reading]);
+                passed.is_err()
+            })
+            .unwrap_or(300_000)
+    }
+
+    #[test]
+    fn law_pulses_to_a_threshold_count_by_the_time_that_they_took() {
+        // 0.1 and 0.42 µs a command: 100,000 and their share of what comes after.
+        assert_eq!(passed(Some(0)), 111_111);
+        assert!((172_410..172_420).contains(&passed(Some(1))), "{}", passed(Some(1)));
+        // From 1 µs on there may be as many as there is time for.
+        assert_eq!((passed(Some(3)), passed(None)), (300_000, 300_000));
     }
 }

@@ -5,9 +5,11 @@ use std::ffi::{CStr, c_char, c_void};
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use standstill_interface::Nanos;
 use standstill_interface::abi::Drive;
 
 use crate::image::Site;
+use crate::watched::Called;
 
 /// Lines of a detection that are kept at most.
 const MOST_LINES: usize = 1000;
@@ -23,7 +25,9 @@ static LEFT: AtomicU32 = AtomicU32::new(101);
 pub struct Log {
     /// Calls of the detector so far.
     calls: AtomicU64,
-    lines: Mutex<Vec<(u64, String)>>,
+    /// Time in ns of what runs now, plus one; 0: not known.
+    time: AtomicU64,
+    lines: Mutex<Vec<Called<String>>>,
 }
 
 impl Log {
@@ -44,15 +48,20 @@ impl Log {
         self.calls.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// Takes all lines, each with the number of its call.
-    pub fn take(&self) -> Vec<(u64, String)> {
+    /// Sets the time of what is called next.
+    pub fn set_time(&self, time: Nanos) {
+        self.time.store(time.0.saturating_add(1), Ordering::Relaxed);
+    }
+
+    /// Takes all lines, each with its call and time.
+    pub fn take(&self) -> Vec<Called<String>> {
         std::mem::take(&mut self.lines.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Writes what nobody has taken to standard error, with library, trial and call: the first lines of a run, so that a campaign is not
     /// drowned in them.
     pub fn say(&self, site: Site) {
-        for (call, text) in self.take() {
+        for Called { call, what: text, .. } in self.take() {
             match LEFT.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)) {
                 Ok(1) => eprintln!(
                     "standstill: further lines of the log are left out; `standstill trace` has those of a trial"
@@ -70,7 +79,8 @@ impl Log {
             more if more > MOST_LINES => return,
             _ => String::from_utf8_lossy(&text[..text.len().min(LONGEST)]).trim_end().to_owned(),
         };
-        lines.push((self.calls.load(Ordering::Relaxed), text));
+        let time = self.time.load(Ordering::Relaxed).checked_sub(1).map(Nanos);
+        lines.push(Called { call: self.calls.load(Ordering::Relaxed), time, what: text });
     }
 }
 

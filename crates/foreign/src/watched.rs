@@ -27,7 +27,8 @@ pub struct Called<T> {
     /// Number of the call, from 1; 0 is the making of the detector.
     pub call: u64,
     /// Time of the call since the start of the detection, where the detector has a timer: of an interrupt, the time of its last
-    /// sample. At command level a call is made when the command before it ends.
+    /// sample, of a task, when it ran. At command level a call is made when the command before it ends. What is logged at the end of a
+    /// detector belongs to its last call.
     pub time: Option<Nanos>,
     /// Its content.
     pub what: T,

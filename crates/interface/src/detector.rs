@@ -1,6 +1,6 @@
 //! The detector as the drive sees it.
 
-use crate::{Command, Outcome, Reading, Real};
+use crate::{Command, Nanos, Outcome, Reading, Real};
 
 /// A detector's next step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,4 +43,11 @@ pub enum Step<T> {
 pub trait Detector<T: Real> {
     /// From the last command's readings to the next step.
     fn step(&mut self, readings: &[Reading<T>]) -> Step<T>;
+
+    /// The outcome of a detection whose last command would end after `limit`, the longest time of a detection: it is not carried
+    /// out. None, as of a detector that cannot order so much: then it is an error of the run.
+    fn overdue(&mut self, limit: Nanos) -> Option<Outcome<T>> {
+        let _ = limit;
+        None
+    }
 }

@@ -68,6 +68,7 @@ fn raised() -> Step<f64> {
 
 impl Detector<f64> for FromPython<'_> {
     fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        self.guard.lasted(readings);
         let step = Python::attach(|py| {
             self.ask(py, readings).unwrap_or_else(|error| {
                 self.raised = Some(error);
@@ -75,10 +76,14 @@ impl Detector<f64> for FromPython<'_> {
             })
         });
         let Step::Drive(command) = &step else { return step };
-        match self.guard.pass(Guard::certain(command), false) {
+        match self.guard.pass(command, false) {
             Ok(()) => step,
             Err(fault) => Step::Done(Outcome::Failed { fault, findings: Findings::default() }),
         }
+    }
+
+    fn overdue(&mut self, limit: Nanos) -> Option<Outcome<f64>> {
+        Some(Guard::overdue(limit))
     }
 }
 
@@ -255,7 +260,7 @@ fn trial(
     number: u64,
 ) -> PyResult<Hosted> {
     let object = Python::attach(|py| make.call0(py))?;
-    let guard = Guard::new(scenario.time_limit);
+    let guard = Guard::new(scenario.sensors.comparator.timer);
     let mut detector = FromPython { object, classes, raised: None, reason: None, guard };
     let run = simulate(&scenario.case(number), &mut detector, false, &mut NoProbe);
     let FromPython { object, raised, reason, .. } = detector;

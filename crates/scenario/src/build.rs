@@ -126,8 +126,7 @@ impl ScenarioFile {
         if let Some(dead_time) = self.detector.dead_time {
             nameplate.dead_time = Nanos::from_seconds(dead_time.value());
         }
-        let maker =
-            |library| self.detector.maker(library, &nameplate, &scenario.sensors, scenario.time_limit);
+        let maker = |library| self.detector.maker(library, &nameplate, &scenario.sensors);
         scenario.foreign = library.map(maker).transpose()?;
         if scenario.foreign.is_none() && !hosted {
             scenario.detector = Method::suited(self.detector.method(), &nameplate);

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use standstill_detect::Nameplate;
 use standstill_foreign::{Foreign, Level, Library, Maker, Scale, Watched};
-use standstill_interface::{Detector, Nanos, Reading, Step};
+use standstill_interface::{Detector, Nanos, Outcome, Reading, Step};
 use standstill_plant::Files;
 use standstill_sim::{Adc, Event, Own, SensorSettings, Trace};
 use toml::Value;
@@ -34,7 +34,7 @@ impl<D> Made<D> {
         }
     }
 
-    /// Returns what it has shown, with the times of this trace, whose run ended at `end`, in s.
+    /// Ends it. Returns what it has shown, with the times of this trace, whose run ended at `end`, in s.
     pub(crate) fn shown(&mut self, trace: &Trace, end: f64) -> Own {
         let Self::Foreign(detector) = self else { return Own::default() };
         // A call is made when the command before it has ended, which is when the next one begins.
@@ -62,6 +62,13 @@ impl<D: Detector<f64>> Detector<f64> for Made<D> {
         match self {
             Self::Own(detector) => detector.step(readings),
             Self::Foreign(detector) => detector.step(readings),
+        }
+    }
+
+    fn overdue(&mut self, limit: Nanos) -> Option<Outcome<f64>> {
+        match self {
+            Self::Own(detector) => detector.overdue(limit),
+            Self::Foreign(detector) => detector.overdue(limit),
         }
     }
 }
@@ -128,7 +135,6 @@ impl DetectorTable {
         library: Arc<Library>,
         knows: &Nameplate<f64>,
         sensors: &SensorSettings,
-        time_limit: Nanos,
     ) -> Result<Maker, FileError> {
         // A code is the sum of those of all conversions of a sample.
         let conversions = f64::from(sensors.oversampling.max(1));
@@ -150,7 +156,7 @@ impl DetectorTable {
         let terminal = sensors.terminal.and_then(|dividers| dividers.adc);
         let converters =
             [sensors.adc, sensors.dc_link.adc, terminal].map(|adc| adc.filter(|adc| adc.rounds()).map(scale));
-        Ok(Maker::new(library, knows, converters, &lines, time_limit))
+        Ok(Maker::new(library, knows, converters, &lines))
     }
 }
 

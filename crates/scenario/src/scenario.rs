@@ -298,7 +298,7 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// Runs the trial of a case as a campaign does, to the last bit, and once more with an observer: returns the record, the
     /// observed run and its waveforms, a point at least every 5 µs but at most about `most_rows` points. Energies of a `ledger`
-    /// are integrated along, which moves the observed steps a little.
+    /// are integrated along, which moves the observed steps a little. A library logs as in a campaign.
     ///
     /// # Errors
     /// Settings with which the detector cannot work.
@@ -308,17 +308,51 @@ impl<S: Settings<f64>> Scenario<S> {
         ledger: bool,
         most_rows: f64,
     ) -> Result<(Record, Run<f64>, Trace), SettingsError> {
-        let mut first = self.detector_for(case)?;
-        let alone = run(case, &mut first, false, &mut NoProbe);
-        // What it logs is that of the second run.
-        first.shown(&Trace::new(1.0), 0.0);
-        drop(first);
-        let mut trace = Trace::new(RESOLUTION.max(alone.duration.seconds() / most_rows));
-        let mut second = self.detector_for(case)?;
-        second.watch();
-        let observed = run(case, &mut second, ledger, &mut trace);
+        let first = self.detector_for(case)?;
+        let (mut second, record, observed, trace) = self.twice(case, first, false, (ledger, most_rows))?;
+        // The first run has said it.
+        second.shown(&trace, 0.0);
+        Ok((record, observed, trace))
+    }
+
+    /// As [`Self::watched`]; what a library's detector shows of itself and logs is in the trace.
+    ///
+    /// # Errors
+    /// Settings with which the detector cannot work.
+    pub fn traced(
+        &self,
+        case: &Case,
+        ledger: bool,
+        most_rows: f64,
+    ) -> Result<(Record, Run<f64>, Trace), SettingsError> {
+        let first = self.detector_for(case)?;
+        let (mut second, record, observed, mut trace) = self.twice(case, first, true, (ledger, most_rows))?;
         trace.own = second.shown(&trace, observed.duration.seconds());
-        Ok((Record { trial: case.streams.index(), run: alone }, observed, trace))
+        Ok((record, observed, trace))
+    }
+
+    /// Runs a case with `first`, and once more with an observer and another detector, which is returned; `shows`: the second one keeps
+    /// its channels and log, and what the first one logs is dropped.
+    #[allow(clippy::type_complexity, reason = "within this file")]
+    fn twice(
+        &self,
+        case: &Case,
+        mut first: Made<S::Detector>,
+        shows: bool,
+        (ledger, most_rows): (bool, f64),
+    ) -> Result<(Made<S::Detector>, Record, Run<f64>, Trace), SettingsError> {
+        let alone = run(case, &mut first, false, &mut NoProbe);
+        let mut trace = Trace::new(RESOLUTION.max(alone.duration.seconds() / most_rows));
+        if shows {
+            first.shown(&trace, 0.0);
+        }
+        drop(first);
+        let mut second = self.detector_for(case)?;
+        if shows {
+            second.watch();
+        }
+        let observed = run(case, &mut second, ledger, &mut trace);
+        Ok((second, Record { trial: case.streams.index(), run: alone }, observed, trace))
     }
 
     /// Runs a trial with any detector.

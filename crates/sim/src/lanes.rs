@@ -212,7 +212,7 @@ fn by<T: Real, D: Detector<T> + ?Sized>(
 ) -> Run<T> {
     let mut adapter = Adapter::new();
     let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, refereed);
-    adapter.run(finished)
+    adapter.run(finished, Some(detector))
 }
 
 /// Carries out one run alone, in a bank of one lane.

@@ -84,7 +84,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let output = if in_memory { None } else { Some(Output::answering(asked(), &options.out, &names)?) };
 
     let case = single.case();
-    let (record, watched, trace) = scenario.watched(&case, true, f64::INFINITY)?;
+    let (record, watched, trace) = scenario.traced(&case, true, f64::INFINITY)?;
     if let Some(host) = &host {
         for table in TraceTable::of(&trace) {
             let mut columns = Columns::new(table.columns(&trace));

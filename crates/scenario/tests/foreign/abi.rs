@@ -175,7 +175,7 @@ fn law_commands_until_a_threshold_that_cannot_be_are_failed_records_with_their_r
 fn traced(text: &str, folder: &tempfile::TempDir) -> (Record, Trace) {
     let single = plan(folder, text).expect("valid").single(0, 0).expect("a trial");
     let (record, _, trace) =
-        single.scenario.watched(&single.case(), false, f64::INFINITY).expect("a detector");
+        single.scenario.traced(&single.case(), false, f64::INFINITY).expect("a detector");
     (record, trace)
 }
 
@@ -195,8 +195,37 @@ fn law_channels_and_log_of_commands_stand_at_the_times_of_the_calls() {
         let whole = (second - 800e-6).abs() < 1e-12;
         assert!(whole != until && (520e-6..=800e-6 + 1e-12).contains(second), "{second}");
         let log: Vec<(f64, &str)> = own.log.iter().map(|(time, line)| (*time, line.as_str())).collect();
-        assert_eq!(log, [(0.0, "made"), (0.0, "begins"), (*second, "ends")]);
+        assert_eq!(log, [(0.0, "made"), (0.0, "begins"), (*second, "ends"), (*second, "gone")]);
         assert_eq!(record.verdict(), Verdict::Found);
+    }
+}
+
+/// What breaks a rule is seen as far as it came; where nobody traces, nothing is asked for channels.
+#[test]
+fn regress_the_call_that_breaks_a_rule_has_its_row() {
+    let (folder, _) = built(&source("readings.c"), &[]);
+    let (record, trace) = traced(&scenario("", "until = 2.5"), &folder);
+    assert_eq!(record.verdict(), Verdict::Failed);
+    assert_eq!(trace.own.rows, [(0.0, vec![1.0])]);
+    let single =
+        plan(&folder, &scenario("", "field = \"log\"")).expect("valid").single(0, 0).expect("a trial");
+    let (_, _, trace) = single.scenario.watched(&single.case(), false, f64::INFINITY).expect("a detector");
+    assert!(trace.own.rows.is_empty() && trace.own.log.is_empty());
+}
+
+/// A comparator may end each pulse long before its longest; then it is the time that counts, also where more than 100,000 were given.
+#[test]
+fn regress_pulses_to_a_threshold_for_ever_are_a_failed_record() {
+    let (folder, _) = built(&source("readings.c"), &[]);
+    for (config, limit) in
+        [("until = 2.5\nfield = \"ever\"", 50), ("until = 1e-4\nfield = \"ever-short\"", 300)]
+    {
+        let limited = format!("[detector]\ntime_limit = \"{limit} ms\"\n");
+        let text = scenario("sensors.timer = \"0.32 us\"", config).replace("[detector]\n", &limited);
+        let record = records(&plan(&folder, &text).expect("valid"), 0..1)[0];
+        let reason = format!("not done within 0.{} s", if limit == 50 { "05" } else { "3" });
+        assert_eq!((record.verdict(), record.reason()), (Verdict::Failed, reason));
+        assert!(record.run.duration.seconds() <= f64::from(limit) * 1e-3);
     }
 }
 

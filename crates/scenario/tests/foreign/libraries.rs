@@ -134,7 +134,7 @@ fn law_commands_that_are_ever_shorter_do_not_go_on_for_ever() {
         records(&plan(&folder, &text).expect("valid"), 0..1)[0]
     };
     let short = of("short");
-    assert_eq!(short.reason(), "more than 100000 commands of less than 1 us on average");
+    assert_eq!(short.reason(), "not done within 100000 commands of less than 1 us on average");
     assert_eq!((short.verdict(), short.run.duration.0), (Verdict::Failed, 100_100));
     assert_eq!(of("edge").reason(), "leg b is to switch at 2001 ns of a stage of 2000 ns");
     assert_eq!(of("beyond-command").reason(), "it wrote beyond its sts_command");

@@ -54,7 +54,7 @@ static int32_t step(void *detector, const sts_readings *readings, sts_command *c
     if (strcmp(field, "log") == 0) {
         sts_log(&knows, pulses == 0 ? "begins" : "ends");
     }
-    if (pulses++ == 0) {
+    if (pulses++ == 0 || strncmp(field, "ever", 4) == 0) {
         command->stages = 2;
         for (k = 0; k < 3; k++) {
             command->stage[0].leg[k] = k == 0 ? STS_HIGH : STS_LOW;
@@ -63,7 +63,7 @@ static int32_t step(void *detector, const sts_readings *readings, sts_command *c
             command->stage[0].leg[1] = STS_DUTY;
         }
         command->stage[0].duration_ns = 300000;
-        command->stage[1].duration_ns = 500000;
+        command->stage[1].duration_ns = strcmp(field, "ever-short") == 0 ? 100 : 500000;
         command->samples = 1;
         command->until = until;
         command->first_ns = strcmp(field, "late") == 0 ? 500001 : until == 0.0f ? 300000 : 0;
@@ -71,6 +71,14 @@ static int32_t step(void *detector, const sts_readings *readings, sts_command *c
     }
     result->angle = of(sts_reading(readings, 0));
     return STS_FOUND;
+}
+
+static void destroy(void *detector)
+{
+    (void)detector;
+    if (strcmp(field, "log") == 0) {
+        sts_log(&knows, "gone");
+    }
 }
 
 static const char *probe(void *detector, uint32_t channel, float *value)
@@ -84,6 +92,7 @@ const sts_detector *sts_entry(uint32_t abi)
 {
     static const sts_detector table = {
         .abi = STS_ABI, .size = sizeof table, .name = "readings", .create = create, .step = step, .probe = probe,
+        .destroy = destroy,
     };
     return abi == STS_ABI ? &table : NULL;
 }

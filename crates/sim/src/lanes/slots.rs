@@ -4,7 +4,7 @@ use standstill_interface::{Abc, Command, Detector, Leg, Outcome, Reading, Real, 
 use standstill_numeric::MOST_LANES;
 
 use super::Host;
-use crate::case::{Case, Ended, Finished, Run};
+use crate::case::{Case, Ended, Finished, Run, RunError};
 
 /// Adapter between a detector and the engine: converts readings and commands between their numeric types, and keeps
 /// the detector's outcome.
@@ -39,8 +39,13 @@ impl<T: Real> Adapter<T> {
         }
     }
 
-    /// Returns the complete result of a finished run. The next run may begin.
-    pub fn run(&mut self, finished: Finished) -> Run<T> {
+    /// Returns the complete result of a finished run of a detector. The next run may begin.
+    pub fn run<D: Detector<T> + ?Sized>(&mut self, finished: Finished, detector: Option<&mut D>) -> Run<T> {
+        if let (Some(RunError::TimeLimit(limit)), Some(detector)) = (finished.ended, detector)
+            && let Some(outcome) = detector.overdue(limit)
+        {
+            return finished.run(Ended::Outcome(outcome));
+        }
         let ended = match (finished.ended, self.outcome.take()) {
             (None, Some(outcome)) => Ended::Outcome(outcome),
             (Some(error), _) => Ended::Error(error),
@@ -99,7 +104,7 @@ where
 
     fn over(&mut self, lane: usize, finished: Finished) {
         if let Some(slot) = &mut self.lanes[lane] {
-            let run = slot.adapter.run(finished);
+            let run = slot.adapter.run(finished, slot.detector.as_mut());
             (self.done)(slot.number, run);
         }
     }

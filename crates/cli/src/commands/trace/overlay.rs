@@ -133,7 +133,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     let (mut traces, mut rows, mut results) = (Vec::new(), Vec::new(), Vec::new());
     let mut code = 0;
     for (name, single, file, text) in &singles {
-        let (record, observed, trace) = single.scenario.watched(&single.case(), false, f64::INFINITY)?;
+        let (record, observed, trace) = single.scenario.traced(&single.case(), false, f64::INFINITY)?;
         code = code.max(u8::from(record.verdict() == Verdict::Error));
         rows.push(vec![
             for_reading(name),
