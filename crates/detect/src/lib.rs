@@ -25,7 +25,7 @@ pub use method::{
     OpenTerminalSettings, PulsatingInjection, PulsatingInjectionSettings, RotatingInjection,
     RotatingInjectionSettings, SixPulse, SixPulseSettings, Subdivision, SubdivisionSettings,
 };
-pub use nameplate::{Comparing, Dividers, Nameplate, Sensing, longest_dead_time};
+pub use nameplate::{Comparing, Dividers, Nameplate, Place, Sensing, longest_dead_time};
 pub use parts::both_ways::BothWaysSettings;
 pub use parts::injection::{InjectionMethod, InjectionSettings};
 pub use parts::lines::{Interval, Saliency, SaliencySign, line_impedance};

@@ -76,7 +76,9 @@ impl MethodName {
     /// Returns the kinds of readings of which any one is enough for the method.
     pub const fn sources(self) -> &'static [Source] {
         match self {
-            Self::LineInductance | Self::LineInductanceFast => LineInductanceSettings::<f64>::SOURCES,
+            // With slow decay the current circulates where one shunt in the link does not see it.
+            Self::LineInductance => &[Source::PhaseCurrents],
+            Self::LineInductanceFast => LineInductanceSettings::<f64>::SOURCES,
             Self::Subdivision => SubdivisionSettings::<f64>::SOURCES,
             Self::HfiRotating => RotatingInjectionSettings::<f64>::SOURCES,
             Self::HfiPulsating => PulsatingInjectionSettings::<f64>::SOURCES,

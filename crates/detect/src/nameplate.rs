@@ -4,7 +4,7 @@ mod sensors;
 
 use standstill_interface::{Nanos, Real};
 
-pub use self::sensors::{Comparing, Dividers, Sensing};
+pub use self::sensors::{Comparing, Dividers, Place, Sensing};
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};

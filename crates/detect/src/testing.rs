@@ -6,7 +6,7 @@ use std::vec::Vec;
 use standstill_interface::{AlphaBeta, Angle, Command, Leg, Nanos, Outcome, Phase, Reading, Real};
 
 use crate::method::likelihood::{LineParameters, PulseModel};
-use crate::nameplate::{Comparing, Dividers, Nameplate, Sensing};
+use crate::nameplate::{Comparing, Dividers, Nameplate, Place, Sensing};
 use crate::parts::lines::line_directions;
 use crate::parts::polarity::Signature;
 use crate::parts::train::LINES;
@@ -36,7 +36,7 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
         skew: Nanos::ZERO,
         averaged: Nanos::ZERO,
         pick_up: [0.0; 2],
-        one_shunt: false,
+        place: Place::InLine,
         settle: Nanos::ZERO,
         link_noise: 0.0,
         comparator: NO_COMPARATOR,
@@ -98,6 +98,8 @@ pub(crate) struct LineMotor {
     pub skew: f64,
     /// Amplitude in A, time constant in s and frequency in Hz of what the end of a pulse adds to all readings.
     pub pick_up: [f64; 3],
+    /// Where the sensors are: in the phases or below the legs.
+    pub place: Place,
     pub noise: Noise,
     /// Length in s and peak current in A of each pulse so far.
     pub pulses: Vec<(f64, f64)>,
@@ -123,6 +125,7 @@ impl LineMotor {
             lag: [0.0; 3],
             skew: 0.0,
             pick_up: [0.0, 1.0, 0.0],
+            place: Place::InLine,
             noise: Noise::new(7),
             pulses: Vec::new(),
         }
@@ -178,6 +181,19 @@ impl LineMotor {
                         let ringing = (core::f64::consts::TAU * frequency * since).cos();
                         *current += amplitude * (-since / decay).exp() * ringing;
                     }
+                }
+            }
+            if self.place == Place::BelowLegs {
+                for (n, currents) in currents.iter_mut().enumerate() {
+                    // The upper switch of one leg, and then the upper diode of the other.
+                    let above = if command.sampling.trigger(u32::try_from(n).expect("few"))
+                        > command.stage.duration
+                    {
+                        to
+                    } else {
+                        from
+                    };
+                    currents[above as usize] = 0.0;
                 }
             }
             self.pulses.push((model.pulse, peak));

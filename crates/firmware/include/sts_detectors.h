@@ -30,7 +30,8 @@ enum sts_kinds {
     STS_PHASE_CURRENTS = 1, /* current[], by sensors in line or shunts below the legs */
     STS_LINK_CURRENT = 2,   /* link_current, and current[] of the phase whose current it is */
     STS_TERMINALS = 4,      /* terminal[] */
-    STS_CAPTURES = 8        /* capture_ticks, of commands with `until` */
+    STS_CAPTURES = 8,       /* capture_ticks, of commands with `until` */
+    STS_BELOW_LEGS = 16     /* beside STS_PHASE_CURRENTS: its sensors are shunts below the legs */
 };
 
 /* What the data sheets of motor and drive say. Zeros where they say nothing, but for what is marked "needed". */

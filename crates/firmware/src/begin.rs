@@ -3,7 +3,7 @@
 use core::fmt;
 
 use standstill_detect::{
-    AnyDetector, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Sensing, Settings as _,
+    AnyDetector, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Place, Sensing, Settings as _,
     SettingsError, Signature, Source, Value, keys,
 };
 use standstill_interface::Nanos;
@@ -52,8 +52,20 @@ fn has(plate: &Plate, source: Source) -> bool {
         Source::Terminals => abi::TERMINALS,
         Source::CapturedTimes => abi::CAPTURES,
     };
-    let readings = if plate.readings == 0 { abi::PHASE_CURRENTS } else { plate.readings };
+    let kinds = plate.readings & !abi::BELOW_LEGS;
+    let readings = if kinds == 0 { abi::PHASE_CURRENTS } else { kinds };
     readings & bit != 0
+}
+
+/// Where the current sensors are.
+fn place(plate: &Plate) -> Place {
+    if has(plate, Source::LinkCurrent) {
+        Place::InLink
+    } else if plate.readings & abi::BELOW_LEGS != 0 {
+        Place::BelowLegs
+    } else {
+        Place::InLine
+    }
 }
 
 /// Nameplate data from the C struct.
@@ -77,7 +89,7 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
             averaged: Nanos(plate.averaged_ns),
             link_noise: plate.link_noise,
             pick_up: plate.pick_up,
-            one_shunt: has(plate, Source::LinkCurrent),
+            place: place(plate),
             settle: Nanos(plate.settle_ns),
             comparator: Comparing {
                 tick: if has(plate, Source::CapturedTimes) { plate.timer_tick } else { 0.0 },

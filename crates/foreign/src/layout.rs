@@ -57,6 +57,7 @@ fn layout() -> Vec<(String, usize)> {
         ("STS_LINK_CURRENT", LINK_CURRENT),
         ("STS_TERMINALS", TERMINALS),
         ("STS_CAPTURES", CAPTURES),
+        ("STS_BELOW_LEGS", BELOW_LEGS),
         ("STS_MEASURED", 0),
         ("STS_DERIVED", 1),
         ("STS_CLIPPED", 2),

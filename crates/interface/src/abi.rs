@@ -304,6 +304,7 @@ pub const PHASE_CURRENTS: u32 = 1;
 pub const LINK_CURRENT: u32 = 2;
 pub const TERMINALS: u32 = 4;
 pub const CAPTURES: u32 = 8;
+pub const BELOW_LEGS: u32 = 16;
 
 /// `sts_setting`.
 #[repr(C)]

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use standstill_detect::{Comparing, Dividers, Nameplate, Sensing, Signature, Source};
+use standstill_detect::{Comparing, Dividers, Nameplate, Place, Sensing, Signature, Source};
 use standstill_interface::{Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
@@ -85,8 +85,13 @@ fn link_noise(of: &VoltageSensor) -> f64 {
 /// Returns what the drive knows of this motor and of itself: values of the data sheets.
 pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
+    let place = match sensors.arrangement {
+        Arrangement::LowSideShunts => Place::BelowLegs,
+        Arrangement::DcLinkShunt => Place::InLink,
+        Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::None => Place::InLine,
+    };
     // One channel for all lines: gains and filters cannot differ, and nothing is converted later.
-    let one_shunt = sensors.arrangement == Arrangement::DcLinkShunt;
+    let one_shunt = place == Place::InLink;
     // The polarity test goes 2 % beyond the rated current; a map may not cover that.
     let (signature_at_rated, polarity_difference) = signature(motor, motor.rated_current);
     let (pulse_signature, _) = signature(motor, 0.5 * motor.rated_current);
@@ -108,7 +113,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
             skew: if one_shunt { Nanos::ZERO } else { sensors.skew },
             averaged: sensors.averaged(),
             pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
-            one_shunt,
+            place,
             link_noise: link_noise(&sensors.dc_link) / f64::from(sensors.oversampling.max(1)).sqrt(),
             settle: if sensors.settle > Nanos::ZERO { drive.dead_time + sensors.settle } else { Nanos::ZERO },
             comparator: Comparing {

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command as Process, Output};
 use std::sync::OnceLock;
 
-use standstill_detect::{AnyDetector, Method, MethodName, Nameplate, Settings as _, Signature, Source};
+use standstill_detect::{
+    AnyDetector, Method, MethodName, Nameplate, Place, Settings as _, Signature, Source,
+};
 use standstill_interface::{Command, Detector, Leg, Nanos, Outcome, Reading, Stage, Step, abi};
 use standstill_scenario::{Document, Plan, Scenario};
 use standstill_sim::{NoProbe, run};
@@ -75,24 +77,24 @@ impl Detector<f32> for Recorder {
     }
 }
 
-/// The scenario of a method on a motor: six pulses with a timer and comparators, the open terminal with dividers, and where one shunt is
-/// asked for one in the DC link.
-fn scenario(method: MethodName, motor: &str, one_shunt: bool) -> Scenario<Method<f64>> {
+/// The scenario of a method on a motor with current sensors in these places: six pulses with a timer and comparators, the open terminal
+/// with dividers.
+fn scenario(method: MethodName, motor: &str, arrangement: &str) -> Scenario<Method<f64>> {
     let mut text =
         format!("motor = \"{motor}\"\nerrors = \"default\"\ndetector.method = \"{}\"\n", method.name());
     text += match method {
         MethodName::SixPulse => "sensors.timer = \"0.32 us\"\nsensors.comparators = \"common\"\n",
         MethodName::OpenTerminal => "sensors.terminals = true\n",
-        _ if one_shunt => "sensors.arrangement = \"dc-link-shunt\"\n",
         _ => "",
     };
+    let _ = writeln!(text, "sensors.arrangement = \"{arrangement}\"");
     let document = Document::parse(Path::new("scenario"), &text).expect("a scenario");
     Plan::new(document).expect("a plan").scenario(0).expect("valid")
 }
 
 /// A detection in single precision in the simulator: what the drive knows and has, and what was said.
-fn recorded(method: MethodName, motor: &str, trial: u64, one_shunt: bool) -> (Plate, Recorder) {
-    let scenario = scenario(method, motor, one_shunt);
+fn recorded(method: MethodName, motor: &str, trial: u64, arrangement: &str) -> (Plate, Recorder) {
+    let scenario = scenario(method, motor, arrangement);
     let knows: Nameplate<f32> = scenario.nameplate().cast();
     let inner = Method::<f32>::suited(method, &knows).detector().expect("suits");
     let mut recorder = Recorder { inner, steps: Vec::new() };
@@ -158,7 +160,8 @@ fn in_c(Plate { knows: plate, readings }: &Plate) -> String {
         Source::Terminals => abi::TERMINALS,
         Source::CapturedTimes => abi::CAPTURES,
     };
-    field("readings", readings.iter().map(bit).sum::<u32>().to_string());
+    let below = if plate.sensing.place == Place::BelowLegs { abi::BELOW_LEGS } else { 0 };
+    field("readings", (readings.iter().map(bit).sum::<u32>() | below).to_string());
     field("comparators", if comparator.own { "6" } else { "1" }.to_owned());
     field("stronger_pole", stronger(plate.signature).to_string());
     field("stronger_pole_half", stronger(plate.pulse_signature).to_string());
@@ -269,11 +272,14 @@ fn printed(command: &Command<f32>) -> String {
 #[test]
 fn cross_each_detector_in_a_c_program_gives_the_bits_that_it_gives_in_rust() {
     let mut angles = std::collections::BTreeSet::new();
-    let through_a_shunt = [MethodName::Bipolar, MethodName::MaximumLikelihood].map(|method| (method, true));
-    let all = MethodName::ALL.into_iter().map(|method| (method, false)).chain(through_a_shunt);
-    for (number, (method, one_shunt)) in all.enumerate() {
+    let through = |arrangement| move |method| (method, arrangement);
+    let both_ways = [MethodName::Bipolar, MethodName::MaximumLikelihood];
+    let through_shunts =
+        ["dc-link-shunt", "low-side-shunts"].into_iter().flat_map(|of| both_ways.map(through(of)));
+    let all = MethodName::ALL.into_iter().map(through("three-in-line")).chain(through_shunts);
+    for (number, (method, arrangement)) in all.enumerate() {
         let motor = ["paper-5k5", "light-vehicle"][number % 2];
-        let (plate, recorder) = recorded(method, motor, number as u64, one_shunt);
+        let (plate, recorder) = recorded(method, motor, number as u64, arrangement);
         let folder = folder(method.name());
         fs::copy(root().join("examples/c/drive/main.c"), folder.join("main.c")).expect("copied");
         fs::write(folder.join("recording.h"), recording(method, &plate, &recorder)).expect("written");
@@ -301,7 +307,7 @@ fn regress_the_recording_of_the_example_gives_the_bits_that_it_says() {
     let example = root().join("examples/c/drive");
     let method = MethodName::Bipolar;
     if std::env::var("RECORDING").is_ok_and(|what| what == "renew") {
-        let (plate, recorder) = recorded(method, "light-vehicle", 3, false);
+        let (plate, recorder) = recorded(method, "light-vehicle", 3, "three-in-line");
         fs::write(example.join("recording.h"), recording(method, &plate, &recorder)).expect("written");
     }
     let folder = folder("example");

@@ -15,7 +15,7 @@ use standstill_interface::{AlphaBeta, Fault, Findings, Nanos, Phase, Reading, Re
 
 use crate::keys::{self, Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Nameplate, Place};
 use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::lines::line_directions;
 use crate::parts::margin::Margin;
@@ -32,9 +32,10 @@ pub struct BipolarSettings<T>(pub BothWaysSettings<T>);
 impl<T: Real> BipolarSettings<T> {
     /// For this motor and drive.
     pub fn suited(drive: &Nameplate<T>) -> Self {
-        // Four samples in the pulse: enough to compare the sensors. Fewer where the first would be taken too early.
+        // Four samples in the pulse: enough to compare the sensors, but at its end. Fewer where the first would be taken too early.
         let pulse = drive.line_pulse(T::of(0.5));
-        let interval = Nanos(pulse.0 / 4).max(drive.sensing.lead() * 2);
+        let parts = if drive.sensing.place == Place::BelowLegs { 10 } else { 4 };
+        let interval = Nanos(pulse.0 / parts).max(drive.sensing.lead() * 2);
         Self(BothWaysSettings::suited(drive, interval))
     }
 
@@ -101,18 +102,31 @@ impl<T: Real> Bipolar<T> {
 
     fn add(&mut self, slot: Slot, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
         let s = &self.settings.train;
-        // One shunt has no second sensor to compare, and its amplifier may clip what diodes return to the link.
-        let compared = if s.one_shunt { &[] } else { readings };
-        for (n, reading) in compared.iter().enumerate() {
-            let both = self.train.both(slot, reading)?;
-            if let Some(both) = self.at_once(slot, n, both) {
-                self.gains.add(slot, both);
+        match s.place {
+            Place::InLine => {
+                for (n, reading) in readings.iter().enumerate() {
+                    let both = self.train.both(slot, reading)?;
+                    if let Some(both) = self.at_once(slot, n, both) {
+                        self.gains.add(slot, both);
+                    }
+                }
             }
+            Place::BelowLegs => {
+                if let Some(both) = self.train.at_edge(slot, readings, &self.settings.sensing)? {
+                    self.gains.add(slot, both);
+                }
+            }
+            // One shunt has no second sensor to compare, and its amplifier may clip what diodes return to the link.
+            Place::InLink => {}
         }
         let end = &readings[s.samples_on() - 1];
         let current = self.train.current(slot, end)?;
         let sensing = &self.settings.sensing;
-        let late = sensing.late(slot.line, self.train.derived);
+        let late = if s.place == Place::BelowLegs {
+            sensing.late_of(slot.phases().1)
+        } else {
+            sensing.late(slot.line, self.train.derived)
+        };
         let seconds = sensing.seen(self.risen(s.samples_on()) + late);
         let inductance = (link(end)? - s.on_drop) * seconds / current;
         // As with a link below the drops of the switches.
@@ -151,9 +165,11 @@ impl<T: Real> Bipolar<T> {
     fn answer(&mut self) -> Result<Pole<T>, Fault<T>> {
         let s = &self.settings;
         let n = T::of(f64::from(s.train.rounds));
-        // With equal gains assumed to within a percent the noise of the comparison does not matter.
-        let (ratios, noise) = self.gains.measured(T::zero());
-        let (ratios, _) = GainComparison::known(ratios, noise, s.gain_tolerance);
+        // With equal gains assumed to within a percent the noise of a comparison of all readings does not matter.
+        let below = s.train.place == Place::BelowLegs;
+        let (ratios, noise) =
+            if below { self.train.gains_at_edge(&self.gains) } else { self.gains.measured(T::zero()) };
+        let (ratios, unknown) = GainComparison::known(ratios, noise, s.gain_tolerance);
         let half = T::of(0.5);
         let mut lines = [T::zero(); 3];
         let mut pointer = AlphaBeta::new(T::zero(), T::zero());
@@ -164,6 +180,8 @@ impl<T: Real> Bipolar<T> {
             lines[k] = mean;
             // Less inductance forward than backward: forward leads towards the pole that draws more.
             let difference = (back - forward) / mean;
+            // Forward pulses are read by the sensor of the line's second phase there, backward ones by that of the first.
+            let difference = if below { difference + ratios[k] } else { difference };
             pointer = pointer + direction * difference;
             for sums in line {
                 scatter = scatter + sums.squares / (mean * mean);
@@ -180,11 +198,14 @@ impl<T: Real> Bipolar<T> {
         let needed = significance::scattered(significance::of_lines(one * half), freedom)
             + significance::known(significance::of_lines(lags));
         s.check_saliency(&mut self.train.margin, &saliency, needed, &s.train)?;
+        // A line's gain is a sixth of the difference of the other two lines' r.
+        let [ab, bc, ca] = unknown;
+        let gains = if below { (ab + bc + ca) / T::of(54.0) } else { T::zero() };
         // Of the mean of a line's two directions; equation (7) on relative errors: 0.408 ε / (|L_B|/L_A).
         self.findings.angle_deviation =
-            Some((one * half + lags).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio());
+            Some((one * half + lags + gains).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio());
         // Of a difference of two means, in each component of the sum over three directions.
-        let deviation = (T::of(1.5) * (T::of(2.0) * one + s.pole_variance(derived))).sqrt();
+        let deviation = (T::of(1.5) * (T::of(2.0) * one + s.pole_variance(derived, unknown))).sqrt();
         Ok(s.pole(&saliency, &Pointer { direction: pointer, deviation }))
     }
 }

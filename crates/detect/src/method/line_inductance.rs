@@ -16,15 +16,15 @@ use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, 
 
 use crate::keys::{Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
 use crate::parts::margin::Margin;
 use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, Signature};
-use crate::parts::settle::{SettleSettings, Settler, link, seen};
+use crate::parts::settle::{SettleSettings, Settler, link, link_current, seen};
 use crate::parts::significance;
 use crate::parts::train::LINES;
 use crate::settings::{
-    Decay, LONGEST, SettingsError, require, require_positive, require_share, require_zero_or_more,
+    Decay, LONGEST, SettingsError, Source, require, require_positive, require_share, require_zero_or_more,
 };
 
 /// Settings of the paper's method.
@@ -56,6 +56,8 @@ pub struct LineInductanceSettings<T> {
     pub settle: SettleSettings<T>,
     /// The polarity test.
     pub polarity: PolaritySettings<T>,
+    /// Where the current sensors are, and when they are read.
+    pub sensing: Sensing<T>,
 }
 
 impl<T: Real> LineInductanceSettings<T> {
@@ -77,13 +79,14 @@ impl<T: Real> LineInductanceSettings<T> {
     pub fn paper(decay: Decay, drive: &Nameplate<T>) -> Self {
         // A fifth of the rated current into the mean line inductance, equation (4).
         let pulse = drive.line_pulse(T::of(0.2));
+        let shunts = decay == Decay::Fast && drive.sensing.place.switches();
         Self {
             pulse,
             // Or as long as the current of a longer pulse needs.
             period: Nanos::from_micros(2400).max(pulse * 4),
             pulses: 3,
             decay,
-            sample_lead: Nanos::ZERO,
+            sample_lead: if shunts { drive.sensing.lead() } else { Nanos::ZERO },
             dead_time: drive.dead_time,
             saliency: drive.saliency(),
             least_current: drive.rated_current * T::of(0.02),
@@ -95,6 +98,15 @@ impl<T: Real> LineInductanceSettings<T> {
                 Signature::Normal,
                 PolarityRule::TwoVectors,
             ),
+            sensing: drive.sensing,
+        }
+    }
+
+    /// Where the sensors are, as far as it matters to a pulse: while the current circulates below, all shunts below the legs show it.
+    fn place(&self) -> Place {
+        match self.decay {
+            Decay::Fast => self.sensing.place,
+            Decay::Slow => Place::InLine,
         }
     }
 
@@ -115,6 +127,9 @@ impl<T: Real> LineInductanceSettings<T> {
             "dead_time",
             "with sample_lead shorter than the pulse",
         )?;
+        let settled = Nanos::from_seconds(self.sensing.blank().to_double()) + self.sample_lead < self.pulse;
+        let needed = "such that a pulse leaves time for a sample that no edge spoils";
+        require(self.place() == Place::InLine || settled, self.sensing.blank_key(), needed)?;
         let decay_needs = self.pulse * 2 + self.settle.wait;
         require(self.period > decay_needs, "period", "longer than two pulses and settle.wait")?;
         require(self.period <= LONGEST, "period", "at most a minute")?;
@@ -198,11 +213,34 @@ impl<T: Real> LineInductance<T> {
         Command::sequence(Stage::line(first, second, s.pulse), decay, sampling)
     }
 
+    /// i1, i2 and i3 of a pulse in A, without the offsets where sensors take over from each other.
+    fn currents(&self, line: usize, second: &Reading<T>, third: &Reading<T>) -> Result<[T; 3], Fault<T>> {
+        let ((from, to), none) = (LINES[line], self.initial);
+        Ok(match self.settings.place() {
+            Place::InLine => [none[from], seen(second, from)?, seen(third, from)?],
+            Place::BelowLegs => [T::zero(), none[to] - seen(second, to)?, seen(third, from)? - none[from]],
+            // Diodes return the current to the link.
+            Place::InLink => {
+                [T::zero(), link_current(second)? - none[from], none[from] - link_current(third)?]
+            }
+        })
+    }
+
+    /// How much later than its trigger i2 is sampled by a shunt.
+    fn late(&self, line: usize) -> Nanos {
+        let sensing = &self.settings.sensing;
+        match self.settings.place() {
+            Place::InLine => Nanos::ZERO,
+            Place::BelowLegs => Nanos::from_seconds(sensing.late_of(LINES[line].1).to_double()),
+            Place::InLink => Nanos(sensing.averaged.0 / 2),
+        }
+    }
+
     /// After a pulse: its R and L, then the next pulse, or the axis and the first vector.
     fn pulsed(&mut self, line: usize, pulse: u8, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
         let [second, third] = readings else { return Err(Fault::UnexpectedReadings) };
         let phase = LINES[line].0;
-        let (i1, i2, i3) = (self.initial[phase], seen(second, phase)?, seen(third, phase)?);
+        let [i1, i2, i3] = self.currents(line, second, third)?;
         let s = &self.settings;
         let (on_link, off_link) = (link(second)?, link(third)?);
         self.settler.margin.at_least(i2 - i1, s.least_current);
@@ -211,7 +249,7 @@ impl<T: Real> LineInductance<T> {
         }
         let seconds = |duration: Nanos| T::of(duration.seconds());
         // Mean voltages: no voltage in the dead time before the pulse; a rest of the pulse after an early i2.
-        let risen = s.pulse - s.sample_lead;
+        let risen = s.pulse - s.sample_lead + self.late(line);
         let rise = Interval {
             voltage: on_link * seconds(risen - s.dead_time) / seconds(risen),
             begin: i1,
@@ -223,9 +261,10 @@ impl<T: Real> LineInductance<T> {
             Decay::Slow => T::zero(),
             Decay::Fast => -off_link,
         };
-        let whole = seconds(after + s.sample_lead);
+        let rest = s.pulse - risen;
+        let whole = seconds(after + rest);
         let decay = Interval {
-            voltage: (on_link * seconds(s.sample_lead) + decaying * seconds(after)) / whole,
+            voltage: (on_link * seconds(rest) + decaying * seconds(after)) / whole,
             begin: i2,
             end: i3,
             duration: whole,
@@ -338,6 +377,17 @@ impl<T: Real> Keyed for LineInductanceSettings<T> {
         place!(VECTOR_CURRENT, s => s.polarity.current, Value::of, real),
         place!(POLE_ERROR, s => s.polarity => pole_error, set_pole_error),
     ];
+
+    /// With fast decay, see [`Keyed::needed_sources`].
+    const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
+
+    fn needed_sources(&self) -> &'static [Source] {
+        // While the current circulates through the lower switches, none flows in the link.
+        match self.decay {
+            Decay::Fast => Self::SOURCES,
+            Decay::Slow => &[Source::PhaseCurrents],
+        }
+    }
 
     fn describe(&self, line: &mut Lines<'_>) {
         line("pulse", format_args!("{}", Microseconds(self.pulse)));

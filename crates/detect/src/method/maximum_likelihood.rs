@@ -18,6 +18,7 @@ mod tests;
 use standstill_interface::{Abc, AlphaBeta, Fault, Findings, Nanos, Reading, Real, Step};
 
 use crate::method::Sequence;
+use crate::nameplate::Place;
 use crate::parts::lines::{Saliency, line_directions};
 use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pole, Signature};
@@ -62,8 +63,9 @@ impl<T: Real> MaximumLikelihood<T> {
         let zero = T::zero();
         let sensing = &settings.pulses.sensing;
         let mut train = Train::new(settings.pulses.train);
-        train.spoilt_end =
-            sensing.one_shunt || sensing.skew + sensing.averaged > Nanos::ZERO || sensing.blank() > zero;
+        train.spoilt_end = sensing.place.switches()
+            || sensing.skew + sensing.averaged > Nanos::ZERO
+            || sensing.blank() > zero;
         Ok(Self {
             settings,
             train,
@@ -91,15 +93,40 @@ impl<T: Real> MaximumLikelihood<T> {
         let curve = &mut self.curves[slot.line][usize::from(slot.forward)];
         let train = &self.train.settings;
         let compares = self.settings.pulses.sensing.compares(train.pulse);
+        let below = train.place == Place::BelowLegs;
         for (n, (sum, reading)) in curve.iter_mut().zip(readings).enumerate() {
             let (from, to) = self.train.both(slot, reading)?;
             *sum = *sum + (from + to) / T::of(2.0) * scale;
-            if compares(train.interval * (n as u64 + 1)) {
+            if !below && compares(train.interval * (n as u64 + 1)) {
                 self.gains.add(slot, (from, to));
             }
             self.peak = self.peak.max((from + to) / T::of(2.0));
         }
+        if below && let Some(both) = self.train.at_edge(slot, readings, &self.settings.pulses.sensing)? {
+            self.gains.add(slot, both);
+        }
         Ok(())
+    }
+
+    /// The curves as sensors of the line's mean gain would show them, converted at the mean of both times: of shunts below the legs, the
+    /// one below the leg that the current leaves shows the pulse, and the one below the leg that it enters what comes after.
+    fn equalize(&mut self) {
+        let (ratios, noise) = self.train.gains_at_edge(&self.gains);
+        let (ratios, _) = GainComparison::known(ratios, noise, self.settings.pulses.gain_tolerance);
+        let (on, n) = (self.train.settings.samples_on(), self.train.settings.samples());
+        let sensing = &self.settings.pulses.sensing;
+        let interval = T::of(self.train.settings.interval.seconds());
+        for (k, (line, ratio)) in self.curves.iter_mut().zip(ratios).enumerate() {
+            let (first, second) = LINES[k];
+            let early = (sensing.late_of(second) - sensing.late_of(first)) / T::of(2.0) / interval;
+            // By the first phase's sensor and by the second's.
+            let shown = [((-ratio / T::of(2.0)).exp(), early), ((ratio / T::of(2.0)).exp(), -early)];
+            for (forward, curve) in line.iter_mut().enumerate() {
+                let (pulse, decay) = curve[..n].split_at_mut(on);
+                equal(pulse, shown[forward]);
+                equal(decay, shown[1 - forward]);
+            }
+        }
     }
 
     /// The fit of the train that has just ended.
@@ -112,6 +139,9 @@ impl<T: Real> MaximumLikelihood<T> {
                 *sum = *sum / rounds;
             }
         }
+        if s.place == Place::BelowLegs {
+            self.equalize();
+        }
         let curves: Curves<'_, T> =
             core::array::from_fn(|k| self.curves[k].each_ref().map(|curve| &curve[..n]));
         let model = PulseModel {
@@ -121,13 +151,13 @@ impl<T: Real> MaximumLikelihood<T> {
             pulse: T::of(s.pulse.seconds()),
             interval: T::of(s.interval.seconds()),
             blank: self.settings.pulses.sensing.blank(),
-            before_end: if s.one_shunt { T::of(s.interval.seconds() / 2.0) } else { T::zero() },
+            before_end: if s.place.switches() { T::of(s.interval.seconds() / 2.0) } else { T::zero() },
         };
         let delay = T::of(s.dead_time.seconds());
         let lag = self.settings.pulses.sensing.lag();
-        // The last sample that no jitter takes beyond the end of the pulse, where a shunt in the link shows another sign.
-        let end = s.samples_on() - if s.one_shunt { 2 } else { 1 };
-        let risen = if s.one_shunt { model.pulse - model.interval } else { model.pulse };
+        // The last sample that no jitter takes beyond the end of the pulse, where shunts show something else.
+        let end = s.samples_on() - if s.place.switches() { 2 } else { 1 };
+        let risen = if s.place.switches() { model.pulse - model.interval } else { model.pulse };
         let start = core::array::from_fn(|k| {
             let [back, forward] = curves[k];
             // The sensors show what flowed earlier, by their lag; not more than half a pulse, of which something would be left.
@@ -152,7 +182,11 @@ impl<T: Real> MaximumLikelihood<T> {
         let rounds = T::of(f64::from(self.train.settings.rounds));
         let (one, two) = (T::one(), T::of(2.0));
         // The fitted current is the mean of two sensors over the rounds; the comparison is of single readings.
-        let (ratios, ratio_noise) = self.gains.measured(fit.variance * rounds * two);
+        let (ratios, ratio_noise) = if self.train.settings.place == Place::BelowLegs {
+            self.train.gains_at_edge(&self.gains)
+        } else {
+            self.gains.measured(fit.variance * rounds * two)
+        };
 
         let plain = Saliency::from_lines(Abc(fit.inductance), s.saliency);
         let shift = fit.lag_slope.map(|slope| slope * self.settings.pulses.sensing.lag_deviation());
@@ -172,7 +206,8 @@ impl<T: Real> MaximumLikelihood<T> {
         }
         // In each component of the sum over three directions, as far as they are alike.
         let pointer_variance = pointer_variance / two;
-        let floor = s.pole_variance(self.train.derived);
+        let (_, unknown) = GainComparison::known(ratios, ratio_noise, s.gain_tolerance);
+        let floor = s.pole_variance(self.train.derived, unknown);
         // Nor can what the model does not explain be separated from saturation; relative to the current at the peak.
         let peak = self.dc_link * pulse / (plain.mean * T::of(3.0));
         let floor = (T::of(1.5) * (floor + fit.misfit / (peak * peak))).sqrt() / relative;
@@ -261,6 +296,18 @@ impl<T: Real> MaximumLikelihood<T> {
         self.train.restart(if works { longer } else { train });
         self.curves = [[[T::zero(); MOST_SAMPLES]; 2]; 3];
         self.gains = GainComparison::new();
+    }
+}
+
+/// Samples with another gain, and later by a share of the interval between them: along the straight line from the sample before, which no
+/// edge spoils and in which the current has not yet ended.
+fn equal<T: Real>(samples: &mut [T], (gain, later): (T, T)) {
+    let [first, second, ..] = *samples else { return };
+    let mut before = first - (second - first);
+    for sample in samples {
+        let here = *sample;
+        *sample = (here + (here - before) * later) * gain;
+        before = here;
     }
 }
 

@@ -1,6 +1,6 @@
 //! Sensors of a drive as their data sheets state them: of current, of terminal voltages, and comparators.
 
-use standstill_interface::{Nanos, Real};
+use standstill_interface::{Nanos, Phase, Real};
 
 use crate::parts::train::{Derived, LINES};
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
@@ -57,6 +57,28 @@ impl<T: Real> Comparing<T> {
     }
 }
 
+/// Where a drive has its current sensors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Place {
+    /// In the phases: each shows the current of its phase at any time.
+    #[default]
+    InLine,
+    /// Shunts below the legs: each shows the current of its leg while the lower device of the leg conducts. In a pulse across two
+    /// phases that is the leg which the current leaves, and after the pulse, when diodes return it to the link, the leg which it
+    /// enters.
+    BelowLegs,
+    /// One shunt in the DC link in place of the phases' sensors: it shows the current of a pulse across two phases, and with the
+    /// opposite sign what diodes return to the link.
+    InLink,
+}
+
+impl Place {
+    /// Whether what a sensor shows changes at an edge of the legs.
+    pub(crate) const fn switches(self) -> bool {
+        !matches!(self, Self::InLine)
+    }
+}
+
 /// How the current sensors and their converter work, as their data sheets state it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing<T> {
@@ -72,8 +94,8 @@ pub struct Sensing<T> {
     /// Amplitude in A of what an edge of a leg's potential adds to all readings of current, and the time constant in s with
     /// which it decays. Zeros: nothing.
     pub pick_up: [T; 2],
-    /// Whether one shunt in the DC link takes the place of the phases' sensors.
-    pub one_shunt: bool,
+    /// Where the current sensors are.
+    pub place: Place,
     /// Time after a request to a leg during which shunts are not read: dead time and settling of their amplifiers.
     pub settle: Nanos,
     /// Noise of a sample of the DC link's voltage in V rms, with that of its converter's rounding.
@@ -131,7 +153,7 @@ impl<T: Real> Default for Sensing<T> {
             skew: Nanos::ZERO,
             averaged: Nanos::ZERO,
             pick_up: [T::zero(); 2],
-            one_shunt: false,
+            place: Place::InLine,
             settle: Nanos::ZERO,
             link_noise: T::zero(),
             comparator: Comparing::default(),
@@ -149,7 +171,7 @@ impl<T: Real> Sensing<T> {
             skew: self.skew,
             averaged: self.averaged,
             pick_up: self.pick_up.map(cast),
-            one_shunt: self.one_shunt,
+            place: self.place,
             settle: self.settle,
             link_noise: cast(self.link_noise),
             comparator: self.comparator.cast(),
@@ -178,6 +200,11 @@ impl<T: Real> Sensing<T> {
         T::of((skew + self.averaged).seconds() / 2.0)
     }
 
+    /// How much later in s than its trigger the current of a phase is sampled.
+    pub(crate) fn late_of(&self, phase: Phase) -> T {
+        T::of((self.skew * phase as u64).seconds() + self.averaged.seconds() / 2.0)
+    }
+
     /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left, and until shunts are read.
     pub(crate) fn blank(&self) -> T {
         let [amplitude, decay] = self.pick_up;
@@ -186,11 +213,11 @@ impl<T: Real> Sensing<T> {
     }
 
     /// How much earlier than the end of a pulse its current is sampled: early enough that the converter is through with all phases before
-    /// the edge, and that no jitter moves a sample into what the edge adds. A shunt in the DC link shows the current with the other sign
-    /// after the edge.
+    /// the edge, and that no jitter moves a sample into what the edge adds. After the edge a shunt in the DC link shows the current with
+    /// the other sign, and one below a leg shows none.
     pub(crate) fn lead(&self) -> Nanos {
         let blank = Nanos::from_seconds(self.blank().to_double());
-        let blank = if self.one_shunt { blank.max(Nanos::from_micros(1)) } else { blank };
+        let blank = if self.place.switches() { blank.max(Nanos::from_micros(1)) } else { blank };
         self.averaged + self.skew * 2 + blank
     }
 
@@ -256,8 +283,10 @@ mod tests {
         // Line a-b: the mean of two phases that are converted 1 us apart.
         assert!((skewed.late(0, Derived::None) - 2.5e-6).abs() < 1e-15);
         assert_eq!((sensing.lead(), skewed.lead()), (micros(4), micros(6)));
-        // The shunt in the link needs room beside it, in which jitter cannot pass the edge.
-        assert_eq!(Sensing { one_shunt: true, ..sensing }.lead(), micros(5));
+        // Shunts need room beside it, in which jitter cannot pass the edge.
+        for place in [Place::InLink, Place::BelowLegs] {
+            assert_eq!(Sensing { place, ..sensing }.lead(), micros(5));
+        }
         assert_eq!((sensing.lead_key(), skewed.lead_key()), ("sensors.oversampling", "sensors.oversampling"));
         // Nor does a mean across the edge compare sensors.
         let compares = sensing.compares(micros(80));

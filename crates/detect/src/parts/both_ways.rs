@@ -10,7 +10,7 @@ use super::polarity::{Pointer, Pole, Signature};
 use super::significance;
 use super::train::{Derived, GainComparison, PulseTrainSettings};
 use crate::commissioning::Correction;
-use crate::nameplate::{Nameplate, Sensing};
+use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::settings::{SettingsError, require, require_error, require_share};
 
 /// Settings of a method by line pulses in both directions.
@@ -103,11 +103,16 @@ impl<T: Real> BothWaysSettings<T> {
         pointer.read(saliency.axis, self.signature, self.pole_error)
     }
 
-    /// Variance of what repetition does not reveal in the relative difference between a line's forward and backward
-    /// pulses.
-    pub(crate) fn pole_variance(&self, derived: Derived) -> T {
-        let changing = if derived == Derived::Several { self.gain_tolerance } else { T::zero() };
-        self.pole_floor * self.pole_floor + T::of(2.0) * changing * changing
+    /// Variance of what repetition does not reveal in the relative difference between a line's forward and backward pulses, where r
+    /// of the lines has these variances (see [`GainComparison::known`]).
+    pub(crate) fn pole_variance(&self, derived: Derived, ratios: [T; 3]) -> T {
+        let [ab, bc, ca] = ratios;
+        let changing = match (derived, self.train.place) {
+            (Derived::Several, Place::BelowLegs) => (ab + bc + ca) / T::of(3.0),
+            (Derived::Several, _) => T::of(2.0) * self.gain_tolerance * self.gain_tolerance,
+            _ => T::zero(),
+        };
+        self.pole_floor * self.pole_floor + changing
     }
 }
 
@@ -132,7 +137,7 @@ mod tests {
                 resistance: 0.0,
                 on_drop: 0.0,
                 off_drop: 0.0,
-                one_shunt: false,
+                place: Place::InLine,
             },
             saliency: SaliencySign::Negative,
             least_saliency: 0.005,
@@ -143,8 +148,13 @@ mod tests {
             pole_floor: 0.01_f64,
             sensing: Sensing::default(),
         };
-        assert_eq!(settings.pole_variance(Derived::None), 1e-4);
-        assert_eq!(settings.pole_variance(Derived::One(Phase::C)), 1e-4);
-        assert!((settings.pole_variance(Derived::Several) - 9e-4).abs() < 1e-18);
+        let ratios = [1e-5, 2e-5, 3e-5];
+        assert_eq!(settings.pole_variance(Derived::None, ratios), 1e-4);
+        assert_eq!(settings.pole_variance(Derived::One(Phase::C), ratios), 1e-4);
+        assert!((settings.pole_variance(Derived::Several, ratios) - 9e-4).abs() < 1e-18);
+        // Below the legs the sensors were compared.
+        let train = PulseTrainSettings { place: Place::BelowLegs, ..settings.train };
+        let below = BothWaysSettings { train, ..settings };
+        assert!((below.pole_variance(Derived::Several, ratios) - 1.2e-4).abs() < 1e-18);
     }
 }

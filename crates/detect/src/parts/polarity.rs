@@ -18,11 +18,13 @@ mod settings;
 mod tests;
 
 use standstill_interface::{
-    Angle, Command, Fault, Findings, Outcome, Polarity, PoleEvidence, Reading, Real, Step, Undetermined,
+    Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real, Step,
+    Undetermined,
 };
 
+use crate::nameplate::Place;
 use crate::parts::margin::Margin;
-use crate::parts::settle::{Settler, all_seen, link};
+use crate::parts::settle::{Settler, all_seen, link, link_current};
 pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
 pub use settings::{PolarityRule, PolaritySettings, Signature};
@@ -204,19 +206,21 @@ impl<T: Real> PolarityTest<T> {
 
     fn pushed(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
         let Some(last) = readings.last() else { return Err(Fault::UnexpectedReadings) };
-        let seen = all_seen(last)?;
         let direction = self.direction();
         let slot = usize::from(self.against());
         let sequential = matches!(self.settings.rule, PolarityRule::Sequential(_));
-        let expected = if sequential { usize::from(self.settings.periods) } else { 1 };
-        if readings.len() != expected {
+        if readings.len() != self.settings.readings() {
             return Err(Fault::UnexpectedReadings);
         }
-        let mut current = PolaritySettings::direct_current(seen, direction);
-        if sequential {
+        let residual = self.settler.residual;
+        let current = if self.settings.place == Place::InLink {
+            let shown = |reading| Ok(link_current(reading)? - residual[Phase::A]);
+            PolaritySettings::returned_current([shown(&readings[0])?, shown(last)?], direction)
+        } else {
+            let current = PolaritySettings::direct_current(all_seen(last)?, direction);
             // What the sensors read without current is their offset.
-            current = current - PolaritySettings::direct_current(self.settler.residual, direction);
-        }
+            if sequential { current - PolaritySettings::direct_current(residual, direction) } else { current }
+        };
         let needed = self.settings.least_current;
         self.settler.margin.at_least(current, needed);
         if current < needed || !current.is_finite() {
@@ -244,9 +248,9 @@ impl<T: Real> PolarityTest<T> {
     fn differences(&self) -> (T, T, T) {
         let n = T::of(f64::from(self.pairs()));
         let mean = self.sum / n;
-        // Two i_d of three sensors, each with √(2/3) of a reading's noise, and their two offsets.
+        // Two i_d and their two offsets.
         let noise = self.settler.noise.deviation() * n * T::of(2.0) / (self.along + self.against);
-        let least = T::of(8.0 / 3.0) * noise * noise;
+        let least = T::of(4.0) * self.settings.by_reading() * noise * noise;
         let scatter = (self.squares - self.sum * mean) / (n - T::one());
         // A few pairs may agree by chance.
         (mean, if scatter > least { scatter } else { least }, least)

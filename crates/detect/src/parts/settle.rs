@@ -5,7 +5,7 @@ mod tests;
 
 use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
 
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Nameplate, Place};
 use crate::parts::margin::Margin;
 use crate::settings::{LONGEST, SettingsError, require, require_positive};
 
@@ -23,12 +23,15 @@ pub struct SettleSettings<T> {
     pub threshold: T,
     /// Waits before giving up.
     pub attempts: u16,
+    /// Where the current sensors are. With one shunt in the DC link its current takes the place of the phases'.
+    pub place: Place,
 }
 
 impl<T: Real> SettleSettings<T> {
     /// Waits of so many µs, until 2.5 % of the rated current are left.
     pub(crate) fn suited(drive: &Nameplate<T>, micros: u64, attempts: u16) -> Self {
-        Self { wait: Nanos::from_micros(micros), threshold: drive.rated_current * T::of(0.025), attempts }
+        let threshold = drive.rated_current * T::of(0.025);
+        Self { wait: Nanos::from_micros(micros), threshold, attempts, place: drive.sensing.place }
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
@@ -45,9 +48,17 @@ impl<T: Real> SettleSettings<T> {
         Command::hold(stage, Sampling::twice(early, self.wait))
     }
 
-    /// After a wait: the residual currents, and the largest of all.
-    fn judge(readings: &[Reading<T>]) -> Result<(Abc<T>, T), Fault<T>> {
+    /// After a wait: the residual currents, and the largest of all. The shunt in the DC link stands for each phase.
+    fn judge(&self, readings: &[Reading<T>]) -> Result<(Abc<T>, T), Fault<T>> {
         let [_, last] = readings else { return Err(Fault::UnexpectedReadings) };
+        if self.place == Place::InLink {
+            let mut most = T::zero();
+            for reading in readings {
+                most = most.max(link_current(reading)?.abs());
+                link(reading)?;
+            }
+            return Ok((Abc([last.link_current; 3]), most));
+        }
         // What no sensor sees has no offset that anyone knew.
         let residual = Abc(core::array::from_fn(|k| match last.sensed.0[k] {
             Sensed::Hidden => T::zero(),
@@ -167,7 +178,7 @@ impl<T: Real> Settler<T> {
     /// After a wait: another one, or none once the current is gone.
     pub fn step(&mut self, readings: &[Reading<T>]) -> Result<Option<Command<T>>, Fault<T>> {
         let s = self.settings;
-        let (residual, most) = SettleSettings::judge(readings)?;
+        let (residual, most) = s.judge(readings)?;
         let (gone, last) = (most <= s.threshold, self.waits >= s.attempts);
         if gone || last {
             self.margin.waited(self.waits, s.attempts, most / s.threshold);
@@ -180,7 +191,7 @@ impl<T: Real> Settler<T> {
             (true, true) => {
                 self.residual = residual;
                 self.dc_link = readings.last().map_or(self.dc_link, |reading| reading.dc_link);
-                self.noise.add(readings);
+                self.noise.add(readings, s.place);
                 Ok(None)
             }
             (true, false) => Ok(Some(self.wait(1, true))),
@@ -207,11 +218,17 @@ impl<T: Real> Noise<T> {
     }
 
     /// Adds two readings of the same currents; their differences are noise alone, whatever the offsets.
-    fn add(&mut self, readings: &[Reading<T>]) {
+    fn add(&mut self, readings: &[Reading<T>], place: Place) {
         let [first, second] = readings else { return };
         let link = (second.dc_link - first.dc_link) / second.dc_link;
         self.link_squares = self.link_squares + link * link;
         self.links = self.links + T::one();
+        if place == Place::InLink {
+            let difference = second.link_current - first.link_current;
+            self.squares = self.squares + difference * difference;
+            self.pairs = self.pairs + T::one();
+            return;
+        }
         for phase in Phase::ALL {
             if first.sensed[phase] == Sensed::Hidden || second.sensed[phase] == Sensed::Hidden {
                 continue;

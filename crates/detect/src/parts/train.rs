@@ -10,18 +10,21 @@
 //! order, moves a free rotor back to where it was, and tells the two effects apart. Even rounds go backwards, so that a
 //! slow drift does not look like a difference of the lines.
 
+mod edge;
 mod gains;
+mod slot;
 #[cfg(test)]
 mod tests;
 
-use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
+use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sampling, Stage};
 
 use crate::keys::{Lines, Microseconds};
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Nameplate, Place};
 use crate::parts::margin::Margin;
-use crate::parts::settle::{all_seen, largest, link, link_current};
+use crate::parts::settle::{all_seen, largest, link, link_current, seen};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 pub(crate) use gains::GainComparison;
+pub(crate) use slot::{Derived, Slot};
 
 /// The lines: from the first phase to the second.
 pub(crate) const LINES: [(Phase, Phase); 3] =
@@ -58,9 +61,8 @@ pub struct PulseTrainSettings<T> {
     pub on_drop: T,
     /// Voltage in V that the two diodes add to the link while the current decays.
     pub off_drop: T,
-    /// Whether one shunt in the DC link takes the place of the phases' sensors: it carries the line's current during a pulse,
-    /// and as much with the opposite sign while diodes return it to the link.
-    pub one_shunt: bool,
+    /// Where the current sensors are.
+    pub place: Place,
 }
 
 impl<T: Real> PulseTrainSettings<T> {
@@ -69,6 +71,7 @@ impl<T: Real> PulseTrainSettings<T> {
     pub fn suited(drive: &Nameplate<T>, interval: Nanos) -> Self {
         let pulse = drive.line_pulse(T::of(0.5));
         let parts = (pulse.0 / interval.0.max(1)).max(1);
+        let parts = (1..=parts).rev().find(|parts| pulse.0.is_multiple_of(*parts)).unwrap_or(1);
         Self {
             pulse,
             rest: rest_after(pulse),
@@ -82,7 +85,7 @@ impl<T: Real> PulseTrainSettings<T> {
             resistance: drive.resistance + (drive.switch_drop[1] + drive.diode_drop[1]) / T::of(2.0),
             on_drop: drive.switch_drop[0] * T::of(2.0),
             off_drop: drive.diode_drop[0] * T::of(2.0),
-            one_shunt: drive.sensing.one_shunt,
+            place: drive.sensing.place,
         }
     }
 
@@ -162,56 +165,6 @@ pub(crate) fn share_of(pulse: Nanos, rest: Nanos) -> f64 {
     (rest.0.saturating_mul(1000).saturating_add(pulse / 2) / pulse) as f64 / 1e3
 }
 
-/// Which pulse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Slot {
-    /// Index into [`LINES`].
-    pub line: usize,
-    /// From the line's first phase to its second, or back.
-    pub forward: bool,
-}
-
-impl Slot {
-    /// The pulse with this number, odd rounds backwards.
-    pub fn of(index: u16) -> Self {
-        let (round, place) = (index / 6, usize::from(index % 6));
-        let place = if round.is_multiple_of(2) { place } else { 5 - place };
-        Self { line: place / 2, forward: place.is_multiple_of(2) }
-    }
-
-    /// The line's phases in the direction of the current.
-    pub fn phases(self) -> (Phase, Phase) {
-        let (first, second) = LINES[self.line];
-        if self.forward { (first, second) } else { (second, first) }
-    }
-}
-
-/// Which phases have no sensor of their own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Derived {
-    /// None.
-    None,
-    /// This one: two sensors in line.
-    One(Phase),
-    /// Now one, now another: shunts below the legs. The sensor changes with the direction of the current, and a
-    /// difference of gains looks like saturation.
-    Several,
-}
-
-impl Derived {
-    /// After a reading.
-    pub fn with<T>(self, reading: &Reading<T>) -> Self {
-        Phase::ALL.into_iter().filter(|phase| reading.sensed[*phase] == Sensed::Derived).fold(
-            self,
-            |derived, phase| match derived {
-                Self::None => Self::One(phase),
-                Self::One(other) if other == phase => derived,
-                _ => Self::Several,
-            },
-        )
-    }
-}
-
 /// Gives the pulses of a train one after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Train<T> {
@@ -227,6 +180,8 @@ pub(crate) struct Train<T> {
     started: bool,
     /// Offsets of the sensors in A.
     pub offset: Abc<T>,
+    /// Variance in A² of a reading by noise, from the zeroing.
+    pub noise: T,
     /// Phases without a sensor, as seen so far.
     pub derived: Derived,
     /// How near the detection was to a fault: what it checks itself is added by the method.
@@ -250,7 +205,8 @@ impl<T: Real> Train<T> {
             under_way: None,
             started: false,
             offset: Abc::new(zero, zero, zero),
-            derived: Derived::None,
+            noise: zero,
+            derived: if settings.place == Place::BelowLegs { Derived::Several } else { Derived::None },
             margin: Margin::new(),
         }
     }
@@ -270,8 +226,8 @@ impl<T: Real> Train<T> {
             if peak < needed || !peak.is_finite() {
                 return Err(Fault::NoCurrent { peak, needed });
             }
-            // One shunt is one gain for all lines.
-            if !self.settings.one_shunt {
+            // Of shunts it is known which one shows the current: one in the link has one gain for all lines.
+            if self.settings.place == Place::InLine {
                 self.derived = readings.iter().fold(self.derived, Derived::with);
             }
             let left = match readings.last() {
@@ -302,6 +258,7 @@ impl<T: Real> Train<T> {
             link(reading)?;
         }
         self.offset = sum.map(|sum| sum / T::of(readings.len() as f64));
+        self.noise = self.scatter(readings)?;
         // What decays changes, and what does not decay is more than an offset.
         let mut most = self.offset.0.iter().fold(zero, |most, offset| most.max(offset.abs())) / T::of(2.0);
         for reading in readings {
@@ -322,9 +279,23 @@ impl<T: Real> Train<T> {
         Ok(())
     }
 
+    /// Mean square in A² by which readings without current differ from their mean, as noise would have it.
+    fn scatter(&self, readings: &[Reading<T>]) -> Result<T, Fault<T>> {
+        let mut squares = T::zero();
+        for reading in readings {
+            let seen = self.seen(reading)?;
+            for phase in Phase::ALL {
+                let apart = seen[phase] - self.offset[phase];
+                squares = squares + apart * apart;
+            }
+        }
+        let freedom = readings.len().saturating_sub(1).max(1) * 3;
+        Ok(squares / T::of(freedom as f64))
+    }
+
     /// What the sensors of the phases show in A; the shunt in the link in place of each.
     fn seen(&self, reading: &Reading<T>) -> Result<Abc<T>, Fault<T>> {
-        if self.settings.one_shunt {
+        if self.settings.place == Place::InLink {
             link_current(reading).map(|current| Abc([current; 3]))
         } else {
             all_seen(reading)
@@ -333,7 +304,7 @@ impl<T: Real> Train<T> {
 
     /// The largest current in A that a sensor shows, offsets removed.
     fn beyond_offset(&self, reading: &Reading<T>) -> Result<T, Fault<T>> {
-        if self.settings.one_shunt {
+        if self.settings.place == Place::InLink {
             return Ok((link_current(reading)? - self.offset[Phase::A]).abs());
         }
         let mut without = *reading;
@@ -393,15 +364,23 @@ impl<T: Real> Train<T> {
         Ok((from + to) / T::of(2.0))
     }
 
-    /// The current by each of the two sensors: in the phase that it enters and in the one that it leaves. One shunt in the link is both.
+    /// The current by each of the two sensors: in the phase that it enters and in the one that it leaves. One shunt in the link is both,
+    /// and so is of shunts below the legs the one through which the current flows.
     pub fn both(&self, slot: Slot, reading: &Reading<T>) -> Result<(T, T), Fault<T>> {
-        let seen = self.seen(reading)?;
-        if self.settings.one_shunt {
-            let drawn = seen[Phase::A] - self.offset[Phase::A];
-            let current = if reading.at > self.settings.pulse { -drawn } else { drawn };
-            return Ok((current, current));
-        }
         let (from, to) = slot.phases();
-        Ok((seen[from] - self.offset[from], self.offset[to] - seen[to]))
+        let returned = reading.at > self.settings.pulse;
+        let one = match self.settings.place {
+            Place::InLine => {
+                let seen = all_seen(reading)?;
+                return Ok((seen[from] - self.offset[from], self.offset[to] - seen[to]));
+            }
+            Place::InLink => {
+                let drawn = link_current(reading)? - self.offset[Phase::A];
+                if returned { -drawn } else { drawn }
+            }
+            Place::BelowLegs if returned => seen(reading, from)? - self.offset[from],
+            Place::BelowLegs => self.offset[to] - seen(reading, to)?,
+        };
+        Ok((one, one))
     }
 }

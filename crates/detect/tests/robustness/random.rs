@@ -1,6 +1,6 @@
 //! Numbers, and nameplates of motors and drives, plausible or not.
 
-use standstill_detect::{Comparing, Dividers, Nameplate, Sensing, Signature};
+use standstill_detect::{Comparing, Dividers, Nameplate, Place, Sensing, Signature};
 use standstill_interface::{Nanos, Real};
 
 /// A small deterministic generator (xorshift).
@@ -106,7 +106,7 @@ pub fn plausible<T: Real>(random: &mut Random) -> Nameplate<T> {
 pub fn nonsense<T: Real>(random: &mut Random) -> Nameplate<T> {
     let mut plate = plausible(random);
     for _ in 0..random.below(4) {
-        match random.below(13) {
+        match random.below(14) {
             0 => plate.rated_current = random.any(),
             1 => plate.resistance = random.any(),
             2 => plate.d_axis_inductance = random.any(),
@@ -118,7 +118,8 @@ pub fn nonsense<T: Real>(random: &mut Random) -> Nameplate<T> {
             8 => plate.dc_link = random.any(),
             9 => plate.dead_time = random.nanos(),
             10 => plate.carrier_period = random.nanos(),
-            11 => plate.switch_drop = [random.any(), random.any()],
+            11 => plate.sensing.place = random.of(&[Place::InLine, Place::BelowLegs, Place::InLink]),
+            12 => plate.switch_drop = [random.any(), random.any()],
             _ => plate.diode_drop = [random.any(), random.any()],
         }
     }

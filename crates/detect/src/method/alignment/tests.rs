@@ -4,6 +4,7 @@ use std::vec::Vec;
 use standstill_interface::{Detector, Leg};
 
 use super::*;
+use crate::nameplate::Place;
 use crate::testing::Noise;
 
 const SETTINGS: AlignmentSettings<f64> = AlignmentSettings {
@@ -21,7 +22,12 @@ const SETTINGS: AlignmentSettings<f64> = AlignmentSettings {
     periods: 10,
     ramp: 20,
     hold: 100,
-    settle: SettleSettings { wait: Nanos::from_micros(2000), threshold: 0.5, attempts: 5 },
+    settle: SettleSettings {
+        wait: Nanos::from_micros(2000),
+        threshold: 0.5,
+        attempts: 5,
+        place: Place::InLine,
+    },
 };
 
 /// What a magnet does that sweeps this flux in Wb across the second pull, within 30 commands; `leak` is a constant

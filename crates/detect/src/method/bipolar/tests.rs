@@ -5,7 +5,7 @@ use standstill_interface::{Abc, Angle, Detector, Outcome};
 
 use super::*;
 use crate::commissioning::Correction;
-use crate::nameplate::Sensing;
+use crate::nameplate::{Place, Sensing};
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
 use crate::parts::train::PulseTrainSettings;
@@ -26,7 +26,7 @@ fn settings<T: Real>() -> BipolarSettings<T> {
             resistance: T::zero(),
             on_drop: T::of(LineMotor::DROP),
             off_drop: T::of(LineMotor::DROP),
-            one_shunt: false,
+            place: Place::InLine,
         },
         saliency: SaliencySign::Negative,
         least_saliency: T::of(0.005),
@@ -73,6 +73,49 @@ fn analytic_offsets_gains_and_saturation_cancel() {
         let (other, _) = found(detect(inverted, &mut motor));
         assert!((motor.error(other).abs() - 180.0).abs() < 0.1);
     }
+}
+
+/// The method with shunts below the legs, sampled ten times a pulse.
+fn below_legs() -> BipolarSettings<f64> {
+    let all = settings::<f64>().0;
+    let interval = Nanos(all.train.pulse.0 / 10);
+    let train = PulseTrainSettings { place: Place::BelowLegs, interval, ..all.train };
+    let sensing = Sensing { place: Place::BelowLegs, ..all.sensing };
+    BipolarSettings(BothWaysSettings { train, sensing, ..all })
+}
+
+#[test]
+fn analytic_shunts_below_the_legs_are_compared_where_one_takes_over_from_the_other() {
+    for degrees in [0.0, 33.0, 90.0, 170.0, 200.0, 359.0] {
+        let mut motor = LineMotor { slope: 3e-4, place: Place::BelowLegs, ..LineMotor::at(degrees) };
+        (motor.offset, motor.gain) = ([0.1, -0.05, 0.02], [1.004, 0.997, 1.001]);
+        let (angle, findings) = found(detect(below_legs(), &mut motor));
+        assert!(motor.error(angle).abs() < 0.1, "{degrees}: {}", motor.error(angle));
+        let Abc(gains) = findings.sensor_gain.expect("compared");
+        let mean = motor.gain.iter().sum::<f64>() / 3.0;
+        assert!((0..3).all(|k| (gains[k] - motor.gain[k] / mean).abs() < 2e-4), "{degrees}: {gains:?}");
+    }
+}
+
+#[test]
+fn law_gains_of_shunts_below_the_legs_are_no_saturation_and_the_stated_deviation_is_the_scatter() {
+    // Without saturation there is no pole: gains that differ with the direction of the pulses must not make one.
+    let (mut squares, mut stated, mut evidence) = (0.0_f64, 0.0_f64, Vec::new());
+    for trial in 0..200_u32 {
+        let mut motor =
+            LineMotor { slope: 0.0, place: Place::BelowLegs, ..LineMotor::at(40.0) }.with_noise(0.02, trial);
+        motor.gain = core::array::from_fn(|_| 1.0 + 0.005 * motor.noise.gauss());
+        let outcome = detect(below_legs(), &mut motor);
+        let Outcome::Axis { angle, findings, .. } = outcome else { panic!("{outcome:?}") };
+        let error = motor.error(angle);
+        squares += (error - 180.0 * (error / 180.0).round()).to_radians().powi(2);
+        stated += findings.angle_deviation.expect("stated").powi(2);
+        evidence.push(motor.evidence(&outcome));
+    }
+    let ratio = (squares / stated).sqrt();
+    assert!((0.8..1.2).contains(&ratio), "{ratio}");
+    let (mean, deviation) = mean_and_deviation(&evidence);
+    assert!(mean.abs() < 0.3 && deviation < 1.2, "{mean} {deviation}");
 }
 
 #[test]

@@ -1,9 +1,10 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{AlphaBeta, Detector, Leg, Outcome};
+use standstill_interface::{AlphaBeta, Detector, Leg, Outcome, Sensed};
 
 use super::*;
+use crate::nameplate::Place;
 
 const L_A: f64 = 9.2e-3;
 const L_B: f64 = -2.1e-3;
@@ -21,7 +22,12 @@ fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
         least_current: 0.14,
         least_saliency: 0.05,
         gain_tolerance: 0.005,
-        settle: SettleSettings { wait: Nanos::from_micros(500), threshold: 0.2, attempts: 3 },
+        settle: SettleSettings {
+            wait: Nanos::from_micros(500),
+            threshold: 0.2,
+            attempts: 3,
+            place: Place::InLine,
+        },
         polarity: PolaritySettings {
             carrier_period: Nanos::from_micros(100),
             periods: 10,
@@ -32,9 +38,15 @@ fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
             least_margin: 0.05,
             signature: Signature::Normal,
             rule: PolarityRule::TwoVectors,
+            place: Place::InLine,
+            window: Nanos::ZERO,
         },
+        sensing: Sensing::default(),
     }
 }
+
+/// Offsets in A of the shunts below the legs, the first of the one in the link.
+const OFFSETS: [f64; 3] = [0.05, -0.03, 0.02];
 
 /// Currents that satisfy the two trapezoids of equation (10) exactly, and vectors that answer by 10 % more to north.
 struct Motor {
@@ -56,6 +68,7 @@ impl Motor {
 
     fn readings(&mut self, command: &Command<f64>) -> Vec<Reading<f64>> {
         let mut currents = std::vec![[0.0; 3]; usize::try_from(command.sampling.count).expect("few")];
+        let mut through_link = [0.0; 2];
         let legs = command.stage.legs;
         let pulse = LINES.into_iter().position(|(a, b)| legs[a] == Leg::High && legs[b] == Leg::Low);
         if let Some(line) = pulse {
@@ -79,15 +92,37 @@ impl Motor {
             for (current, value) in currents.iter_mut().zip([i2, i3]) {
                 (current[from as usize], current[to as usize]) = (value, -value);
             }
+            if s.sensing.place == Place::BelowLegs {
+                // The upper switch of one leg carries i2, the upper diode of the other one i3.
+                (currents[0][from as usize], currents[1][to as usize]) = (0.0, 0.0);
+            }
+            through_link = [i2, -i3];
         } else if let Leg::Duty(_) = legs.0[0] {
             let vector = legs.map(|leg| if let Leg::Duty(duty) = leg { duty * 540.0 } else { 0.0 }).clarke();
             self.amplitude = vector.norm();
             let north = AlphaBeta::new(self.angle.cos(), self.angle.sin());
             let along = 1.0 + 0.05 * vector.dot(north) / vector.norm();
             currents[0] = (vector * (7.0 * along / vector.norm())).phases().0;
+            let returned = currents[0].iter().fold(0.0_f64, |most, current| most.max(current.abs()));
+            // It falls while it is read.
+            through_link = [0.3 - returned, 0.6 - returned];
         }
         let at = |k: usize| command.sampling.trigger(u32::try_from(k).expect("few"));
-        let reading = |(k, current)| Reading::measured(at(k), current, 540.0);
+        let below = self.settings.sensing.place == Place::BelowLegs && !matches!(legs.0[0], Leg::Duty(_));
+        let reading = |(k, current): (usize, [f64; 3])| {
+            let shown = if below { core::array::from_fn(|p| current[p] + OFFSETS[p]) } else { current };
+            let reading = Reading::measured(at(k), shown, 540.0);
+            if self.settings.sensing.place != Place::InLink {
+                return reading;
+            }
+            let link_current = through_link[k] + OFFSETS[0];
+            Reading {
+                sensed: Abc([Sensed::Hidden; 3]),
+                link_current,
+                link_sensed: Sensed::Measured,
+                ..reading
+            }
+        };
         currents.into_iter().enumerate().map(reading).collect()
     }
 }
@@ -131,6 +166,29 @@ fn analytic_trapezoids_give_axis_pole_and_both_parameters() {
                 let volts = 7.0 * (1.5 * (L_A + L_B) / 1e-3 + RESISTANCE / 2.0);
                 assert!((motor.amplitude / volts - 1.0).abs() < 1e-9, "{} {volts}", motor.amplitude);
             }
+        }
+    }
+}
+
+#[test]
+fn analytic_shunts_that_take_over_from_each_other_give_the_same() {
+    for place in [Place::BelowLegs, Place::InLink] {
+        for degrees in [0.0, 33.0, 90.0, 170.0, 200.0, 359.0_f64] {
+            let mut settings = settings(Decay::Fast, Nanos(5000));
+            settings.sensing.place = place;
+            (settings.settle.place, settings.polarity.place, settings.polarity.window) =
+                (place, place, Nanos(5000));
+            let angle = degrees.to_radians();
+            let mut motor =
+                Motor { angle, settings, left: 0.0, line: 9, pulses: 0, amplitude: 0.0, saliency: L_B };
+            let outcome = detected(&mut motor, || 0.0);
+            let Outcome::Found { angle: found, findings } = outcome else { panic!("{outcome:?}") };
+            let off = (found.radians() - angle).sin().abs();
+            assert!(off < 1e-9 && (found.radians() - angle).cos() > 0.0, "{place:?} {degrees}: {outcome:?}");
+            let Abc(lines) = findings.line_inductance.expect("measured");
+            assert!((0..3).all(|k| (lines[k] / motor.inductance(k) - 1.0).abs() < 1e-9), "{lines:?}");
+            let polarity = findings.polarity.expect("tested");
+            assert!((polarity.along.max(polarity.against) / 7.35 - 1.0).abs() < 1e-9, "{polarity:?}");
         }
     }
 }

@@ -4,6 +4,7 @@ use std::vec::Vec;
 use standstill_interface::{Detector, Leg, Outcome};
 
 use super::*;
+use crate::nameplate::Place;
 use crate::parts::polarity::Signature;
 use crate::parts::polarity::{PolarityRule, SequentialSettings};
 
@@ -19,13 +20,20 @@ fn settings(saliency: SaliencySign, halvings: u8) -> SubdivisionSettings<f64> {
             least_margin: 0.01,
             signature: Signature::Normal,
             rule: PolarityRule::Sequential(SequentialSettings::new(0.1)),
+            place: Place::InLine,
+            window: Nanos::ZERO,
         },
         d_axis_inductance: 10e-3,
         halvings,
         saliency,
         least_saliency: 0.02,
         gain_tolerance: 0.005,
-        settle: SettleSettings { wait: Nanos::from_micros(10_000), threshold: 0.2, attempts: 3 },
+        settle: SettleSettings {
+            wait: Nanos::from_micros(10_000),
+            threshold: 0.2,
+            attempts: 3,
+            place: Place::InLine,
+        },
     }
 }
 

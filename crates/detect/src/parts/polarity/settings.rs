@@ -6,7 +6,7 @@ use standstill_interface::{
 
 use super::sequential::SequentialSettings;
 use crate::keys::{Lines, Microseconds, Value};
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Nameplate, Place};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 
 choice! {
@@ -72,6 +72,10 @@ pub struct PolaritySettings<T> {
     pub signature: Signature,
     /// When to stop.
     pub rule: PolarityRule<T>,
+    /// Where the current sensors are. One shunt in the DC link shows a vector's current after it, when diodes return it to the link.
+    pub place: Place,
+    /// How long after a vector, with all gates off, that shunt is read first; once more after as long again.
+    pub window: Nanos,
 }
 
 impl<T: Real> PolaritySettings<T> {
@@ -94,6 +98,9 @@ impl<T: Real> PolaritySettings<T> {
             least_margin: drive.rated_current * T::of(0.01),
             signature,
             rule,
+            place: drive.sensing.place,
+            // No jitter takes the first sample before the edge.
+            window: drive.sensing.lead() + Nanos::from_micros(1),
         }
     }
 
@@ -158,15 +165,20 @@ impl<T: Real> PolaritySettings<T> {
     /// The difference in A that a pole needs when a reading's noise has this standard deviation in A: four standard
     /// deviations of it, which are exceeded once in 30,000 times each way, or the least margin set.
     pub(crate) fn needed_margin(&self, noise: T) -> T {
-        self.least_margin.max(T::of(4.0) * Self::deviation_of_difference(noise))
+        self.least_margin.max(T::of(4.0) * self.deviation_of_difference(noise))
     }
 
     /// Standard deviation in A of the difference of two vectors' i_d when a reading's noise has this one in A.
     ///
-    /// With three independent sensors i_d has √(2/3) of a reading's noise, the difference of two of them √(4/3). With two
-    /// sensors i_d is noisier, by up to 1.6 times, depending on the angle.
-    fn deviation_of_difference(noise: T) -> T {
-        T::of(4.0 / 3.0).sqrt() * noise
+    /// With two sensors i_d is noisier than with three, by up to 1.6 times, depending on the angle.
+    fn deviation_of_difference(&self, noise: T) -> T {
+        (T::of(2.0) * self.by_reading()).sqrt() * noise
+    }
+
+    /// Variance of i_d as a multiple of that of a reading: 2/3 by three independent sensors. One shunt in the link shows at least
+    /// cos 30° of it, and the two readings that lead to the end of the vector have five times the variance of one.
+    pub(super) fn by_reading(&self) -> T {
+        T::of(if self.place == Place::InLink { 20.0 / 3.0 } else { 2.0 / 3.0 })
     }
 
     /// Evidence of two vectors for the pole that draws more current, along the axis minus against it in A, and how much is
@@ -174,7 +186,7 @@ impl<T: Real> PolaritySettings<T> {
     ///
     /// Sensors without noise, or whose converters hide it, count as if they had a thousandth of the least margin.
     pub(super) fn two_vectors(&self, difference: T, noise: T) -> PoleEvidence<T> {
-        let deviation = Self::deviation_of_difference(noise).max(self.least_margin * T::of(1e-3));
+        let deviation = self.deviation_of_difference(noise).max(self.least_margin * T::of(1e-3));
         let needed = (self.needed_margin(noise) / deviation).max(T::of(4.0));
         PoleEvidence { deviations: difference / deviation, needed }
     }
@@ -205,6 +217,13 @@ impl<T: Real> PolaritySettings<T> {
             Leg::Duty((half + share * amplitude / dc_link + sure * lost).max(T::zero()).min(T::one()))
         });
         let duration = self.duration();
+        let stage = Stage { legs, duration };
+        if self.place == Place::InLink {
+            // No conversion of the second sample comes after the end.
+            let returned = Stage::off(self.window * 3);
+            let sampling = Sampling::twice(duration + self.window, duration + self.window * 2);
+            return Command::sequence(stage, returned, sampling);
+        }
         let sampling = match self.rule {
             PolarityRule::TwoVectors => Sampling::once(duration),
             PolarityRule::Sequential(_) => Sampling {
@@ -213,7 +232,25 @@ impl<T: Real> PolaritySettings<T> {
                 count: u32::from(self.periods),
             },
         };
-        Command::hold(Stage { legs, duration }, sampling)
+        Command::hold(stage, sampling)
+    }
+
+    /// Readings of one vector.
+    pub(super) fn readings(&self) -> usize {
+        match (self.rule, self.place) {
+            (_, Place::InLink) => 2,
+            (PolarityRule::Sequential(_), _) => usize::from(self.periods),
+            (PolarityRule::TwoVectors, _) => 1,
+        }
+    }
+
+    /// i_d in A along `angle` at the end of a vector, from two readings of the shunt in the DC link after it, offset removed: diodes
+    /// return what leaves the legs whose current is negative, which is as much as the largest of the three currents. A core that
+    /// saturates returns it faster: the straight line through both readings leads to the end of the vector.
+    pub(super) fn returned_current([first, second]: [T; 2], angle: Angle<T>) -> T {
+        let (sin, cos) = angle.radians().sin_cos();
+        let Abc(shares) = AlphaBeta::new(cos, sin).phases();
+        (second - first - first) / shares.into_iter().fold(T::zero(), |most, share| most.max(share.abs()))
     }
 
     /// i_d in A of phase currents, in the frame at `angle`.

@@ -7,6 +7,7 @@ use standstill_interface::{AlphaBeta, Leg, Nanos, Sampling};
 
 use super::sequential::{tail, tail_beyond};
 use super::*;
+use crate::nameplate::Place;
 use crate::parts::settle::SettleSettings;
 use crate::testing::Noise;
 
@@ -23,6 +24,8 @@ fn settings(sequential: SequentialSettings<f64>) -> PolaritySettings<f64> {
         least_margin: 0.0,
         signature: Signature::Normal,
         rule: PolarityRule::Sequential(sequential),
+        place: Place::InLine,
+        window: Nanos::ZERO,
     }
 }
 
@@ -68,7 +71,7 @@ impl Motor {
     }
 
     fn decide(&mut self, settings: PolaritySettings<f64>) -> (Pole<f64>, PolarityTest<f64>) {
-        let settle = SettleSettings { wait: Nanos(1000), threshold: 5.0, attempts: 3 };
+        let settle = SettleSettings { wait: Nanos(1000), threshold: 5.0, attempts: 3, place: Place::InLine };
         let axis = Angle::from_degrees(50.0);
         let mut test = PolarityTest::new(settings, Settler::new(settle, true), axis, 1e-3);
         let mut command = test.begin();

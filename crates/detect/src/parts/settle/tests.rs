@@ -1,6 +1,8 @@
 use super::*;
+use crate::nameplate::Place;
 
-const SETTINGS: SettleSettings<f64> = SettleSettings { wait: Nanos(1000), threshold: 0.2, attempts: 2 };
+const SETTINGS: SettleSettings<f64> =
+    SettleSettings { wait: Nanos(1000), threshold: 0.2, attempts: 2, place: Place::InLine };
 
 fn reading(current: [f64; 3]) -> Reading<f64> {
     Reading::measured(Nanos::ZERO, current, 540.0)
@@ -13,7 +15,7 @@ fn analytic_the_noise_is_that_of_one_reading() {
     // Differences of ±√2 σ, whatever the offsets.
     for sign in [1.0, -1.0, 1.0] {
         let d = sign * 0.1 * 2.0_f64.sqrt();
-        noise.add(&[reading([0.5, -0.2, 0.1]), reading([0.5 + d, -0.2 - d, 0.1 + d])]);
+        noise.add(&[reading([0.5, -0.2, 0.1]), reading([0.5 + d, -0.2 - d, 0.1 + d])], Place::InLine);
     }
     assert!((noise.deviation() - 0.1).abs() < 1e-12);
 }
@@ -24,7 +26,7 @@ fn analytic_the_noise_of_the_link_is_that_of_one_reading_too() {
     // Differences of ±√2 σ, a hundredth of the link each.
     let at = |dc_link: f64| Reading { dc_link, ..reading([0.0; 3]) };
     for sign in [1.0, -1.0] {
-        noise.add(&[at(540.0 * (1.0 - sign * 0.01 * 2.0_f64.sqrt())), at(540.0)]);
+        noise.add(&[at(540.0 * (1.0 - sign * 0.01 * 2.0_f64.sqrt())), at(540.0)], Place::InLine);
     }
     let (variance, freedom) = noise.of_link();
     assert!((variance - 1e-4).abs() < 1e-12 && freedom == 2.0, "{variance} {freedom}");
@@ -109,4 +111,24 @@ fn law_readings_of_no_sensor_are_refused() {
     assert!(SettleSettings { wait: Nanos(u64::MAX), ..SETTINGS }.check().is_err());
     assert!(SettleSettings { threshold: f64::INFINITY, ..SETTINGS }.check().is_err());
     assert!(SettleSettings { attempts: 0, ..SETTINGS }.check().is_err());
+}
+
+#[test]
+fn law_one_shunt_in_the_link_stands_for_the_phases_that_it_hides() {
+    let through = |current: f64| Reading {
+        sensed: Abc([Sensed::Hidden; 3]),
+        link_current: current,
+        link_sensed: Sensed::Measured,
+        ..reading([0.0; 3])
+    };
+    let mut settler = Settler::new(SettleSettings { place: Place::InLink, ..SETTINGS }, true);
+    let first = settler.begin();
+    // What diodes return is negative.
+    assert_eq!(settler.step(&[through(-0.3), through(0.0)]), Ok(Some(first)));
+    assert_eq!(settler.step(&[through(0.05), through(0.07)]), Ok(None));
+    assert_eq!(settler.residual.0, [0.07; 3]);
+    assert!((settler.noise.deviation() - 0.02 / 2.0_f64.sqrt()).abs() < 1e-12);
+    assert_eq!(settler.noise.freedom(), 1.0);
+    let hidden = Reading { link_sensed: Sensed::Hidden, ..through(0.0) };
+    assert_eq!(settler.step(&[hidden; 2]), Err(Fault::LinkCurrentHidden));
 }

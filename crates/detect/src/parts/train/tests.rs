@@ -1,6 +1,8 @@
 extern crate std;
 use std::vec::Vec;
 
+use standstill_interface::Sensed;
+
 use super::*;
 
 #[test]
@@ -62,7 +64,7 @@ const SETTINGS: PulseTrainSettings<f64> = PulseTrainSettings {
     resistance: 1.0,
     on_drop: 2.0,
     off_drop: 2.0,
-    one_shunt: false,
+    place: crate::nameplate::Place::InLine,
 };
 
 fn reading(current: [f64; 3]) -> Reading<f64> {

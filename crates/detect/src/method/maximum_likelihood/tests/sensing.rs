@@ -62,3 +62,36 @@ fn analytic_the_drive_knows_when_each_phase_is_converted_and_which_samples_are_s
     // What is not known looks like noise.
     assert!((0..6).all(|k| unknown[k] > 5.0 * informed[k]), "{unknown:?} {informed:?}");
 }
+
+#[test]
+fn law_shunts_below_the_legs_show_angle_and_pole() {
+    // Converted one after the other: the same shunt shows one way of a line late and the other way early.
+    let sensing = Sensing { place: Place::BelowLegs, skew: Nanos(500), ..Sensing::default() };
+    let drive = Nameplate { sensing, ..nameplate() };
+    for settings in [MaximumLikelihoodSettings::suited(&drive), MaximumLikelihoodSettings::adaptive(&drive)] {
+        let mut exact =
+            LineMotor { slope: 4e-4, place: Place::BelowLegs, skew: 0.5e-6, ..LineMotor::at(77.0) };
+        (exact.offset, exact.gain) = ([0.05, -0.08, 0.02], [1.004, 0.997, 1.001]);
+        let (angle, findings) = found(detect(settings, &mut exact, |_| ()));
+        assert!(exact.error(angle).abs() < 0.01, "{}", exact.error(angle));
+        let Abc::<f64>(gains) = findings.sensor_gain.expect("compared");
+        let mean = exact.gain.iter().sum::<f64>() / 3.0;
+        assert!((0..3).all(|k| (gains[k] - exact.gain[k] / mean).abs() < 2e-4), "{gains:?}");
+        let (mut squares, mut stated, trials) = (0.0, 0.0, 100);
+        for trial in 0..trials {
+            let mut motor = LineMotor {
+                slope: 4e-4,
+                place: Place::BelowLegs,
+                skew: 0.5e-6,
+                ..LineMotor::at(3.6 * f64::from(trial))
+            }
+            .with_noise(0.02, trial);
+            motor.gain = core::array::from_fn(|_| 1.0 + 0.005 * motor.noise.gauss());
+            let (angle, findings) = found(detect(settings, &mut motor, |_| ()));
+            squares += motor.error(angle).powi(2) / f64::from(trials);
+            stated += findings.angle_deviation.expect("stated").to_degrees().powi(2) / f64::from(trials);
+        }
+        let ratio = (squares / stated).sqrt();
+        assert!((0.7..1.4).contains(&ratio), "{ratio}: {} {}", squares.sqrt(), stated.sqrt());
+    }
+}

@@ -1,0 +1,128 @@
+//! The current at the end of a pulse, as the shunts below the two legs of a line show it.
+//!
+//! ```text
+//!   below the leg that the current leaves       ╱            below the leg that it enters      ╲
+//!   (its lower switch is on)                  ╱ │            (its lower diode conducts)      │  ╲
+//!                                           ╱   └────                                  ──────┘   ╲
+//! ```
+//! The current itself is steady at the edge, so that both shunts show the same but for their gains. A quadratic through the samples of
+//! either side leads to the edge. An edge that comes later than taken makes one side less and the other more, by as much in pulses both
+//! ways: [`GainComparison`] lets it cancel.
+
+use standstill_interface::{Fault, Reading, Real};
+
+use super::{GainComparison, Slot, Train};
+use crate::nameplate::Sensing;
+
+/// Samples of either side that are used at most, and that are needed at least.
+const MOST: usize = 12;
+const LEAST: usize = 3;
+
+/// Samples of one side, evenly apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Side<T> {
+    /// Number of the sample next to the edge, and how many there are, away from it.
+    nearest: usize,
+    count: usize,
+    /// From the edge to the nearest, in intervals.
+    distance: T,
+}
+
+impl<T: Real> Side<T> {
+    /// The weight of each sample in the value at the edge of the quadratic that fits them all best: the sum over the orthogonal
+    /// polynomials 1, u and u² − (n² − 1)/12 of their products at sample and edge, over their squares' sums.
+    fn weights(&self) -> [T; MOST] {
+        let n = T::of(self.count as f64);
+        let (one, twelve, square) = (T::one(), T::of(12.0), n * n);
+        let curved = |u: T| u * u - (square - one) / twelve;
+        let slopes = n * (square - one) / twelve;
+        let curves = slopes * (square - T::of(4.0)) / T::of(15.0);
+        let middle = (n - one) / T::of(2.0);
+        let edge = -middle - self.distance;
+        core::array::from_fn(|j| {
+            if j >= self.count {
+                return T::zero();
+            }
+            let u = T::of(j as f64) - middle;
+            n.recip() + u * edge / slopes + curved(u) * curved(edge) / curves
+        })
+    }
+}
+
+impl<T: Real> Train<T> {
+    /// The samples before and after the end of a pulse; none where they are too few.
+    fn sides(&self) -> Option<[Side<T>; 2]> {
+        let (s, on) = (&self.settings, self.settings.samples_on());
+        let lead = T::of(self.lead.seconds() / s.interval.seconds());
+        // A sample at the very end may be either's.
+        let spoilt = usize::from(self.lead.0 == 0);
+        let before = Side {
+            nearest: on.checked_sub(1 + spoilt)?,
+            count: (on - spoilt).min(MOST),
+            distance: if spoilt > 0 { T::one() } else { lead },
+        };
+        // While enough of the current is left: it falls about as fast as it has risen.
+        let after = Side { nearest: on, count: (on / 4 * 3).min(MOST), distance: T::one() - lead };
+        let enough = before.count >= LEAST && after.count >= LEAST && on + after.count <= s.samples();
+        enough.then_some([before, after])
+    }
+
+    /// The current in A at the end of a pulse by the shunt below the leg that it enters and by the one below the leg that it leaves.
+    /// None where the samples are too few.
+    pub fn at_edge(
+        &self,
+        slot: Slot,
+        readings: &[Reading<T>],
+        sensing: &Sensing<T>,
+    ) -> Result<Option<(T, T)>, Fault<T>> {
+        let Some([mut before, mut after]) = self.sides() else { return Ok(None) };
+        // When what a sample shows flowed: later than its trigger by its conversion, earlier by the sensors' lag.
+        let (from, to) = slot.phases();
+        let shown =
+            |phase| (sensing.late_of(phase) - sensing.lag()) / T::of(self.settings.interval.seconds());
+        before.distance = before.distance - shown(to);
+        after.distance = after.distance + shown(from);
+        let mut at_edge = [T::zero(); 2];
+        for (j, (leaves, enters)) in before.weights().into_iter().zip(after.weights()).enumerate() {
+            for (side, (of, weight)) in [(before, leaves), (after, enters)].into_iter().enumerate() {
+                if j < of.count {
+                    let sample = if side == 0 { of.nearest - j } else { of.nearest + j };
+                    at_edge[side] = at_edge[side] + self.current(slot, &readings[sample])? * weight;
+                }
+            }
+        }
+        let [leaves, enters] = at_edge;
+        Ok((leaves > T::zero() && enters > T::zero()).then_some((enters, leaves)))
+    }
+
+    /// r of each line by the shunts below its legs, and the variance that the readings' noise gives it.
+    pub fn gains_at_edge(&self, gains: &GainComparison<T>) -> ([T; 3], [T; 3]) {
+        let squares = |side: Side<T>| side.weights().into_iter().fold(T::zero(), |sum, w| sum + w * w);
+        let amplified =
+            self.sides().map_or(T::zero(), |[before, after]| (squares(before) + squares(after)) / T::of(2.0));
+        gains.measured(self.noise * amplified)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_a_quadratic_is_extended_exactly_and_noise_grows_as_known() {
+        for (count, distance) in [(3, 1.0), (8, 1.0), (12, 0.1), (5, 0.5)] {
+            let side = Side { nearest: 0, count, distance };
+            let at = |t: f64| 2.0 - 3.0 * t + 0.7 * t * t;
+            let weights = side.weights();
+            let sum: f64 = (0..count).map(|j| weights[j] * at(j as f64 + distance)).sum();
+            assert!((sum - 2.0).abs() < 1e-12, "{count} {distance}: {sum}");
+            assert!(weights[count..].iter().all(|weight| *weight == 0.0));
+        }
+        // One step beyond n samples: 3 (3 n² + 3 n + 2)/(n (n − 1) (n − 2)).
+        for (count, expected) in [(3, 19.0), (8, 654.0 / 336.0)] {
+            let weights = Side { nearest: 0, count, distance: 1.0_f64 }.weights();
+            let squares: f64 = weights.iter().map(|weight| weight * weight).sum();
+            assert!((squares - expected).abs() < 1e-12, "{count}: {squares}");
+        }
+    }
+}
