@@ -120,6 +120,27 @@ fn law_the_journal_of_another_run_is_refused_with_the_difference() {
     assert!(matches!(resume(&path), Err(JournalError::Foreign(_))));
 }
 
+/// Up to numerics 10 the error of a sector was counted from its middle: a mean over both would be of neither.
+#[test]
+fn regress_a_run_whose_sectors_were_judged_by_their_middles_is_not_continued() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal");
+    let sectors = "seed = 1\ntrials = 100\n[detector]\nmethod = \"six-pulse\"\nsector = 60\n";
+    let before = Identity { numerics: 10, scenario: sectors.to_owned(), ..identity() };
+    let mut journal = Journal::create(&path, &before).expect("writable");
+    journal.append(&[row(0, 21.0)]).expect("written");
+    drop(journal);
+    let now = Identity { numerics: crate::NUMERICS, ..before.clone() };
+    let refused = Journal::resume(&path, &now, |_, _| {}).expect_err("other errors").to_string();
+    let difference = format!("the number of the program's numerics is 10 there and {} here", crate::NUMERICS);
+    for part in [difference.as_str(), "with another --out, or begin anew with --force in place of --resume"] {
+        assert!(refused.contains(part), "{refused}");
+    }
+    // Nor are its rows the first ones of a longer run, in whichever file they are.
+    let longer = Identity { trials: 200, ..now.clone() };
+    assert!(!before.begins(&longer) && now.begins(&longer));
+}
+
 #[test]
 fn law_a_journal_has_one_writer() {
     let folder = tempfile::tempdir().expect("a folder");
