@@ -1,0 +1,114 @@
+//! Reasons in words: their names, and with their numbers.
+
+use core::fmt;
+
+use super::{Fault, Undetermined};
+use crate::Real;
+
+impl<T> Undetermined<T> {
+    /// Name of the reason, without its numbers.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::MarginBelowNoise { .. } => "polarity margin below noise",
+            Self::NoSignature => "both poles of this motor answer alike",
+            Self::NotDecided { .. } => "pole not certain enough",
+            Self::OffAxis { .. } => "polarity points away from the axis",
+            Self::Own(own) => own.text,
+        }
+    }
+}
+
+impl<T> Fault<T> {
+    /// Name of the reason, without its numbers.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Clipped(_) | Self::LinkCurrentClipped => "current clipped by the ADC",
+            Self::DcLinkClipped => "DC-link voltage clipped by the ADC",
+            Self::NotANumber => "a reading is not a number",
+            Self::Hidden(_) | Self::LinkCurrentHidden => "current seen by no sensor",
+            Self::NoCurrent { .. } => "too little current",
+            Self::TrippedEarly { .. } => "tripped too early to be timed",
+            Self::CurrentPersists(_) => "current does not decay",
+            Self::NoSaliency { .. } => "no saliency found",
+            Self::NotInductive(_) => "a line that is no inductance",
+            Self::DidNotFollow { .. } => "not applicable: the rotor did not follow",
+            Self::RotorMoves { .. } => "the rotor moves",
+            Self::TerminalClipped => "terminal voltage clipped by the ADC",
+            Self::TerminalHidden => "terminal voltage seen by no divider",
+            Self::NoVoltage => "too little voltage across a line",
+            Self::TerminalsSwing => "the terminals do not come to rest",
+            Self::UnexpectedReadings => "unexpected readings",
+            Self::Own(own) => own.text,
+        }
+    }
+}
+
+impl<T: Real> fmt::Display for Undetermined<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::MarginBelowNoise { margin, needed } => {
+                write!(f, "polarity margin {margin:.3} A below the {needed:.3} A that the noise demands")
+            }
+            Self::NoSignature => write!(f, "both poles of this motor answer alike"),
+            Self::NotDecided { error, allowed } => {
+                let [error, allowed] = [*error, *allowed].map(T::to_double);
+                write!(f, "wrong pole with a probability of {error:.1e} where {allowed:.1e} is allowed")
+            }
+            Self::OffAxis { angle, allowed } => {
+                let [angle, allowed] = [*angle, *allowed].map(T::to_degrees);
+                write!(f, "polarity points {angle:.0}° away from the axis where {allowed:.0}° are allowed")
+            }
+            Self::Own(own) => f.write_str(own.text),
+        }
+    }
+}
+
+impl<T: Real> fmt::Display for Fault<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Clipped(phase) => write!(f, "current of phase {} clipped by the ADC", phase.letter()),
+            Self::DcLinkClipped => write!(f, "DC-link voltage clipped by the ADC"),
+            Self::NotANumber => write!(f, "a reading is not a number"),
+            Self::Hidden(phase) => write!(f, "current of phase {} seen by no sensor", phase.letter()),
+            Self::NoCurrent { peak, needed } => {
+                write!(f, "too little current: {peak:.4} A where at least {needed:.4} A are needed")
+            }
+            Self::TrippedEarly { time, needed } => {
+                let [time, needed] = [*time, *needed].map(|time| time.to_double() * 1e6);
+                write!(
+                    f,
+                    "tripped too early to be timed: after {time:.3} us where more than {needed:.3} us are needed"
+                )
+            }
+            Self::CurrentPersists(current) => write!(f, "current of {current:.3} A does not decay"),
+            Self::NoSaliency { ratio, needed } => {
+                write!(f, "no saliency found: |L_B|/L_A = {ratio:.4} where at least {needed:.4} is needed")
+            }
+            Self::NotInductive(phase) => {
+                write!(f, "the line from phase {} did not answer as an inductance", phase.letter())
+            }
+            Self::DidNotFollow { swept, needed } => {
+                write!(
+                    f,
+                    "not applicable: the rotor did not follow, the magnet swept {swept:.3} Wb where {needed:.3} Wb are needed"
+                )
+            }
+            Self::RotorMoves { angle, allowed } => {
+                let [angle, allowed] = [*angle, *allowed].map(T::to_degrees);
+                write!(
+                    f,
+                    "the rotor moves: pulses see axes {angle:.1}° apart where {allowed:.1}° are allowed"
+                )
+            }
+            Self::LinkCurrentClipped => write!(f, "current of the DC link clipped by the ADC"),
+            Self::LinkCurrentHidden => {
+                write!(f, "current of the DC link read before its amplifier has settled")
+            }
+            Self::TerminalClipped | Self::TerminalHidden | Self::NoVoltage | Self::TerminalsSwing => {
+                f.write_str(self.name())
+            }
+            Self::UnexpectedReadings => write!(f, "the drive returned other samples than were asked for"),
+            Self::Own(own) => f.write_str(own.text),
+        }
+    }
+}
