@@ -1,18 +1,24 @@
 //! The Cramér–Rao bound: the smallest error of the angle that an unbiased method can have with the readings of an excitation.
 //!
 //! ```text
-//!   J = Σ over samples  Gᵀ C⁻¹ G,   G = ∂(i_a, i_b, i_c)/∂p,   σ_θ² = [J⁻¹]_θθ
+//!   J = Σ over samples  Gᵀ C⁻¹ G,   G = ∂(readings)/∂p,   σ_θ² = [J⁻¹]_θθ
 //! ```
-//! over p = (θ, L_A, L_B, R, V_D), with Gaussian noise of covariance C (Kay, *Fundamentals of Statistical Signal
+//! The readings are those that the drive has: currents of phases or of the DC link, voltages of terminals, and times that a timer
+//! captured at a comparator's trip.
+//!
+//! //! over p = (θ, L_A, L_B, R, V_D), with Gaussian noise of covariance C (Kay, *Fundamentals of Statistical Signal
 //! Processing: Estimation Theory*, 1993, section 3.9). The commands are those that the detector gives on the nominal
 //! plant; the same commands are then replayed on plants with one parameter changed either way. The hybrid bound has the
 //! errors of a specimen as further unknowns with Gaussian priors, whose information is added to J (Van Trees, *Detection,
 //! Estimation, and Modulation Theory*, part I, 1968, section 2.4).
 //!
-//! C holds the noise variance σ² of each phase, the converter's quantization variance q²/12, and the sampling jitter, uniform in
-//! ±j, with the current's slope s: `(σ² + q²/12) I + j²/3 s sᵀ`, because all phases are sampled at one instant. Where the slope
+//! C holds the noise variance σ² of each channel, its converter's quantization variance q²/12, and the sampling jitter, uniform in
+//! ±j, with the values' slopes s: `diag(σ² + q²/12) + j²/3 s sᵀ`, because all channels are sampled at one instant. A captured time has
+//! q²/12 of the timer's tick q, and the comparator's noise σ by how much later it trips: (σ ∂t/∂X)² with the threshold X. Where the slope
 //! changes its sign within the jitter, s is too small, and so is the bound: it remains a valid lower bound. The ripple of the DC
-//! link, and all errors of the DC-link sensor except its gain, are taken as known. θ is the angle at the start.
+//! link, and all errors of the DC-link sensor except its gain, are taken as known. Where times are all that is read, resistance and
+//! diodes are taken as known, too: without saturation times of opposite directions are alike, so six of them are three numbers, which
+//! do not tell four unknowns. θ is the angle at the start.
 
 mod information;
 mod plant;
@@ -24,11 +30,14 @@ use rayon::prelude::*;
 use standstill_detect::{Settings, SettingsError};
 use standstill_interface::{Command, Nanos};
 use standstill_inverter::{DcLink, GateTiming, Inverter};
-use standstill_sim::{Case, RunError, SensorSettings, Sensors, Streams, VoltageSensor};
+use standstill_sim::{
+    Arrangement, Case, ComparatorSettings, Comparators, RunError, SensorSettings, Sensors, Streams,
+    TerminalSensor, VoltageSensor,
+};
 
 use information::{Column, Information, Noise, Prior};
 use plant::Parameter;
-use replay::{Readings, record, replay};
+use replay::{LINK, TERMINAL, TIME, record, replay};
 use standstill_scenario::{Scenario, Specimen};
 
 pub use plant::Unknown;
@@ -77,7 +86,7 @@ pub struct Bounds<'a, S> {
     pub unknown: &'a [Unknown],
     /// Commands that count for the bound.
     pub counted: Counted,
-    /// Interval between samples where a bound counts all possible samples. It needs some 400 bytes of memory per sample.
+    /// Interval between samples where a bound counts all possible samples. It needs about a kilobyte of memory per sample.
     pub interval: Nanos,
     /// Number of the trial whose noise is added when the detector's commands are recorded; none: no noise. A method that
     /// continues until its readings are certain enough stops too early without noise, and the bound would not be that of its
@@ -196,6 +205,21 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
             skew: sensors.skew,
             oversampling: sensors.oversampling,
             conversion: sensors.conversion,
+            settle: sensors.settle,
+            terminal: sensors.terminal.map(|of| TerminalSensor {
+                bandwidth: of.bandwidth,
+                resistance: of.resistance,
+                ..TerminalSensor::IDEAL
+            }),
+            comparator: ComparatorSettings {
+                arrangement: sensors.comparator.arrangement,
+                timer: sensors.comparator.timer,
+                delay: sensors.comparator.delay,
+                blanking: sensors.comparator.blanking,
+                bits: sensors.comparator.bits,
+                range: sensors.comparator.range,
+                ..SensorSettings::IDEAL.comparator
+            },
             dc_link: VoltageSensor { bandwidth: sensors.dc_link.bandwidth, ..SensorSettings::IDEAL.dc_link },
             ..SensorSettings::IDEAL
         };
@@ -243,55 +267,104 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
             Samples::Scheme => commands.to_vec(),
             Samples::Every(interval) => replay::every(commands, interval),
         };
+        let case = &replay::finely_timed(case, &commands);
         let differ =
             |parameter: Parameter| parameter.column(case, &commands, self.step).map_err(BoundError::Run);
-        let readings = replay(case, &commands).map_err(BoundError::Run)?;
-        let noise = self.noise_of(case, &commands, readings)?;
+        let is_timed = commands.iter().any(|command| command.threshold.is_some());
+        let offsets = if is_timed { self.offsets(&differ)? } else { Vec::new() };
+        let noise = self.noise_of(case, &commands, &offsets)?;
 
         let mut columns = vec![differ(Parameter::Angle)?];
-        for unknown in self.unknown {
+        let times_alone = !(0..TIME).any(|channel| noise.has(channel));
+        for unknown in self.unknown.iter().filter(|unknown| !times_alone || unknown.is_inductance()) {
             columns.push(differ(Parameter::Motor(*unknown))?);
         }
-        let motor = Information::new(&noise, &columns);
-        if noise.is_none() {
+        let [any_exact, all_exact] = noise.exact();
+        if any_exact {
             // Without noise the limit is zero if the readings determine the angle at all.
-            let deviation = motor.deviation(&[]);
-            return Ok((if deviation.is_finite() { 0.0 } else { deviation }, None));
+            let deviation = Information::new(&noise.of_exact(), &columns).deviation(&[]);
+            if deviation.is_finite() || all_exact {
+                return Ok((if deviation.is_finite() { 0.0 } else { deviation }, None));
+            }
         }
-        let deviation = motor.deviation(&[]);
-
-        let Scenario { drive, sensors, .. } = self.scenario;
+        let deviation = Information::new(&noise, &columns).deviation(&[]);
         let mut priors = Vec::new();
-        let mut add = |column: Column, deviation: f64| {
-            priors.push(Prior { place: columns.len(), deviation });
-            columns.push(column);
-        };
-        for phase in 0..3 {
-            if sensors.gain_error > 0.0 {
-                add(noise.gain(phase), sensors.gain_error);
+        for (column, deviation) in self.of_specimen(&noise, &differ, offsets)? {
+            if deviation > 0.0 {
+                priors.push(Prior { place: columns.len(), deviation });
+                columns.push(column);
             }
-            if sensors.offset > 0.0 {
-                add(noise.offset(phase), sensors.offset);
-            }
-            if drive.delay_mismatch > 0.0 {
-                add(differ(Parameter::TurnOn(phase))?, drive.delay_mismatch);
-                add(differ(Parameter::TurnOff(phase))?, drive.delay_mismatch);
-            }
-        }
-        if sensors.dc_link.gain_error > 0.0 {
-            add(differ(Parameter::Link)?, sensors.dc_link.gain_error);
         }
         let hybrid = Information::new(&noise, &columns).deviation(&priors);
         Ok((deviation, Some(hybrid)))
     }
 
-    /// Returns the readings with the parameters of their noise covariance.
+    /// Returns the sensitivities to the offsets of the comparators.
+    fn offsets(
+        &self,
+        differ: &dyn Fn(Parameter) -> Result<Column, BoundError>,
+    ) -> Result<Vec<Column>, BoundError> {
+        let comparator = &self.scenario.sensors.comparator;
+        let count = match comparator.arrangement {
+            Comparators::Common => 1,
+            Comparators::PerLeg => 6,
+        };
+        (0..count).map(|number| differ(Parameter::Comparator(number))).collect()
+    }
+
+    /// Returns the unknowns of a specimen: the sensitivity to each, and its standard deviation. `offsets`: those of the comparators.
+    fn of_specimen(
+        &self,
+        noise: &Noise,
+        differ: &dyn Fn(Parameter) -> Result<Column, BoundError>,
+        offsets: Vec<Column>,
+    ) -> Result<Vec<(Column, f64)>, BoundError> {
+        let Scenario { drive, sensors, .. } = self.scenario;
+        let currents = match sensors.arrangement {
+            Arrangement::None => 0..0,
+            Arrangement::DcLinkShunt => LINK..LINK + 1,
+            Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::LowSideShunts => 0..LINK,
+        };
+        let currents = currents.map(|channel| (channel, sensors.gain_error, sensors.offset));
+        let terminals =
+            sensors.terminal.iter().flat_map(|of| (TERMINAL..TIME).map(|k| (k, of.gain_error, of.offset)));
+        let mut all = Vec::new();
+        for (channel, gain, offset) in currents.chain(terminals) {
+            all.push((noise.gain(channel), gain));
+            all.push((noise.offset(channel), offset));
+        }
+        if drive.delay_mismatch > 0.0 {
+            for phase in 0..3 {
+                all.push((differ(Parameter::TurnOn(phase))?, drive.delay_mismatch));
+                all.push((differ(Parameter::TurnOff(phase))?, drive.delay_mismatch));
+            }
+        }
+        if sensors.dc_link.gain_error > 0.0 {
+            all.push((differ(Parameter::Link)?, sensors.dc_link.gain_error));
+        }
+        if noise.has(TIME) {
+            all.push((noise.gain(TIME), sensors.comparator.timer_error));
+            for offset in offsets {
+                // A trip is as much later as its own comparator.
+                let mut delay = noise.offset(TIME);
+                for (delay, dwell) in delay.slope.iter_mut().zip(&offset.slope) {
+                    delay[TIME] *= f64::from(u8::from(dwell[TIME].abs() > offset.error[TIME]));
+                }
+                all.push((delay, sensors.comparator.delay_spread));
+                all.push((offset, sensors.comparator.offset));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Returns the readings with the parameters of their noise covariance. `offsets`: the sensitivities to those of the comparators.
     fn noise_of(
         &self,
         case: &Case,
         commands: &[Command<f64>],
-        readings: Readings,
+        offsets: &[Column],
     ) -> Result<Noise, BoundError> {
+        let readings = replay(case, commands).map_err(BoundError::Run)?;
         let sensors = &self.scenario.sensors;
         let jitter = sensors.jitter;
         let slope = if jitter == Nanos::ZERO {
@@ -299,7 +372,10 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         } else {
             replay::slope(case, commands, &readings, jitter).map_err(BoundError::Run)?
         };
-        Ok(Noise::new(sensors, readings, slope))
+        // Each time has one comparator: a higher threshold is an offset of all.
+        let dwell = |sample: usize| offsets.iter().map(|offset| offset.slope[sample][TIME]).sum();
+        let dwell: Vec<f64> = (0..readings.value.len()).map(dwell).collect();
+        Ok(Noise::new(sensors, readings, slope, &dwell))
     }
 }
 
@@ -316,5 +392,7 @@ impl<S: Settings<f64> + Sync> Bounds<'_, S> {
     }
 }
 
+#[cfg(test)]
+mod arrangements;
 #[cfg(test)]
 mod tests;

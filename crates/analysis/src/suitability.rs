@@ -23,7 +23,7 @@ mod tests;
 
 use serde::Serialize;
 use standstill_campaign::{CampaignError, Summary};
-use standstill_detect::{Method, MethodName, Settings as _, Signature, Source};
+use standstill_detect::{Method, MethodName, Signature, Source};
 use standstill_interface::choice;
 use standstill_plant::{Motor, PolarityPoint, PoleKnowledge};
 use standstill_scenario::{Document, FileError, Origin, Rotor};
@@ -156,7 +156,7 @@ choice! {
 pub struct Suitability {
     /// Saliency ratio |L_B| / L_A at zero current, from the data sheet.
     pub saliency_ratio: f64,
-    /// The Cramér–Rao limit of the first method's pulses on this drive, as rms over the angles. None if the method cannot be set up,
+    /// The Cramér–Rao limit of the first method's pulses with this drive's readings, as rms over the angles. None if the method cannot be set up,
     /// and on a drive that does not read the currents of its phases.
     pub limit: Option<Bound>,
     /// True if the motor has a magnet, so that it has poles to tell apart.
@@ -280,10 +280,7 @@ impl Suitability {
         let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
         let tried = bench.scenario(&tried, Rotor::Locked)?;
         let motor = bench.motor;
-        // The limit is known for phase currents alone.
-        let is_bounded = tried.check().is_ok()
-            && Source::any_of(&[Source::PhaseCurrents], tried.detector.sources())
-            && Source::any_of(&[Source::PhaseCurrents], &tried.sources());
+        let is_bounded = tried.check().is_ok();
         Ok(Self {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
             limit: if is_bounded { Bound::or_reason(&tried, ANGLES, None)?.0 } else { None },

@@ -1,21 +1,40 @@
 //! Fisher information and standard deviation of the angle, from sensitivities and noise.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use standstill_sim::SensorSettings;
+use standstill_sim::{Adc, SensorSettings};
 
-use super::replay::Readings;
+use super::replay::{CHANNELS, LINK, Readings, Sample, TERMINAL, TIME};
 
 /// Relative threshold, with the diagonal scaled to one, below which an eigenvalue or the angle's remaining information is zero:
 /// the square of the differences' error.
 const RANK: f64 = 1e-9;
 
+/// Largest such threshold of readings whose differences are less exact.
+const MOST_RANK: f64 = 1e-3;
+
 /// Sensitivities of the readings to one parameter.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// ∂i/∂p of the three phases at each sample, in A per unit of the parameter.
-    pub slope: Vec<[f64; 3]>,
-    /// Numerical error of `slope`, in A per unit of the parameter and per sample.
-    pub error: f64,
+    /// ∂/∂p of the values of each sample, in their unit per unit of the parameter.
+    pub slope: Vec<Sample>,
+    /// Numerical error of `slope`, per sample.
+    pub error: Sample,
+}
+
+impl Column {
+    /// Returns whether the readings depend on the parameter by more than the numerical error.
+    fn responds(&self) -> bool {
+        let count = self.slope.len() as f64;
+        let square = |k: usize| self.slope.iter().map(|slope| slope[k] * slope[k]).sum::<f64>();
+        (0..CHANNELS).any(|k| square(k) > self.error[k] * self.error[k] * count)
+    }
+
+    /// Returns the square of the relative error of the captured times' slopes; 0 where the parameter does not change them.
+    fn error_of_times(&self) -> f64 {
+        let times = self.slope.iter().map(|slope| slope[TIME] * slope[TIME]).filter(|square| *square > 0.0);
+        let (count, squares) = times.fold((0.0, 0.0), |(count, sum), square| (count + 1.0, sum + square));
+        if squares > 0.0 { self.error[TIME] * self.error[TIME] * count / squares } else { 0.0 }
+    }
 }
 
 /// Gaussian prior of a parameter.
@@ -31,97 +50,151 @@ pub struct Prior {
 #[derive(Clone, Debug)]
 pub struct Noise {
     readings: Readings,
-    /// Variance of one phase's reading in A²: noise and quantization.
-    variance: f64,
+    /// Variance of a reading of each channel but the captured time: noise and quantization.
+    variance: Sample,
+    /// Variance in s² of the time that each sample captured.
+    of_time: Vec<f64>,
     /// Variance of the sampling instant in s².
     jitter: f64,
-    /// Slopes of the phase currents in A/s at each sample; empty without jitter.
-    slope: Vec<[f64; 3]>,
+    /// Slopes of the values in their unit per s at each sample; empty without jitter.
+    slope: Vec<Sample>,
+}
+
+/// Returns the variance of a reading of `conversions` with this noise by this converter, quantization included.
+fn variance_of(noise: f64, adc: Option<Adc>, conversions: f64) -> f64 {
+    let mut variance = noise * noise / conversions;
+    if let Some(adc) = adc.filter(|adc| adc.rounds()) {
+        // Equal codes have equal errors: only noise of half a code or more makes those of a mean independent.
+        let independent = if noise >= 0.5 * adc.step() { conversions } else { 1.0 };
+        variance += adc.step() * adc.step() / 12.0 / independent;
+    }
+    variance
 }
 
 impl Noise {
-    /// Takes the noise of these sensors. A current outside of the converter's range does not count as a reading.
-    pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<[f64; 3]>) -> Self {
-        let conversions = f64::from(sensors.oversampling.max(1));
-        let mut variance = sensors.noise * sensors.noise / conversions;
-        if let Some(adc) = sensors.adc {
-            if adc.rounds() {
-                // Equal codes have equal errors: only noise of half a code or more makes those of a mean independent.
-                let independent = if sensors.noise >= 0.5 * adc.step() { conversions } else { 1.0 };
-                variance += adc.step() * adc.step() / 12.0 / independent;
-            }
-            for (measured, current) in readings.measured.iter_mut().zip(&readings.current) {
-                for (measured, current) in measured.iter_mut().zip(current) {
-                    *measured &= (adc.low..adc.high).contains(current);
+    /// Takes the noise of these sensors. `dwell`: how much later in s per A each captured time is with a higher threshold. A value
+    /// outside of its converter's range does not count as a reading.
+    pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<Sample>, dwell: &[f64]) -> Self {
+        let current = variance_of(sensors.noise, sensors.adc, f64::from(sensors.oversampling.max(1)));
+        let terminal = sensors.terminal.map_or(0.0, |of| variance_of(of.noise, of.adc, 1.0));
+        let mut variance = [current; CHANNELS];
+        variance[TERMINAL..TIME].fill(terminal);
+        let converters =
+            [(0..LINK + 1, sensors.adc), (TERMINAL..TIME, sensors.terminal.and_then(|of| of.adc))];
+        for (channels, adc) in converters {
+            let Some(adc) = adc else { continue };
+            for (measured, value) in readings.measured.iter_mut().zip(&readings.value) {
+                for k in channels.clone() {
+                    measured[k] &= (adc.low..adc.high).contains(&value[k]);
                 }
             }
         }
+        let comparator = &sensors.comparator;
+        // Noise with a bandwidth trips at its first crossing, which scatters less than its deviation by an unknown factor.
+        let noise = if comparator.noise_bandwidth > 0.0 { 0.0 } else { comparator.noise };
+        let tick = comparator.timer * comparator.timer / 12.0;
+        let of_time = |sample: usize| {
+            let late = noise * dwell.get(sample).copied().unwrap_or(0.0);
+            tick + late * late
+        };
+        let of_time = (0..readings.value.len()).map(of_time).collect();
         let jitter = sensors.jitter.seconds();
-        Self { readings, variance, jitter: jitter * jitter / 3.0, slope }
+        Self { readings, variance, of_time, jitter: jitter * jitter / 3.0, slope }
     }
 
-    /// Returns true if there is no additive noise. Jitter alone has no effect on a difference of two phases.
-    pub fn is_none(&self) -> bool {
-        self.variance == 0.0
+    fn variance(&self, sample: usize, channel: usize) -> f64 {
+        if channel == TIME { self.of_time[sample] } else { self.variance[channel] }
     }
 
-    /// Returns the sensitivity ∂i/∂g to a sensor's gain.
-    pub fn gain(&self, phase: usize) -> Column {
-        let slope = self.readings.current.iter().map(|current| only(phase, current[phase])).collect();
-        Column { slope, error: 0.0 }
+    /// Returns whether any reading, or each of them, has no additive noise. Jitter alone has no effect on a difference of two phases.
+    pub fn exact(&self) -> [bool; 2] {
+        let measured = self.readings.measured.iter().enumerate();
+        let each = measured.flat_map(|(sample, measured)| {
+            (0..CHANNELS).filter(|k| measured[*k]).map(move |k| self.variance(sample, k) == 0.0)
+        });
+        each.fold([false, true], |[any, all], exact| [any || exact, all && exact])
     }
 
-    /// Returns the sensitivity ∂i/∂o to a sensor's offset.
-    pub fn offset(&self, phase: usize) -> Column {
-        Column { slope: vec![only(phase, 1.0); self.readings.current.len()], error: 0.0 }
+    /// Returns the readings without noise alone, with noise of 1 in place of none.
+    pub fn of_exact(&self) -> Self {
+        let mut alone = self.clone();
+        for (sample, measured) in alone.readings.measured.iter_mut().enumerate() {
+            for (k, measured) in measured.iter_mut().enumerate() {
+                *measured &= self.variance(sample, k) == 0.0;
+            }
+        }
+        alone.variance = [1.0; CHANNELS];
+        alone.of_time.fill(1.0);
+        alone.jitter = 0.0;
+        alone
+    }
+
+    /// Returns true if any sample has a reading of a channel.
+    pub fn has(&self, channel: usize) -> bool {
+        self.readings.measured.iter().any(|measured| measured[channel])
+    }
+
+    /// Returns the sensitivity of a channel to its sensor's gain, or of captured times to the clock.
+    pub fn gain(&self, channel: usize) -> Column {
+        let slope = self.readings.value.iter().map(|value| only(channel, value[channel])).collect();
+        Column { slope, error: [0.0; CHANNELS] }
+    }
+
+    /// Returns the sensitivity of a channel to its sensor's offset.
+    pub fn offset(&self, channel: usize) -> Column {
+        Column { slope: vec![only(channel, 1.0); self.readings.value.len()], error: [0.0; CHANNELS] }
     }
 }
 
-fn only(phase: usize, value: f64) -> [f64; 3] {
-    std::array::from_fn(|k| if k == phase { value } else { 0.0 })
+fn only(channel: usize, value: f64) -> Sample {
+    std::array::from_fn(|k| if k == channel { value } else { 0.0 })
 }
 
 /// Fisher information matrix; the angle is the first parameter.
 #[derive(Clone, Debug)]
 pub struct Information {
     matrix: DMatrix<f64>,
+    /// See [`RANK`]; larger where differences of captured times are less exact.
+    rank: f64,
 }
 
 impl Information {
-    /// Computes the information matrix J from the sensitivities, for noise of 1 A if the sensors have none. The row of a parameter is
-    /// zero if no reading depends on it.
+    /// Computes the information matrix J from the sensitivities. Readings without noise do not count, see [`Noise::of_exact`]. The row
+    /// of a parameter is zero if no reading depends on it.
     pub fn new(noise: &Noise, columns: &[Column]) -> Self {
         let n = columns.len();
-        let Readings { measured, .. } = &noise.readings;
-        let (variance, jitter) = if noise.is_none() { (1.0, 0.0) } else { (noise.variance, noise.jitter) };
-        let responds = |column: &Column| {
-            let squares = column.slope.iter().flatten().map(|g| g * g).sum::<f64>();
-            squares > column.error * column.error * column.slope.len() as f64
-        };
-        let live: Vec<bool> = columns.iter().map(responds).collect();
+        let live: Vec<bool> = columns.iter().map(Column::responds).collect();
+        let errors =
+            columns.iter().zip(&live).filter(|(_, live)| **live).map(|(column, _)| column.error_of_times());
+        let rank = errors.fold(RANK, f64::max).min(MOST_RANK);
         let mut matrix = DMatrix::zeros(n, n);
         let mut along = vec![0.0; n];
-        let mut rows = vec![[0.0; 3]; n];
-        for (sample, measured) in measured.iter().enumerate() {
+        let mut rows = vec![[0.0; CHANNELS]; n];
+        for (sample, measured) in noise.readings.measured.iter().enumerate() {
+            let weight: Sample = std::array::from_fn(|k| {
+                let variance = noise.variance(sample, k);
+                if measured[k] && variance > 0.0 { variance.recip() } else { 0.0 }
+            });
+            if weight == [0.0; CHANNELS] {
+                continue;
+            }
             for ((row, column), live) in rows.iter_mut().zip(columns).zip(&live) {
-                let g = column.slope[sample];
-                *row = std::array::from_fn(|k| if *live && measured[k] { g[k] } else { 0.0 });
+                *row = if *live { column.slope[sample] } else { [0.0; CHANNELS] };
             }
             let slope = noise.slope.get(sample).copied().unwrap_or_default();
-            let slope: [f64; 3] = std::array::from_fn(|k| if measured[k] { slope[k] } else { 0.0 });
-            // C⁻¹ of σ² I + τ² s sᵀ, by Sherman and Morrison.
-            let shared = jitter / (variance + jitter * dot(slope, slope));
+            // C⁻¹ of D + τ² s sᵀ with D diagonal, by Sherman and Morrison.
+            let shared = noise.jitter / (1.0 + noise.jitter * dot(&weight, &slope, &slope));
             for (along, row) in along.iter_mut().zip(&rows) {
-                *along = dot(*row, slope);
+                *along = dot(&weight, row, &slope);
             }
             for x in 0..n {
                 for y in 0..=x {
-                    matrix[(x, y)] += (dot(rows[x], rows[y]) - shared * along[x] * along[y]) / variance;
+                    matrix[(x, y)] += dot(&weight, &rows[x], &rows[y]) - shared * along[x] * along[y];
                 }
             }
         }
         matrix.fill_upper_triangle_with_lower_triangle();
-        Self { matrix }
+        Self { matrix, rank }
     }
 
     /// Returns the standard deviation of the angle in rad, with prior knowledge of some parameters; infinite if the readings do
@@ -151,19 +224,19 @@ impl Information {
             .eigenvalues
             .iter()
             .zip(eigen.eigenvectors.column_iter())
-            .filter(|(value, _)| **value > RANK)
+            .filter(|(value, _)| **value > self.rank)
             .map(|(value, vector)| {
                 let along = vector.dot(&shared);
                 along * along / value
             })
             .sum();
         let left = 1.0 - taken;
-        if left > RANK { 1.0 / (whole * left).sqrt() } else { f64::INFINITY }
+        if left > self.rank { 1.0 / (whole * left).sqrt() } else { f64::INFINITY }
     }
 }
 
-fn dot(x: [f64; 3], y: [f64; 3]) -> f64 {
-    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+fn dot(weight: &Sample, x: &Sample, y: &Sample) -> f64 {
+    (0..CHANNELS).map(|k| weight[k] * x[k] * y[k]).sum()
 }
 
 #[cfg(test)]
@@ -172,13 +245,19 @@ mod tests {
 
     use super::*;
 
-    fn noise(variance: f64, jitter: f64, slope: Vec<[f64; 3]>, samples: usize) -> Noise {
-        let readings = Readings { current: vec![[1.0; 3]; samples], measured: vec![[true; 3]; samples] };
-        Noise { readings, variance, jitter, slope }
+    /// Of phase currents with this variance.
+    fn noise(variance: f64, jitter: f64, slope: Vec<Sample>, samples: usize) -> Noise {
+        let phases = std::array::from_fn(|k| k < LINK);
+        let readings = Readings { value: vec![[1.0; CHANNELS]; samples], measured: vec![phases; samples] };
+        Noise { readings, variance: [variance; CHANNELS], of_time: vec![0.0; samples], jitter, slope }
+    }
+
+    fn sample([a, b, c]: [f64; 3]) -> Sample {
+        [a, b, c, 0.0, 0.0, 0.0, 0.0, 0.0]
     }
 
     fn column(slope: &[[f64; 3]]) -> Column {
-        Column { slope: slope.to_vec(), error: 0.0 }
+        Column { slope: slope.iter().map(|slope| sample(*slope)).collect(), error: [0.0; CHANNELS] }
     }
 
     #[test]
@@ -205,7 +284,7 @@ mod tests {
     #[test]
     fn analytic_jitter_is_one_for_all_phases() {
         let slope = [3.0, -2.0, 0.5];
-        let noise = noise(0.04, 0.01, vec![slope], 1);
+        let noise = noise(0.04, 0.01, vec![sample(slope)], 1);
         let g = [1.0, 0.3, -1.3];
         let s = nalgebra::Vector3::from(slope);
         let covariance = Matrix3::identity() * 0.04 + s * s.transpose() * 0.01;
@@ -213,5 +292,31 @@ mod tests {
         let information = g_vector.dot(&(covariance.try_inverse().expect("positive") * g_vector));
         let got = Information::new(&noise, &[column(&[g])]).deviation(&[]);
         assert!((got.powi(-2) / information - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn analytic_readings_of_all_kinds_add_their_information() {
+        // A current with 0.5 A of noise, a terminal with 2 V and a time with 1 µs, each in a sample of its own or together.
+        let all = [(0, 0.25, 3.0), (TERMINAL, 4.0, 10.0), (TIME, 1e-12, 4e-6)];
+        let expected: f64 = all.iter().map(|(_, variance, slope)| slope * slope / variance).sum();
+        for samples in [1, 3] {
+            let mut readings = Readings {
+                value: vec![[0.0; CHANNELS]; samples],
+                measured: vec![[false; CHANNELS]; samples],
+            };
+            let mut angle = Column { slope: vec![[0.0; CHANNELS]; samples], error: [0.0; CHANNELS] };
+            let mut variance = [0.0; CHANNELS];
+            for (place, (channel, of, slope)) in all.into_iter().enumerate() {
+                let sample = if samples == 1 { 0 } else { place };
+                readings.measured[sample][channel] = true;
+                angle.slope[sample][channel] = slope;
+                variance[channel] = of;
+            }
+            let noise =
+                Noise { readings, variance, of_time: vec![1e-12; samples], jitter: 0.0, slope: Vec::new() };
+            assert_eq!(noise.exact(), [false, false]);
+            let deviation = Information::new(&noise, &[angle]).deviation(&[]);
+            assert!((deviation.powi(-2) / expected - 1.0).abs() < 1e-12, "{deviation}");
+        }
     }
 }

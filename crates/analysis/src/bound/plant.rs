@@ -3,10 +3,10 @@
 use standstill_interface::{Command, Dq, Nanos};
 use standstill_inverter::Inverter;
 use standstill_plant::Motor;
-use standstill_sim::{Case, RunError};
+use standstill_sim::{Case, RunError, Sensors};
 
 use super::information::Column;
-use super::replay::replay;
+use super::replay::{CHANNELS, Sample, TERMINAL, TIME, replay};
 
 /// Parameters of motor and diodes that may be unknown besides the angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +24,11 @@ pub enum Unknown {
 impl Unknown {
     /// All unknown parameters.
     pub const ALL: [Self; 4] = [Self::MeanInductance, Self::Saliency, Self::Resistance, Self::DiodeDrop];
+
+    /// Returns whether it is an inductance.
+    pub const fn is_inductance(self) -> bool {
+        matches!(self, Self::MeanInductance | Self::Saliency)
+    }
 }
 
 /// Parameters of a plant to which readings may be sensitive.
@@ -39,41 +44,63 @@ pub enum Parameter {
     TurnOn(usize),
     /// Turn-off delay of one leg in s; the leg's index.
     TurnOff(usize),
+    /// Offset of a comparator in A; its number.
+    Comparator(usize),
+}
+
+/// Factor on the steps of difference quotients of captured times, which are located to some picoseconds.
+const OF_TIMES: f64 = 20.0;
+
+/// Error in s of a captured time, and of a terminal's voltage as a share of the link's.
+const TIME_ERROR: f64 = 0.2e-9;
+const VOLTAGE_ERROR: f64 = 1e-9;
+
+/// Step of a comparator's offset as a share of the highest threshold.
+const OF_THRESHOLD: f64 = 1e-2;
+
+/// Returns the highest threshold of commands in A; none if none has one.
+fn highest(commands: &[Command<f64>]) -> Option<f64> {
+    commands.iter().filter_map(|command| command.threshold).reduce(f64::max)
 }
 
 /// Parts of a changed plant that differ from the nominal plant's.
 struct Changed {
     motor: Motor,
     inverter: Inverter,
+    sensors: Sensors,
     start_angle: f64,
 }
 
 impl Parameter {
     /// Returns the nominal value, for parameters that must not become negative, and the step of the difference quotient: large
     /// against the integrator's error, small against the effect of the third derivative.
-    fn step(self, case: &Case) -> (f64, f64) {
+    fn step(self, case: &Case, commands: &[Command<f64>]) -> (f64, f64) {
         let Case { motor, inverter, .. } = case;
+        let threshold = highest(commands);
+        let times = if threshold.is_some() { OF_TIMES } else { 1.0 };
         let least_inductance = motor.magnetics.inductance().smaller_eigenvalue();
         let voltage = inverter.link.voltage;
         match self {
-            Self::Angle | Self::Link => (f64::INFINITY, 1e-4),
+            Self::Angle | Self::Link => (f64::INFINITY, times * 1e-4),
             Self::Motor(Unknown::MeanInductance | Unknown::Saliency) => {
-                (f64::INFINITY, 1e-4 * least_inductance)
+                (f64::INFINITY, times * 1e-4 * least_inductance)
             }
             Self::Motor(Unknown::Resistance) => {
                 let nominal = motor.resistance;
-                (nominal, 2e-3 * nominal.max(0.01 * voltage / motor.rated_current))
+                (nominal, times * 2e-3 * nominal.max(0.01 * voltage / motor.rated_current))
             }
             // Idle legs' diodes begin to conduct a little earlier or later: far from linear over tens of millivolts.
-            Self::Motor(Unknown::DiodeDrop) => (inverter.bridge.devices.diode_drop, 1e-5 * voltage),
+            Self::Motor(Unknown::DiodeDrop) => (inverter.bridge.devices.diode_drop, times * 1e-5 * voltage),
             Self::TurnOn(leg) => delay_step(inverter.gates[leg].turn_on_delay),
             Self::TurnOff(leg) => delay_step(inverter.gates[leg].turn_off_delay),
+            Self::Comparator(_) => (f64::INFINITY, OF_THRESHOLD * threshold.unwrap_or(1.0)),
         }
     }
 
     fn apply(self, case: &Case, change: f64) -> Changed {
         let mut motor = case.motor.clone();
         let mut inverter = case.inverter.clone();
+        let mut sensors = case.sensors;
         let mut start_angle = case.start_angle;
         // Of the factor 3/2 in L_d and L_q.
         let inductance = 1.5 * change;
@@ -98,14 +125,15 @@ impl Parameter {
             Self::TurnOff(leg) => {
                 inverter.gates[leg].turn_off_delay = delay(inverter.gates[leg].turn_off_delay);
             }
+            Self::Comparator(number) => sensors.comparator.offset[number] += change,
         }
-        Changed { motor, inverter, start_angle }
+        Changed { motor, inverter, sensors, start_angle }
     }
 
-    /// Computes ∂i/∂p at each sample: by central differences, or by one-sided second-order differences where the parameter would
+    /// Computes ∂/∂p of all values of each sample: by central differences, or by one-sided second-order differences where the parameter would
     /// become negative.
     pub fn column(self, case: &Case, commands: &[Command<f64>], scale: f64) -> Result<Column, RunError> {
-        let (nominal, step) = self.step(case);
+        let (nominal, step) = self.step(case, commands);
         let step = match self {
             Self::TurnOn(_) | Self::TurnOff(_) => (step * scale * 1e9).round().max(1.0) * 1e-9,
             _ => step * scale,
@@ -115,26 +143,30 @@ impl Parameter {
         } else {
             &[(0.0, -1.5), (1.0, 2.0), (2.0, -0.5)]
         };
-        let mut slope: Vec<[f64; 3]> = Vec::new();
+        let mut slope: Vec<Sample> = Vec::new();
         for (at, weight) in points {
             let changed = self.apply(case, at * step);
             let case = Case {
                 motor: &changed.motor,
                 inverter: changed.inverter,
+                sensors: changed.sensors,
                 start_angle: changed.start_angle,
                 ..case.clone()
             };
-            let current = replay(&case, commands)?.current;
-            slope.resize(current.len(), [0.0; 3]);
-            for (sum, current) in slope.iter_mut().zip(&current) {
-                for (sum, current) in sum.iter_mut().zip(current) {
-                    *sum += weight * current / step;
+            let value = replay(&case, commands)?.value;
+            slope.resize(value.len(), [0.0; CHANNELS]);
+            for (sum, value) in slope.iter_mut().zip(&value) {
+                for (sum, value) in sum.iter_mut().zip(value) {
+                    *sum += weight * value / step;
                 }
             }
         }
         // As many tolerances as a detection may add up.
-        let error = 100.0 * case.tolerance.flux / case.motor.magnetics.inductance().smaller_eigenvalue();
-        Ok(Column { slope, error: error / step })
+        let current = 100.0 * case.tolerance.flux / case.motor.magnetics.inductance().smaller_eigenvalue();
+        let mut error = [current; CHANNELS];
+        error[TERMINAL..TIME].fill(VOLTAGE_ERROR * case.inverter.link.voltage);
+        error[TIME] = TIME_ERROR;
+        Ok(Column { slope, error: error.map(|error| error / step) })
     }
 }
 

@@ -24,23 +24,57 @@ impl<D: Detector<f64>> Detector<f64> for Recorder<D> {
 /// Detector that replays commands and keeps their readings.
 struct Player<'a> {
     commands: std::slice::Iter<'a, Command<f64>>,
+    /// Tick in s of the timer.
+    tick: f64,
     readings: Readings,
 }
 
-/// Phase currents of all samples, in the order of their triggers.
+/// Numbers that a sample may have.
+pub const CHANNELS: usize = 8;
+/// Channel of the current in the DC link; those of the phases are the three before.
+pub const LINK: usize = 3;
+/// Channel of the voltage of terminal a, before those of b and c.
+pub const TERMINAL: usize = 4;
+/// Channel of the captured time.
+pub const TIME: usize = 7;
+
+/// A number for each channel: three phase currents in A, the current of the DC link in A, three terminals' voltages in V, and the time
+/// in s to a comparator's trip.
+pub type Sample = [f64; CHANNELS];
+
+/// What the drive reads of all samples, in the order of their triggers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Readings {
-    /// Currents of the three phases in A.
-    pub current: Vec<[f64; 3]>,
-    /// True for each phase whose current a sensor measured.
-    pub measured: Vec<[bool; 3]>,
+    /// Values of each sample.
+    pub value: Vec<Sample>,
+    /// True for each value that is a reading of its own.
+    pub measured: Vec<[bool; CHANNELS]>,
+}
+
+impl Readings {
+    /// Adds a sample; `tick`: of the timer in s, if the time that it captured counts for this sample.
+    fn add(&mut self, reading: &Reading<f64>, tick: Option<f64>) {
+        let Reading { current: phase, link_current, terminal, link_sensed, .. } = reading;
+        let is_measured = |sensed: &Sensed| *sensed == Sensed::Measured;
+        let time = reading.capture.and_then(|capture| Some(f64::from(capture.ticks) * tick?));
+        let [a, b, c] = phase.0;
+        let [x, y, z] = terminal.0;
+        self.value.push([a, b, c, *link_current, x, y, z, time.unwrap_or(0.0)]);
+        // With a shunt in the DC link the current of a phase is the same reading again.
+        let own = *link_sensed == Sensed::Hidden;
+        let [a, b, c] = reading.sensed.0.map(|sensed| own && is_measured(&sensed));
+        let [x, y, z] = reading.terminal_sensed.0.map(|sensed| is_measured(&sensed));
+        self.measured.push([a, b, c, is_measured(link_sensed), x, y, z, time.is_some()]);
+    }
 }
 
 impl Detector<f64> for Player<'_> {
     fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        // All samples after a trip show the time that was captured.
+        let mut tick = Some(self.tick);
         for reading in readings {
-            self.readings.current.push(reading.current.0);
-            self.readings.measured.push(reading.sensed.0.map(|sensed| sensed == Sensed::Measured));
+            self.readings.add(reading, tick);
+            tick = tick.filter(|_| reading.capture.is_none());
         }
         match self.commands.next() {
             Some(command) => Step::Drive(*command),
@@ -63,7 +97,8 @@ pub fn record(case: &Case, detector: impl Detector<f64>) -> Result<Vec<Command<f
 
 /// Replays commands on a plant and returns the readings.
 pub fn replay(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunError> {
-    let mut player = Player { commands: commands.iter(), readings: Readings::default() };
+    let tick = case.sensors.comparator.tick;
+    let mut player = Player { commands: commands.iter(), tick, readings: Readings::default() };
     match run(case, &mut player, false, &mut NoProbe).ended {
         Ended::Outcome(_) => Ok(player.readings),
         Ended::Error(error) => Err(error),
@@ -78,7 +113,19 @@ pub fn has_pwm(command: &Command<f64>) -> bool {
         .any(|stage| stage.legs.0.iter().any(|leg| matches!(leg, Leg::Duty(_))))
 }
 
-/// Returns these commands with samples at all whole multiples of `interval` since the beginning of the first command.
+/// Returns this case with a timer whose ticks are a billion of the longest pulse to a threshold, so that differences of captured
+/// times are not those of whole ticks.
+pub fn finely_timed<'a>(case: &Case<'a>, commands: &[Command<f64>]) -> Case<'a> {
+    let mut case = case.clone();
+    let longest = commands.iter().filter(|command| command.threshold.is_some());
+    if let Some(longest) = longest.map(|command| command.stage.duration).max() {
+        case.sensors.comparator.tick = longest.seconds() * 1e-9;
+    }
+    case
+}
+
+/// Returns these commands with samples at all whole multiples of `interval` since the beginning of the first command. A command that a
+/// comparator's trip goes on from keeps its own: when these are, the trip decides.
 pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     let interval = Nanos(interval.0.max(1));
     let mut start = Nanos::ZERO;
@@ -86,6 +133,9 @@ pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
         let first = start.0.next_multiple_of(interval.0) - start.0;
         let duration = command.duration();
         start = start + duration;
+        if command.threshold.is_some() {
+            return *command;
+        }
         // A sample at the end is the first of the next command.
         let count = (duration.0.saturating_sub(first)).div_ceil(interval.0);
         let count = u32::try_from(count).unwrap_or(u32::MAX);
@@ -96,7 +146,7 @@ pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     commands.iter().map(resample).collect()
 }
 
-/// Returns the slopes of the currents in A/s about each sample, from the readings `reach` before and `reach` after. A sample that
+/// Returns the slopes of the values in their unit per s about each sample, from the readings `reach` before and `reach` after. A sample that
 /// would leave its command stays at its instant, as the sampler keeps it; half a slope is then slightly less than what the
 /// clipped jitter makes.
 pub fn slope(
@@ -104,10 +154,10 @@ pub fn slope(
     commands: &[Command<f64>],
     nominal: &Readings,
     reach: Nanos,
-) -> Result<Vec<[f64; 3]>, RunError> {
+) -> Result<Vec<Sample>, RunError> {
     let (mut early, mut late) = (commands.to_vec(), commands.to_vec());
     // Of each sample, whether it can be earlier and whether it can be later.
-    let mut free = Vec::with_capacity(nominal.current.len());
+    let mut free = Vec::with_capacity(nominal.value.len());
     for (early, late) in early.iter_mut().zip(&mut late) {
         let Sampling { first, interval, count } = early.sampling;
         let Some(last) = early.sampling.last() else { continue };
@@ -118,14 +168,16 @@ pub fn slope(
         late.sampling.first = first + reach;
         late.sampling.count -= u32::from(late_cut);
     }
-    let (early, late) = (replay(case, &early)?.current, replay(case, &late)?.current);
+    let (early, late) = (replay(case, &early)?.value, replay(case, &late)?.value);
     let (mut early, mut late) = (early.iter(), late.iter());
-    let mut take = |(at, (before, after)): (&[f64; 3], &(bool, bool))| {
+    let mut take = |(at, (before, after)): (&Sample, &(bool, bool))| {
         let from = if *before { early.next()? } else { at };
         let to = if *after { late.next()? } else { at };
-        Some(std::array::from_fn(|k| (to[k] - from[k]) / (2.0 * reach.seconds())))
+        // A trip has its own instant.
+        let of = |k: usize| if k == TIME { 0.0 } else { (to[k] - from[k]) / (2.0 * reach.seconds()) };
+        Some(std::array::from_fn(of))
     };
-    Ok(nominal.current.iter().zip(&free).map_while(&mut take).collect())
+    Ok(nominal.value.iter().zip(&free).map_while(&mut take).collect())
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use serde_json::json;
 use standstill_analysis::{Bound, Bounds, informative};
+use standstill_detect::Source;
 use standstill_report::page::{Block, Column, Table, Tone};
 
 use crate::answer::{Answer, Made, Record, Records, verdict};
@@ -66,9 +67,15 @@ pub fn run(options: &Options) -> Result<Report, Error> {
             let columns = ["angle", "own samples", "all samples", "on a specimen", "all, specimen"];
             let table = Table::new(columns.map(|name| Column::number(name).unit("°")))
                 .rows(rows.chain([cells("rms".to_owned(), &Bound::rms(bounds))]));
+            let read: Vec<&str> = scenario.sources().into_iter().map(Source::words).collect();
             let legend = format!(
-                "All samples: every {:.0} µs of the same commands. On a specimen: gains, offsets and delays of drive and \
-                 sensors are not known either.",
+                "Read: {}. All samples: every {:.0} µs of the same commands, times to a threshold as they are. On a specimen: gains, \
+                 offsets and delays of drive and sensors are not known either.",
+                if read.is_empty() {
+                    "nothing that tells the rotor's angle".to_owned()
+                } else {
+                    read.join("; ")
+                },
                 interval.seconds() * 1e6
             );
             vec![Block::Table(table), Block::Text(legend)]
