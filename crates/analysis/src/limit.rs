@@ -6,6 +6,7 @@ pub mod rms;
 use std::fmt;
 
 use standstill_campaign::{Estimate, binomial_interval, quantile_ranks};
+use standstill_numeric::ln;
 use standstill_quantity::rounded;
 use standstill_scenario::{Record, Verdict as Ending};
 
@@ -34,6 +35,8 @@ pub enum Measure {
     Duration,
     /// 99th percentile of the peak phase current in A.
     PeakCurrent,
+    /// Mean distance of the starts from an answer. Only searches take it, see [`distance`].
+    Distance,
 }
 
 /// A measure and its largest allowed value.
@@ -63,10 +66,31 @@ const NAMES: [(&str, Measure); 10] = [
     ("peak_current", Measure::PeakCurrent),
 ];
 
+/// Largest distance of a start with an axis from a decision for a pole. A start without an axis is further away.
+const FAR: f64 = 10.0;
+
+/// Returns how far a start is from an answer, as the logarithm of the factor that what was found would have to grow by: the evidence for
+/// the pole, and of a start without an axis what the fault's check demands, such as the spread of the inductances over the angle. 0 for
+/// a start with an answer.
+fn distance(record: &Record) -> f64 {
+    let lacks = |factor: f64| if factor.is_nan() { FAR } else { ln(factor).clamp(0.0, FAR) };
+    let findings = record.findings();
+    match record.verdict() {
+        Ending::Found => 0.0,
+        Ending::Undetermined => {
+            findings.pole_evidence.map_or(FAR, |of| lacks(of.needed / of.deviations.abs()))
+        }
+        Ending::Failed | Ending::Error => {
+            FAR + findings.fault_margin.map_or(FAR, |margin| lacks((1.0 + margin.min(0.0)).recip()))
+        }
+    }
+}
+
 impl fmt::Display for Measure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self, NAMES.iter().find(|(_, measure)| measure == self)) {
             (Self::Beyond(bound), _) => write!(f, "P(|e| > {bound} deg)"),
+            (Self::Distance, _) => f.write_str("distance"),
             (_, name) => f.write_str(name.map_or("", |(name, _)| name)),
         }
     }
@@ -77,7 +101,7 @@ impl Measure {
     pub const fn unit(self) -> Option<&'static str> {
         match self {
             Self::Rms | Self::P95 | Self::P99 | Self::Moved => Some("deg"),
-            Self::Beyond(_) | Self::WrongPoles | Self::Unanswered => None,
+            Self::Beyond(_) | Self::WrongPoles | Self::Unanswered | Self::Distance => None,
             Self::Duration => Some("s"),
             Self::PeakCurrent => Some("A"),
         }
@@ -98,6 +122,7 @@ impl Measure {
             Self::Moved => unless(record.rotor_moved_deg()),
             Self::Duration => unless(record.run.duration.seconds()),
             Self::PeakCurrent => unless(record.run.peak_current),
+            Self::Distance => distance(record),
         }
     }
 
@@ -126,6 +151,10 @@ impl Measure {
             }
             Self::P95 => quantiles(0.95),
             Self::P99 | Self::Moved | Self::Duration | Self::PeakCurrent => quantiles(0.99),
+            Self::Distance => {
+                let value = values.iter().sum::<f64>() / values.len() as f64;
+                vec![Estimate { value, low: value, high: value }; trials.len()]
+            }
             Self::Beyond(_) | Self::WrongPoles | Self::Unanswered => {
                 let count = values.iter().filter(|value| **value > 0.0).count();
                 trials.iter().map(|trials| share(count, values.len(), *trials)).collect()
@@ -180,6 +209,12 @@ fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
 }
 
 impl Limits {
+    /// Returns these limits and one that nothing breaks, for a measure that shall be taken too.
+    pub(crate) fn and(&self, measure: Measure) -> Self {
+        let more = Limit { measure, most: f64::INFINITY };
+        Self(self.0.iter().copied().chain([more]).collect())
+    }
+
     /// Returns the least number of trials that can show that the limits hold: after n trials without a case, a share of up to
     /// 3.7/n is possible.
     pub fn least_trials(&self) -> u64 {

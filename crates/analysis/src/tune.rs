@@ -193,6 +193,9 @@ impl Question<'_> {
     pub fn tune(&self, watch: &dyn Watch, hear: &mut dyn FnMut(String)) -> Result<Tuned, Halt<FileError>> {
         let taken = self.taken();
         let bench = Bench { document: self.document, limits: &taken, keys: self.keys() };
+        // Only the search has to know how far starts without an answer are from one.
+        let with_distance = taken.and(Measure::Distance);
+        let searched = Bench { limits: &with_distance, keys: self.keys(), ..bench };
         let own = Bench { document: self.document, limits: &taken, keys: Vec::new() };
         let nominal: Vec<f64> =
             (0..self.ranges.len()).map(|key| bench.nominal(key).unwrap_or(f64::NAN)).collect();
@@ -200,9 +203,9 @@ impl Question<'_> {
         let seed = |more: u64| self.seed.wrapping_add(more);
         let starts = Starts { own: &own, known: RefCell::default() };
         let mut take = |values: &[f64], trials: u64| {
-            let Some(tally) = bench.tally(values, seed(0), trials, watch)? else { return Ok(None) };
+            let Some(tally) = searched.tally(values, seed(0), trials, watch)? else { return Ok(None) };
             let start = starts.at(seed(0), trials, watch)?;
-            Ok::<_, Halt<FileError>>(Some(self.related(seen(&taken, &tally), &start)))
+            Ok::<_, Halt<FileError>>(Some(self.related(seen(&with_distance, &tally), &start)))
         };
         let mut search = Search::new(&self.ranges, &mut take);
         let wide =

@@ -108,6 +108,7 @@ impl Measure {
             }
             Self::Duration => (bound::<Second>(text, least..), TIMES),
             Self::PeakCurrent => (bound::<Ampere>(text, least..), CURRENTS),
+            Self::Distance => (Err(text.to_owned()), "another measure: nobody limits this one"),
         };
         found.map_err(|found| (found, needed))
     }

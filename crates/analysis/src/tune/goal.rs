@@ -24,7 +24,18 @@ impl Measured {
         let none = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
         self.0.iter().find(|(taken, _)| *taken == measure).map_or(none, |(_, estimate)| *estimate)
     }
+
+    /// Returns what is added to the goal where no start has an answer; 0 where one has, or where the distance was not taken.
+    fn away(&self) -> f64 {
+        let all_open = self.get(Measure::Unanswered).value >= 1.0;
+        let distance = self.get(Measure::Distance).value;
+        if all_open && !distance.is_nan() { OF_DISTANCE * distance } else { 0.0 }
+    }
 }
+
+/// Part of the starts' mean distance from an answer that counts where none has one: little beside the measures, so that a first start
+/// with an answer is worth more.
+const OF_DISTANCE: f64 = 0.1;
 
 /// End of a confidence interval by which limits are judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,19 +90,23 @@ fn left(value: f64, most: f64) -> f64 {
 
 impl Goal {
     /// Returns objective and constraints for the optimiser: the measure's logarithm, and the relative slack of each limit, which
-    /// is negative if the limit is broken. Invalid settings have the worst possible values.
+    /// is negative if the limit is broken. Invalid settings have the worst possible values. Where no start has an answer, whatever
+    /// counts starts without one is the same at all settings: there the starts' distance from an answer is added to both.
     pub fn view(&self, measured: Option<&Measured>, view: View) -> (f64, Vec<f64>) {
         let Some(measured) = measured else {
             return (MERITS.1, vec![-BROKEN; self.limits.0.len()]);
         };
         let value = measured.get(self.minimise).value;
         let merit = if value > 0.0 { ln(value) } else { MERITS.0 };
+        let merit = if merit.is_nan() { MERITS.1 } else { merit.clamp(MERITS.0, MERITS.1) };
+        let away = measured.away();
         let left = self.limits.0.iter().map(|limit| {
             let estimate = measured.get(limit.measure);
             let value = if view == View::Sure { estimate.high } else { estimate.value };
-            left(value, limit.most)
+            let left = left(value, limit.most);
+            if left < 0.0 { left - away } else { left }
         });
-        (if merit.is_nan() { MERITS.1 } else { merit.clamp(MERITS.0, MERITS.1) }, left.collect())
+        (merit + away, left.collect())
     }
 
     /// Returns the score of settings from their measures; `measured` is none for invalid settings.

@@ -223,6 +223,25 @@ fn law_what_may_break_a_limit_breaks_it_where_that_must_be_sure() {
     assert!((broken(View::Sure) - 0.1).abs() < 1e-9, "{}", broken(View::Sure));
 }
 
+#[test]
+fn regress_where_no_start_has_an_answer_the_distance_from_one_is_the_slope() {
+    let limits = Limits(vec![Limit { measure: Measure::Unanswered, most: 0.01 }]);
+    let goal = Goal { minimise: Measure::Rms, limits };
+    let score = |unanswered: f64, distance: f64| {
+        let measured = Measured(vec![
+            (Measure::Rms, exactly(90.0)),
+            (Measure::Unanswered, exactly(unanswered)),
+            (Measure::Distance, exactly(distance)),
+        ]);
+        goal.score(Some(&measured), View::Likely)
+    };
+    assert!(score(1.0, 2.0).beats(&score(1.0, 3.0)) && score(1.0, 11.0).beats(&score(1.0, 19.0)));
+    // A first start with an answer is better than all that are near one, and from there on the measures decide alone.
+    assert!(score(0.95, 19.0).beats(&score(1.0, 1.0)));
+    assert_eq!(score(0.95, 19.0), score(0.95, 1.0));
+    assert_eq!(score(0.0, 19.0), score(0.0, 0.0));
+}
+
 /// Notes the keys of all that is computed.
 #[derive(Default)]
 struct Keys(std::sync::Mutex<Vec<String>>);

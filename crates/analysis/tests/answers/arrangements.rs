@@ -98,6 +98,38 @@ fn law_errors_of_comparators_and_dividers_explain_a_start() {
     }
 }
 
+/// Where no start has an answer, whatever counts starts without one is alike at all settings: the search goes by how far they are from one.
+#[test]
+fn regress_tune_leaves_a_plateau_on_which_all_starts_are_open() {
+    let fan = include_str!("../../../examples/scenarios/six-pulse-fan.toml");
+    let mut document = Document::parse(Path::new("fan.toml"), fan).expect("TOML");
+    for (key, value) in [("detector.threshold", "0.35 A"), ("sensors.timer", "4 us")] {
+        document.set(key, value, Origin::CommandLine).expect("a key");
+    }
+    let range = |key: &str, low, high| Range { key: key.to_owned(), low, high, whole: false };
+    let question = Question {
+        document: &document,
+        ranges: vec![range("detector.threshold", 0.3, 1.2), range("sensors.timer", 0.08e-6, 5e-6)],
+        goal: Goal { minimise: Measure::Unanswered, limits: Limits(Vec::new()) },
+        relative: Vec::new(),
+        against: Measure::Duration,
+        // From the scenario's own settings alone: no other start leads off the plateau.
+        effort: Effort { starts: 1, coarse: 60, fine: 100, last: 300 },
+        seed: 1,
+    };
+    let tuned = question.tune(&NEVER, &mut |_| {}).unwrap_or_else(|_| panic!("runs"));
+    let open = |judged: &Judged| judged.measured.get(Measure::Unanswered).value;
+    let shares = [&tuned.start, &tuned.best].map(open);
+    assert_eq!(shares[0], 1.0);
+    assert!(shares[1] < 0.2, "{shares:?}: {:?}", tuned.best.values);
+    let first = tuned
+        .looks
+        .iter()
+        .take(3)
+        .map(|look| look.measured.as_ref().map(|of| of.get(Measure::Unanswered).value));
+    assert!(first.clone().all(|share| share == Some(1.0)), "{:?}", first.collect::<Vec<_>>());
+}
+
 /// The fan of the examples begins with half its rated current and a coarse clock, which name no pole. More current and a finer clock do:
 /// its pole is worth some ticks of 0.3 µs at rated current, and grows with the square of the current.
 #[test]
