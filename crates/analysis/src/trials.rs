@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use standstill_detect::Method;
 use standstill_scenario::{FileError, Plan};
 use standstill_scenario::{Record, Scenario, Verdict};
-use standstill_sim::{Adc, Tape};
+use standstill_sim::{Adc, Arrangement, Tape};
 
 use crate::subset::{Run, Settings};
 use crate::{Alarm, Estimator, Event, Halt, Odds, System, Watch};
@@ -71,11 +71,16 @@ impl<'a> Trials<'a> {
         Self { codes, ..self.clone() }
     }
 
+    /// Returns the converters of the currents, of the terminals and of the DC link, as far as the drive reads these through one.
+    pub(crate) fn converters(&self) -> [Option<Adc>; 3] {
+        let sensors = &self.scenario.sensors;
+        let currents = sensors.adc.filter(|_| sensors.arrangement != Arrangement::None);
+        [currents, sensors.terminal.and_then(|of| of.adc), sensors.dc_link.adc]
+    }
+
     /// Returns true if a converter rounds.
     pub(crate) fn have_converters(&self) -> bool {
-        let sensors = &self.scenario.sensors;
-        let terminal = sensors.terminal.and_then(|of| of.adc);
-        [sensors.adc, sensors.dc_link.adc, terminal].into_iter().flatten().any(Adc::rounds)
+        self.converters().into_iter().flatten().any(Adc::rounds)
     }
 
     /// Returns the scenario that the trials have in common.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use standstill_scenario::keys;
-use standstill_sim::{Adc, Purpose, Tape};
+use standstill_sim::{Purpose, Tape};
 
 use crate::Trials;
 use crate::subset::{SAMPLED, of_samples};
@@ -61,12 +61,10 @@ impl Source {
         let mut sources = Self::drawn(trials);
         let scenario = trials.scenario();
         if trials.have_converters() && scenario.foreign.is_none() {
-            let key = if scenario.sensors.adc.is_some_and(Adc::rounds) {
-                "sensors.bits"
-            } else if scenario.sensors.dc_link.adc.is_some_and(Adc::rounds) {
-                "sensors.dc_link_bits"
-            } else {
-                "sensors.terminal_bits"
+            let key = match trials.converters() {
+                [Some(adc), ..] if adc.rounds() => "sensors.bits",
+                [_, Some(adc), _] if adc.rounds() => "sensors.terminal_bits",
+                _ => "sensors.dc_link_bits",
             };
             sources.push(Self { key: key.to_owned(), of: Of::Codes });
         }

@@ -27,6 +27,16 @@ const LOAD: &str = "0, or from 1 Ω to 1 TΩ: less would carry a motor's current
 /// Range of all draws of a purpose, for purposes with one draw per sample.
 const EACH: std::ops::Range<usize> = 0..usize::MAX;
 
+/// Returns whether the drive has sensors of currents.
+fn reads_currents<M>(scenario: &Scenario<M>) -> bool {
+    scenario.sensors.arrangement != Arrangement::None
+}
+
+/// Returns whether the drive's sensors of currents have filters.
+fn has_filters<M>(scenario: &Scenario<M>) -> bool {
+    reads_currents(scenario) && scenario.sensors.bandwidth.is_some()
+}
+
 /// Returns whether the drive has dividers at its terminals.
 fn has_dividers(scenario: &Scenario<Method<f64>>) -> bool {
     scenario.sensors.terminal.is_some()
@@ -77,17 +87,18 @@ table! {
         };
         /// Standard deviation of each phase's gain.
         gain_error: Quantity<Share> [scenario.sensors.gain_error] {
-            range: Some(SHARE), usual: Some((0.2, Usual::Whole)), draws: Some((Purpose::CurrentGain, 0..3)), example: "\"0.5 %\"",
+            range: Some(SHARE), usual: Some((0.2, Usual::Whole)), draws: Some((Purpose::CurrentGain, 0..3)), drawn: reads_currents,
+            example: "\"0.5 %\"",
         };
         /// Standard deviation of each phase's offset.
         offset: Quantity<Ampere> [scenario.sensors.offset] {
             range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::CurrentOffset, 0..3)),
-            example: "\"20 mA\"",
+            drawn: reads_currents, example: "\"20 mA\"",
         };
         /// Noise of each sample, rms.
         noise: Quantity<Ampere> [scenario.sensors.noise] {
             range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::CurrentNoise, EACH)),
-            example: "\"10 mA\"",
+            drawn: reads_currents, example: "\"10 mA\"",
         };
         /// Nominal corner frequency of the current sensors' first-order filters, which the drive knows. 0: no filter.
         bandwidth: Quantity<Hertz> {
@@ -98,12 +109,12 @@ table! {
         };
         /// Largest deviation that a specimen's corner frequencies have in common, uniform, either way.
         bandwidth_tolerance: Quantity<Share> [scenario.sensors.bandwidth_tolerance] {
-            range: Some(SPREAD), draws: Some((Purpose::Bandwidth, 0..1)), drawn: |scenario| scenario.sensors.bandwidth.is_some(),
+            range: Some(SPREAD), draws: Some((Purpose::Bandwidth, 0..1)), drawn: has_filters,
             example: "\"20 %\"",
         };
         /// Largest deviation of each phase's corner frequency beside the common one, uniform, either way.
         bandwidth_mismatch: Quantity<Share> [scenario.sensors.bandwidth_mismatch] {
-            range: Some(SPREAD), draws: Some((Purpose::Bandwidth, 1..4)), drawn: |scenario| scenario.sensors.bandwidth.is_some(),
+            range: Some(SPREAD), draws: Some((Purpose::Bandwidth, 1..4)), drawn: has_filters,
             example: "\"3 %\"",
         };
         /// Time from the conversion of phase a to that of phase b, and from b to c.
