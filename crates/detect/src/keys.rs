@@ -211,6 +211,11 @@ macro_rules! method_keys {
             /// Current at which each of six pulses ends; without a timer, that for which it is made.
             THRESHOLD = threshold: Ampere [f64::MIN_POSITIVE, 1e12, "more than zero"]
                 because "without current nothing saturates", as "\"8 A\"";
+            /// How long all switches are open after each of six pulses, as a share of the longest pulse; less than about two thirds leaves a current to the next pulse, which turns axis and pole.
+            PAUSE = pause: Share [0.01, 10.0, "from 1 % to 1000 % of the longest pulse"]
+                because "without a pause one pulse goes over into the next", as "\"160 %\"";
+            /// Whether of six pulses each is followed by the opposite one, and not by the next around the circle.
+            PAIRS = pairs: Flag, as "false";
             /// Whether six pulses are timed until a comparator trips, and not sampled after a time.
             TIMED = timed: Flag, as "true";
             /// Width of the sectors in which six pulses answer: 30° or 60°; 0: not in sectors.

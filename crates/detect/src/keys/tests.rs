@@ -13,7 +13,7 @@ use crate::{Method, MethodName};
 fn other(key: &Key) -> Value {
     match key.name {
         "pulse" => Value::Number(60e-6),
-        "rest" => Value::Number(1.2),
+        "rest" | "pause" => Value::Number(1.2),
         "rounds" => Value::Number(5.0),
         "least_saliency" => Value::Number(0.03),
         "vector_current" | "threshold" => Value::Number(6.5),
@@ -23,6 +23,7 @@ fn other(key: &Key) -> Value {
         "deviation" => Value::Number(0.5),
         "voltage" => Value::Number(40.0),
         "compensation" | "comparison" | "timed" => Value::Flag(false),
+        "pairs" => Value::Flag(true),
         "sector" => Value::Number(30.0),
         other => panic!("{other} is not tried"),
     }

@@ -22,7 +22,8 @@
 //! Where there is no timer, each pulse has the same length and the current of the leg that stands alone is sampled at its end:
 //! y is that current by the link's voltage. The sensors' offsets, which would look like a pole, are read after the decay of each pulse.
 //!
-//! The vectors follow one another around the circle, so that a current that a pulse left behind shifts all of them alike.
+//! The vectors follow one another around the circle, so that a small current that a pulse left behind shifts all of them nearly alike. In
+//! opposite pairs it lengthens one pulse of each pair, which looks like a pole; they exist for comparison.
 //! In a second round they go backwards, which takes out what drifts evenly.
 
 mod settings;
@@ -45,6 +46,9 @@ pub use settings::SixPulseSettings;
 
 /// Directions of the vectors in a round.
 const VECTORS: usize = 6;
+
+/// Numbers of the vectors in opposite pairs.
+const PAIRS: [usize; VECTORS] = [0, 3, 1, 4, 2, 5];
 
 /// Phase of the leg that stands alone in the vector of this number, and whether it is the high one.
 const fn alone(number: usize) -> (Phase, bool) {
@@ -118,20 +122,21 @@ impl<T: Real> SixPulse<T> {
         })
     }
 
-    /// Number of the vector of a pulse: around the circle, and back in the next round.
-    fn vector(pulse: usize) -> usize {
+    /// Number of the vector of a pulse: around the circle or in opposite pairs, and back in the next round.
+    fn vector(&self, pulse: usize) -> usize {
         let (round, place) = (pulse / VECTORS, pulse % VECTORS);
-        if round.is_multiple_of(2) { place } else { VECTORS - 1 - place }
+        let place = if round.is_multiple_of(2) { place } else { VECTORS - 1 - place };
+        if self.settings.pairs { PAIRS[place] } else { place }
     }
 
     fn command(&self) -> Command<T> {
         let s = &self.settings;
-        let (phase, high) = alone(Self::vector(self.given));
+        let (phase, high) = alone(self.vector(self.given));
         let (one, others) = if high { (Leg::High, Leg::Low) } else { (Leg::Low, Leg::High) };
         let mut legs = Abc([others; 3]);
         legs[phase] = one;
         let length = s.pulse();
-        let (pulse, rest) = (Stage { legs, duration: length }, Stage::off(s.rest()));
+        let (pulse, rest) = (Stage { legs, duration: length }, Stage::off(s.pause()));
         if s.timed {
             Command::until(s.threshold, pulse, rest, Sampling::once(Nanos::ZERO))
         } else {
@@ -310,7 +315,7 @@ impl<T: Real> Sequence<T> for SixPulse<T> {
     fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
         let all = usize::from(self.settings.rounds) * VECTORS;
         if let Some(last) = self.given.checked_sub(1) {
-            let number = Self::vector(last);
+            let number = self.vector(last);
             let (y, time) = self.measured(number, readings)?;
             self.pulses[number].add(y, time);
         }

@@ -181,7 +181,7 @@ pub fn spoil<T: Real>(method: &mut Method<T>, random: &mut Random) {
             0 => s.threshold = random.any(),
             1 => s.longest = random.nanos(),
             2 => s.sampled = random.nanos(),
-            3 => s.rest = random.any(),
+            3 => s.pause = random.any(),
             4 => s.rounds = random.small(),
             5 => s.timed = !s.timed,
             6 => s.sensing.comparator.tick = random.any(),

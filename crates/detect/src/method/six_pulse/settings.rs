@@ -23,8 +23,11 @@ pub struct SixPulseSettings<T> {
     pub longest: Nanos,
     /// Length of every pulse where its current is sampled.
     pub sampled: Nanos,
-    /// How long all switches are open after a pulse, as a share of the longest.
-    pub rest: T,
+    /// How long all switches are open after a pulse, as a share of the longest. A current that is left shifts the next time, and nothing
+    /// that is read shows it.
+    pub pause: T,
+    /// Whether each pulse is followed by the opposite one, and not by the next around the circle.
+    pub pairs: bool,
     /// Rounds of six pulses.
     pub rounds: u8,
     /// Whether the time to the threshold is measured, and not the current after a time.
@@ -57,7 +60,8 @@ impl<T: Real> SixPulseSettings<T> {
             threshold,
             longest: Nanos::ZERO,
             sampled: Nanos::ZERO,
-            rest: T::of(1.6),
+            pause: T::of(1.6),
+            pairs: false,
             rounds: if timed { 1 } else { SAMPLED_ROUNDS },
             timed,
             dead_time: drive.dead_time,
@@ -114,7 +118,11 @@ impl<T: Real> SixPulseSettings<T> {
             "threshold",
             "such that a pulse is longer than the dead time, and at most a minute",
         )?;
-        require(self.rest > T::one() && self.rest() <= LONGEST, "rest", "longer than the pulse")?;
+        require(
+            self.pause > T::zero() && self.pause() <= LONGEST,
+            "pause",
+            "above zero, and such that a pulse takes a minute at most",
+        )?;
         let rounds = if self.timed { 1 } else { 2 };
         require(
             self.rounds >= rounds,
@@ -135,8 +143,8 @@ impl<T: Real> SixPulseSettings<T> {
     }
 
     /// How long all switches are open after it.
-    pub(super) fn rest(&self) -> Nanos {
-        Nanos::from_seconds(self.pulse().seconds() * self.rest.to_double()).max(self.pulse() + Nanos(1))
+    pub(super) fn pause(&self) -> Nanos {
+        Nanos::from_seconds(self.pulse().seconds() * self.pause.to_double()).max(Nanos(1))
     }
 
     /// The threshold, with pulses in proportion.
@@ -154,7 +162,8 @@ impl<T: Real> Keyed for SixPulseSettings<T> {
     const SOURCES: &'static [Source] = &[Source::CapturedTimes, Source::PhaseCurrents];
 
     const SETTINGS: &'static [Setting<Self>] = &[
-        place!(REST, s => s.rest, Value::of, real),
+        place!(PAUSE, s => s.pause, Value::of, real),
+        place!(PAIRS, s => s.pairs, Value::Flag, is_set),
         place!(ROUNDS, s => s.rounds, Value::times, count),
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.pole_error, Value::of, real),
@@ -188,7 +197,8 @@ impl<T: Real> Keyed for SixPulseSettings<T> {
         line("rounds", format_args!("{}", self.rounds));
         let length = if self.timed { "longest pulse" } else { "pulse" };
         line(length, format_args!("{}", Microseconds(self.pulse())));
-        line("rest", format_args!("{}", Microseconds(self.rest())));
+        line("pause", format_args!("{}", Microseconds(self.pause())));
+        line("order", format_args!("{}", if self.pairs { "in opposite pairs" } else { "around the circle" }));
         line("signature", format_args!("{}", self.signature.in_words()));
     }
 }

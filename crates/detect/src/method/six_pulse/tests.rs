@@ -230,6 +230,21 @@ fn analytic_a_sector_is_its_middle() {
 }
 
 #[test]
+fn law_each_order_gives_every_direction_once_a_round_and_the_same_answer() {
+    let rounds = |pairs: bool| SixPulseSettings { pairs, rounds: 2, ..timed(1e-9) };
+    let order = |pairs: bool| -> Vec<usize> {
+        let detector = SixPulse::new(rounds(pairs)).expect("settings that work");
+        (0..2 * VECTORS).map(|pulse| detector.vector(pulse)).collect()
+    };
+    assert_eq!(order(false), [0, 1, 2, 3, 4, 5, 5, 4, 3, 2, 1, 0]);
+    assert_eq!(order(true), [0, 3, 1, 4, 2, 5, 5, 2, 4, 1, 3, 0]);
+    for degrees in [3.0, 77.0, 200.0, 311.0] {
+        let [circle, pairs] = [false, true].map(|pairs| found(&Motor::at(degrees).detect(rounds(pairs))));
+        assert!(off(circle, pairs).abs() < 1e-9, "{circle} {pairs}");
+    }
+}
+
+#[test]
 fn law_settings_that_cannot_work_are_refused() {
     let good = timed(1e-6);
     assert!(SixPulse::new(good).is_ok());
@@ -237,7 +252,7 @@ fn law_settings_that_cannot_work_are_refused() {
     assert_eq!(SixPulse::new(no_timer).expect_err("no timer").setting, "timed");
     for bad in [
         SixPulseSettings { threshold: 0.0, ..good },
-        SixPulseSettings { rest: 1.0, ..good },
+        SixPulseSettings { pause: 0.0, ..good },
         SixPulseSettings { rounds: 0, ..good },
         SixPulseSettings { sector: Angle::from_degrees(45.0), ..good },
         SixPulseSettings { pole_error: 0.7, ..good },
