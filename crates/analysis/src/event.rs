@@ -133,13 +133,16 @@ const OUTSIDE: f64 = 0.0;
 const INSIDE: f64 = f64::MIN_POSITIVE;
 
 impl Event {
-    /// Returns the name of the order parameter, which rises as a start comes nearer to the event.
-    pub const fn order_parameter(self) -> &'static str {
+    /// Returns the name of the order parameter, which rises as a start comes nearer to the event; `in_sectors`: answers are sectors.
+    pub const fn order_parameter(self, in_sectors: bool) -> &'static str {
         match self {
             Self::WrongPole => {
                 "evidence for the wrong pole less what a decision needs, in standard deviations"
             }
             Self::WrongEvidence => "evidence for the wrong pole, in standard deviations",
+            Self::Error(_) if in_sectors => {
+                "the axis error from the border of the sector named, negative inside it, in degrees"
+            }
             Self::Error(_) => "the axis error, in degrees",
             Self::Undetermined => "what a decision needs less the evidence found, in standard deviations",
             Self::Failed => {

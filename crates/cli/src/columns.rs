@@ -25,15 +25,20 @@ const TRIAL: [(&str, Kind); 13] = [
     ("reason", Kind::Text),
 ];
 
-/// Returns the columns of a trial in files of trials.
-pub fn trial_columns() -> impl Iterator<Item = Column> {
-    TRIAL.into_iter().map(|(name, kind)| Column::new(name, kind))
+/// Column of half the width of the sector that a trial's answer names, in degrees: the last of a trial, where answers are sectors.
+pub const HALF_SECTOR: &str = "half_sector_deg";
+
+/// Returns the columns of a trial in files of trials; `in_sectors`: answers are sectors.
+pub fn trial_columns(in_sectors: bool) -> impl Iterator<Item = Column> {
+    let sector = in_sectors.then_some((HALF_SECTOR, Kind::Number));
+    TRIAL.into_iter().chain(sector).map(|(name, kind)| Column::new(name, kind))
 }
 
 /// Returns the values of a trial in these columns.
-pub fn trial_values(row: &Row) -> [Cell<'_>; TRIAL.len()] {
+pub fn trial_values(row: &Row, in_sectors: bool) -> impl Iterator<Item = Cell<'_>> {
     let number = |value: Option<f64>| value.map_or(Cell::Empty, Cell::Number);
-    [
+    let sector = in_sectors.then(|| number(row.half_sector_deg));
+    let values = [
         Cell::Whole(row.trial),
         Cell::Number(row.true_angle_deg),
         number(row.estimated_angle_deg),
@@ -47,7 +52,8 @@ pub fn trial_values(row: &Row) -> [Cell<'_>; TRIAL.len()] {
         Cell::Number(row.start_angle_deg),
         Cell::Number(row.peak_current_a),
         Cell::Text(row.reason.as_str().into()),
-    ]
+    ];
+    values.into_iter().chain(sector)
 }
 
 /// The column of a sweep axis.
@@ -98,7 +104,7 @@ impl AxisColumn {
 }
 
 /// Returns the SI value of a number with or without a unit.
-fn si(value: &toml::Value) -> Option<f64> {
+pub fn si(value: &toml::Value) -> Option<f64> {
     match value {
         toml::Value::Integer(number) => Some(*number as f64),
         toml::Value::Float(number) => Some(*number),

@@ -76,12 +76,52 @@ pub const FAILING: f64 = 0.01;
 /// Share of right answers below which a warning is given.
 pub const GOOD: f64 = 0.999;
 
-/// Compares two points: by the share of correct starts, to a tenth of a per cent, which chance hardly changes; then
-/// by the rms error.
-pub fn rank(a: &Summary, b: &Summary, open: bool) -> std::cmp::Ordering {
-    let missed = |s: &Summary| (1000.0 * (1.0 - good(s, open))).round();
-    let rms = |s: &Summary| if s.rms_deg.value.is_nan() { f64::INFINITY } else { s.rms_deg.value };
-    missed(a).total_cmp(&missed(b)).then(rms(a).total_cmp(&rms(b)))
+/// Order of points, the best first.
+#[derive(Clone, Copy, Debug)]
+pub struct Ranking {
+    /// Poles are not judged.
+    open: bool,
+    /// Answers are sectors at some points and angles at others: what is beyond a sector is no error of an angle.
+    mixed: bool,
+}
+
+impl Ranking {
+    /// Returns the order of the points with these summaries, whose poles may be left `open`.
+    pub fn of<'a>(summaries: impl Iterator<Item = &'a Summary> + Clone, open: bool) -> Self {
+        let with_axes = summaries.filter(|s| s.axes > 0);
+        let sectors = with_axes.clone().filter(|s| s.sectors.is_some()).count();
+        Self { open, mixed: sectors > 0 && sectors < with_axes.count() }
+    }
+
+    /// Compares two points by the share of correct starts, to a tenth of a per cent, which chance hardly changes. Then where all
+    /// answers are of one kind by the rms error, else by the share of answers that miss their own demand, an angle by more than the
+    /// limit and a sector by more than the limit beyond its border, to a tenth of a per cent; among equal ones angles come before
+    /// sectors, as they say more, and among those of a kind the smaller rms error first.
+    pub fn compare(self, a: &Summary, b: &Summary) -> std::cmp::Ordering {
+        let tenths = |share: f64| (1000.0 * share).round();
+        let missed = |s: &Summary| tenths(1.0 - good(s, self.open));
+        let known = |value: f64| if value.is_nan() { f64::INFINITY } else { value };
+        let off = |s: &Summary| if self.mixed { known(tenths(s.beyond_limit.value)) } else { 0.0 };
+        let in_sectors = |s: &Summary| self.mixed && s.sectors.is_some();
+        missed(a)
+            .total_cmp(&missed(b))
+            .then(off(a).total_cmp(&off(b)))
+            .then(in_sectors(a).cmp(&in_sectors(b)))
+            .then(known(a.rms_deg.value).total_cmp(&known(b.rms_deg.value)))
+    }
+
+    /// Returns what decides in turn, in words; `limit_deg`: the error whose exceedance is counted.
+    pub fn in_words(self, limit_deg: f64) -> String {
+        let did = if self.open { "with an axis" } else { "answered rightly" };
+        if self.mixed {
+            format!(
+                "by the share of starts {did}, then by that off by more than {limit_deg}°, of sectors beyond the border, then angles \
+                 before sectors, then by the rms error, of sectors beyond the border"
+            )
+        } else {
+            format!("by the share of starts {did}, then by the rms error")
+        }
+    }
 }
 
 /// Returns the results of a run: its figures, or its points, and the reasons of starts without an answer. Terminals
@@ -186,6 +226,8 @@ pub fn decimals_of([value, low, high]: [f64; 3]) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use std::cmp::Ordering;
+
     use super::*;
     use crate::shell::table::Print as _;
 
@@ -197,10 +239,37 @@ mod tests {
             (s.trials, s.found, s.rms_deg.value) = (1000, found, rms);
             s
         };
-        assert_eq!(rank(&of(1000, 2.0), &of(700, 0.1), false), std::cmp::Ordering::Less);
-        assert_eq!(rank(&of(1000, 2.0), &of(1000, 0.1), false), std::cmp::Ordering::Greater);
-        assert_eq!(rank(&of(0, f64::NAN), &of(0, 90.0), false), std::cmp::Ordering::Greater);
+        let rank = |a: &Summary, b: &Summary| Ranking::of([a, b].into_iter(), false).compare(a, b);
+        assert_eq!(rank(&of(1000, 2.0), &of(700, 0.1)), Ordering::Less);
+        assert_eq!(rank(&of(1000, 2.0), &of(1000, 0.1)), Ordering::Greater);
+        assert_eq!(rank(&of(0, f64::NAN), &of(0, 90.0)), Ordering::Greater);
         assert!(right(&of(700, 0.1)) < GOOD && 1.0 - right(&of(700, 0.1)) > FAILING);
+    }
+
+    #[test]
+    fn regress_sectors_and_angles_are_ranked_by_what_each_of_them_must_do() {
+        use standstill_campaign::Statistics;
+        let of = |found: u64, in_sectors: bool, rms: f64, beyond: f64| {
+            let mut s = Statistics::default().summary();
+            (s.trials, s.found, s.axes, s.rms_deg.value) = (1000, found, 1000, rms);
+            s.beyond_limit = Estimate { value: beyond, low: beyond, high: beyond };
+            s.sectors = in_sectors.then(Sectors::default);
+            s
+        };
+        // An rms of 0.8° of angles is no worse than one of 0.1° beyond sectors of 60°: both do what they must.
+        let (angle, sector) = (of(1000, false, 0.8, 0.0), of(1000, true, 0.1, 0.0));
+        // Angles that are often off do not; nor sectors that are the wrong ones; right answers come first all the same.
+        let (poor, wrong, silent) =
+            (of(1000, false, 4.0, 0.3), of(1000, true, 0.4, 0.01), of(700, false, 0.5, 0.0));
+        let mut points = [&silent, &poor, &wrong, &sector, &angle];
+        let ranking = Ranking::of(points.into_iter(), false);
+        points.sort_by(|a, b| ranking.compare(a, b));
+        assert_eq!(points, [&angle, &sector, &wrong, &poor, &silent]);
+        assert!(ranking.in_words(2.0).contains("angles before sectors"));
+        // Of one kind the rms error decides, as it always did.
+        let ranking = Ranking::of([&angle, &poor].into_iter(), false);
+        assert_eq!(ranking.compare(&of(1000, false, 0.8, 0.9), &poor), Ordering::Less);
+        assert_eq!(ranking.in_words(2.0), "by the share of starts answered rightly, then by the rms error");
     }
 
     #[test]

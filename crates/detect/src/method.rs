@@ -13,7 +13,7 @@ mod subdivision;
 
 use core::fmt;
 
-use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step, choice};
+use standstill_interface::{Angle, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step, choice};
 
 use crate::keys::{self, Key, Keyed, Lines, Value};
 use crate::nameplate::Nameplate;
@@ -271,6 +271,13 @@ impl<T: Real> Method<T> {
     /// Whether its pulses depend on what it reads.
     pub const fn is_adaptive(&self) -> bool {
         matches!(self, Self::MaximumLikelihood(settings) if settings.adaptive.is_some())
+    }
+
+    /// Half the width of the sectors in which it answers; none where it answers by an angle.
+    pub fn half_sector(&self) -> Option<Angle<T>> {
+        let Self::SixPulse(settings) = self else { return None };
+        let width = settings.sector.radians();
+        (width > T::zero()).then(|| Angle::from_radians(width / T::of(2.0)))
     }
 
     /// The method with line pulses of this length; none of a method without line pulses.

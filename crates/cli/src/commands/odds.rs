@@ -47,11 +47,13 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         return Ok(asked.interrupted(&listening.interrupted()));
     };
     let setting = setting(plan.file(), trials.scenario());
-    let mut answer = words::answer(setting.clone(), options.event, &odds, &anatomy);
+    let in_sectors = trials.scenario().detector.half_sector().is_some();
+    let mut answer = words::answer(setting.clone(), options.event, in_sectors, &odds, &anatomy);
     if !odds.runs.is_empty() {
         let caption =
             "Each run goes down by levels of a tenth; where they meet the event, their mean counts.";
-        answer = answer.with("odds", figures::odds(&odds, options.event, setting.clone()), caption);
+        let figure = figures::odds(&odds, options.event, in_sectors, setting.clone());
+        answer = answer.with("odds", figure, caption);
     }
     if let Some(tape) = &anatomy.typical {
         let (figure, caption) = typical(&trials, tape, options.event, &setting)?;

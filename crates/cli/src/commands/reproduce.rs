@@ -75,12 +75,12 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let path = options.out.join("trials.csv");
     let failed = |error: TableError| Error::table(&path, error);
     let mut trials =
-        Writer::new(&mut rows_to, Format::Csv, trial_columns().collect(), &[]).map_err(failed)?;
+        Writer::new(&mut rows_to, Format::Csv, trial_columns(false).collect(), &[]).map_err(failed)?;
     let done = campaign.run(&stop, |record| {
         let row = Row::from(record);
         statistics.add_row(&row);
         cloud.add(record.true_angle_deg(), record.axis_error_deg(), record.error_deg());
-        trials.row(&trial_values(&row)).map_err(failed)?;
+        trials.row(&trial_values(&row, false).collect::<Vec<_>>()).map_err(failed)?;
         bar.inc(1);
         if record.trial % 512 == 511 {
             bar.set_message(format!("rms {}°", statistics.rms().alone()));

@@ -9,14 +9,15 @@ use super::parts::WIDTH;
 const LEAST: f64 = 1e-9;
 
 /// Draws the probability that the order parameter exceeds a value, as found by each run, and the event's with its
-/// interval. Of a likely event it is the estimate of the plain trials on both sides of the event.
-pub fn odds(odds: &Odds, event: Event, subtitle: String) -> Figure {
+/// interval. Of a likely event it is the estimate of the plain trials on both sides of the event. `in_sectors`: answers of starts are
+/// sectors.
+pub fn odds(odds: &Odds, event: Event, in_sectors: bool, subtitle: String) -> Figure {
     let values = odds.runs.iter().flat_map(|run| run.curve.iter().map(|(value, _)| event.bound() + value));
     let (low, high) = values
         .chain([event.bound()])
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    let mut axis = Axis::new(event.order_parameter());
+    let mut axis = Axis::new(event.order_parameter(in_sectors));
     // Runs whose values are all alike have no width: theirs is that of the values' own size.
     let size = high.abs().max(low.abs());
     if high - low < 1e-3 * size || size < LEAST {

@@ -9,7 +9,7 @@ use standstill_scenario::{Document, ScenarioFile, Verdict};
 use standstill_table::{Cell, Column, Format, Reader, TableError};
 
 use super::{STATISTICS, SUMMARY, SummaryFile, trials_name};
-use crate::columns::trial_columns;
+use crate::columns::{HALF_SECTOR, trial_columns};
 use crate::error::Error;
 use crate::shell::command_line::quoted;
 use crate::shell::progress;
@@ -176,16 +176,19 @@ impl FinishedRun {
                 return Err(self.foreign(format!("another {key}, or none")));
             }
         }
-        if let Some(name) = trial_columns().find(|column| !reader.columns.contains(&column.name)) {
+        if let Some(name) = trial_columns(false).find(|column| !reader.columns.contains(&column.name)) {
             return Err(self.foreign(format!("no column {}", name.name)));
         }
         let bar = progress::reading(self.summary.trials());
         let half: Vec<_> =
             self.summary.each().map(|of| of.sectors.map(|sectors| sectors.half_width_deg)).collect();
+        let of_trial = reader.columns.iter().any(|name| name == HALF_SECTOR);
         let read = rows(reader, |point, row| {
             bar.inc(1);
-            // The table has the middle of a sector, and the summary its width.
-            each(point, Row { half_sector_deg: half.get(point).copied().flatten(), ..row });
+            // Tables of earlier versions have the middle of a sector alone, and the summary its width.
+            let of_point = || half.get(point).copied().flatten();
+            let half_sector_deg = if of_trial { row.half_sector_deg } else { of_point() };
+            each(point, Row { half_sector_deg, ..row });
         });
         bar.finish_and_clear();
         read.map_err(Error::Table)
@@ -218,7 +221,8 @@ impl FinishedRun {
 /// # Errors
 /// A table that cannot be read any further.
 pub fn rows(reader: Reader, mut each: impl FnMut(usize, Row)) -> Result<(), TableError> {
-    let columns: Vec<Column> = trial_columns().collect();
+    let in_sectors = reader.columns.iter().any(|name| name == HALF_SECTOR);
+    let columns: Vec<Column> = trial_columns(in_sectors).collect();
     let (mut point, mut last) = (0, None);
     reader.values(&columns, |values| {
         let Some(row) = row(values) else { return };
@@ -231,7 +235,8 @@ pub fn rows(reader: Reader, mut each: impl FnMut(usize, Row)) -> Result<(), Tabl
 
 fn row(values: &[Cell<'_>]) -> Option<Row> {
     let &[Cell::Whole(trial), ref values @ ..] = values else { return None };
-    let number = |place: usize| if let Cell::Number(number) = values[place] { Some(number) } else { None };
+    let number =
+        |place: usize| if let Some(Cell::Number(number)) = values.get(place) { Some(*number) } else { None };
     let known = |place: usize| number(place).unwrap_or(f64::NAN);
     let text = |place: usize| if let Cell::Text(text) = &values[place] { text.as_ref() } else { "" };
     Some(Row {
@@ -239,7 +244,7 @@ fn row(values: &[Cell<'_>]) -> Option<Row> {
         true_angle_deg: known(0),
         estimated_angle_deg: number(1),
         error_deg: number(2),
-        half_sector_deg: None,
+        half_sector_deg: number(12),
         verdict: Verdict::named(text(3))?,
         pole_correct: if let Cell::Flag(correct) = values[4] { Some(correct) } else { None },
         rotor_moved_deg: known(5),

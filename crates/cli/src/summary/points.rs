@@ -3,7 +3,7 @@
 use standstill_campaign::{Occurrence, Summary};
 use standstill_report::page::{Column, Table, Tone};
 
-use super::{good_heading, good_interval, percent, rank, share};
+use super::{Ranking, good_heading, good_interval, percent, share};
 use crate::results::{PointSummary, SummaryFile};
 use crate::shell::values::Shown;
 
@@ -58,19 +58,21 @@ pub fn table(points: &[PointSummary], open: bool) -> Table {
         ];
         (tone, values(&shown, point).into_iter().chain(results).collect())
     });
+    let in_sectors = points.iter().any(|point| point.summary.sectors.is_some());
+    let of_sectors = if in_sectors { "; rms and p95 of sectors: what is beyond them" } else { "" };
     let table = Table::new(axes.chain(results))
-        .captioned(format!("{} points, [95 % intervals]", points.len()))
+        .captioned(format!("{} points, [95 % intervals]{of_sectors}", points.len()))
         .judged(rows);
     if points.len() <= MOST_LINES {
         return table;
     }
     let half = MOST_LINES / 2;
     let mut order: Vec<usize> = (0..points.len()).collect();
-    order.sort_by(|a, b| rank(&points[*a].summary, &points[*b].summary, open));
+    let ranking = Ranking::of(points.iter().map(|point| &point.summary), open);
+    order.sort_by(|a, b| ranking.compare(&points[*a].summary, &points[*b].summary));
     order.drain(half..points.len() - half);
-    let did = if open { "with an axis" } else { "answered rightly" };
-    let sentence =
-        format!("The best {half} and the worst {half}, by the share of starts {did}, then by the rms error.");
+    let limit = points[0].summary.limit_deg;
+    let sentence = format!("The best {half} and the worst {half}, {}.", ranking.in_words(limit));
     table.excerpt(order, sentence)
 }
 

@@ -59,8 +59,11 @@ fn one_in(p: &Estimate) -> Option<String> {
 }
 
 /// Returns the phrase on the starts of which the probability is a share.
-fn share_of(event: Event) -> String {
+fn share_of(event: Event, in_sectors: bool) -> String {
     match event {
+        Event::Error(bound) if in_sectors => format!(
+            "of all starts those whose axis is beyond the sector named by more than {bound}°; one without an axis is not among them"
+        ),
         Event::Error(bound) => format!(
             "of all starts those whose axis is off by more than {bound}°; one without an axis is not among them"
         ),
@@ -140,8 +143,14 @@ fn sector(sector: &Sector) -> serde_json::Value {
     })
 }
 
-/// Returns the answer without its figures.
-pub(super) fn answer(setting: String, event: Event, odds: &Odds, anatomy: &Anatomy) -> Answer {
+/// Returns the answer without its figures; `in_sectors`: answers of starts are sectors.
+pub(super) fn answer(
+    setting: String,
+    event: Event,
+    in_sectors: bool,
+    odds: &Odds,
+    anatomy: &Anatomy,
+) -> Answer {
     let found = odds.probability;
     let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
     let remarks: Vec<String> = odds.remarks.iter().map(ToString::to_string).collect();
@@ -152,7 +161,7 @@ pub(super) fn answer(setting: String, event: Event, odds: &Odds, anatomy: &Anato
     };
     let json = json!({
         "event": event.to_string(),
-        "share_of": share_of(event),
+        "share_of": share_of(event, in_sectors),
         "probability": found.value,
         "low": found.low,
         "high": found.high,
@@ -166,9 +175,11 @@ pub(super) fn answer(setting: String, event: Event, odds: &Odds, anatomy: &Anato
         "sectors": anatomy.sectors.iter().map(sector).collect::<Vec<_>>(),
     });
     let tone = if alarms.is_empty() { Tone::Neutral } else { Tone::Warning };
-    let levels = (odds.estimator == By::Subset).then(|| format!("levels of {}", event.order_parameter()));
+    let levels =
+        (odds.estimator == By::Subset).then(|| format!("levels of {}", event.order_parameter(in_sectors)));
     let doubts = alarms.iter().map(|alarm| format!("doubtful: {alarm}"));
-    let details = [share_of(event), method(odds)].into_iter().chain(levels).chain(doubts).chain(remarks);
+    let details =
+        [share_of(event, in_sectors), method(odds)].into_iter().chain(levels).chain(doubts).chain(remarks);
     let verdict = verdict(tone, headline(event, odds), details.collect());
     let mut answer = Answer::new("odds", format!("Odds of {event}"), setting, verdict, Vec::new());
     let looks = Section::new("What it looks like", [Block::Table(sectors(anatomy))]);
@@ -217,7 +228,7 @@ mod tests {
         let mut odds = Odds::of_runs(&settings, vec![run(End::TooRare, 1e-16); 8]);
         odds.remarks.push(standstill_analysis::Alarm::Unled(0.05));
         let none = Anatomy { sectors: Vec::new(), typical: None };
-        let answer = answer("setting".to_owned(), Event::Failed, &odds, &none);
+        let answer = answer("setting".to_owned(), Event::Failed, false, &odds, &none);
         let text = answer.text();
         let headline = "failed: not reached, at most 1.15e-4 (97.5 %, none in 32000 plain trials)\n";
         assert!(text.contains(headline) && text.contains("the runs gave up at 1e-16"), "{text}");

@@ -8,7 +8,7 @@ use crate::results::FinishedRun;
 use crate::results::PointSummary;
 use crate::shell::setup::setting;
 use crate::shell::values::Shown;
-use crate::summary::rank;
+use crate::summary::Ranking;
 
 /// Ratio of largest to smallest value above which a positive sweep axis is drawn on a logarithmic scale.
 const LONG: f64 = 30.0;
@@ -19,7 +19,8 @@ pub fn study(run: &FinishedRun, cloud: ErrorCloud) -> Study {
     let shown = Shown::of(points);
     let axes = shown.iter().filter_map(|shown| Some(axis(shown, run.file.axes.get(&shown.key)?, points)));
     let of = run.summary.points.iter().enumerate();
-    let best = of.min_by(|(_, a), (_, b)| rank(&a.summary, &b.summary, open));
+    let ranking = Ranking::of(points.iter().map(|point| &point.summary), open);
+    let best = of.min_by(|(_, a), (_, b)| ranking.compare(&a.summary, &b.summary));
     let points = if let Some(whole) = run.summary.whole() {
         vec![point(Vec::new(), whole, open)]
     } else {

@@ -8,7 +8,7 @@ use crate::results::{PointSummary, SummaryFile};
 use crate::shell::values::Shown;
 use crate::shell::values::describe;
 use crate::shell::values::range;
-use crate::summary::{FAILING, GOOD, good, rank, sectors_in_words, share_of};
+use crate::summary::{FAILING, GOOD, Ranking, good, sectors_in_words, share_of};
 
 /// Share of starts without an answer above which they are worth a warning.
 const OFTEN: f64 = 0.01;
@@ -23,10 +23,14 @@ fn counted(share: f64, starts: u64) -> String {
     format!("{} %", share_of(share, starts))
 }
 
+/// Returns what errors of sectors are, to be said after them.
+const fn beyond(s: &Summary) -> &'static str {
+    if s.sectors.is_some() { " beyond the sector" } else { "" }
+}
+
 /// Formats the rms error in degrees, in no more digits than its interval supports.
 fn rms(s: &Summary) -> String {
-    let of = if s.sectors.is_some() { " beyond the sector" } else { "" };
-    format!("{}° rms{of}", s.rms_deg.alone())
+    format!("{}° rms{}", s.rms_deg.alone(), beyond(s))
 }
 
 /// Returns the verdict's tone, headline and details.
@@ -219,7 +223,8 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         many => Some(format!("wrong poles at {many} of {} points", points.len())),
     };
     let poles = poles.map(|text| judged.qualified(text));
-    let by = |a: &&PointSummary, b: &&PointSummary| rank(&a.summary, &b.summary, open);
+    let ranking = Ranking::of(points.iter().map(|point| &point.summary), open);
+    let by = |a: &&PointSummary, b: &&PointSummary| ranking.compare(&a.summary, &b.summary);
     let best = points.iter().min_by(by);
     let rms = best.map(|best| match best.summary.axes {
         0 => "no axis found".to_owned(),
@@ -238,10 +243,13 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         details.push(format!("Starts without an answer: {range}, by point"));
     }
     if let (Some(range), Some(s)) = (range(each().map(|s| (s.beyond_limit.value, s.found))), each().next()) {
-        details.push(format!(
-            "The angle is off by more than {}° in {range} of starts with an angle, by point",
-            s.limit_deg
-        ));
+        let of = match each().filter(|s| s.sectors.is_some()).count() {
+            0 => "The angle is off",
+            many if many == points.len() => "The rotor is beyond the sector named",
+            _ => "The angle is off, or the rotor beyond the sector named,",
+        };
+        details
+            .push(format!("{of} by more than {}° in {range} of starts with an angle, by point", s.limit_deg));
     }
     if !open && !wrong && limits().any(|high| high > OFTEN) {
         details.push("Too few starts to rule out wrong poles in one of a hundred at each point".to_owned());
@@ -251,7 +259,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         let s = &point.summary;
         let rms = match s.axes {
             0 => "no start found an axis".to_owned(),
-            axes => format!("rms {} ° over {axes} axes", s.rms_deg),
+            axes => format!("rms {}° over {axes} axes{}", s.rms_deg, beyond(s)),
         };
         let did = if open { "with an axis" } else { "right" };
         format!("{} {did}, {rms}, at {}", counted(right(s), s.trials), describe(point, &shown))
@@ -268,6 +276,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         };
         details.push(format!("{name}: {}", of_point(best)));
         details.push(format!("Worst point: {}", of_point(worst)));
+        details.push(format!("Points are ranked {}", ranking.in_words(best.summary.limit_deg)));
     }
     let most = points.iter().max_by(|a, b| without(&a.summary).total_cmp(&without(&b.summary)));
     if let Some(point) = most.filter(|point| without(&point.summary) > 0.0) {

@@ -92,7 +92,7 @@ impl Host {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
         let pool = pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))?;
         let mut points = Points::of(&identity)?;
-        let columns = points.axes.iter().map(|axis| axis.column.clone()).chain(trial_columns());
+        let columns = points.axes.iter().map(|axis| axis.column.clone()).chain(trial_columns(false));
         let evidence = EVIDENCE.into_iter().map(|name| Column::new(name, Kind::Number));
         let columns: Vec<Column> = columns.chain(evidence).collect();
         let mut table = Columns::new(columns);
@@ -122,7 +122,7 @@ impl Host {
                     let values = &points.coordinates[point].values;
                     let mut cells: Vec<Cell<'_>> =
                         points.axes.iter().zip(values).map(|(axis, (_, value))| axis.value(value)).collect();
-                    cells.extend(trial_values(&row));
+                    cells.extend(trial_values(&row, false));
                     let evidence = evidence.map(|of| [of.deviations, of.needed].map(Cell::Number));
                     cells.extend(evidence.unwrap_or([Cell::Empty, Cell::Empty]));
                     table.row(&cells).map_err(Error::Table)?;

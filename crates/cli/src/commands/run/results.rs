@@ -12,7 +12,7 @@ use standstill_table::{Cell, Column, Columns, Format, TableError, Writer};
 
 use crate::answer;
 use crate::arguments::{Results as Options, Rows, Run};
-use crate::columns::{AxisColumn, trial_columns, trial_values};
+use crate::columns::{AxisColumn, si, trial_columns, trial_values};
 use crate::error::Error;
 use crate::results;
 use crate::results::PointSummary;
@@ -43,10 +43,15 @@ pub struct Results {
     files: Vec<String>,
 }
 
+/// Key that sets the width of the sectors in which a detector answers; 0, which is its default: it answers by angles.
+const SECTOR: &str = "detector.sector";
+
 /// Statistics of a sweep's points, one after the other.
 pub struct Points {
     pub axes: Vec<AxisColumn>,
     pub coordinates: Vec<Point>,
+    /// Whether answers of some point are sectors.
+    in_sectors: bool,
     limit: f64,
     /// Statistics of a run without axes.
     all: Statistics,
@@ -57,12 +62,17 @@ pub struct Points {
 impl Points {
     /// Makes empty statistics of a run.
     pub fn of(identity: &Identity) -> Result<Self, Error> {
-        let file = Document::parse(Path::new("scenario"), &identity.scenario)?.load()?;
+        let document = Document::parse(Path::new("scenario"), &identity.scenario)?;
+        let file = document.load()?;
         let coordinates = file.points()?;
+        let of_axes = coordinates.iter().flat_map(|point| &point.values);
+        let widths = of_axes.filter(|(key, _)| key == SECTOR).map(|(_, width)| width);
+        let in_sectors = widths.chain(document.get(SECTOR)).filter_map(si).any(|width| width > 0.0);
         let limit = file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
         Ok(Self {
             axes: AxisColumn::of(&coordinates),
             coordinates,
+            in_sectors,
             limit,
             all: Statistics::with_limit(limit),
             current: None,
@@ -121,8 +131,9 @@ impl Results {
         let name = trials_name(format);
         let path = options.out.join(name);
         let failed = |error: TableError| Error::table(&path, error);
+        let of_trials = trial_columns(points.in_sectors);
         let columns: Vec<Column> =
-            points.axes.iter().map(|axis| axis.column.clone()).chain(trial_columns()).collect();
+            points.axes.iter().map(|axis| axis.column.clone()).chain(of_trials).collect();
         let mut output =
             files_wanted().then(|| Output::create(&options.out, &[name, SUMMARY])).transpose()?;
         let mut file = output.as_mut().map(|output| output.begin(name)).transpose()?;
@@ -138,7 +149,7 @@ impl Results {
             let values = &points.coordinates[point].values;
             let mut cells: Vec<Cell<'_>> =
                 points.axes.iter().zip(values).map(|(axis, (_, value))| axis.value(value)).collect();
-            cells.extend(trial_values(row));
+            cells.extend(trial_values(row, points.in_sectors));
             let of_file = trials.as_mut().map_or(Ok(()), |trials| trials.row(&cells));
             let of_memory = table.as_mut().map_or(Ok(()), |table| table.row(&cells));
             of_file.and(of_memory).map_err(|error| Stopped::Failed(failed(error)))?;
