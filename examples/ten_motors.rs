@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo run --release --example ten_motors                     one motor, few starts
-//! cargo run --release --example ten_motors -- 20000            all of examples/motors; docs/notes/ten-motors.md keeps this
+//! cargo run --release --example ten_motors -- 20000            all of examples/motors and three of the library; docs/notes/ten-motors.md keeps this
 //! cargo run --release --example ten_motors -- 20000 hub.toml   sheets of your own
 //! ```
 
@@ -23,10 +23,13 @@ fn main() -> Result<(), Error> {
     let starts = arguments.next().map(|text| text.parse::<u64>()).transpose()?;
     let mut sheets: Vec<PathBuf> = arguments.map(PathBuf::from).collect();
     if sheets.is_empty() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/motors");
-        for file in std::fs::read_dir(folder)? {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        for file in std::fs::read_dir(root.join("examples/motors"))? {
             sheets.push(file?.path());
         }
+        // Those that the library has.
+        let library = ["pump-submersible", "drone-u8", "hub-hoverboard"];
+        sheets.extend(library.map(|name| root.join(format!("crates/plant/motors/{name}.toml"))));
         sheets.retain(|sheet| sheet.extension().is_some_and(|extension| extension == "toml"));
         sheets.sort();
         if starts.is_none() {

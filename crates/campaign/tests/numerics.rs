@@ -80,6 +80,9 @@ const EFFECTS: [(&str, &str, &str); 6] = [
     ),
 ];
 
+/// Motors of the library that digests are of: one that is added behind them changes no result.
+const MOTORS: usize = 12;
+
 /// Each method on the motors, each of these with other errors and another state of the rotor.
 fn method(name: MethodName) -> Vec<String> {
     let shift = MethodName::ALL.iter().position(|method| *method == name).unwrap_or_default();
@@ -94,7 +97,7 @@ fn method(name: MethodName) -> Vec<String> {
             "motor = \"{motor}\"\nerrors = \"{errors}\"\nrotor.state = \"{rotor}\"\ndetector.method = \"{name}\"\ntrials = {trials}\n"
         )
     };
-    built_in_names().enumerate().filter(|(k, _)| !long || k % 3 == 0).map(scenario).collect()
+    built_in_names().take(MOTORS).enumerate().filter(|(k, _)| !long || k % 3 == 0).map(scenario).collect()
 }
 
 /// A data sheet with a map, beside the scenarios.

@@ -27,11 +27,13 @@ mod nameplates;
 mod odds;
 mod pages;
 mod printed;
+mod products;
 mod questions;
 mod replaced;
 mod reports;
 mod requirements;
 mod scenarios;
+mod sectors;
 #[cfg(target_os = "linux")]
 mod states;
 mod terminal;
