@@ -101,7 +101,7 @@ fn law_errors_of_comparators_and_dividers_explain_a_start() {
 /// Where no start has an answer, whatever counts starts without one is alike at all settings: the search goes by how far they are from one.
 #[test]
 fn regress_tune_leaves_a_plateau_on_which_all_starts_are_open() {
-    let fan = include_str!("../../../examples/scenarios/six-pulse-fan.toml");
+    let fan = include_str!("../../../../examples/scenarios/six-pulse-fan.toml");
     let mut document = Document::parse(Path::new("fan.toml"), fan).expect("TOML");
     for (key, value) in [("detector.threshold", "0.35 A"), ("sensors.timer", "4 us")] {
         document.set(key, value, Origin::CommandLine).expect("a key");
