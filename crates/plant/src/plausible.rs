@@ -205,7 +205,8 @@ impl Numbers {
             let across = self.between() * self.current;
             let across = if self.flux > 0.0 { across.min(self.flux) } else { across };
             let needed = 3.0_f64.sqrt() * hypot(real, omega * across) / link;
-            check(needed, [0.35, 1.5], (0.9, 0.2), |_, x| {
+            // Many a motor is rated for a speed well below the one that its link allows.
+            check(needed, [0.1, 1.5], (0.7, 0.5), |_, x| {
                 format!("rated speed and current take {:.0} % of the DC link's voltage", 100.0 * x)
             });
             if self.flux > 0.0 {

@@ -31,6 +31,8 @@ choice! {
         Q = "L_q",
         /// Both inductances.
         Both = "L_d and L_q",
+        /// All of the winding: a meter between two terminals reads both.
+        Winding = "resistance, L_d and L_q",
         /// Flux linkage of the magnet.
         Flux = "magnet_flux",
         /// Rated current.
@@ -80,9 +82,9 @@ impl Slip {
         if p % 2.0 == 0.0 {
             looks(Key::PolePairs, 0.5, "the number of poles", "2 less", 0.0);
         }
-        for key in [Key::Resistance, Key::Both] {
-            looks(key, 0.5, "that between two terminals", "2 less", 0.5);
-            looks(key, 1.0 / 3.0, "that of a phase in delta", "3 less", 1.0);
+        for (key, rare) in [(Key::Winding, 0.0), (Key::Resistance, 0.5), (Key::Both, 0.5)] {
+            looks(key, 0.5, "that between two terminals", "2 less", rare);
+            looks(key, 1.0 / 3.0, "that of a phase in delta", "3 less", rare + 0.5);
         }
         if of.ratings.speed_rpm.is_some() {
             looks(Key::Speed, super::RPM, "radians a second", "9.55 more", 0.5);
@@ -102,6 +104,10 @@ impl Slip {
             Key::D => numbers.inductance[0] *= f,
             Key::Q => numbers.inductance[1] *= f,
             Key::Both => numbers.inductance = numbers.inductance.map(|l| l * f),
+            Key::Winding => {
+                numbers.resistance *= f;
+                numbers.inductance = numbers.inductance.map(|l| l * f);
+            }
             Key::Flux => numbers.flux *= f,
             Key::Current => numbers.current *= f,
             Key::Link => numbers.link = numbers.link.map(|link| link * f),
@@ -161,6 +167,7 @@ fn value(key: Key, of: &Numbers) -> String {
         Key::D => listed(&of.inductance[..1], "H"),
         Key::Q => listed(&of.inductance[1..], "H"),
         Key::Both => listed(&of.inductance, "H"),
+        Key::Winding => format!("{} and {}", listed(&[of.resistance], "Ω"), listed(&of.inductance, "H")),
         Key::Flux => listed(&[of.flux], "Wb"),
         Key::Current => listed(&[of.current], "A"),
         Key::Link => listed(&[of.link.unwrap_or_default()], "V"),
