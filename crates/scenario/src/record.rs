@@ -56,7 +56,7 @@ impl Record {
             Ended::Outcome(Outcome::Found { .. }) => None,
             Ended::Outcome(Outcome::Axis { reason, .. }) => Some(reason.name().to_owned()),
             Ended::Outcome(Outcome::Failed { fault, .. }) => Some(fault.name().to_owned()),
-            Ended::Error(error) => Some(error.to_string()),
+            Ended::Error(error) => Some(error.name()),
         }
     }
 

@@ -325,6 +325,15 @@ fn law_an_overcurrent_is_a_record_with_its_reason() {
         panic!("{:?}", record.run.ended)
     };
     assert!((current_ma - 3000).abs() < 200 && error.to_string().starts_with("overcurrent"), "{error}");
+    // Starts that trip at other currents have one reason, each with its own current.
+    let named = (0..4).map(|trial| scenario.trial(trial).expect("settings").reason_name());
+    assert!(
+        named
+            .collect::<Vec<_>>()
+            .iter()
+            .all(|name| name.as_deref() == Some("overcurrent: a comparator tripped"))
+    );
+    assert!(record.reason().contains(" A"), "{}", record.reason());
     // Above what flows it changes nothing.
     let [with, without] = ["sensors.trip=30 A", "sensors.trip=0 A"].map(|trip| {
         let scenario = self::scenario("errors = \"field\"", &["detector.method=bipolar", trip]);

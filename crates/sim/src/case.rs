@@ -207,6 +207,15 @@ pub enum RunError {
 }
 
 impl RunError {
+    /// Returns the kind of the error without the current at which it happened, so that equal ones are counted together.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Overcurrent { .. } => "overcurrent: a comparator tripped".to_owned(),
+            Self::LeftMap { .. } => "the currents left the motor's flux map".to_owned(),
+            other => other.to_string(),
+        }
+    }
+
     /// Returns the error for a current in A that tripped the drive.
     pub(crate) fn overcurrent(current: f64) -> Self {
         // What a machine carries is far below what i64 holds in mA.
