@@ -2,6 +2,7 @@
 //! become stale.
 
 mod folder;
+mod intact;
 mod stale;
 mod tables;
 
@@ -43,6 +44,9 @@ pub struct SummaryFile {
     /// Digests of the tables beside the summary; none of a run by a version without digests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tables: Option<Tables>,
+    /// Digest of this file without white space and this member, see [`intact`]; none of a run by a version without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
 }
 
 /// One point of a sweep.
@@ -64,11 +68,24 @@ impl SummaryFile {
             found,
             needed: "the summary of a run, as `standstill run` writes it".to_owned(),
         };
+        if intact::is_changed(&text) {
+            return Err(intact::changed(&path));
+        }
         let file: Self = serde_json::from_str(&text).map_err(|e| error(e.to_string()))?;
         if file.points.is_empty() && file.summary.is_none() {
             return Err(error("neither a summary nor points".to_owned()));
         }
         Ok(file)
+    }
+
+    /// Formats the content of the file with its digest.
+    ///
+    /// # Errors
+    /// Numbers that JSON has no form for.
+    pub fn sealed(&mut self) -> serde_json::Result<String> {
+        self.digest = None;
+        self.digest = Some(intact::digest(&serde_json::to_string_pretty(self)?));
+        Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 
     /// Refuses a table beside this summary that was changed since it was written.
@@ -139,6 +156,7 @@ pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<()
             .run
             .difference(identity)
             .map_or(Ok(()), |difference| Err(Error::another_run(path, &difference))),
+        Err(changed) if intact::is_changed_file(&path) => Err(changed),
         Err(_) => Err(Error::another_run(path, "this file is not of `standstill run`")),
     }
 }

@@ -34,6 +34,7 @@ pub struct Plan {
     /// True if the data of at least one motor are too few to tell which pole draws more current.
     pole_is_open: bool,
     map_notes: Vec<String>,
+    motor_notes: Vec<String>,
     /// Remarks about libraries that share state with their copies.
     library_notes: Vec<String>,
     /// Setters that make the scenarios of trials without the document; none if a setter would make a different scenario.
@@ -116,6 +117,7 @@ impl Plan {
             return Err(document.locate(error));
         }
         let (pole_notes, map_notes, library_notes) = (Vec::new(), Vec::new(), Vec::new());
+        let motor_notes = Vec::new();
         let (typed, remote) = (None, None);
         let mut plan = Self {
             document,
@@ -127,6 +129,7 @@ impl Plan {
             pole_notes,
             pole_is_open: false,
             map_notes,
+            motor_notes,
             library_notes,
             typed,
             remote,
@@ -137,6 +140,8 @@ impl Plan {
             // One motor for all points is looked at once.
             if number == 0 || plan.motor.is_none() {
                 plan.map_notes.extend(motor.map_note());
+                let doubt = motor.doubtful().map(|doubt| format!("{}: {}", motor.name, doubt.said()));
+                plan.motor_notes.extend(doubt);
                 if motor.has_magnet() {
                     let known = motor.pole_knowledge();
                     plan.pole_notes.extend(known.note());
@@ -148,6 +153,8 @@ impl Plan {
         plan.pole_notes.dedup();
         plan.map_notes.sort_unstable();
         plan.map_notes.dedup();
+        plan.motor_notes.sort_unstable();
+        plan.motor_notes.dedup();
         plan.library_notes.sort_unstable();
         plan.library_notes.dedup();
         let tried = plan.check_draws()?;
@@ -190,6 +197,11 @@ impl Plan {
     /// Returns a remark about results if a motor's flux map is too coarse.
     pub fn map_note(&self) -> Option<String> {
         (!self.map_notes.is_empty()).then(|| self.map_notes.join("; "))
+    }
+
+    /// Returns a remark about results if a motor's numbers are hardly meant.
+    pub fn motor_note(&self) -> Option<String> {
+        (!self.motor_notes.is_empty()).then(|| self.motor_notes.join("; "))
     }
 
     /// Returns a remark about results if a library keeps state outside of its own memory.

@@ -77,6 +77,9 @@ pub struct Identity {
     /// Caveat for all results: a motor's map is too coarse.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub map_note: Option<String>,
+    /// Caveat for all results: numbers of a motor are hardly meant.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub motor_note: Option<String>,
     /// Caveat for a detector from a library that keeps something outside of its own memory.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub library_note: Option<String>,
@@ -164,6 +167,7 @@ impl Identity {
         };
         differ("the note on poles", &note(&self.pole_note), &note(&other.pole_note));
         differ("the note on the map", &note(&self.map_note), &note(&other.map_note));
+        differ("the note on the motor", &note(&self.motor_note), &note(&other.motor_note));
         differ("the note on the library", &note(&self.library_note), &note(&other.library_note));
         if all.is_empty() && self != other {
             let written = if self.scenario == other.scenario {

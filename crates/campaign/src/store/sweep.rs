@@ -55,6 +55,7 @@ impl Sweep<'_> {
             pole_note: self.plan.pole_note(),
             pole_is_open: self.plan.pole_is_open(),
             map_note: self.plan.map_note(),
+            motor_note: self.plan.motor_note(),
             library_note: self.plan.library_note(),
             files: self.plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect(),
         })

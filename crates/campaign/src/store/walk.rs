@@ -181,6 +181,7 @@ pub(crate) mod tests {
             pole_note: None,
             pole_is_open: false,
             map_note: None,
+            motor_note: None,
             library_note: None,
             files: BTreeMap::new(),
         }

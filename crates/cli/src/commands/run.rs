@@ -242,7 +242,11 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     if names.is_empty() || names.iter().any(|name| !options.out.join(name).exists()) {
         return Ok(None);
     }
-    let summary = SummaryFile::read(&options.out)?;
+    let summary = match SummaryFile::read(&options.out) {
+        // It is replaced.
+        Err(_) if options.force => return Ok(None),
+        summary => summary?,
+    };
     if summary.run.begins(identity) {
         return Ok(None);
     }

@@ -8,7 +8,7 @@ use standstill_report::study::ErrorCloud;
 use standstill_scenario::{Document, ScenarioFile, Verdict};
 use standstill_table::{Cell, Column, Format, Reader, TableError};
 
-use super::{STATISTICS, SUMMARY, SummaryFile, trials_name};
+use super::{STATISTICS, SUMMARY, SummaryFile, intact, trials_name};
 use crate::columns::{HALF_SECTOR, trial_columns};
 use crate::error::Error;
 use crate::shell::command_line::quoted;
@@ -147,6 +147,9 @@ impl FinishedRun {
     pub fn open(folder: &Path) -> Result<Self, Error> {
         unfinished(folder)?;
         let summary = SummaryFile::read(folder)?;
+        if summary.digest.is_none() {
+            intact::say_unsealed(folder);
+        }
         let names = [Format::Csv, Format::Parquet].map(trials_name);
         let Some(trials) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
             return Err(no_trials(folder, &names));

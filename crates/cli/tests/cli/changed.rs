@@ -23,6 +23,8 @@ pub fn write_with_its_digest(folder: &Path, trials: &str) {
     let mut json: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(&summary).expect("there")).expect("JSON");
     json["tables"]["trials.csv"] = standstill_files::Digest::of(trials.as_bytes()).to_string().into();
+    // A summary without a digest of its own is that of an older version.
+    json.as_object_mut().expect("a table").remove("digest");
     fs::write(summary, json.to_string()).expect("written");
 }
 
@@ -70,6 +72,42 @@ fn law_a_table_with_any_bit_flipped_is_refused_by_all_that_read_it() {
 }
 
 #[test]
+fn regress_a_summary_with_any_digit_changed_is_refused_by_all_that_read_it() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    succeed(&["run", "s.toml", "--out", "r"], path);
+    let summary = path.join("r/summary.json");
+    let whole = fs::read(&summary).expect("there");
+    let digits: Vec<usize> = (0..whole.len()).filter(|place| whole[*place].is_ascii_digit()).collect();
+    let longer = ["run", "s.toml", "--trials", "40", "--resume", "--out", "r"];
+    let again = ["run", "s.toml", "--resume", "--out", "r"];
+    for flip in 0..40 {
+        // All over the file, each digit by another one.
+        let place = digits[digits.len() * flip / 40];
+        let mut changed = whole.clone();
+        changed[place] = b'0' + (changed[place] - b'0' + 1 + (flip % 9) as u8) % 10;
+        fs::write(&summary, changed).expect("written");
+        let all =
+            [&["report", "r"][..], &longer, &again, &["report", "r", "r"], &["explain", "r", "--worst", "1"]];
+        for arguments in &all[..if flip % 10 == 3 { 5 } else { 1 }] {
+            let message = mistake(arguments, path);
+            for part in ["r/summary.json: found ", "did not write", "--force --out r"] {
+                assert!(message.contains(part), "{arguments:?}, byte {place}: {part} in {message}");
+            }
+        }
+    }
+    // Laid out anew it is still the run's.
+    let text = String::from_utf8(whole.clone()).expect("text");
+    fs::write(&summary, text.replace("\n", " ").replace("  ", "")).expect("written");
+    succeed(&["report", "r"], path);
+    // The way out that the message names.
+    fs::write(&summary, text.replacen("\"trials\": 30", "\"trials\": 31", 1)).expect("written");
+    succeed(&["run", "s.toml", "--force", "--out", "r"], path);
+    assert_eq!(fs::read(&summary).expect("there"), whole);
+}
+
+#[test]
 fn regress_a_run_that_ended_between_its_table_and_its_summary_goes_on() {
     let folder = folder();
     let path = folder.path();
@@ -100,9 +138,12 @@ fn law_a_folder_without_digests_is_read_with_a_word_about_it() {
     let summary = path.join("r/summary.json");
     let text = fs::read_to_string(&summary).expect("there");
     let mut json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let tables = json.as_object_mut().and_then(|json| json.remove("tables")).expect("digests");
+    let json = json.as_object_mut().expect("a table");
+    json.remove("digest").expect("the summary's own");
+    let tables = json.remove("tables").expect("digests");
     assert!(tables["trials.csv"].as_str().is_some_and(|digest| digest.contains("bytes, CRC-32")), "{tables}");
-    fs::write(&summary, json.to_string()).expect("written");
+    let older = serde_json::to_string(json).expect("JSON");
+    fs::write(&summary, &older).expect("written");
     for arguments in
         [&["report", "r", "--json"][..], &["run", "s.toml", "--trials", "31", "--resume", "--out", "r"]]
     {

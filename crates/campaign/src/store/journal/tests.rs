@@ -19,6 +19,7 @@ fn identity() -> Identity {
         pole_note: None,
         pole_is_open: false,
         map_note: None,
+        motor_note: None,
         library_note: None,
         files: BTreeMap::new(),
     }

@@ -16,6 +16,7 @@ fn identity(index: u64, count: u64, seed: u64) -> Identity {
         pole_note: None,
         pole_is_open: false,
         map_note: None,
+        motor_note: None,
         library_note: None,
         files: BTreeMap::new(),
     }

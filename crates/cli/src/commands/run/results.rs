@@ -185,10 +185,9 @@ impl Results {
     ) -> Result<Self, Error> {
         let whole = points.axes.is_empty().then(|| points.all.summary());
         let tables = output.as_ref().map(|output| Tables::of(output, format.map(trials_name))).transpose()?;
-        let summary = SummaryFile { run: identity.clone(), summary: whole, points: points.done, tables };
-        let json = serde_json::to_string_pretty(&summary)
-            .map_err(|error| Error::Write(options.out.join(SUMMARY), error.into()))?
-            + "\n";
+        let run = identity.clone();
+        let mut summary = SummaryFile { run, summary: whole, points: points.done, tables, digest: None };
+        let json = summary.sealed().map_err(|error| Error::Write(options.out.join(SUMMARY), error.into()))?;
         let Some(mut output) = output else { return Ok(Self { summary, json, files: Vec::new() }) };
         output.file(SUMMARY, json.as_bytes())?;
         let other = SummaryFile::read(&options.out).map_or(true, |old| old.run != *identity);
@@ -214,7 +213,12 @@ impl Results {
             return Report { text: json, code };
         }
         let run = &file.run;
-        let notes = [("Poles", &run.pole_note), ("Map", &run.map_note), ("Library", &run.library_note)];
+        let notes = [
+            ("Poles", &run.pole_note),
+            ("Map", &run.map_note),
+            ("Motor", &run.motor_note),
+            ("Library", &run.library_note),
+        ];
         let notes = notes.into_iter().filter_map(|(of, note)| Some(format!("{of}: {}.", note.as_ref()?)));
         let mut text = answer::sections(&summary::sections(&file));
         for note in file.unreached().into_iter().chain(notes) {

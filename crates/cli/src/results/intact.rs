@@ -1,0 +1,57 @@
+//! Whether `summary.json` is as the run wrote it: it has a digest of itself.
+//!
+//! The digest is that of the text without white space and without the digest's own member, so that a file that was only laid out anew
+//! is still the run's.
+
+use std::path::Path;
+
+use standstill_files::{Digest, read_text};
+
+use super::SUMMARY;
+use crate::error::Error;
+use crate::shell::command_line::quoted;
+use crate::shell::terminal::tell;
+
+fn squeezed(text: &str) -> String {
+    text.chars().filter(|c| !c.is_ascii_whitespace()).collect()
+}
+
+/// Returns the digest of a summary's text that has none yet.
+pub fn digest(text: &str) -> String {
+    Digest::of(squeezed(text).as_bytes()).to_string()
+}
+
+/// Returns whether a summary's text is not the one whose digest it has; whatever of it can still be read.
+pub fn is_changed(text: &str) -> bool {
+    const BEGIN: &str = ",\"digest\":\"";
+    let text = squeezed(text);
+    let Some((before, rest)) = text.split_once(BEGIN) else { return false };
+    let Some((kept, after)) = rest.split_once('"') else { return true };
+    squeezed(&digest(&format!("{before}{after}"))) != kept
+}
+
+/// As [`is_changed`], of a file.
+pub fn is_changed_file(path: &Path) -> bool {
+    read_text(path).is_ok_and(|text| is_changed(&text))
+}
+
+/// Returns the error of a summary that was changed, with the ways to go on.
+pub fn changed(path: &Path) -> Error {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    Error::Results {
+        path: path.to_owned(),
+        found: "numbers or words that the run did not write: its digest is that of another text".to_owned(),
+        needed: format!(
+            "the file as it was written: put it back, or repeat the command of the run with --force --out {}: `run` in it says which",
+            quoted(&folder.to_string_lossy())
+        ),
+    }
+}
+
+/// Says of a summary by a version without digests that changes of it are not seen.
+pub fn say_unsealed(folder: &Path) {
+    tell(&format!(
+        "{}: of a version that kept no digest of it, so nobody can tell whether it was changed since",
+        folder.join(SUMMARY).display()
+    ));
+}
