@@ -86,7 +86,7 @@ fn regress_a_summary_with_any_digit_changed_is_refused_by_all_that_read_it() {
         // All over the file, each digit by another one.
         let place = digits[digits.len() * flip / 40];
         let mut changed = whole.clone();
-        changed[place] = b'0' + (changed[place] - b'0' + 1 + (flip % 9) as u8) % 10;
+        changed[place] = if changed[place] == b'9' { b'0' } else { changed[place] + 1 };
         fs::write(&summary, changed).expect("written");
         let all =
             [&["report", "r"][..], &longer, &again, &["report", "r", "r"], &["explain", "r", "--worst", "1"]];
@@ -99,7 +99,7 @@ fn regress_a_summary_with_any_digit_changed_is_refused_by_all_that_read_it() {
     }
     // Laid out anew it is still the run's.
     let text = String::from_utf8(whole.clone()).expect("text");
-    fs::write(&summary, text.replace("\n", " ").replace("  ", "")).expect("written");
+    fs::write(&summary, text.replace('\n', " ").replace("  ", "")).expect("written");
     succeed(&["report", "r"], path);
     // The way out that the message names.
     fs::write(&summary, text.replacen("\"trials\": 30", "\"trials\": 31", 1)).expect("written");
