@@ -13,70 +13,34 @@
 mod advice;
 mod bench;
 mod candidate;
+mod changes;
 mod condition;
 mod confirm;
+mod demands;
 mod margins;
+mod relaxed;
 mod search;
 mod starts;
 #[cfg(test)]
 mod tests;
 
-use serde::Serialize;
 use standstill_campaign::{CampaignError, Summary};
 use standstill_detect::{Method, MethodName, Signature, Source};
 use standstill_interface::choice;
 use standstill_plant::{Motor, PolarityPoint, PoleKnowledge};
 use standstill_scenario::{Document, FileError, Origin, Rotor};
 
-pub use advice::Advice;
+pub use advice::{Advice, Alternative, Way};
 pub use bench::Setting;
 pub use condition::Condition;
 pub use confirm::Confirmed;
+pub use demands::Demands;
 pub use margins::{Demand, Margins};
 
 use crate::bound::{Bound, BoundError};
 use bench::Bench;
+use search::Found;
 use thiserror::Error;
-
-/// Demands that the start of a motor makes on a detection.
-///
-/// ```
-/// use standstill_analysis::Demands;
-///
-/// // A lift that must not roll back.
-/// let demands = Demands { movement_deg: 0.2, ..Demands::default() };
-/// assert_eq!(demands.error_deg, 5.0);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Demands {
-    /// Axis error in electrical degrees that 95 of 100 detections must not exceed.
-    pub error_deg: f64,
-    /// Largest allowed movement of a free rotor, in electrical degrees.
-    pub movement_deg: f64,
-    /// Allowed share of detections without an angle; the share without a pole has the same limit.
-    pub without_angle: f64,
-    /// Allowed share of detections with a wrong pole.
-    pub wrong_poles: f64,
-    /// Largest allowed phase current in A; none: the rated current.
-    #[serde(rename = "current_A")]
-    pub current_a: Option<f64>,
-    /// Longest allowed time of a detection in s.
-    pub time_s: f64,
-}
-
-impl Default for Demands {
-    /// Returns 5°, 1°, one in a hundred, one in ten thousand, rated current and 1 s.
-    fn default() -> Self {
-        Self {
-            error_deg: 5.0,
-            movement_deg: 1.0,
-            without_angle: 0.01,
-            wrong_poles: 1e-4,
-            current_a: None,
-            time_s: 1.0,
-        }
-    }
-}
 
 /// Methods that are tried where the drive has their readings: those that need no separate test bench and finish within a fraction
 /// of a second. Six pulses are tried where a timer captures times: sampled, they read less than `bipolar` does from as many pulses.
@@ -148,6 +112,8 @@ choice! {
         If = "suited-if",
         /// The motor is not suited with any settings.
         No = "not-suited",
+        /// The data sheet gives both axes the same inductance, as sheets do that give one: there is no axis to judge.
+        Unknown = "cannot-be-judged",
     }
 }
 
@@ -179,6 +145,8 @@ pub struct Suitability {
     pub condition: Option<Condition>,
     /// Changes that were tried because no settings suffice.
     pub advice: Vec<Advice>,
+    /// Ways to start the motor without these methods, where no change suffices.
+    pub alternatives: Vec<Alternative>,
 }
 
 /// Error of a suitability check that reached no verdict.
@@ -212,7 +180,8 @@ impl Suitability {
         let methods = methods(document, &motor, demands)?;
         let hear: &mut dyn FnMut(Progress<'_>) = &mut progress;
         let open = motor.has_magnet() && motor.pole_knowledge().is_open();
-        if open && condition::saturating(document, 0.1).is_some() {
+        let is_salient = saliency_ratio(&motor) >= LEAST_SALIENCY;
+        if open && is_salient && condition::saturating(document, 0.1).is_some() {
             let methods = condition::quick(&methods);
             for most in condition::LARGEST {
                 if let Some(found) = Self::with_saturation(document, demands, &methods, most, hear)? {
@@ -221,9 +190,13 @@ impl Suitability {
             }
         }
         let bench = Bench::new(document, &motor, demands);
-        let mut found = Self::judged(&bench, &methods, hear)?;
+        let (mut found, searched) = Self::judged(&bench, &methods, hear)?;
         if found.recommended.is_none() {
-            found.advice = advice::tried(&bench, &methods, hear)?;
+            let methods: Vec<_> = methods.into_iter().zip(&searched).collect();
+            found.advice = advice::tried(&bench, &methods, &found, hear)?;
+            if found.advice.iter().all(|advice| advice.helps.is_none()) {
+                found.alternatives = advice::alternatives(&bench, &methods)?;
+            }
         }
         found.condition = open.then_some(Condition::Pole);
         Ok(found)
@@ -245,7 +218,7 @@ impl Suitability {
         for _ in 0..5 {
             let range = [least, most];
             let found = condition::with_range(document, demands, range, |bench| {
-                let found = Self::judged(bench, methods, hear)?;
+                let (found, _) = Self::judged(bench, methods, hear)?;
                 Ok((found, condition::minus_d(bench.document)?))
             })?;
             let Some((mut found, minus_d)) = found else { return Ok(None) };
@@ -263,7 +236,7 @@ impl Suitability {
         bench: &Bench<'_>,
         methods: &[MethodName],
         hear: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Self, SuitabilityError> {
+    ) -> Result<(Self, Vec<Found>), SuitabilityError> {
         let mut candidates = Vec::new();
         let mut found = Vec::new();
         for method in methods {
@@ -281,8 +254,8 @@ impl Suitability {
         let tried = bench.scenario(&tried, Rotor::Locked)?;
         let motor = bench.motor;
         let is_bounded = tried.check().is_ok();
-        Ok(Self {
-            saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
+        let suitability = Self {
+            saliency_ratio: saliency_ratio(motor),
             limit: if is_bounded { Bound::or_reason(&tried, ANGLES, None)?.0 } else { None },
             has_magnet: motor.has_magnet(),
             pole: motor.pole_knowledge(),
@@ -296,16 +269,29 @@ impl Suitability {
             recommended,
             condition: None,
             advice: Vec::new(),
-        })
+            alternatives: Vec::new(),
+        };
+        Ok((suitability, found))
     }
 
     /// Returns the answer.
-    pub const fn suited(&self) -> Suited {
+    pub fn suited(&self) -> Suited {
         match (&self.recommended, &self.condition) {
+            (None, _) if !self.has_saliency() => Suited::Unknown,
             (None, _) => Suited::No,
             (Some(_), Some(_)) => Suited::If,
             (Some(_), None) => Suited::Yes,
         }
+    }
+
+    /// Returns true if the inductances of the two axes differ, so that there is an axis to find.
+    pub fn has_saliency(&self) -> bool {
+        self.saliency_ratio >= LEAST_SALIENCY
+    }
+
+    /// Returns true if the poles are known to draw the same current, so that no test at standstill tells them apart.
+    pub fn poles_are_alike(&self) -> bool {
+        self.has_magnet && self.pole == PoleKnowledge::Known && self.signature == [Signature::None; 2]
     }
 
     /// Returns true if the motor has poles but its data are too few to judge them, so that only the axis was judged.
@@ -384,6 +370,13 @@ fn is_tried(method: MethodName, there: &[Source]) -> bool {
     };
     Source::any_of(needed, there)
 }
+
+fn saliency_ratio(motor: &Motor) -> f64 {
+    (motor.winding.saliency / motor.winding.mean_inductance).abs()
+}
+
+/// Saliency ratio |L_B| / L_A below which both axes have the same inductance.
+const LEAST_SALIENCY: f64 = 1e-3;
 
 /// Number of angles for the Cramér–Rao limit: enough to show a harmonic of the winding.
 const ANGLES: usize = 16;

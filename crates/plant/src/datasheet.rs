@@ -104,6 +104,14 @@ impl DataSheet {
                     _ => true,
                 })
         };
+        // A saturation of one number is that of d.
+        let saturation = table.get("nameplate").and_then(|of| of.get("saturation"));
+        let is_one =
+            saturation.is_some_and(|of| of.as_table().is_none_or(|shares| shares.contains_key("value")));
+        let stated = |key: &str| match key.strip_prefix("nameplate.saturation.").filter(|_| is_one) {
+            Some(share) => share == "d",
+            None => stated(key),
+        };
         // Saturation that is not given is not assumed either: nothing is known of it.
         let missing = |key: &str| !stated(key) && key != "nameplate.saturation";
         let assumed = sheet.entries().into_iter().filter(|entry| missing(&entry.key)).collect();

@@ -1,53 +1,92 @@
-//! Changes that would make a motor suited if no settings do: each is tried by trials, one change at a time.
+//! What would make a motor suited if no settings do: each change is tried by trials, one at a time. Where none suffices: other ways
+//! to start the motor.
 
-use standstill_detect::{MethodName, keys};
+use standstill_campaign::Summary;
+use standstill_detect::MethodName;
+use standstill_interface::choice;
+use standstill_plant::Motor;
 use standstill_scenario::{Document, Origin, Rotor};
-use standstill_sim::{Arrangement, Comparators};
 
-use super::bench::{Bench, Setting};
+use super::bench::{Bench, SEARCH, Setting};
+use super::changes::{self, Change, digits, keyed};
 use super::condition::QUICK;
-use super::{Demands, Progress, SuitabilityError};
+use super::relaxed;
+use super::search::Found;
+use super::{Demands, Progress, Suitability, SuitabilityError};
 
 /// A change that was tried.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Advice {
     /// Description of the change in words.
     pub change: String,
-    /// Option of `standstill check` that makes the change.
-    pub option: String,
+    /// Keys of the scenario that the change sets, with their values.
+    pub keys: Vec<(&'static str, String)>,
+    /// All demands after the change, if it changes one.
+    pub demands: Option<Demands>,
     /// Settings with which the motor is suited after the change; none if the change does not help.
     pub helps: Option<Setting>,
 }
 
-/// A change of the drive or of the demands.
-struct Change {
-    words: String,
-    option: String,
-    keys: Vec<(&'static str, String)>,
-    current: Option<f64>,
+choice! {
+    /// Another way to start a motor whose position no settings find.
+    pub enum Way {
+        /// These settings find the axis; the pole takes a Hall sensor or an encoder.
+        Axis = "axis-alone",
+        /// A current along one direction turns the rotor there.
+        Alignment = "alignment",
+    }
 }
 
-/// Keys of errors of sensors and drive that are improved together.
-const FINER: [&str; 7] = [
-    "sensors.bits",
-    "sensors.noise",
-    "sensors.gain_error",
-    "sensors.timer",
-    "sensors.terminal_bits",
-    "sensors.terminal_noise",
-    "inverter.dead_time",
-];
+/// Another way to start the motor, as it was tried.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternative {
+    /// The way.
+    pub way: Way,
+    /// Settings of the detector.
+    pub setting: Setting,
+    /// Results of its starts, with the rotor in the last of the judged states.
+    pub starts: Summary,
+}
 
-/// Tries the changes that a drive's engineer can make.
+/// Numbers of starts by which alternatives are judged: those that find the axis, and alignment, which takes seconds of the motor's time.
+const STARTS: u64 = 200;
+const SLOW_STARTS: u64 = 24;
+
+/// Tries the changes that a drive's engineer can make, given the settings that were found for each method.
 pub(super) fn tried(
     bench: &Bench<'_>,
-    methods: &[MethodName],
+    methods: &[(MethodName, &Found)],
+    found: &Suitability,
+    hear: &mut dyn FnMut(Progress<'_>),
+) -> Result<Vec<Advice>, SuitabilityError> {
+    if !found.has_saliency() {
+        return Ok(salient(bench, &short(methods), hear)?.into_iter().collect());
+    }
+    // No change of the drive makes the poles draw different currents.
+    if found.poles_are_alike() {
+        return Ok(Vec::new());
+    }
+    let mut advice = changed(bench, methods, hear)?;
+    advice.extend(relaxed::tried(bench, methods, hear)?);
+    Ok(advice)
+}
+
+/// Returns the methods with short detections, or all if there are none.
+fn short(methods: &[(MethodName, &Found)]) -> Vec<MethodName> {
+    let has = |method: &MethodName| methods.iter().any(|(other, _)| other == method);
+    let short: Vec<MethodName> = QUICK.into_iter().filter(has).collect();
+    if short.is_empty() { methods.iter().map(|(method, _)| *method).collect() } else { short }
+}
+
+/// Tries changes of drive, sensors, rotor and current.
+fn changed(
+    bench: &Bench<'_>,
+    methods: &[(MethodName, &Found)],
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Vec<Advice>, SuitabilityError> {
     let mut advice = Vec::new();
-    let short: Vec<MethodName> = QUICK.into_iter().filter(|method| methods.contains(method)).collect();
-    let methods = if short.is_empty() { methods } else { &short[..] };
-    let mut changes = changes(bench, methods);
+    let short = short(methods);
+    let mut changes = changes::changes(bench, &short);
     if changes.is_empty() {
         return Ok(advice);
     }
@@ -55,41 +94,58 @@ pub(super) fn tried(
     changes.rotate_right(1);
     let mut together = true;
     for change in changes {
-        if !together && change.keys.iter().any(|(key, _)| FINER.contains(key)) {
-            advice.push(Advice { change: change.words, option: change.option, helps: None });
-            continue;
-        }
-        hear(Progress::Change(&change.words));
-        let mut document = bench.document.clone();
-        for (key, value) in &change.keys {
-            document.set(key, value, Origin::CommandLine)?;
-        }
-        let demands = Demands { current_a: change.current.or(bench.demands.current_a), ..*bench.demands };
-        let helps = helps(&document, bench, &demands, methods)?;
-        together = helps.is_some() || change.keys.len() < 2 && together;
-        advice.push(Advice { change: change.words, option: change.option, helps });
+        let helps = if !together && change.is_finer() {
+            None
+        } else {
+            hear(Progress::Change(&change.words));
+            let helps = of_change(bench, &change, methods, &short)?;
+            together = helps.is_some() || change.keys.len() < 2 && together;
+            helps
+        };
+        let demands = change.current.map(|current| Demands { current_a: Some(current), ..*bench.demands });
+        advice.push(Advice { change: change.words, keys: change.keys, demands, helps });
     }
     // The simplest first.
     advice.rotate_left(1);
     Ok(advice)
 }
 
-/// Returns the first settings that meet the demands after a change.
-fn helps(
-    document: &Document,
+/// Returns settings that meet the demands after a change.
+fn of_change(
     bench: &Bench<'_>,
-    demands: &Demands,
-    methods: &[MethodName],
+    change: &Change,
+    methods: &[(MethodName, &Found)],
+    short: &[MethodName],
 ) -> Result<Option<Setting>, SuitabilityError> {
-    let mut changed = Bench::new(document, bench.motor, demands);
+    let mut document = bench.document.clone();
+    for (key, value) in &change.keys {
+        document.set(key, value, Origin::CommandLine)?;
+    }
+    let demands = Demands { current_a: change.current.or(bench.demands.current_a), ..*bench.demands };
+    let mut changed = Bench::new(&document, bench.motor, &demands);
     changed.has_pole = bench.has_pole;
+    let helps = searched(&changed, short)?;
+    let (None, Some(lifted)) = (&helps, change.lifts) else { return Ok(helps) };
+    // Methods that are not searched anew, whose only objection is the one that is lifted.
+    for (_, found) in methods.iter().filter(|(method, _)| !short.contains(method)) {
+        if let Some(look) = found.looks.iter().find(|look| look.margins.is_kept_but(lifted))
+            && changed.confirm(&look.setting, 0)?.is_ok()
+        {
+            return Ok(Some(look.setting.clone()));
+        }
+    }
+    Ok(None)
+}
+
+/// Searches each method and returns the first settings that meet the demands.
+fn searched(bench: &Bench<'_>, methods: &[MethodName]) -> Result<Option<Setting>, SuitabilityError> {
     for method in methods {
-        let found = match changed.search(*method) {
+        let found = match bench.search(*method) {
             Err(SuitabilityError::File(_)) => continue,
             found => found?,
         };
         for (failed, look) in (0..2).zip(found.looks.iter().filter(|look| look.margins.is_kept())) {
-            if changed.confirm(&look.setting, failed)?.is_ok() {
+            if bench.confirm(&look.setting, failed)?.is_ok() {
                 return Ok(Some(look.setting.clone()));
             }
         }
@@ -97,91 +153,77 @@ fn helps(
     Ok(None)
 }
 
-fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
-    let mut changes = Vec::new();
+/// Ratios of L_q to L_d that are tried where a sheet gives both the same.
+const RATIOS: [f64; 5] = [1.06, 1.12, 1.25, 1.5, 2.0];
+
+/// Returns the least L_q that is tried with which a motor is suited whose sheet gives one inductance; none if the sheet has no key
+/// for it or none of them suffices.
+fn salient(
+    bench: &Bench<'_>,
+    methods: &[MethodName],
+    hear: &mut dyn FnMut(Progress<'_>),
+) -> Result<Option<Advice>, SuitabilityError> {
+    let l_d = bench.motor.winding.d_axis_inductance();
+    for ratio in RATIOS {
+        let value = format!("{} uH", digits(1e6 * l_d * ratio, 4));
+        let words = format!(
+            "an L_q of {value}, {:.0} % above L_d, if that is what is measured",
+            100.0 * (ratio - 1.0)
+        );
+        let change = keyed(&words, "motor.nameplate.L_q", value);
+        let Some((document, motor)) = with_motor(bench.document, &change) else { return Ok(None) };
+        hear(Progress::Change(&change.words));
+        let changed = Bench::new(&document, &motor, bench.demands);
+        if let Some(setting) = searched(&changed, methods)? {
+            let Change { words, keys, .. } = change;
+            return Ok(Some(Advice { change: words, keys, demands: None, helps: Some(setting) }));
+        }
+    }
+    Ok(None)
+}
+
+/// Returns the document and the motor of a change of the motor; none if the data sheet has no such key.
+fn with_motor(document: &Document, change: &Change) -> Option<(Document, Motor)> {
+    let mut document = document.clone();
+    for (key, value) in &change.keys {
+        document.set(key, value, Origin::CommandLine).ok()?;
+    }
+    let motor = document.motor().ok()?;
+    Some((document, motor))
+}
+
+/// Tries the ways to start a motor whose position no settings find.
+pub(super) fn alternatives(
+    bench: &Bench<'_>,
+    methods: &[(MethodName, &Found)],
+) -> Result<Vec<Alternative>, SuitabilityError> {
+    let mut all = Vec::new();
+    if bench.has_pole {
+        let mut axis = Bench::new(bench.document, bench.motor, bench.demands);
+        axis.has_pole = false;
+        if let Some(setting) = searched(&axis, &short(methods))? {
+            all.extend(axis.alternative(Way::Axis, setting)?);
+        }
+    }
+    // A rotor that is held does not turn.
     if bench.rotors.contains(&Rotor::Free) {
-        changes.push(keyed("a brake that holds the rotor", "rotor.state", "locked".to_owned()));
+        let demands = Demands { movement_deg: 360.0, time_s: f64::INFINITY, ..*bench.demands };
+        let turning = Bench::new(bench.document, bench.motor, &demands);
+        all.extend(turning.alternative(Way::Alignment, Setting::plain(MethodName::DcAlignment))?);
     }
-    let of = |method: &MethodName| bench.scenario(&Setting::plain(*method), Rotor::Locked).ok();
-    let Some(scenario) = methods.iter().find_map(of) else { return changes };
-    let (sensors, drive) = (scenario.sensors, scenario.drive);
-    let reads_currents = sensors.arrangement != Arrangement::None;
-    let adc = sensors.adc.filter(|_| reads_currents);
-    let range = adc.map_or(f64::INFINITY, |adc| adc.high);
-    for factor in [1.5, 2.0] {
-        let current = digits(bench.most_current * factor, 3);
-        // More than the sensors read is no help.
-        if current < 0.98 * range {
-            let (words, option) =
-                (format!("{factor} times the current, {current} A"), format!("--current {current}"));
-            changes.push(Change { words, option, keys: Vec::new(), current: Some(current) });
-        }
-    }
-    let comparator = sensors.comparator;
-    if comparator.timer > 0.0 && comparator.arrangement == Comparators::PerLeg && comparator.offset > 0.0 {
-        let words = "one comparator for all legs, whose offset speaks for no pole";
-        changes.push(keyed(words, "sensors.comparators", Comparators::Common.name().to_owned()));
-    }
-    if scenario.detector.get(&keys::SECTOR).is_some_and(|width| width.number() == 0.0) {
-        let words = "sectors of 60° in place of angles, as a six-step start needs them";
-        changes.push(keyed(words, "detector.sector", "60 deg".to_owned()));
-    }
-    let mut finer = Vec::new();
-    if let Some(adc) = adc.filter(|adc| adc.bits < 16) {
-        finer.push(keyed("a converter of 16 bits", "sensors.bits", "16".to_owned()));
-        let smaller = digits(1.1 * bench.most_current, 3);
-        if smaller < range {
-            let words = format!("a sensor range of {smaller} A with its {} bits", adc.bits);
-            changes.push(keyed(&words, "sensors.range", format!("{smaller} A")));
-        }
-    }
-    if reads_currents && sensors.noise > 0.0 {
-        let noise = format!("{} A", digits(sensors.noise / 4.0, 2));
-        finer.push(keyed(&format!("a quarter of the sensors' noise, {noise}"), "sensors.noise", noise));
-    }
-    if reads_currents && sensors.gain_error > 0.0 {
-        let gain = format!("{} %", digits(100.0 * sensors.gain_error / 4.0, 2));
-        finer.push(keyed(&format!("sensors calibrated to {gain}"), "sensors.gain_error", gain));
-    }
-    if comparator.timer > 0.0 {
-        let tick = format!("{} us", digits(comparator.timer * 1e6 / 4.0, 2));
-        finer.push(keyed(&format!("a timer of four times the clock, {tick} a tick"), "sensors.timer", tick));
-    }
-    if let Some(divider) = sensors.terminal {
-        if divider.adc.is_some_and(|adc| adc.bits < 16) {
-            let words = "a converter of 16 bits for the terminals";
-            finer.push(keyed(words, "sensors.terminal_bits", "16".to_owned()));
-        }
-        if divider.noise > 0.0 {
-            let noise = format!("{} V", digits(divider.noise / 4.0, 2));
-            let words = format!("a quarter of the noise at the terminals, {noise}");
-            finer.push(keyed(&words, "sensors.terminal_noise", noise));
-        }
-    }
-    let dead = drive.dead_time.seconds() * 1e6;
-    if dead > 0.0 {
-        let dead = format!("{} us", digits(dead / 4.0, 2));
-        finer.push(keyed(&format!("a quarter of the dead time, {dead}"), "inverter.dead_time", dead));
-    }
-    let all = (finer.len() > 1).then(|| Change {
-        words: "all changes of sensors and dead time together".to_owned(),
-        option: finer.iter().map(|change| change.option.as_str()).collect::<Vec<_>>().join(" "),
-        keys: finer.iter().flat_map(|change| change.keys.clone()).collect(),
-        current: None,
-    });
-    changes.extend(finer);
-    changes.extend(all);
-    changes
+    Ok(all)
 }
 
-/// Rounds to this number of significant digits.
-fn digits(value: f64, count: i32) -> f64 {
-    let power = standstill_quantity::magnitude(value).unwrap_or(0) - count + 1;
-    standstill_quantity::rounded(standstill_quantity::rounded(value, -power).round(), power)
-}
-
-fn keyed(words: &str, key: &'static str, value: String) -> Change {
-    let shown =
-        if value.contains(' ') { format!("-s \"{key}={value}\"") } else { format!("-s {key}={value}") };
-    Change { words: words.to_owned(), option: shown, keys: vec![(key, value)], current: None }
+impl Bench<'_> {
+    /// Tries a way to start; none if it cannot be set up or does not meet the demands of this bench.
+    fn alternative(&self, way: Way, setting: Setting) -> Result<Option<Alternative>, SuitabilityError> {
+        let trials = if way == Way::Alignment { SLOW_STARTS } else { STARTS };
+        let starts = match self.starts(&setting, self.last_rotor(), SEARCH, trials) {
+            Err(SuitabilityError::File(_)) => return Ok(None),
+            starts => starts?,
+        };
+        let Ok(starts) = starts else { return Ok(None) };
+        let is_kept = self.objections(&[&starts]).is_empty();
+        Ok(is_kept.then_some(Alternative { way, setting, starts: starts.summary }))
+    }
 }

@@ -123,6 +123,11 @@ impl Margins {
         self.all().iter().all(|(demand, margin)| *margin >= room(*demand))
     }
 
+    /// Returns true if all demands but this one are met with the margins that fresh starts need.
+    pub(super) fn is_kept_but(&self, lifted: Demand) -> bool {
+        self.all().iter().all(|(demand, margin)| *demand == lifted || *margin >= room(*demand))
+    }
+
     /// Returns true if movement and current of fresh starts are far enough from their limits for the extremes of many more
     /// starts.
     pub(super) fn leaves_room(&self) -> bool {
@@ -152,7 +157,7 @@ impl Margins {
     }
 }
 
-fn room(demand: Demand) -> f64 {
+pub(super) fn room(demand: Demand) -> f64 {
     match demand {
         Demand::Movement => ROOM_FOR_MOVEMENT,
         Demand::Current => ROOM_FOR_CURRENT,

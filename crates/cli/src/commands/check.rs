@@ -74,7 +74,6 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         demands: &demands,
         found: &found,
         keys: keys(options),
-        options: demanded(options),
     };
     let is_shown = !options.json && host::current().is_none();
     let written = match found.document(&document)? {
@@ -109,19 +108,6 @@ fn keys(options: &Check) -> Vec<(String, String)> {
     ];
     let shorthands = shorthands.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
     shorthands.chain(options.keys.set.iter().cloned()).collect()
-}
-
-/// Returns the options of demands that differ from the defaults, as on a command line.
-fn demanded(options: &Check) -> String {
-    let usual = Demands::default();
-    let differing = |name: &str, value: f64, usual: f64| {
-        if value == usual { String::new() } else { format!(" {name} {value}") }
-    };
-    let current = options.current.map_or_else(String::new, |current| format!(" --current {current}"));
-    differing("--tolerance", options.tolerance, usual.error_deg)
-        + &differing("--movement", options.movement, usual.movement_deg)
-        + &differing("--time", options.time, usual.time_s * 1e3)
-        + &current
 }
 
 /// Converts progress into text: a line to print, and the name of the present step.

@@ -6,6 +6,7 @@ mod bits;
 mod budgets;
 mod campaigns;
 mod changed;
+mod checked;
 mod clusters;
 mod compared;
 #[cfg(unix)]

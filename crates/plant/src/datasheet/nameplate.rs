@@ -85,7 +85,7 @@ pub(super) fn entries(nameplate: &NameplateTable) -> Vec<Entry> {
         None => assumed_minus_d(nameplate).map(|fall| {
             let reason =
                 "follows from d in iron that saturates alike either way, with the sixth power of its flux";
-            percent("minus_d", fall, Source::Assumed, reason)
+            percent("minus_d", fall, Source::Inferred, reason)
         }),
     });
     entries.extend(saturation.q.as_ref().map(|from| share("q", from)));

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
-use standstill_analysis::{Candidate, Condition, Demand, Demands, Setting, Suited};
+use standstill_analysis::{Advice, Candidate, Condition, Demand, Demands, Setting, Suited};
 
 use super::file::Written;
 use super::words::{Checked, settings};
@@ -13,21 +13,14 @@ use crate::shell::command_line::quoted;
 pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
     let found = asked.found;
     let mut lines = Vec::new();
-    if found.suited() == Suited::No {
-        let helps = found.advice.iter().filter(|advice| advice.helps.is_some());
-        let commands: Vec<String> =
-            helps.map(|advice| format!("{} {}", again(asked), advice.option)).collect();
-        if !commands.is_empty() {
-            lines.extend([String::new(), "Go on with one of".to_owned()]);
-            lines.extend(commands);
-        }
-        return lines;
+    if found.recommended().is_none() {
+        return unsuited(asked);
     }
     if matches!(found.condition, Some(Condition::Saturation { .. })) {
         lines.extend([
             String::new(),
             "Once the saturation is measured:".to_owned(),
-            format!("{} -s \"motor.nameplate.saturation=… %\"", again(asked)),
+            format!("{} -s \"motor.nameplate.saturation=… %\"", again(asked, &[], asked.demands)),
         ]);
     }
     lines.push(String::new());
@@ -56,25 +49,80 @@ pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
     lines
 }
 
-/// Returns the command line of this `check`.
-fn again(asked: &Checked<'_>) -> String {
-    format!("  standstill check {}{}{}", quoted(asked.named), set(&asked.keys), asked.options)
+/// Returns the next steps of a motor that no settings suit: what helps, or else what is left.
+fn unsuited(asked: &Checked<'_>) -> Vec<String> {
+    let found = asked.found;
+    let helps = found.advice.iter().filter(|advice| advice.helps.is_some());
+    let mut commands: Vec<String> = helps.map(|advice| changed(asked, advice)).collect();
+    commands.extend(found.alternatives.iter().map(|other| with_settings(asked, &other.setting, &[])));
+    let mut head = "Go on with one of";
+    if commands.is_empty() {
+        head = "What no method can exceed with these sensors:";
+        commands.push(format!(
+            "  standstill bounds {}{}",
+            quoted(asked.named),
+            set(&without_detector(&asked.keys))
+        ));
+    } else if commands.len() == 1 {
+        head = "Go on with";
+    }
+    std::iter::once(head.to_owned()).chain(commands).collect()
+}
+
+/// Returns the command line of this `check` with a change that was tried.
+fn changed(asked: &Checked<'_>, advice: &Advice) -> String {
+    again(asked, &advice.keys, advice.demands.as_ref().unwrap_or(asked.demands))
+}
+
+/// Returns the command line of this `check` with other keys, which take the place of those that were given, and other demands.
+fn again(asked: &Checked<'_>, keys: &[(&'static str, String)], demands: &Demands) -> String {
+    let kept = asked.keys.iter().filter(|(key, _)| !keys.iter().any(|(other, _)| other == key)).cloned();
+    let all: Vec<_> =
+        kept.chain(keys.iter().map(|(key, value)| ((*key).to_owned(), value.clone()))).collect();
+    format!("  standstill check {}{}{}", quoted(asked.named), set(&all), options(demands))
+}
+
+/// Returns the options of the demands that differ from the defaults.
+fn options(demands: &Demands) -> String {
+    let usual = Demands::DEFAULT;
+    let differing = |name: &str, value: f64, usual: f64| {
+        if value == usual { String::new() } else { format!(" {name} {value}") }
+    };
+    let milliseconds = |seconds: f64| standstill_quantity::rounded(1e3 * seconds, 6);
+    let current = demands.current_a.map_or_else(String::new, |current| format!(" --current {current}"));
+    differing("--tolerance", demands.error_deg, usual.error_deg)
+        + &differing("--movement", demands.movement_deg, usual.movement_deg)
+        + &differing("--time", milliseconds(demands.time_s), milliseconds(usual.time_s))
+        + &current
+}
+
+/// Leaves out the keys of the detector.
+fn without_detector(keys: &[(String, String)]) -> Vec<(String, String)> {
+    keys.iter().filter(|(key, _)| !key.starts_with("detector.")).cloned().collect()
 }
 
 /// Returns the command line that runs the recommended settings without a file.
 fn in_a_line(asked: &Checked<'_>) -> String {
+    let saturation = match &asked.found.condition {
+        Some(Condition::Saturation { least, .. }) => {
+            vec![("motor.nameplate.saturation", format!("{} %", standstill_quantity::rounded(*least, 2)))]
+        }
+        _ => Vec::new(),
+    };
+    let recommended = asked.found.recommended();
+    recommended.map_or_else(String::new, |candidate| with_settings(asked, &candidate.setting, &saturation))
+}
+
+/// Returns the command line that runs settings, with a free rotor unless another state was asked for.
+fn with_settings(asked: &Checked<'_>, setting: &Setting, more: &[(&'static str, String)]) -> String {
     let mut all = asked.keys.clone();
     if !all.iter().any(|(key, _)| key == "rotor.state") {
         all.push(("rotor.state".to_owned(), "free".to_owned()));
     }
-    if let Some(Condition::Saturation { least, .. }) = &asked.found.condition {
-        let share = format!("{} %", standstill_quantity::rounded(*least, 2));
-        all.push(("motor.nameplate.saturation".to_owned(), share));
-    }
-    let recommended: Vec<_> =
-        asked.found.recommended().into_iter().flat_map(|candidate| keys(&candidate.setting)).collect();
-    all.retain(|(key, _)| !recommended.iter().any(|(other, _)| other == key));
-    all.extend(recommended);
+    let own = more.iter().map(|(key, value)| ((*key).to_owned(), value.clone()));
+    let own: Vec<_> = own.chain(keys(setting)).collect();
+    all.retain(|(key, _)| !own.iter().any(|(other, _)| other == key));
+    all.extend(own);
     format!("  standstill run {}{}", quoted(asked.named), set(&all))
 }
 
@@ -152,7 +200,15 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
     let advice: Vec<Value> = found
         .advice
         .iter()
-        .map(|advice| json!({ "change": advice.change, "option": advice.option, "keys": advice.helps.as_ref().map(object) }))
+        .map(|advice| {
+            let keys = advice.helps.as_ref().map(object);
+            json!({ "change": advice.change, "command": changed(asked, advice).trim(), "keys": keys })
+        })
+        .collect();
+    let alternatives: Vec<Value> = found
+        .alternatives
+        .iter()
+        .map(|of| json!({ "way": of.way.name(), "keys": object(&of.setting), "starts": of.starts }))
         .collect();
     let commands: Vec<&str> = next.iter().filter_map(|line| line.strip_prefix("  ")).collect();
     json!({
@@ -174,6 +230,7 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         "candidates": candidates,
         "recommended": recommended,
         "advice": advice,
+        "alternatives": alternatives,
         "scenario": written.and_then(Written::path).map(|path| path.display().to_string()),
         "next": commands,
     })

@@ -1,16 +1,17 @@
 //! The answer of `check` as text and tables.
 
 mod motor;
+mod unsuited;
 
 use std::fmt::Write as _;
 
-use standstill_analysis::{Advice, Candidate, Condition, Demand, Demands, Setting, Suitability, Suited};
+use standstill_analysis::{Candidate, Condition, Demand, Demands, Setting, Suitability, Suited};
 use standstill_detect::Method;
-use standstill_plant::{DataSheet, Entry, Motor, Source};
+use standstill_plant::{DataSheet, Motor};
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::ErrorSet;
 
-use self::motor::{condition, poles, published, saliency};
+use self::motor::{assumptions, condition, poles, published, saliency, single};
 
 /// The question of `check` with its answer.
 pub struct Checked<'a> {
@@ -23,17 +24,18 @@ pub struct Checked<'a> {
     pub found: &'a Suitability,
     /// Keys set on the command line beside the motor or file.
     pub keys: Vec<(String, String)>,
-    /// Options of the demands as given on the command line.
-    pub options: String,
 }
 
 impl Checked<'_> {
     /// Returns the verdict's tone and word.
     pub fn word(&self) -> (Tone, &'static str) {
         match self.found.suited() {
+            // What is computed of numbers that nobody meant is not green.
+            Suited::Yes if self.motor.doubtful().is_some() => (Tone::Warning, "suited"),
             Suited::Yes => (Tone::Good, "suited"),
             Suited::If => (Tone::Warning, "suited"),
             Suited::No => (Tone::Bad, "NOT suited"),
+            Suited::Unknown => (Tone::Bad, "cannot be judged"),
         }
     }
 
@@ -53,6 +55,18 @@ impl Checked<'_> {
                 .filter(|_| found.has_magnet)
                 .map_or_else(String::new, |note| format!("; {note}")),
         };
+        if found.suited() == Suited::Unknown {
+            return format!(
+                "{}: detection of the {what} at standstill {}: the data sheet gives one inductance for both axes (error set {})",
+                self.motor.name,
+                self.word().1,
+                self.errors.name()
+            );
+        }
+        let note = match self.motor.doubtful() {
+            Some(doubt) => format!("{note}; if its numbers are meant: {}", doubt.what),
+            None => note,
+        };
         format!(
             "{}: {} to detection of the {what} at standstill (error set {}){note}",
             self.motor.name,
@@ -63,8 +77,11 @@ impl Checked<'_> {
 
     /// Returns the reasons of the verdict.
     pub fn reasons(&self) -> Vec<String> {
-        let mut reasons = vec![saliency(self.found, self.demands, self.errors), poles(self.found)];
+        let doubt = self.motor.doubtful().map(|doubt| format!("Doubtful numbers: {}", doubt.said()));
+        let mut reasons: Vec<String> = doubt.into_iter().collect();
+        reasons.extend([saliency(self.found, self.demands, self.errors), poles(self.found)]);
         reasons.extend(condition(self));
+        reasons.extend(single(self));
         reasons.extend(published(self));
         reasons.extend(self.motor.map_note().map(|note| format!("Map: {note}.")));
         reasons
@@ -80,7 +97,7 @@ fn percent(share: f64) -> String {
 pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     let found = asked.found;
     let reasons = asked.reasons().into_iter().chain(assumptions(asked.sheet)).collect();
-    let table = Table::new(columns()).judged(found.candidates.iter().map(cells));
+    let table = Table::new(columns_of_check()).judged(found.candidates.iter().map(cells));
     let mut blocks = vec![Block::List(reasons), Block::Table(table)];
     if let Some(candidate) = found.recommended() {
         let settings = settings(&candidate.settings, found.has_magnet && !found.pole_is_open());
@@ -88,7 +105,7 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
         blocks.extend([Block::Text(recommendation(candidate)), Block::Facts(settings.collect())]);
         blocks.extend(confirmed(found).map(Block::Text));
     }
-    blocks.extend(advice(found));
+    blocks.extend(unsuited::blocks(found));
     let caption = "How to go on".to_owned();
     blocks.push(Block::Code { caption, text: next.join("\n").trim_start().to_owned() + "\n" });
     blocks
@@ -168,36 +185,6 @@ fn share(value: f64) -> String {
     }
 }
 
-/// Returns the changes that were tried where no settings suffice.
-fn advice(found: &Suitability) -> Vec<Block> {
-    if found.advice.is_empty() {
-        return Vec::new();
-    }
-    let looks: usize = found.candidates.iter().map(|candidate| candidate.looks).sum();
-    let (helps, not): (Vec<_>, Vec<_>) = found.advice.iter().partition(|advice| advice.helps.is_some());
-    let head = format!(
-        "No settings suffice: {looks} were tried, up to {} A. {}",
-        amperes(found.most_current_a),
-        if helps.is_empty() {
-            "Nor does any of these changes, tried on the bench (those of sensors and dead time together):"
-        } else {
-            "Each of these changes suffices, as tried on the bench:"
-        }
-    );
-    let with = |advice: &&Advice| {
-        format!("{}: {}.", advice.change, advice.helps.as_ref().map_or_else(String::new, setting))
-    };
-    let words: Vec<&str> = not.iter().map(|advice| advice.change.as_str()).collect();
-    let list = if helps.is_empty() {
-        vec![format!("{}.", words.join("; "))]
-    } else {
-        helps.iter().map(with).collect()
-    };
-    let not_enough = (!words.is_empty() && !helps.is_empty())
-        .then(|| Block::Text(format!("Not enough by itself: {}.", words.join("; "))));
-    [Block::Text(head), Block::List(list)].into_iter().chain(not_enough).collect()
-}
-
 /// Formats a method with its keys.
 pub fn setting(setting: &Setting) -> String {
     match keys(setting) {
@@ -237,38 +224,14 @@ const fn short(demand: Demand) -> &'static str {
     }
 }
 
-/// Returns the assumptions of the verdict: numbers that the sheet leaves out, and those that it marks as assumed. A
-/// built-in motor's are listed by `standstill motors`.
-fn assumptions(sheet: &DataSheet) -> Vec<String> {
-    let list = |head: &str, entries: &[Entry]| {
-        let values: Vec<String> =
-            entries.iter().map(|entry| format!("{} {}", entry.key, entry.value)).collect();
-        (!values.is_empty()).then(|| format!("{head}: {}.", values.join(", ")))
-    };
-    let left_out = sheet.assumed();
-    let is_written = |entry: &Entry| {
-        let is_left_out = left_out.iter().any(|other| other.key == entry.key);
-        // Saturation that is not given is nothing that was assumed: the verdict says what is open without.
-        let is_open = entry.key == "nameplate.saturation";
-        let is_built_in = DataSheet::built_in(sheet.name()).is_some();
-        entry.source == Source::Assumed && !is_left_out && !is_open && !is_built_in
-    };
-    let written: Vec<Entry> = sheet.entries().into_iter().filter(is_written).collect();
-    let said = [
-        list("Assumed, as the data sheet does not say", left_out),
-        list("Assumed, as the data sheet itself says", &written),
-    ];
-    said.into_iter().flatten().collect()
-}
-
-fn columns() -> [Column; 7] {
+fn columns_of_check() -> [Column; 7] {
     [
         Column::word("method"),
         Column::number("p95 ° locked"),
-        Column::number("p95 ° free").rank(3),
-        Column::number("ms").rank(1),
-        Column::number("peak A").rank(2),
-        Column::number("moved °").rank(1),
+        Column::number("p95 ° free").rank(1),
+        Column::number("ms").rank(3),
+        Column::number("peak A").rank(1),
+        Column::number("moved °").rank(2),
         Column::prose("verdict").judged(),
     ]
 }
@@ -312,4 +275,24 @@ pub fn settings(method: &Method<f64>, has_poles: bool) -> Vec<(&'static str, Str
     method.describe(&mut |name, value| all.push((name, value.to_string())));
     all.retain(|(name, _)| has_poles || !(name.starts_with("polarity") || *name == "signature"));
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shell::table::Print as _;
+
+    #[test]
+    fn regress_what_decides_stays_where_there_is_little_room() {
+        let cells =
+            ["maximum-likelihood-adaptive", "0.08", "0.09", "7.5", "60", "0.12", "suited; current binds"];
+        let row = || std::iter::once((Tone::Good, cells.map(str::to_owned).to_vec()));
+        let said = |columns: usize| Table::new(columns_of_check()).judged(row()).within(columns, false);
+        for name in ["p95 ° locked", "p95 ° free", "ms", "peak A", "moved °"] {
+            assert!(said(140).contains(name), "{}", said(140));
+        }
+        let narrow = said(80);
+        // Headings may stand in several lines.
+        assert!(narrow.contains("free") && narrow.contains("peak") && !narrow.contains(" ms "), "{narrow}");
+    }
 }

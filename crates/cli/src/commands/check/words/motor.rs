@@ -1,11 +1,12 @@
-//! What `check` says of the motor: its saliency, its poles, and the saturation that it needs.
+//! What the verdict rests on: sentences on the motor and its data sheet.
 
 use std::fmt::Write as _;
 
 use standstill_analysis::{Condition, Demands, Suitability, informative};
-use standstill_detect::{SequentialSettings, Signature};
+use standstill_detect::SequentialSettings;
 use standstill_plant::{
-    MAGNETS_INSIDE_FROM, PUBLISHED_SATURATION, PoleKnowledge, PublishedFall, PublishedSaturation,
+    DataSheet, Entry, MAGNETS_INSIDE_FROM, PUBLISHED_SATURATION, PoleKnowledge, PublishedFall,
+    PublishedSaturation, Source,
 };
 use standstill_scenario::ErrorSet;
 
@@ -62,14 +63,63 @@ fn published_at(ratio: f64) -> String {
     )
 }
 
+fn is_of_saturation(entry: &Entry) -> bool {
+    entry.key.starts_with("nameplate.saturation.")
+}
+
+/// Returns the sentence on what is inferred from a saturation that is given as one number; none if the sheet gives all of it, or
+/// nothing.
+pub fn single(asked: &Checked<'_>) -> Option<String> {
+    let inferred = |key: &str| asked.sheet.assumed().iter().find(|entry| entry.key.ends_with(key));
+    let [minus_d, q] = [".saturation.minus_d", ".saturation.q"].map(inferred);
+    let minus_d = minus_d.map(|entry| {
+        let fall = entry.value.strip_prefix('-').map_or_else(
+            || format!("falls by {}", entry.value),
+            |rise| format!("grows by {rise}"),
+        );
+        format!("along −d L_d {fall} at rated current, inferred from its fall along +d by iron that saturates alike either way")
+    });
+    let q = q.map(|_| "the fall of L_q is not given: it is taken as unchanged".to_owned());
+    let parts: Vec<String> = minus_d.into_iter().chain(q).collect();
+    (!parts.is_empty()).then(|| format!("Saturation: {}.", parts.join("; ")))
+}
+
+/// Returns the assumptions of the verdict: numbers that the sheet leaves out, and those that it marks as assumed. A
+/// built-in motor's are listed by `standstill motors`.
+pub fn assumptions(sheet: &DataSheet) -> Vec<String> {
+    let list = |head: &str, entries: &[Entry]| {
+        let values: Vec<String> =
+            entries.iter().map(|entry| format!("{} {}", entry.key, entry.value)).collect();
+        (!values.is_empty()).then(|| format!("{head}: {}.", values.join(", ")))
+    };
+    let left_out = sheet.assumed();
+    // What follows from one number is said with it.
+    let left_out: Vec<Entry> = left_out.iter().filter(|entry| !is_of_saturation(entry)).cloned().collect();
+    let is_written = |entry: &Entry| {
+        let is_left_out = left_out.iter().any(|other| other.key == entry.key);
+        // Saturation that is not given is nothing that was assumed: the verdict says what is open without.
+        let is_open = entry.key == "nameplate.saturation";
+        let is_built_in = DataSheet::built_in(sheet.name()).is_some();
+        let is_inferred =
+            is_of_saturation(entry) && sheet.assumed().iter().any(|other| other.key == entry.key);
+        entry.source == Source::Assumed && !is_left_out && !is_inferred && !is_open && !is_built_in
+    };
+    let written: Vec<Entry> = sheet.entries().into_iter().filter(is_written).collect();
+    let said = [
+        list("Assumed, as the data sheet does not say", &left_out),
+        list("Assumed, as the data sheet itself says", &written),
+    ];
+    said.into_iter().flatten().collect()
+}
+
 /// Sentences on motors without saliency.
-const SAME: &str = " L_d and L_q are the same: there is no axis to find. Many sheets print one inductance: measure both, at two terminals while the shaft is turned by hand.";
+const SAME: &str = " L_d and L_q are the same: there is no axis to find.";
 
 pub fn saliency(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> String {
     let ratio = suitability.saliency_ratio;
     let mut saliency = format!("Saliency: |L_B|/L_A = {ratio:.3}.");
-    let Some(bound) = suitability.limit.filter(|_| ratio >= 1e-3) else {
-        if ratio < 1e-3 {
+    let Some(bound) = suitability.limit.filter(|_| suitability.has_saliency()) else {
+        if !suitability.has_saliency() {
             saliency += SAME;
         }
         return saliency;
@@ -111,7 +161,7 @@ pub fn poles(suitability: &Suitability) -> String {
         };
         return format!("Poles: {note}. {way_out}");
     }
-    if rated == Signature::None && pulses == Signature::None {
+    if suitability.poles_are_alike() {
         return format!(
             "Poles: they draw the same current, to {:.1} % near rated current: no test at standstill can tell them apart.",
             100.0 * difference

@@ -1,0 +1,146 @@
+//! Changes of drive, sensors and motor that an engineer can make.
+
+use standstill_detect::{MethodName, keys};
+use standstill_scenario::Rotor;
+use standstill_sim::{Arrangement, Comparators};
+
+use super::bench::{Bench, Setting};
+use super::margins::Demand;
+
+/// A change of the scenario or of the current that is allowed.
+pub(super) struct Change {
+    pub words: String,
+    pub keys: Vec<(&'static str, String)>,
+    pub current: Option<f64>,
+    /// The demand that the change lifts.
+    pub lifts: Option<Demand>,
+}
+
+/// Keys of errors of sensors and drive that are improved together.
+const FINER: [&str; 9] = [
+    "sensors.bits",
+    "sensors.range_low",
+    "sensors.jitter",
+    "sensors.noise",
+    "sensors.gain_error",
+    "sensors.timer",
+    "sensors.terminal_bits",
+    "sensors.terminal_noise",
+    "inverter.dead_time",
+];
+
+impl Change {
+    /// Returns true if the change makes an error of sensors or drive smaller.
+    pub fn is_finer(&self) -> bool {
+        self.keys.iter().any(|(key, _)| FINER.contains(key))
+    }
+}
+
+/// Lists the changes; the last one is all changes of sensors and dead time together, if there are several.
+pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
+    let mut changes = Vec::new();
+    if bench.rotors.contains(&Rotor::Free) {
+        let brake = keyed("a brake that holds the rotor", "rotor.state", "locked".to_owned());
+        changes.push(Change { lifts: Some(Demand::Movement), ..brake });
+    }
+    let of = |method: &MethodName| bench.scenario(&Setting::plain(*method), Rotor::Locked).ok();
+    let Some(scenario) = methods.iter().find_map(of) else { return changes };
+    let (sensors, drive) = (scenario.sensors, scenario.drive);
+    let reads_currents = sensors.arrangement != Arrangement::None;
+    let adc = sensors.adc.filter(|_| reads_currents);
+    let range = adc.map_or(f64::INFINITY, |adc| adc.high);
+    // Where less than rated current was allowed, rated current is asked about first.
+    let rated = digits(bench.motor.rated_current, 3);
+    if bench.most_current < 0.98 * rated && rated < 0.98 * range {
+        changes.push(more_current(format!("rated current, {rated} A"), rated));
+    }
+    for factor in [1.5, 2.0] {
+        let current = digits(bench.most_current * factor, 3);
+        // More than the sensors read is no help.
+        if current < 0.98 * range {
+            changes.push(more_current(format!("{factor} times the current, {current} A"), current));
+        }
+    }
+    let comparator = sensors.comparator;
+    if comparator.timer > 0.0 && comparator.arrangement == Comparators::PerLeg && comparator.offset > 0.0 {
+        let words = "one comparator for all legs, whose offset speaks for no pole";
+        changes.push(keyed(words, "sensors.comparators", Comparators::Common.name().to_owned()));
+    }
+    if scenario.detector.get(&keys::SECTOR).is_some_and(|width| width.number() == 0.0) {
+        let words = "sectors of 60° in place of angles, as a six-step start needs them";
+        changes.push(keyed(words, "detector.sector", "60 deg".to_owned()));
+    }
+    let mut finer = Vec::new();
+    if let Some(adc) = adc.filter(|adc| adc.bits < 16) {
+        finer.push(keyed("a converter of 16 bits", "sensors.bits", "16".to_owned()));
+        let smaller = digits(1.1 * bench.most_current, 3);
+        if smaller < range {
+            let words = format!("a sensor range of {smaller} A with its {} bits", adc.bits);
+            changes.push(keyed(&words, "sensors.range", format!("{smaller} A")));
+        }
+    }
+    // An amplifier for one direction cuts off what a decaying current reads.
+    if let Some(adc) = adc.filter(|adc| adc.low > -0.3 * bench.most_current) {
+        let low = format!("-{} A", digits(adc.high.min(1.1 * bench.most_current), 3));
+        finer.push(keyed(
+            &format!("a bias of the amplifiers, so that they read from {low} on"),
+            "sensors.range_low",
+            low,
+        ));
+    }
+    if reads_currents && sensors.jitter.seconds() > 0.0 {
+        let jitter = format!("{} ns", digits(sensors.jitter.seconds() * 1e9 / 4.0, 2));
+        finer.push(keyed(&format!("a quarter of the triggers' jitter, {jitter}"), "sensors.jitter", jitter));
+    }
+    if reads_currents && sensors.noise > 0.0 {
+        let noise = format!("{} A", digits(sensors.noise / 4.0, 2));
+        finer.push(keyed(&format!("a quarter of the sensors' noise, {noise}"), "sensors.noise", noise));
+    }
+    if reads_currents && sensors.gain_error > 0.0 {
+        let gain = format!("{} %", digits(100.0 * sensors.gain_error / 4.0, 2));
+        finer.push(keyed(&format!("sensors calibrated to {gain}"), "sensors.gain_error", gain));
+    }
+    if comparator.timer > 0.0 {
+        let tick = format!("{} us", digits(comparator.timer * 1e6 / 4.0, 2));
+        finer.push(keyed(&format!("a timer of four times the clock, {tick} a tick"), "sensors.timer", tick));
+    }
+    if let Some(divider) = sensors.terminal {
+        if divider.adc.is_some_and(|adc| adc.bits < 16) {
+            let words = "a converter of 16 bits for the terminals";
+            finer.push(keyed(words, "sensors.terminal_bits", "16".to_owned()));
+        }
+        if divider.noise > 0.0 {
+            let noise = format!("{} V", digits(divider.noise / 4.0, 2));
+            let words = format!("a quarter of the noise at the terminals, {noise}");
+            finer.push(keyed(&words, "sensors.terminal_noise", noise));
+        }
+    }
+    let dead = drive.dead_time.seconds() * 1e6;
+    if dead > 0.0 {
+        let dead = format!("{} us", digits(dead / 4.0, 2));
+        finer.push(keyed(&format!("a quarter of the dead time, {dead}"), "inverter.dead_time", dead));
+    }
+    let all = (finer.len() > 1).then(|| Change {
+        words: "all changes of sensors and dead time together".to_owned(),
+        keys: finer.iter().flat_map(|change| change.keys.clone()).collect(),
+        current: None,
+        lifts: None,
+    });
+    changes.extend(finer);
+    changes.extend(all);
+    changes
+}
+
+/// Rounds to this number of significant digits.
+pub(super) fn digits(value: f64, count: i32) -> f64 {
+    let power = standstill_quantity::magnitude(value).unwrap_or(0) - count + 1;
+    standstill_quantity::rounded(standstill_quantity::rounded(value, -power).round(), power)
+}
+
+pub(super) fn keyed(words: &str, key: &'static str, value: String) -> Change {
+    Change { words: words.to_owned(), keys: vec![(key, value)], current: None, lifts: None }
+}
+
+const fn more_current(words: String, current: f64) -> Change {
+    Change { words, keys: Vec::new(), current: Some(current), lifts: None }
+}

@@ -1,0 +1,102 @@
+//! The demands under which a motor would be suited: from the margins of the settings that were tried, confirmed by fresh starts.
+
+use standstill_detect::MethodName;
+
+use super::advice::Advice;
+use super::bench::{Bench, Look};
+use super::condition::rounded_up;
+use super::margins::{Demand, room};
+use super::search::{Found, is_slow};
+use super::{Demands, Progress, SuitabilityError};
+
+/// Errors and movements in degrees from which on an answer is of no use, and the longest detection in s.
+const MOST_DEG: f64 = 30.0;
+const MOST_S: f64 = 20.0;
+/// Number of settings that are tried, the nearest to the demands first.
+const NEAREST: usize = 3;
+/// Factors by which a demand is relaxed further until fresh starts meet it.
+const FURTHER: [f64; 4] = [1.05, 1.15, 1.3, 1.5];
+
+/// Returns the demands, relaxed by as little as possible, under which settings that were found are confirmed; none if the settings
+/// lack a pole, answers, or more than an engineer can allow.
+pub(super) fn tried(
+    bench: &Bench<'_>,
+    methods: &[(MethodName, &Found)],
+    hear: &mut dyn FnMut(Progress<'_>),
+) -> Result<Option<Advice>, SuitabilityError> {
+    let quick = methods.iter().filter(|(method, _)| !is_slow(*method));
+    let missed = |look| excess(look).filter(|excess| *excess > 0.0).map(|excess| (excess, look));
+    let mut nearest: Vec<(f64, &Look)> =
+        quick.flat_map(|(_, found)| &found.looks).filter_map(missed).collect();
+    nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (_, look) in nearest.into_iter().take(NEAREST) {
+        for factor in FURTHER {
+            let demands = relaxed(bench, look, factor);
+            let Some(words) = words(bench.demands, &demands) else { break };
+            hear(Progress::Change(&words));
+            let mut changed = Bench::new(bench.document, bench.motor, &demands);
+            changed.has_pole = bench.has_pole;
+            if changed.confirm(&look.setting, 0)?.is_ok() {
+                let helps = Some(look.setting.clone());
+                return Ok(Some(Advice { change: words, keys: Vec::new(), demands: Some(demands), helps }));
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// Returns by how much, as a sum of logarithms, a look misses the demands that may be relaxed; none if it misses another one.
+fn excess(look: &Look) -> Option<f64> {
+    let mut sum = 0.0;
+    for (demand, margin) in look.margins.all() {
+        let missed = room(demand) / margin;
+        if missed > 1.0 {
+            if matches!(demand, Demand::Pole | Demand::Answers) || !missed.is_finite() {
+                return None;
+            }
+            sum += standstill_numeric::ln(missed);
+        }
+    }
+    Some(sum)
+}
+
+/// Returns the demands that a look meets, each relaxed by `factor` more where it is missed.
+fn relaxed(bench: &Bench<'_>, look: &Look, factor: f64) -> Demands {
+    let (mut demands, margins) = (*bench.demands, look.margins);
+    let more = |allowed: f64, demand: Demand, margin: f64| {
+        let missed = room(demand) / margin;
+        // What is near its limit may miss it on more starts.
+        if missed * factor > 1.0 { rounded_up(allowed * missed.max(1.0) * factor) } else { allowed }
+    };
+    demands.error_deg = more(demands.error_deg, Demand::Error, margins.error);
+    demands.movement_deg = more(demands.movement_deg, Demand::Movement, margins.movement);
+    demands.time_s = more(demands.time_s, Demand::Time, margins.time);
+    if margins.current < room(Demand::Current) {
+        demands.current_a = Some(rounded_up(1.02 * bench.most_current / margins.current));
+    }
+    demands
+}
+
+/// Returns the differences of two demands in words; none if there are none, or if they ask for more than is of use.
+fn words(old: &Demands, new: &Demands) -> Option<String> {
+    if new.error_deg > MOST_DEG.max(old.error_deg)
+        || new.movement_deg > MOST_DEG.max(old.movement_deg)
+        || new.time_s > MOST_S
+    {
+        return None;
+    }
+    let mut parts = Vec::new();
+    if new.error_deg != old.error_deg {
+        parts.push(format!("an error of {}° allowed in 95 of 100 starts", new.error_deg));
+    }
+    if new.movement_deg != old.movement_deg {
+        parts.push(format!("a movement of {}° allowed", new.movement_deg));
+    }
+    if let Some(current) = new.current_a.filter(|_| new.current_a != old.current_a) {
+        parts.push(format!("{current} A allowed"));
+    }
+    if new.time_s != old.time_s {
+        parts.push(format!("{} ms allowed", standstill_quantity::number(0, new.time_s * 1e3)));
+    }
+    (!parts.is_empty()).then(|| parts.join(" and "))
+}

@@ -1,0 +1,77 @@
+//! What is said of a motor that no settings suit: the changes that were tried, and other ways to start it.
+
+use standstill_analysis::{Advice, Alternative, Suitability, Suited, Way};
+use standstill_report::page::Block;
+
+use super::{amperes, milliseconds, setting};
+
+/// Returns the changes that were tried where no settings suffice, and the other ways.
+pub fn blocks(found: &Suitability) -> Vec<Block> {
+    let mut blocks = match found.suited() {
+        Suited::Unknown => measured(found),
+        Suited::No => changes(found),
+        Suited::Yes | Suited::If => return Vec::new(),
+    };
+    if !found.alternatives.is_empty() {
+        blocks.push(Block::Text("What is left:".to_owned()));
+        blocks.push(Block::List(found.alternatives.iter().map(other).collect()));
+    }
+    blocks
+}
+
+/// Returns what a sheet with one inductance needs.
+fn measured(found: &Suitability) -> Vec<Block> {
+    let mut said = "Measure L_d and L_q: at two terminals the inductance goes from its least to its most twice in an electrical revolution while the shaft is turned by hand; `standstill fit` reads both from scope traces (docs/own-motor-traces.md).".to_owned();
+    for Advice { change, helps, .. } in &found.advice {
+        if let Some(helps) = helps {
+            said += &format!(" With {change} this drive suits: {}.", setting(helps));
+        }
+    }
+    vec![Block::Text(said)]
+}
+
+fn changes(found: &Suitability) -> Vec<Block> {
+    let looks: usize = found.candidates.iter().map(|candidate| candidate.looks).sum();
+    let most = amperes(found.most_current_a);
+    let tried = match looks {
+        0 | 1 => format!("The one setting that was tried, up to {most} A, does not suffice."),
+        _ => format!("None of {looks} settings that were tried, up to {most} A, suffices."),
+    };
+    if found.poles_are_alike() {
+        return vec![Block::Text(format!(
+            "{tried} The poles draw the same current: no change of drive or sensors tells them apart."
+        ))];
+    }
+    let (helps, not): (Vec<_>, Vec<_>) = found.advice.iter().partition(|advice| advice.helps.is_some());
+    let words: Vec<&str> = not.iter().map(|advice| advice.change.as_str()).collect();
+    let not = |head: &str| (!words.is_empty()).then(|| Block::Text(format!("{head}: {}.", words.join("; "))));
+    if helps.is_empty() {
+        let none =
+            "Nor does any of these changes, tried on the bench (those of sensors and dead time together)";
+        return [Block::Text(tried)].into_iter().chain(not(none)).collect();
+    }
+    let with = |advice: &&Advice| {
+        format!("{}: {}.", advice.change, advice.helps.as_ref().map_or_else(String::new, setting))
+    };
+    let head = format!("{tried} Each of these changes does, as tried on the bench:");
+    let list = Block::List(helps.iter().map(with).collect());
+    [Block::Text(head), list].into_iter().chain(not("Not enough by itself")).collect()
+}
+
+/// Describes another way to start the motor.
+fn other(alternative: &Alternative) -> String {
+    let Alternative { way, setting: with, starts } = alternative;
+    let p95 = starts.p95_deg.alone();
+    match way {
+        Way::Axis => format!(
+            "The axis alone, by {}: 95 of 100 errors within {p95}°. Its north end takes a Hall sensor or an encoder.",
+            setting(with)
+        ),
+        Way::Alignment => format!(
+            "Alignment: a current turns a free rotor to a known angle, by up to {:.0}° electrical, in {} ms; 95 of 100 errors within {p95}° in {} starts.",
+            starts.max_moved_deg,
+            milliseconds(starts.mean_duration_s),
+            starts.trials
+        ),
+    }
+}

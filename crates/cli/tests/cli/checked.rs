@@ -1,0 +1,132 @@
+//! What `check` says where no settings suffice, and whether the commands that it prints are accepted.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use serde_json::Value;
+
+use super::nameplates::sheet;
+use super::{folder, standstill};
+
+/// 7 pole pairs at 48 V, whose pole takes rated current.
+const M48: [&str; 8] = ["7", "21 mΩ", "16 uH", "20 uH", "5.2 mWb", "60 A", "48 V", "5 %"];
+const BIPOLAR: [&str; 2] = ["-s", "detector.method=bipolar"];
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn answer(arguments: &[&str], at: &Path) -> Value {
+    let output = standstill(&[arguments, &["--json"]].concat(), at);
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr)))
+}
+
+/// The words of a printed command behind the program's name; quotes are those of a shell.
+fn words(command: &str) -> Vec<String> {
+    let (mut words, mut quoted) = (vec![String::new()], false);
+    for c in command.chars() {
+        match c {
+            '\'' => quoted = !quoted,
+            ' ' if !quoted => words.push(String::new()),
+            c => words.last_mut().expect("a word").push(c),
+        }
+    }
+    assert_eq!(words.remove(0), "standstill", "{command}");
+    words
+}
+
+/// Runs each command that an answer names; none is refused.
+fn accepted(answer: &Value, at: &Path) -> Vec<(String, Output)> {
+    let next = answer["next"].as_array().expect("a list");
+    assert!(!next.is_empty(), "{answer}");
+    let run = |command: &Value| {
+        let command = command.as_str().expect("a command");
+        let mut words = words(command);
+        if words[0] == "run" {
+            words.extend(["--trials", "8", "--out", "went-on", "--force"].map(str::to_owned));
+        }
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let output = standstill(&words, at);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{command}: {stderr}");
+        (command.to_owned(), output)
+    };
+    next.iter().map(run).collect()
+}
+
+#[test]
+fn regress_each_printed_command_of_an_unsuited_motor_is_accepted() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("m48.toml"), sheet(M48)).expect("written");
+    let mut held = Vec::new();
+    for (more, expected) in [
+        (&["--current", "27"][..], "--current 60"),
+        (&["-s", "sensors.bits=5", "-s", "rotor.state=free"], "sensors.bits=16"),
+        (&["--movement", "0.002"], "rotor.state=locked"),
+    ] {
+        let asked = [&["check", "m48.toml"][..], &BIPOLAR, more].concat();
+        let answer = answer(&asked, at);
+        assert_eq!(
+            (&answer["suited"], &answer["verdict"]),
+            (&false.into(), &"not-suited".into()),
+            "{answer}"
+        );
+        let commands = accepted(&answer, at);
+        assert!(commands.iter().any(|(command, _)| command.contains(expected)), "{commands:?}");
+        for (command, output) in &commands {
+            // No option and no key stands twice.
+            for name in ["--current", "--movement", "--tolerance", "rotor.state=", "sensors.bits="] {
+                assert!(command.matches(name).count() < 2, "{command}");
+            }
+            // What is said to suffice does.
+            held.push((output.status.code() == Some(0), command.clone()));
+        }
+    }
+    assert!(held.iter().all(|(held, _)| *held), "{held:?}");
+}
+
+#[test]
+fn law_no_verdict_ends_without_a_next_step() {
+    let folder = folder();
+    let at = folder.path();
+    let motors = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/motors"));
+    fs::copy(motors.join("servo-2310.toml"), at.join("servo.toml")).expect("copied");
+    let linear = ["7", "21 mΩ", "16 uH", "20 uH", "5.2 mWb", "60 A", "48 V", "0 %"];
+    fs::write(at.join("linear.toml"), sheet(linear)).expect("written");
+    // One inductance for both axes.
+    let asked = [&["check", "servo.toml"][..], &BIPOLAR].concat();
+    let one = answer(&asked, at);
+    assert_eq!((&one["suited"], &one["verdict"]), (&false.into(), &"cannot-be-judged".into()), "{one}");
+    let commands = accepted(&one, at);
+    assert!(commands[0].0.contains("-s 'motor.nameplate.L_q="), "{commands:?}");
+    let text = said(&standstill(&asked, at));
+    let head = "servo-2310: detection of the rotor's axis at standstill cannot be judged: the data sheet gives one inductance";
+    assert!(text.starts_with(head) && text.contains("Measure L_d and L_q"), "{text}");
+    // Poles that draw the same current: the axis alone, or a rotor that is turned.
+    let asked = [&["check", "linear.toml"][..], &BIPOLAR].concat();
+    let alike = answer(&asked, at);
+    let ways: Vec<&Value> =
+        alike["alternatives"].as_array().expect("a list").iter().map(|of| &of["way"]).collect();
+    assert!(ways.contains(&&"axis-alone".into()), "{alike}");
+    accepted(&alike, at);
+    let text = said(&standstill(&asked, at));
+    assert!(text.contains("Hall sensor") && !text.contains("were tried. Nor"), "{text}");
+    // A sixteenth of rated current shows no pole: rated current does.
+    let weak = answer(&[&["check", "paper-5k5", "--current", "0.5"][..], &BIPOLAR].concat(), at);
+    let commands = accepted(&weak, at);
+    assert!(commands.iter().any(|(command, _)| command.ends_with("--current 8")), "{commands:?}");
+}
+
+#[test]
+fn regress_what_one_number_of_saturation_implies_is_not_laid_at_the_sheets_door() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("m48.toml"), sheet(M48)).expect("written");
+    let text = said(&standstill(&[&["check", "m48.toml"][..], &BIPOLAR].concat(), at));
+    assert!(!text.contains("as the data sheet itself says"), "{text}");
+    let inferred = "along −d L_d grows by 2.24 % at rated current, inferred from its fall along +d by iron that saturates alike either way; the fall of L_q is not given: it is taken as unchanged";
+    assert!(text.contains(inferred), "{text}");
+}
