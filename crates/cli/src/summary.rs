@@ -2,6 +2,7 @@
 
 mod points;
 
+use standstill_analysis::Demands;
 use standstill_campaign::{Estimate, Sectors, Summary, binomial_interval};
 pub use standstill_quantity::fixed;
 use standstill_quantity::{at_most, magnitude, number as rounded};
@@ -71,9 +72,9 @@ pub const fn good_heading(open: bool) -> &'static str {
 }
 
 /// Share of starts without a right answer above which a point counts as failing, whatever its error.
-pub const FAILING: f64 = 0.01;
+pub const FAILING: f64 = Demands::DEFAULT.without_angle;
 
-/// Share of right answers below which a warning is given.
+/// Share of right answers from which on nearly all starts are answered, so that the share is not said.
 pub const GOOD: f64 = 0.999;
 
 /// Order of points, the best first.

@@ -1,5 +1,6 @@
 //! `standstill report`: a finished run as one self-contained page, and its figures.
 
+mod demands;
 mod page;
 mod study;
 mod two;

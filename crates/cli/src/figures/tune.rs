@@ -51,7 +51,13 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         };
         format!("{what}{said}: not drawn, too many starts without an answer to have a {}", measures[0])
     });
-    let subtitle = std::iter::once(subtitle).chain(missing).collect::<Vec<_>>().join("; ");
+    // Two places above one another: the picture shows what was gained, and nothing of what that costs.
+    let alike = start
+        .zip(best)
+        .filter(|(start, best)| start != best && (start.0 - best.0).abs() <= 1e-6 * best.0.abs());
+    let alike = alike
+        .map(|_| format!("start and best have the same {}: --against draws another measure", measures[0]));
+    let subtitle = std::iter::once(subtitle).chain(missing).chain(alike).collect::<Vec<_>>().join("; ");
     // What the answer is about: start, best and what may be chosen between them. What was looked at beside them may be far off.
     let answered = || front.iter().copied().chain(start).chain(best);
     let xs = ends(answered().map(|p| p.0).collect());
@@ -202,6 +208,12 @@ mod tests {
             1,
             "{bars:?}"
         );
+        // Start and best above one another: another measure would tell what the gain costs.
+        let said = |duration: f64| {
+            let figure = drawn(judged([0.3, 0.2, 0.4], duration), judged([0.11, 0.10, 0.12], 0.027));
+            figure.subtitle.expect("a subtitle").contains("start and best have the same duration: --against")
+        };
+        assert_eq!([0.027, 0.03].map(said), [true, false]);
         // Nothing at all can be drawn: no panic.
         let none = judged([90.0, 90.0, 90.0], f64::INFINITY);
         assert!(drawn(none.clone(), none).svg().is_ok());

@@ -15,7 +15,7 @@ use crate::summary;
 
 /// Makes the answer of a run with these figures. Terminals show the verdict alone: `run` printed the results.
 pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answer {
-    let (tone, headline, details) = verdict(&run.summary);
+    let (tone, headline, details) = verdict(run);
     let json = json!({ "headline": headline, "details": details, "run": run.summary.run });
     let verdict = Section::new("Verdict", [answer::verdict(tone, headline, details)]);
     let results = summary::sections(&run.summary).into_iter().map(Section::aside);
@@ -50,7 +50,9 @@ pub fn made(run: &FinishedRun) -> Made<'_> {
         ("Program", format!("Standstill {}", identity.version)),
         ("Folder", run.folder.display().to_string()),
     ];
-    let facts = axes.into_iter().flatten().chain(facts).map(|(name, value)| (name.to_owned(), value));
+    let doubt = identity.motor_note.clone().map(|note| ("Motor's numbers", note));
+    let facts =
+        axes.into_iter().flatten().chain(facts).chain(doubt).map(|(name, value)| (name.to_owned(), value));
     let subtitle = setting(&run.file);
     Made { setup: Some(setup), subtitle, facts: facts.collect(), command: commands(run), asked: None }
 }

@@ -1,27 +1,15 @@
 //! The verdict on a run in a line, and its reasons.
 
 use standstill_campaign::Summary;
-use standstill_quantity::at_most;
 use standstill_report::page::Tone;
+use standstill_scenario::Rotor;
 
-use crate::results::{PointSummary, SummaryFile};
+use super::demands::{DEMANDS, Standing, counted, demands, more, percent, whose};
+use crate::results::{FinishedRun, PointSummary, SummaryFile};
 use crate::shell::values::Shown;
 use crate::shell::values::describe;
 use crate::shell::values::range;
-use crate::summary::{FAILING, GOOD, Ranking, good, sectors_in_words, share_of};
-
-/// Share of starts without an answer above which they are worth a warning.
-const OFTEN: f64 = 0.01;
-
-/// Formats the upper end of a share's interval in per cent.
-fn percent(limit: f64) -> String {
-    format!("{} %", at_most(limit))
-}
-
-/// Formats a share of a number of starts in per cent.
-fn counted(share: f64, starts: u64) -> String {
-    format!("{} %", share_of(share, starts))
-}
+use crate::summary::{FAILING, Ranking, good, sectors_in_words};
 
 /// Returns what errors of sectors are, to be said after them.
 const fn beyond(s: &Summary) -> &'static str {
@@ -34,14 +22,19 @@ fn rms(s: &Summary) -> String {
 }
 
 /// Returns the verdict's tone, headline and details.
-pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
-    let (tone, headline, mut details) =
-        summary.whole().map_or_else(|| of_sweep(summary), |s| of_run(summary, s));
+pub fn verdict(run: &FinishedRun) -> (Tone, String, Vec<String>) {
+    let summary = &run.summary;
+    let (mut tone, headline, mut details) =
+        summary.whole().map_or_else(|| of_sweep(summary), |s| of_run(run, s));
     if let Some(note) = &summary.run.pole_note {
         details.push(format!("Poles: {note}"));
     }
     if let Some(note) = &summary.run.map_note {
         details.push(format!("Map: {note}"));
+    }
+    if let Some(note) = &summary.run.motor_note {
+        details.push(format!("Motor: {note}"));
+        tone = if tone == Tone::Bad { tone } else { Tone::Warning };
     }
     if summary.errors() > 0 {
         details.push(format!("{} trials could not be simulated", summary.errors()));
@@ -53,7 +46,7 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
 /// Returns the number of starts without an answer and their most frequent reason, where these are many.
 fn silence(s: &Summary) -> Option<String> {
     let silent = s.undetermined + s.failed;
-    if silent as f64 <= OFTEN * s.trials as f64 {
+    if silent as f64 <= DEMANDS.without_angle * s.trials as f64 {
         return None;
     }
     let what = match (s.failed, s.undetermined) {
@@ -71,7 +64,7 @@ fn silence(s: &Summary) -> Option<String> {
 
 /// Extent to which poles are judged.
 #[derive(Clone, Copy, PartialEq)]
-enum Poles {
+pub enum Poles {
     Known,
     /// Poles are judged by the assumption of all cores that fit the map.
     Assumed,
@@ -99,75 +92,42 @@ impl Poles {
     }
 
     /// Adds the assumption on which a count of wrong poles rests.
-    fn qualified(self, text: String) -> String {
+    pub fn qualified(self, text: String) -> String {
         if self == Self::Assumed { format!("{text} (poles as assumed)") } else { text }
     }
 }
 
-/// Returns the demands on a start, each with its verdict and the numbers behind it.
-fn demands(s: &Summary, judged: Poles) -> Vec<(bool, String)> {
-    let allowed = |share: f64| format!("{} % allowed", 100.0 * share);
-    let mut all = Vec::new();
-    // Where no pole was named, there is nothing to say of wrong ones.
-    if s.found > 0 && judged != Poles::Open {
-        let starts = if s.found == s.trials { "starts" } else { "answers" };
-        let most = s.wrong_pole_probability.high;
-        let (is_met, text) = match s.wrong_poles {
-            0 => (
-                most <= OFTEN,
-                format!(
-                    "no wrong pole in {} {starts} (at most {}, {})",
-                    s.found,
-                    percent(most),
-                    allowed(OFTEN)
-                ),
-            ),
-            1 => (false, format!("1 wrong pole in {} {starts} (none allowed)", s.found)),
-            many => (false, format!("{many} wrong poles in {} {starts} (none allowed)", s.found)),
-        };
-        all.push((is_met, judged.qualified(text)));
-    }
-    let right = judged.right(s);
-    let answered = counted(right, s.trials);
-    all.push((right >= GOOD, format!("{answered} {} ({} % demanded)", judged.did(), 100.0 * GOOD)));
-    if s.beyond_limit.value.is_finite() {
-        let beyond = counted(s.beyond_limit.value, s.found);
-        let of = if s.sectors.is_some() { "sectors" } else { "angles" };
-        let text = format!("{beyond} of {of} off by more than {}° ({})", s.limit_deg, allowed(OFTEN));
-        all.push((s.beyond_limit.value <= OFTEN, text));
-    }
-    all
-}
-
-fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
-    let judged = Poles::of(summary);
+fn of_run(run: &FinishedRun, s: &Summary) -> (Tone, String, Vec<String>) {
+    let judged = Poles::of(&run.summary);
     let open = judged == Poles::Open;
     let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
-    let unsure = !open && s.found > 0 && s.wrong_pole_probability.high > OFTEN;
-    let tone = if (s.wrong_poles > 0 && !open) || s.errors > 0 || (if open { s.axes } else { s.found }) == 0 {
+    let all = demands(s, judged, run.file.rotor.state() == Rotor::Free);
+    let any = |wanted: Standing| all.iter().any(|(shown, _)| *shown == wanted);
+    let are_wrong = !open && s.wrong_pole_probability.value > DEMANDS.wrong_poles;
+    let tone = if are_wrong || s.errors > 0 || (if open { s.axes } else { s.found }) == 0 {
         Tone::Bad
-    } else if judged.right(s) < GOOD
-        || judged != Poles::Known
-        || silent > OFTEN
-        || unsure
-        || s.beyond_limit.value > OFTEN
-    {
+    } else if any(Standing::NotMet) || judged != Poles::Known {
         Tone::Warning
+    } else if any(Standing::Not) {
+        Tone::Neutral
     } else {
         Tone::Good
     };
     let rms = if s.axes == 0 { "no axis found".to_owned() } else { rms(s) };
     let unjudged = (open && s.found > 0).then(|| "poles not judged".to_owned());
-    let (met, missed): (Vec<_>, Vec<_>) = demands(s, judged).into_iter().partition(|(is_met, _)| *is_met);
-    let listed =
-        |all: &[(bool, String)]| all.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>().join(", ");
-    let parts = if missed.is_empty() {
-        [None, Some(format!("demands met: {}", listed(&met))), None, unjudged, Some(rms)]
-    } else {
-        let met = (!met.is_empty()).then(|| format!("met: {}", listed(&met)));
-        [silence(s), Some(format!("not met: {}", listed(&missed))), met, unjudged, Some(rms)]
+    let listed = |head: &str, wanted: Standing| {
+        let of: Vec<&str> =
+            all.iter().filter(|(shown, _)| *shown == wanted).map(|(_, text)| text.as_str()).collect();
+        (!of.is_empty()).then(|| format!("{head}: {}", of.join(", ")))
     };
-    let mut details = Vec::new();
+    let parts = if any(Standing::NotMet) || any(Standing::Not) {
+        let [missed, not] =
+            [listed("not met", Standing::NotMet), listed("not shown by so few starts", Standing::Not)];
+        [silence(s), missed, not, listed("met", Standing::Met), unjudged, Some(rms)]
+    } else {
+        [None, listed("demands met", Standing::Met), None, None, unjudged, Some(rms)]
+    };
+    let mut details = vec![whose()];
     if s.found > 0 && !open {
         let most = percent(s.wrong_pole_probability.high);
         details.push(judged.qualified(format!("Probability of a wrong pole: {most} at most (97.5 %)")));
@@ -188,9 +148,8 @@ fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
             .filter(|of| of.named > 0)
             .map(|of| format!("Sectors: {}", sectors_in_words(&of, s.limit_deg))),
     );
-    if unsure && s.wrong_poles == 0 {
-        let more = "Too few starts to rule out wrong poles in one of a hundred: `standstill run SCENARIO --trials 1000 --resume` adds some";
-        details.push(more.to_owned());
+    if any(Standing::Not) && s.found > 0 {
+        details.push(more(run));
     }
     (tone, sentence(parts), details)
 }
@@ -206,7 +165,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let wrong = !open && each().any(|s| s.wrong_poles > 0);
     let tone = if wrong || summary.errors() > 0 || each().any(|s| right(s) <= 0.0) {
         Tone::Bad
-    } else if each().any(|s| right(s) < GOOD) {
+    } else if each().any(|s| 1.0 - right(s) > FAILING) {
         Tone::Warning
     } else {
         Tone::Neutral
@@ -251,8 +210,9 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         details
             .push(format!("{of} by more than {}° in {range} of starts with an angle, by point", s.limit_deg));
     }
-    if !open && !wrong && limits().any(|high| high > OFTEN) {
-        details.push("Too few starts to rule out wrong poles in one of a hundred at each point".to_owned());
+    if !open && !wrong && limits().any(|high| high > DEMANDS.wrong_poles) {
+        let most = 100.0 * DEMANDS.wrong_poles;
+        details.push(format!("Too few starts at each point to show that at most {most} % are wrong poles"));
     }
     let shown = Shown::of(points);
     let of_point = |point: &PointSummary| {

@@ -1,0 +1,133 @@
+//! What a run's starts show of the demands that `check` makes.
+
+use standstill_analysis::Demands;
+use standstill_campaign::{Summary, binomial_interval};
+use standstill_quantity::at_most;
+
+use super::verdict::Poles;
+use crate::results::FinishedRun;
+use crate::shell::command_line::quoted;
+use crate::summary::share_of;
+
+/// The demands by which a run is judged: those that `check` makes where its user asks for no others.
+pub const DEMANDS: Demands = Demands::DEFAULT;
+
+/// Formats the upper end of a share's interval in per cent.
+pub fn percent(limit: f64) -> String {
+    format!("{} %", at_most(limit))
+}
+
+/// Formats a share of a number of starts in per cent.
+pub fn counted(share: f64, starts: u64) -> String {
+    format!("{} %", share_of(share, starts))
+}
+
+/// What starts show of a demand.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Standing {
+    Met,
+    NotMet,
+    /// It may be met: too few starts show it.
+    Not,
+}
+
+impl Standing {
+    /// Compares a value and the upper end of its interval with what is allowed.
+    fn of(value: f64, high: f64, allowed: f64) -> Self {
+        match () {
+            () if value > allowed => Self::NotMet,
+            () if high <= allowed => Self::Met,
+            () => Self::Not,
+        }
+    }
+}
+
+/// Returns the demands on a start, each with what the starts show of it and the numbers behind that. `is_free`: the rotor may move.
+pub fn demands(s: &Summary, judged: Poles, is_free: bool) -> Vec<(Standing, String)> {
+    let mut all = Vec::new();
+    // Where no pole was named, there is nothing to say of wrong ones.
+    if s.found > 0 && judged != Poles::Open {
+        let (share, count) = (s.wrong_pole_probability, s.wrong_poles);
+        let shown = Standing::of(share.value, share.high, DEMANDS.wrong_poles);
+        let allowed = format!("{} % allowed", 100.0 * DEMANDS.wrong_poles);
+        let starts = if s.found == s.trials { "starts" } else { "answers" };
+        let counted = match count {
+            0 => format!("none in {} {starts}", s.found),
+            _ => format!("{count} in {} {starts}", s.found),
+        };
+        let text = match shown {
+            Standing::NotMet => format!("wrong poles: {counted} ({allowed})"),
+            _ => format!("wrong poles: {counted}, at most {} ({allowed})", percent(share.high)),
+        };
+        all.push((shown, judged.qualified(text)));
+    }
+    let without = if judged == Poles::Open { s.failed } else { s.failed + s.undetermined };
+    let share = binomial_interval(without, s.trials);
+    let shown = Standing::of(share.value, share.high, DEMANDS.without_angle);
+    let what = if judged == Poles::Open { "an axis" } else { "an answer" };
+    let most =
+        if shown == Standing::Not { format!(", at most {}", percent(share.high)) } else { String::new() };
+    let value = counted(share.value, s.trials);
+    all.push((shown, format!("{value} without {what}{most} ({} % allowed)", 100.0 * DEMANDS.without_angle)));
+    if s.axes > 0 {
+        let p95 = s.p95_deg;
+        let shown = Standing::of(p95.value, p95.high, DEMANDS.error_deg);
+        let beyond = if s.sectors.is_some() { " beyond the sector" } else { "" };
+        let text = format!("95 of 100 within {}°{beyond} ({}° allowed)", p95.alone(), DEMANDS.error_deg);
+        all.push((shown, text));
+    }
+    if is_free {
+        let moved = s.max_moved_deg;
+        let text = format!("a free rotor moved by {moved:.2}° at most ({}° allowed)", DEMANDS.movement_deg);
+        all.push((Standing::of(moved, moved, DEMANDS.movement_deg), text));
+    }
+    all
+}
+
+/// Names those who make the demands.
+pub fn whose() -> String {
+    format!(
+        "Demands: those of `standstill check` without options, on angle, pole, answers and a free rotor: 95 of 100 errors within {}°, {} % wrong poles, {} % without an answer, {}° of movement. Its --tolerance and --movement judge settings by others",
+        DEMANDS.error_deg,
+        100.0 * DEMANDS.wrong_poles,
+        100.0 * DEMANDS.without_angle,
+        DEMANDS.movement_deg
+    )
+}
+
+/// Number of starts of which none with a wrong pole shows the share that is allowed.
+const ENOUGH: u64 = 37_000;
+
+/// Names the command that adds starts.
+pub fn more(run: &FinishedRun) -> String {
+    let folder = quoted(&run.folder.display().to_string());
+    format!(
+        "{ENOUGH} starts show all of it if they go on so: `standstill run scenario.toml --trials {ENOUGH} --resume --out {folder}` (scenario.toml: the run's own file, or the scenario on its page); `standstill odds scenario.toml` finds rare wrong poles with fewer"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_campaign::Statistics;
+
+    use super::*;
+
+    #[test]
+    fn law_a_run_is_judged_by_the_demands_of_check() {
+        let of = |trials: u64, undetermined: u64, wrong: u64, p95: [f64; 2]| {
+            let mut s = Statistics::default().summary();
+            (s.trials, s.undetermined, s.wrong_poles) = (trials, undetermined, wrong);
+            (s.found, s.axes) = (trials - undetermined, trials);
+            s.wrong_pole_probability = binomial_interval(wrong, trials);
+            (s.p95_deg.value, s.p95_deg.low, s.p95_deg.high) = (p95[0], p95[0], p95[1]);
+            demands(&s, Poles::Known, false).into_iter().map(|(shown, _)| shown).collect::<Vec<_>>()
+        };
+        use Standing::{Met, Not, NotMet};
+        // 0.35 % open are within the one per cent that check allows, and no wrong pole of 2,000 starts shows no 0.01 %.
+        assert!(of(2000, 7, 0, [0.4, 0.5]) == [Not, Met, Met]);
+        assert!(of(37_000, 100, 0, [0.4, 0.5]) == [Met, Met, Met]);
+        assert!(of(2000, 0, 1, [0.4, 0.5]) == [NotMet, Met, Met]);
+        assert!(of(200, 3, 0, [6.0, 7.0]) == [Not, NotMet, NotMet]);
+        assert!(of(30, 0, 0, [0.4, f64::INFINITY]) == [Not, Not, Not]);
+    }
+}
