@@ -44,19 +44,9 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         let y = judged.measured.get(measures[1]);
         let y = [y.value, y.low, y.high].map(|value| scales[1].number(value));
         let has = Estimate { value: y[0], low: y[1], high: y[2] };
-        let said = if has.value.is_finite() {
-            format!(", {} {has} {}", measures[1], scales[1].unit)
-        } else {
-            String::new()
-        };
-        format!("{what}{said}: not drawn, too many starts without an answer to have a {}", measures[0])
+        absent(what, has, &scales[1].unit, measures)
     });
-    // Two places above one another: the picture shows what was gained, and nothing of what that costs.
-    let alike = start
-        .zip(best)
-        .filter(|(start, best)| start != best && (start.0 - best.0).abs() <= 1e-6 * best.0.abs());
-    let alike = alike
-        .map(|_| format!("start and best have the same {}: --against draws another measure", measures[0]));
+    let alike = alike(start, best, measures[0]);
     let subtitle = std::iter::once(subtitle).chain(missing).chain(alike).collect::<Vec<_>>().join("; ");
     // What the answer is about: start, best and what may be chosen between them. What was looked at beside them may be far off.
     let answered = || front.iter().copied().chain(start).chain(best);
@@ -121,6 +111,22 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         height: 860,
         panels: vec![marked(close), marked(looks)],
     }
+}
+
+/// Says that start or best has no place in the picture, with the measure that it has.
+fn absent(what: &str, has: Estimate, unit: &str, [against, measure]: [Measure; 2]) -> String {
+    let said = if has.value.is_finite() { format!(", {measure} {has} {unit}") } else { String::new() };
+    format!("{what}{said}: not drawn, too many starts without an answer to have a {against}")
+}
+
+/// Place in the picture, with the ends of its interval.
+type Place = (f64, f64, f64, f64);
+
+/// Says that start and best lie above one another: then the picture shows what was gained, and nothing of what that costs.
+fn alike(start: Option<Place>, best: Option<Place>, against: Measure) -> Option<String> {
+    let (start, best) = start.zip(best)?;
+    let alike = start != best && (start.0 - best.0).abs() <= 1e-6 * best.0.abs();
+    alike.then(|| format!("start and best have the same {against}: --against draws another measure"))
 }
 
 /// Returns the smallest and the largest of the finite numbers.

@@ -110,6 +110,7 @@ pub fn more(run: &FinishedRun) -> String {
 mod tests {
     use standstill_campaign::Statistics;
 
+    use super::Standing::{Met, Not, NotMet};
     use super::*;
 
     #[test]
@@ -122,7 +123,6 @@ mod tests {
             (s.p95_deg.value, s.p95_deg.low, s.p95_deg.high) = (p95[0], p95[0], p95[1]);
             demands(&s, Poles::Known, false).into_iter().map(|(shown, _)| shown).collect::<Vec<_>>()
         };
-        use Standing::{Met, Not, NotMet};
         // 0.35 % open are within the one per cent that check allows, and no wrong pole of 2,000 starts shows no 0.01 %.
         assert!(of(2000, 7, 0, [0.4, 0.5]) == [Not, Met, Met]);
         assert!(of(37_000, 100, 0, [0.4, 0.5]) == [Met, Met, Met]);

@@ -1,5 +1,7 @@
 //! What is said of a motor that no settings suit: the changes that were tried, and other ways to start it.
 
+use std::fmt::Write as _;
+
 use standstill_analysis::{Advice, Alternative, Suitability, Suited, Way};
 use standstill_report::page::Block;
 
@@ -24,7 +26,7 @@ fn measured(found: &Suitability) -> Vec<Block> {
     let mut said = "Measure L_d and L_q: at two terminals the inductance goes from its least to its most twice in an electrical revolution while the shaft is turned by hand; `standstill fit` reads both from scope traces (docs/own-motor-traces.md).".to_owned();
     for Advice { change, helps, .. } in &found.advice {
         if let Some(helps) = helps {
-            said += &format!(" With {change} this drive suits: {}.", setting(helps));
+            let _ = write!(said, " With {change} this drive suits: {}.", setting(helps));
         }
     }
     vec![Block::Text(said)]
