@@ -13,7 +13,7 @@ use standstill_interface::{
 use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter};
 use standstill_plant::{Friction, Motor, built_in};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
-use standstill_sim::{Case, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
+use standstill_sim::{Case, Faults, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
 
 /// A detector that gives one command after the other and keeps what it reads.
 struct Script {
@@ -55,6 +55,8 @@ fn attempt(motor: &Motor, tolerance: f64) -> (f64, Vec<f64>) {
         rotor: RotorState::Free,
         memory: None,
         load_torque: 0.0,
+        start_speed: 0.0,
+        faults: Faults::default(),
         streams: Streams::new(1, 0),
         tolerance: Tolerance { flux: tolerance },
         time_limit: Case::TIME_LIMIT,

@@ -21,7 +21,7 @@ use standstill_interface::{
 use standstill_inverter::{DcLink, DeviceKind, GateTiming, Inverter};
 use standstill_plant::{Motor, built_in};
 use standstill_scenario::{ErrorSet, Scenario};
-use standstill_sim::{Case, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
+use standstill_sim::{Case, Faults, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
 
 const ANGLE_DEG: f64 = 20.0;
 const PULSES: usize = 3;
@@ -73,6 +73,8 @@ fn case(motor: &Motor, tolerance: Tolerance) -> Case<'_> {
         rotor: RotorState::Locked,
         memory: None,
         load_torque: 0.0,
+        start_speed: 0.0,
+        faults: Faults::default(),
         streams: Streams::new(1, 0),
         tolerance,
         time_limit: Case::TIME_LIMIT,

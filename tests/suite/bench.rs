@@ -9,7 +9,7 @@ use standstill_plant::{
     MapReport, MapSamples, Motor, Place, Temperature, Winding, built_in, built_in_names,
 };
 use standstill_scenario::{ErrorSet, Scenario};
-use standstill_sim::{Case, RotorState, SensorSettings, Sensors, Streams, Tolerance};
+use standstill_sim::{Case, Faults, RotorState, SensorSettings, Sensors, Streams, Tolerance};
 
 #[path = "../../crates/sim/tests/runs/script/player.rs"]
 mod player;
@@ -109,6 +109,8 @@ pub fn exact_case(motor: &Motor, inverter: Inverter, angle_deg: f64) -> Case<'_>
         rotor: RotorState::Locked,
         memory: None,
         load_torque: 0.0,
+        start_speed: 0.0,
+        faults: Faults::default(),
         streams: Streams::new(1, 0),
         tolerance: Tolerance::default(),
         time_limit: Case::TIME_LIMIT,

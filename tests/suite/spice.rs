@@ -40,6 +40,7 @@ impl Spice {
                 open_leg,
                 terminal_capacitance: self.capacitance,
                 terminal_resistance: self.resistance,
+                ..Bridge::default()
             },
             gates: [self.timing; 3],
             ..ideal_inverter(open_leg)

@@ -207,6 +207,10 @@ pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
         Purpose::CaptureTimer if number == 0 => "clock of the timer".to_owned(),
         Purpose::CaptureTimer => "phase of the timer".to_owned(),
         Purpose::ComparatorNoise => format!("noise of threshold {}", number + 1),
+        Purpose::Fault => {
+            let what = ["place", "size", "sign", "onset"][number % 4];
+            format!("{what} of fault {}", number / 4)
+        }
         Purpose::Resolver => "resolver".to_owned(),
         Purpose::Backlash => "place within the brake's play".to_owned(),
         Purpose::Tolerance => key.to_owned(),

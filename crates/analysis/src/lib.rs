@@ -6,6 +6,7 @@
 //!   require  what a part must do:                a key, a limit           ─► bracketing on common draws   ─► Requirement
 //!   tune     which settings are best:            keys, a measure, limits  ─► search on common draws       ─► Tuned
 //!   explain  why a trial ended as it did:       its tape, one draw at its mean              ─► Explained
+//!   faults   what each failure mode leads to:    a fault in each trial        ─► faults::Counts
 //!   compare  methods side by side:              the same drives and angles    ─► Entry, with its Bound
 //!   check    whether a motor is suited:         candidates, what is demanded  ─► Suitability, with settings
 //! ```
@@ -26,6 +27,7 @@ mod budget;
 mod compare;
 mod event;
 mod explain;
+pub mod faults;
 pub mod limit;
 pub mod paper;
 pub mod require;

@@ -20,7 +20,8 @@ pub use numerics::NUMERICS;
 pub use plan::Glance;
 pub use statistics::{
     Apart, Estimate, Judgement, Occurrence, Sectors, Statistics, Summary, binomial_interval,
-    correlated_difference, independent_difference, paired_difference, paired_rms, quantile_ranks, student,
+    correlated_difference, independent_difference, one_sided_bounds, paired_difference, paired_rms,
+    quantile_ranks, student,
 };
 
 /// The examples of the README run too.

@@ -60,6 +60,23 @@ pub fn binomial_interval(count: u64, total: u64) -> Estimate {
     }
 }
 
+/// The ends of the exact (Clopper–Pearson) one-sided 95 % intervals of a probability from `count` in `total`: it is at least the first,
+/// and at most the second.
+///
+/// ```
+/// use standstill_campaign::one_sided_bounds;
+///
+/// // The rule of three: none in 3,000 is at most one in a thousand.
+/// let [least, most] = one_sided_bounds(0, 3000);
+/// assert!(least == 0.0 && (most - 9.98e-4).abs() < 1e-6);
+/// ```
+pub fn one_sided_bounds(count: u64, total: u64) -> [f64; 2] {
+    if total == 0 {
+        return [0.0, 1.0];
+    }
+    [binomial::lower(count, total, 0.05), binomial::upper(count, total, 0.05)]
+}
+
 /// The second of two independent estimates less the first, its interval recovered from those of the two (G. Y. Zou and A.
 /// Donner, "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095): exact for normal estimates,
 /// and of two that were never seen what is known of them.

@@ -20,8 +20,8 @@ use standstill_table::Format;
 #[cfg(feature = "program")]
 pub use campaigns::Completions;
 pub use campaigns::{
-    Amount, Bounds, Budget, Explain, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Question, Report, Require,
-    Results, Rows, Run, Status, Sweep, Tune,
+    Amount, Bounds, Budget, Explain, Faults, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Question, Report,
+    Require, Results, Rows, Run, Status, Sweep, Tune,
 };
 pub use folder::default_folder;
 pub use motors::{Fit, Magnetics, Motors};
@@ -63,6 +63,8 @@ pub enum Command {
     Sweep(Sweep),
     /// The probability of a rare event, down to one in a billion, and what it looks like
     Odds(Odds),
+    /// What each failure mode of drive, sensors and motor leads to: wrong poles, and whether the method detects it
+    Faults(Faults),
     /// Where the error comes from: the share of each sensor and drive error and of each tolerance
     Budget(Budget),
     /// What a part must do: the largest or smallest value of a key with which limits hold

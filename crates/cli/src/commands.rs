@@ -7,6 +7,7 @@ pub mod compare;
 #[cfg(feature = "program")]
 pub mod completions;
 pub mod explain;
+pub mod faults;
 pub mod fit;
 #[cfg(feature = "program")]
 pub mod fmu;

@@ -99,6 +99,7 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         Command::Motors(options) => commands::motors::run(&options),
         Command::Run(options) => commands::run::run(&options),
         Command::Sweep(options) => commands::run::sweep(&options),
+        Command::Faults(options) => commands::faults::run(&options),
         Command::Budget(options) => commands::budget::run(&options),
         Command::Require(options) => commands::require::run(&options),
         Command::Explain(options) => commands::explain::run(&options),

@@ -206,6 +206,8 @@ macro_rules! method_keys {
                 because "without voltage no current answers", as "\"30 V\"";
             /// Whether an injection compensates dead time and drops.
             COMPENSATION = compensation: Flag, as "true";
+            /// Whether readings are checked against what whole parts can show: sensors that agree, inductances and a link as on the data sheet.
+            CHECKS = checks: Flag, as "false";
             /// Whether the dividers at the terminals are compared on an all-high vector first.
             COMPARISON = comparison: Flag, as "false";
             /// Current at which each of six pulses ends; without a timer, that for which it is made.

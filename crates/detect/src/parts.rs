@@ -6,6 +6,7 @@ pub(crate) mod injection;
 pub(crate) mod lines;
 pub(crate) mod margin;
 pub(crate) mod modulation;
+pub(crate) mod plausibility;
 pub(crate) mod polarity;
 pub(crate) mod settle;
 pub(crate) mod significance;

@@ -6,7 +6,7 @@ use standstill_interface::{
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Algebraic, Core, Falls, IronBridge, MagneticCircuit, Motor, Winding};
 use standstill_sim::{
-    Case, Ended, Event, Probe, RotorState, SensorSettings, Sensors, Snapshot, Streams, Tolerance, run,
+    Case, Ended, Event, Faults, Probe, RotorState, SensorSettings, Sensors, Snapshot, Streams, Tolerance, run,
 };
 
 use super::pieces::{Edge, Piece};
@@ -291,6 +291,8 @@ impl Plant {
             rotor: RotorState::Locked,
             memory: None,
             load_torque: 0.0,
+            start_speed: 0.0,
+            faults: Faults::default(),
             streams: Streams::new(0, 0),
             tolerance: Tolerance { flux: frame.tolerance * STRETCH },
             time_limit,

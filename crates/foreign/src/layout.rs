@@ -92,6 +92,13 @@ fn layout() -> Vec<(String, usize)> {
         ("STS_TERMINAL_HIDDEN", Fault::TerminalHidden),
         ("STS_NO_VOLTAGE", Fault::NoVoltage),
         ("STS_TERMINALS_SWING", Fault::TerminalsSwing),
+        ("STS_SENSORS_DISAGREE", Fault::SensorsDisagree { apart: 0.0, allowed: 0.0 }),
+        ("STS_DC_LINK_OUT_OF_RANGE", Fault::DcLinkOutOfRange { found: 0.0, allowed: [0.0; 2] }),
+        (
+            "STS_INDUCTANCE_OUT_OF_RANGE",
+            Fault::InductanceOutOfRange { phase: Phase::A, found: 0.0, allowed: [0.0; 2] },
+        ),
+        ("STS_DIRECTIONS_DIFFER", Fault::DirectionsDiffer { phase: Phase::A, apart: 0.0, allowed: 0.0 }),
     ];
     all.extend(failed.map(|(name, fault)| (name.to_owned(), failure_reason::<f64>(&fault) as usize)));
     all

@@ -344,6 +344,10 @@ pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
         Fault::TerminalHidden => 29,
         Fault::NoVoltage => 30,
         Fault::TerminalsSwing => 31,
+        Fault::SensorsDisagree { .. } => 32,
+        Fault::DcLinkOutOfRange { .. } => 33,
+        Fault::InductanceOutOfRange { .. } => 34,
+        Fault::DirectionsDiffer { .. } => 35,
         Fault::Own(own) => own.code,
     }
 }

@@ -211,6 +211,38 @@ pub enum Fault<T> {
     NoVoltage,
     /// The terminals do not come to rest after a pulse.
     TerminalsSwing,
+    /// Sensors that read the same current disagree, or one shows a current where none can flow: a sensor or a wire is faulty.
+    SensorsDisagree {
+        /// Difference in A.
+        apart: T,
+        /// The limit.
+        allowed: T,
+    },
+    /// The DC link's voltage is not that of the drive's data sheet.
+    DcLinkOutOfRange {
+        /// Measured voltage in V.
+        found: T,
+        /// Lowest and highest voltage allowed.
+        allowed: [T; 2],
+    },
+    /// A line's inductance is not one of the motor's data sheet: a wire, a contact or a sensor is faulty, or it is another motor.
+    InductanceOutOfRange {
+        /// The line's first phase.
+        phase: Phase,
+        /// Measured inductance in H.
+        found: T,
+        /// Smallest and largest inductance allowed.
+        allowed: [T; 2],
+    },
+    /// Pulses forward and backward through a line differ by more than the poles can make them.
+    DirectionsDiffer {
+        /// The line's first phase.
+        phase: Phase,
+        /// Difference of the inductances, relative to their mean.
+        apart: T,
+        /// The limit.
+        allowed: T,
+    },
     /// The drive returned other samples than were asked for.
     UnexpectedReadings,
     /// A reason of the detector's own.

@@ -50,6 +50,8 @@ pub struct Bridge {
     /// Resistance in Ω that the current of a terminal meets which no device feeds: that of the winding to what rings with the
     /// capacitance, fast enough for eddy currents in sheets and conductors.
     pub terminal_resistance: f64,
+    /// Legs whose wire to the winding is open. Nothing flows there, and the winding's end may have any potential.
+    pub disconnected: [bool; 3],
 }
 
 /// A margin in V by which modes fit so well that no others do: the margins of others are then wrong by as much, but for
@@ -81,7 +83,7 @@ impl Bridge {
     /// use standstill_inverter::{Bridge, Devices, Gate, OpenLeg};
     ///
     /// let devices = Devices { diode_drop: 0.7, ..Devices::default() };
-    /// let bridge = Bridge { devices, open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 };
+    /// let bridge = Bridge { devices, open_leg: OpenLeg::Diodes, ..Bridge::default() };
     /// // With both gates off, a terminal's potential may lie anywhere between the two diodes.
     /// assert_eq!(bridge.bounds(Gate::Off, 550.0), (-0.7, 550.7));
     /// ```
@@ -112,10 +114,10 @@ impl Bridge {
     ///
     /// ```
     /// use standstill_interface::AlphaBeta;
-    /// use standstill_inverter::{Bridge, Conduction, Devices, Gate, OpenLeg, Port};
+    /// use standstill_inverter::{Bridge, Conduction, Gate, OpenLeg, Port};
     /// use standstill_numeric::Symmetric;
     ///
-    /// let bridge = Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 };
+    /// let bridge = Bridge { open_leg: OpenLeg::Diodes, ..Bridge::default() };
     /// // A motor of 10 mH without saliency and without current, phase a pulsed against phase b, phase c open.
     /// let port = Port {
     ///     current: [0.0; 3],
@@ -153,7 +155,7 @@ impl Bridge {
         };
         let (m, n) = ((leg + 1) % 3, (leg + 2) % 3);
         let potential = keeping(leg, port, [(m, conducting(m)), (n, conducting(n))]);
-        let (low, high) = self.bounds(gates[leg], port.dc_link);
+        let (low, high) = self.bounds_of(leg, gates[leg], port.dc_link);
         modes[leg] = if (potential - low).min(high - potential) >= 0.0 {
             Conduction::Blocked
         } else if potential < low - CERTAIN {
@@ -185,7 +187,8 @@ impl Bridge {
         }
         let options = |leg: usize| -> [Option<Conduction>; 3] {
             let (out, into) = (self.devices.kind.outflow(gates[leg]), self.devices.kind.inflow(gates[leg]));
-            if resting[leg] && gates[leg] == Gate::Off && self.open_leg == OpenLeg::Open {
+            let open = gates[leg] == Gate::Off && self.open_leg == OpenLeg::Open;
+            if resting[leg] && (open || self.disconnected[leg]) {
                 return [Some(Conduction::Blocked), None, None];
             }
             if resting[leg] {
@@ -224,7 +227,7 @@ impl Bridge {
         (0..3)
             .filter(|leg| resting[*leg])
             .map(|leg| match modes[leg] {
-                Conduction::Blocked => self.blocked_margin(gates[leg], potentials[leg], port.dc_link),
+                Conduction::Blocked => self.blocked_margin(leg, gates[leg], potentials[leg], port.dc_link),
                 mode => {
                     let axis = AXES[leg];
                     mode.direction() * axis.dot(slope) / axis.dot(port.inverse_inductance.times(axis))
@@ -233,9 +236,15 @@ impl Bridge {
             .fold(f64::INFINITY, f64::min)
     }
 
-    fn blocked_margin(&self, gate: Gate, potential: f64, dc_link: f64) -> f64 {
-        let (low, high) = self.bounds(gate, dc_link);
+    fn blocked_margin(&self, leg: usize, gate: Gate, potential: f64, dc_link: f64) -> f64 {
+        let (low, high) = self.bounds_of(leg, gate, dc_link);
         (potential - low).min(high - potential)
+    }
+
+    /// Returns [`Self::bounds`] of a leg's end of the winding: none where its wire is open.
+    #[inline]
+    pub fn bounds_of(&self, leg: usize, gate: Gate, dc_link: f64) -> (f64, f64) {
+        if self.disconnected[leg] { (f64::NEG_INFINITY, f64::INFINITY) } else { self.bounds(gate, dc_link) }
     }
 
     /// Terminal potentials in V against the negative rail.
@@ -271,8 +280,8 @@ impl Bridge {
     fn all_blocked(&self, gates: [Gate; 3], port: &Port) -> [f64; 3] {
         let holding = AXES.map(|axis| axis.dot(port.holding));
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-        for (gate, e) in gates.into_iter().zip(holding) {
-            let (l, h) = self.bounds(gate, port.dc_link);
+        for (leg, (gate, e)) in gates.into_iter().zip(holding).enumerate() {
+            let (l, h) = self.bounds_of(leg, gate, port.dc_link);
             low = low.max(l - e);
             high = high.min(h - e);
         }

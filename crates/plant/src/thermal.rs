@@ -95,25 +95,43 @@ impl Motor {
         let magnet = factor("magnet", found, before.magnet_reference, before.magnet_coefficient)?;
         thermal.magnet_reference = found;
         thermal.magnet_coefficient /= magnet;
-        if magnet != 1.0 {
-            motor.magnet_flux *= magnet;
-            if let Some(cogging) = &mut motor.rotor.cogging {
-                cogging.torque *= magnet * magnet;
-            }
-            let circuit = self.magnetics.with_magnet(magnet).map_err(|_| error("magnet", found, range()))?;
-            // Without its magnet's saturation a core has other inductances.
-            let (harmonics, inductance) = (circuit.harmonics(), circuit.inductance());
-            if !harmonics.fit(inductance) {
-                let needed = format!(
-                    "leave the smaller inductance, here {:.4e} H, at least twice the harmonics 3/2 |inductance_4| + 2/3 |asymmetry|, {:.4e} H",
-                    inductance.smaller_eigenvalue(),
-                    harmonics.largest_inductance()
-                );
-                return Err(error("magnet", found, needed));
-            }
-            motor.magnetics = circuit;
+        if magnet == 1.0 {
+            return Ok(motor);
         }
-        Ok(motor)
+        motor.with_magnet(magnet).map_err(|why| error("magnet", found, why.unwrap_or_else(range)))
+    }
+
+    /// Returns the motor with magnets of which the open-circuit flux is this multiple: the core is saturated by less of it, and the
+    /// cogging torque changes with its square.
+    ///
+    /// ```
+    /// use standstill_plant::built_in;
+    ///
+    /// let motor = built_in("paper-5k5").ok_or("not built in")?;
+    /// let weak = motor.clone().with_magnet(0.8).map_err(|_| "no such magnet")?;
+    /// assert_eq!(weak.magnet_flux, 0.8 * motor.magnet_flux);
+    /// # Ok::<(), &str>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A magnet that the motor's core does not describe; with a sentence where its inductances do not bear the harmonics any more.
+    pub fn with_magnet(mut self, magnet: f64) -> Result<Self, Option<String>> {
+        self.magnet_flux *= magnet;
+        if let Some(cogging) = &mut self.rotor.cogging {
+            cogging.torque *= magnet * magnet;
+        }
+        let circuit = self.magnetics.with_magnet(magnet).map_err(|_| None)?;
+        // Without its magnet's saturation a core has other inductances.
+        let (harmonics, inductance) = (circuit.harmonics(), circuit.inductance());
+        if !harmonics.fit(inductance) {
+            return Err(Some(format!(
+                "leave the smaller inductance, here {:.4e} H, at least twice the harmonics 3/2 |inductance_4| + 2/3 |asymmetry|, {:.4e} H",
+                inductance.smaller_eigenvalue(),
+                harmonics.largest_inductance()
+            )));
+        }
+        self.magnetics = circuit;
+        Ok(self)
     }
 }
 

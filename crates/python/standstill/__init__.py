@@ -16,6 +16,7 @@ True
 from ._commands import (
     bounds,
     budget,
+    faults,
     check,
     compare,
     explain,
@@ -51,6 +52,7 @@ __all__ = [
     "__version__",
     "bounds",
     "budget",
+    "faults",
     "check",
     "compare",
     "explain",

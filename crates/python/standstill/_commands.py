@@ -379,6 +379,32 @@ def fit(
     return answer
 
 
+def faults(
+    scenario: Scenario | Pathlike,
+    /,
+    *,
+    mode: str | Sequence[str] | None = None,
+    method: str | Sequence[str] | None = None,
+    trials: int | None = None,
+    seed: int | None = None,
+    out: Pathlike | None = None,
+    force: bool = False,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> dict[str, Any]:
+    """What each failure mode of drive, sensors and motor leads to: wrong poles, and whether the method detects it.
+
+    >>> import standstill as st
+    >>> answer = st.faults('[detector]\\nmethod = "bipolar"', mode="phase-open", trials=20)
+    >>> answer["rows"][1]["effect"]
+    'no start'
+    """
+    answer: dict[str, Any] = _answer(
+        "faults", scenario, progress, mode=mode, method=method, trials=trials, seed=seed, out=out, force=force, threads=threads
+    )
+    return answer
+
+
 def budget(
     scenario: Scenario | Pathlike,
     /,

@@ -20,7 +20,7 @@ use super::tables::ScenarioFile;
 use crate::errors::device_kind;
 use crate::known::{nameplate, sources};
 use crate::scenario::tolerance;
-use crate::{DriveSettings, Scenario};
+use crate::{DriveSettings, Scenario, faults};
 
 impl ScenarioFile {
     /// Builds and checks the scenario. Relative paths in the file start at the folder of `files`.
@@ -85,9 +85,11 @@ impl ScenarioFile {
             rotor: self.rotor_state(motor)?,
             start_angle: self.rotor.angle.map(|angle| angle.value().to_radians()),
             load_torque: 0.0,
+            start_speed: 0.0,
             memory: self.rotor.memory.is_some_and(|Named(memory)| memory == Memory::Former),
             drive,
             sensors: self.errors.0.sensors(motor.rated_current, drive.link.voltage),
+            faults: Vec::new(),
             // Until the drive is known that the settings suit.
             detector: Method::Foreign(ForeignSettings::new()),
             foreign: None,
@@ -99,6 +101,10 @@ impl ScenarioFile {
             check_memory(&scenario.motor)?;
         }
         self.rotor.set(&mut scenario);
+        if scenario.start_speed != 0.0 && !matches!(scenario.rotor, RotorState::Free | RotorState::Driven) {
+            let found = "a speed of a rotor that is held";
+            return Err(FileError::key("rotor.speed", found, "`rotor.state` \"free\" or \"driven\""));
+        }
         if scenario.load_torque != 0.0 && scenario.rotor == RotorState::Locked {
             let found = "a load on a locked rotor, which it cannot move";
             return Err(FileError::key("rotor.load", found, "`rotor.state` \"free\" or \"brake\""));
@@ -117,12 +123,15 @@ impl ScenarioFile {
         self.sensors.apply_rules(self.errors.0, &mut scenario.sensors)?;
         check_load(&scenario, motor.rated_current)?;
         scenario.sensors.dc_link.adc = self.link_converter(motor, scenario.drive.link.voltage)?;
+        scenario.faults = faults::settings(&self.faults, &scenario)?;
+        scenario.motor = faults::demagnetise(&scenario.faults, scenario.motor)?;
         self.detector.set(&mut scenario);
         // The drive knows the motor of the data sheet, whatever its temperature is.
         let mut nameplate = nameplate(motor, &scenario.drive, &scenario.sensors);
         if let Some(Named(signature)) = self.detector.signature {
             (nameplate.signature, nameplate.pulse_signature) = (signature, signature);
         }
+        faults::misinform(&scenario.faults, &mut nameplate);
         if let Some(dead_time) = self.detector.dead_time {
             nameplate.dead_time = Nanos::from_seconds(dead_time.value());
         }

@@ -195,8 +195,11 @@ impl Document {
             });
         };
         let mut table = &mut self.table;
-        for (depth, part) in parts.iter().enumerate() {
-            let entry = table.entry(*part).or_insert_with(|| Value::Table(Table::new()));
+        let mut parts_left = parts.iter().enumerate();
+        while let Some((depth, part)) = parts_left.next() {
+            let entry = table.entry(*part).or_insert_with(|| {
+                if *part == "faults" { Value::Array(Vec::new()) } else { Value::Table(Table::new()) }
+            });
             // A motor by name becomes one that differs from it.
             if depth == 0
                 && *part == "motor"
@@ -205,11 +208,30 @@ impl Document {
                 let base = Value::String(std::mem::take(name));
                 *entry = Value::Table(std::iter::once(("base".to_owned(), base)).collect());
             }
-            let Value::Table(below) = entry else {
+            // Of a list, the next part is the number of its table, from 0; the number after the last one adds a table.
+            let below = match entry {
+                Value::Array(list) => {
+                    let (number, there) = (parts_left.next(), list.len());
+                    let number = number.and_then(|(_, number)| number.parse::<usize>().ok());
+                    if number == Some(there) {
+                        list.push(Value::Table(Table::new()));
+                    }
+                    let Some(below) = number.and_then(|number| list.get_mut(number)) else {
+                        return Err(FileError::Key {
+                            place: origin.to_string(),
+                            key: key.to_owned(),
+                            message: format!("needed a number from 0 to {there} after `{part}.`"),
+                        });
+                    };
+                    below
+                }
+                entry => entry,
+            };
+            let Value::Table(below) = below else {
                 return Err(FileError::Key {
                     place: origin.to_string(),
                     key: key.to_owned(),
-                    message: format!("`{part}` is {entry}, not a table"),
+                    message: format!("`{part}` is {below}, not a table"),
                 });
             };
             table = below;
@@ -217,11 +239,7 @@ impl Document {
         if parts.first() == Some(&"motor") && !self.table_has_motor() {
             self.base_of_default();
         }
-        let table = parts.iter().try_fold(&mut self.table, |table, part| match table.get_mut(*part) {
-            Some(Value::Table(below)) => Some(below),
-            _ => None,
-        });
-        if let Some(table) = table {
+        if let Some(table) = self.holder(&parts) {
             table.insert(last.to_owned(), value);
         }
         self.changed.push((key.to_owned(), origin));
@@ -231,6 +249,13 @@ impl Document {
     /// Replaces the motor's name or path by its whole data sheet, so that later loads read no file for the motor.
     pub(super) fn resolve_motor(&mut self, sheet: Table) {
         self.table.insert("motor".to_owned(), Value::Table(sheet));
+    }
+
+    /// Returns the table that these parts of a key's path name.
+    fn holder(&mut self, parts: &[&str]) -> Option<&mut Table> {
+        let Some((first, below)) = parts.split_first() else { return Some(&mut self.table) };
+        let value = self.table.get_mut(*first)?;
+        below.iter().try_fold(value, |value, part| child_mut(value, part))?.as_table_mut()
     }
 
     /// Returns true if `[motor]` has entries besides tables that were only just opened for an override.
@@ -289,9 +314,7 @@ impl Document {
     pub fn remove(&mut self, key: &str) {
         let mut parts: Vec<&str> = key.split('.').collect();
         let last = parts.pop().unwrap_or_default();
-        let table =
-            parts.iter().try_fold(&mut self.table, |table, part| table.get_mut(*part)?.as_table_mut());
-        if let Some(table) = table {
+        if let Some(table) = self.holder(&parts) {
             table.remove(last);
         }
         self.changed.retain(|(changed, _)| changed != key);
@@ -310,7 +333,7 @@ impl Document {
         };
         rest.into_iter()
             .flat_map(|rest| rest.split('.'))
-            .try_fold(self.table.get(first)?, |value, part| value.as_table()?.get(part))
+            .try_fold(self.table.get(first)?, |value, part| child(value, part))
     }
 
     /// Parses the document into typed tables.
@@ -335,7 +358,7 @@ impl Document {
             return FileError::Key { place, key, message };
         }
         // What is set is noted without quotes around parts with dots.
-        let plain = key.replace('"', "");
+        let plain = key.replace('"', "").replace('[', ".").replace(']', "");
         let by_change = self.changed.iter().rev().find(|(changed, _)| {
             plain == *changed
                 || changed.starts_with(&format!("{plain}."))
@@ -361,6 +384,23 @@ impl Document {
             (None, None) => file.to_string(),
         };
         FileError::Key { place, key, message }
+    }
+}
+
+/// Returns what a part of a key's path names: an entry of a table, or an element of a list by its number.
+fn child<'v>(value: &'v Value, part: &str) -> Option<&'v Value> {
+    match value {
+        Value::Table(table) => table.get(part),
+        Value::Array(list) => list.get(part.parse::<usize>().ok()?),
+        _ => None,
+    }
+}
+
+fn child_mut<'v>(value: &'v mut Value, part: &str) -> Option<&'v mut Value> {
+    match value {
+        Value::Table(table) => table.get_mut(part),
+        Value::Array(list) => list.get_mut(part.parse::<usize>().ok()?),
+        _ => None,
     }
 }
 

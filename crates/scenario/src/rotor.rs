@@ -14,6 +14,8 @@ choice! {
         Free = "free",
         /// Held by a brake that lets it play.
         Brake = "brake",
+        /// Turned at `rotor.speed` by what the motor cannot slow: a vehicle that rolls, a lift that sinks.
+        Driven = "driven",
     }
 }
 
@@ -35,6 +37,7 @@ impl Rotor {
         match self {
             Self::Locked => Some(RotorState::Locked),
             Self::Free => Some(RotorState::Free),
+            Self::Driven => Some(RotorState::Driven),
             Self::Brake => (motor.rotor.backlash > 0.0).then(|| RotorState::Braked(Play::of(motor))),
         }
     }

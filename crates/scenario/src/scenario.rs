@@ -1,6 +1,7 @@
 //! A scenario: everything that the trials of a campaign have in common.
 
 use std::cell::RefCell;
+use std::f64::consts::TAU;
 
 use standstill_detect::{
     Decay, LineInductanceSettings, Method, MethodName, Nameplate, Settings, SettingsError, Source,
@@ -9,13 +10,13 @@ use standstill_foreign::{Maker, kept};
 use standstill_interface::{Detector, Nanos};
 use standstill_plant::Motor;
 use standstill_sim::{
-    Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape, Tolerance, Trace,
-    run, run_side_by_side,
+    Case, Faults, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape, Tolerance,
+    Trace, run, run_side_by_side,
 };
 
 use crate::errors::{dc_link, device_kind};
 use crate::known::{nameplate, sources};
-use crate::{DriveSettings, ErrorSet, Made, Record, TrialError};
+use crate::{DriveSettings, ErrorSet, FaultSettings, Made, Record, TrialError, faults};
 
 /// A scenario: one motor, one kind of drive, and one method with its settings `S`.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,12 +30,16 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub start_angle: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion.
     pub load_torque: f64,
+    /// Speed in revolutions per minute at the start, of a rotor that is free or driven.
+    pub start_speed: f64,
     /// True if the stator's iron remembers former operation. Each trial then draws the direction in which the flux last changed.
     pub memory: bool,
     /// Settings of the drive, from which specimens are drawn.
     pub drive: DriveSettings,
     /// Settings of the drive's sensors.
     pub sensors: SensorSettings,
+    /// Faults of motor, inverter, sensors and software, of which each trial draws place, size and onset.
+    pub faults: Vec<FaultSettings>,
     /// Settings of the method.
     pub detector: S,
     /// A library whose detectors are run instead of the method.
@@ -114,9 +119,11 @@ impl<S: Settings<f64>> Scenario<S> {
             rotor,
             start_angle: None,
             load_torque: 0.0,
+            start_speed: 0.0,
             memory: false,
             drive,
             sensors,
+            faults: Vec::new(),
             detector,
             foreign: None,
             time_limit: Case::TIME_LIMIT,
@@ -209,11 +216,13 @@ impl<S: Settings<f64>> Scenario<S> {
         let mut angle = angle;
         let mut rotor = self.rotor;
         match &mut rotor {
-            RotorState::Locked => {}
+            RotorState::Locked | RotorState::Driven => {}
+            // One that turns does not stand anywhere.
+            RotorState::Free if self.start_speed != 0.0 => {}
             RotorState::Free => angle = self.motor.standing_angle(angle, self.load_torque).unwrap_or(angle),
             RotorState::Braked(play) => *play = self.standing_play(angle, *play, drive),
         }
-        Case {
+        let mut case = Case {
             motor: &self.motor,
             inverter: self.drive.draw(drive),
             sensors: Sensors::draw(self.sensors, drive),
@@ -221,10 +230,14 @@ impl<S: Settings<f64>> Scenario<S> {
             rotor,
             memory: self.memory.then(|| drive.open(Purpose::Memory).angle()),
             load_torque: self.load_torque,
+            start_speed: self.start_speed * f64::from(self.motor.pole_pairs) * (TAU / 60.0),
             streams: noise,
             tolerance: self.tolerance,
             time_limit: self.time_limit,
-        }
+            faults: Faults::default(),
+        };
+        faults::apply(&self.faults, &mut case, drive);
+        case
     }
 
     /// Returns the brake's play about the rotor's initial position: a drawn position, or the end to which the torque turns the

@@ -63,6 +63,7 @@ pub fn specimen(case: &Case<'_>, drawn: &[(String, Value)]) -> Vec<(String, Stri
             format!("{:+.3}° beside the angle", sensors.resolver_error.to_degrees()),
         ));
     }
+    lines.extend(case.faults.iter().map(|fault| ("fault", fault.to_string())));
     let lines = lines.into_iter().map(|(name, value)| (name.to_owned(), value));
     lines.chain(drawn.iter().map(|(key, value)| (key.clone(), readable(key, value)))).collect()
 }

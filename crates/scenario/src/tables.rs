@@ -16,7 +16,7 @@ use super::keys::{DetectorTable, InverterTable, RotorTable, SensorsTable, StopTa
 use super::motor::MotorSpec;
 use super::named::Named;
 use super::tolerances::Tolerance;
-use crate::ErrorSet;
+use crate::{ErrorSet, FaultTable};
 
 /// A scenario: motor, drive, sensors, rotor, detector, how many trials.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
@@ -54,6 +54,9 @@ pub struct ScenarioFile {
     /// The method and its settings.
     #[serde(default)]
     pub detector: DetectorTable,
+    /// Faults of motor, inverter, sensors and software, with which the trials run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<FaultTable>,
     /// True if the program that runs the trials has the class of Python that `detector.python` names.
     #[serde(skip)]
     pub(super) hosted: bool,

@@ -5,9 +5,9 @@ use standstill_inverter::Inverter;
 use standstill_plant::Motor;
 use thiserror::Error;
 
-use crate::{Ledger, SensorSettings, Sensors, Streams};
+use crate::{Faults, Ledger, SensorSettings, Sensors, Streams};
 
-/// Mechanical state of the rotor: locked, free, or braked with play.
+/// Mechanical state of the rotor: locked, free, braked with play, or driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotorState {
     /// Held by a brake.
@@ -16,6 +16,8 @@ pub enum RotorState {
     Free,
     /// Held by a brake with play.
     Braked(Play),
+    /// Turned at its initial speed by something that the motor cannot slow: a vehicle that rolls, a lift that sinks, a gale.
+    Driven,
 }
 
 /// Travel of a rotor between the stops of its brake, in rad electrical; both values are zero or more. The stops are
@@ -120,6 +122,10 @@ pub struct Case<'a> {
     pub memory: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion; a hanging load keeps pulling at standstill.
     pub load_torque: f64,
+    /// Initial speed of a rotor that is free or driven, in rad/s electrical.
+    pub start_speed: f64,
+    /// Faults of wires, switches and sensors.
+    pub faults: Faults,
     /// Noise and jitter of the samples.
     pub streams: Streams<'a>,
     /// Numerical tolerance.
@@ -142,6 +148,8 @@ impl<'a> Case<'a> {
             rotor: RotorState::Locked,
             memory: None,
             load_torque: 0.0,
+            start_speed: 0.0,
+            faults: Faults::default(),
             streams: Streams::new(1, 0),
             tolerance: Tolerance::default(),
             time_limit: Case::TIME_LIMIT,

@@ -5,6 +5,7 @@ mod conduction;
 mod course;
 mod dividers;
 mod expected;
+mod faults;
 mod gates;
 mod ledger;
 mod motion;

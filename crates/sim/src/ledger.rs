@@ -9,7 +9,7 @@ pub struct Ledger {
     pub source: f64,
     /// Energy lost in the source's resistance.
     pub source_loss: f64,
-    /// Energy lost in switches and diodes.
+    /// Energy lost in switches and diodes, and in the arcs of wires that break.
     pub device_loss: f64,
     /// Energy lost in the winding's resistance, including that of its ringing with the terminals.
     pub copper_loss: f64,

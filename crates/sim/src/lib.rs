@@ -56,6 +56,7 @@ macro_rules! three {
 mod case;
 mod control;
 mod effect;
+mod faults;
 mod guard;
 mod lanes;
 mod ledger;
@@ -66,6 +67,7 @@ mod streams;
 mod trace;
 
 pub use case::{Case, Ended, Play, RotorState, Run, RunError, RunOf, Tolerance, Work};
+pub use faults::{Broken, Fault, Faults, MOST_FAULTS, Misreading};
 pub use lanes::driven::Driven;
 pub use lanes::{referee, run, run_side_by_side};
 pub use ledger::Ledger;

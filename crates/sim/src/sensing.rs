@@ -5,6 +5,7 @@ mod converter;
 mod dividers;
 mod filters;
 mod low_pass;
+mod misread;
 mod pick_up;
 mod sampler;
 mod sensed;

@@ -64,6 +64,8 @@ pub enum Purpose {
     CaptureTimer = 26,
     /// Noise at the comparators: one draw for each command with a threshold.
     ComparatorNoise = 27,
+    /// Place, size, sign and onset of faults: four draws for each fault.
+    Fault = 28,
 }
 
 /// The random draws of one trial: from its seed, or from a [`Tape`].

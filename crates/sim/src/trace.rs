@@ -122,6 +122,8 @@ pub enum Event {
     LeftMap,
     /// A comparator tripped: that of this phase, phase a where one serves all.
     Trip(Phase),
+    /// A part broke, or is whole again.
+    Fault,
     /// The drive took a sample: all that it read.
     Sample(Reading<f64>),
 }

@@ -88,6 +88,10 @@ impl Source {
         let mut sources: Vec<Self> = drawn
             .filter_map(|key| key.draws.clone().map(|(purpose, range)| source(key.path, purpose, "", range)))
             .collect();
+        let faults = scenario.faults.iter().enumerate();
+        sources.extend(
+            faults.map(|(k, _)| source(&format!("faults.{k}"), Purpose::Fault, "", 4 * k..4 * k + 4)),
+        );
         let tolerances = trials.plan().file().tolerances.keys();
         sources.extend(tolerances.map(|key| source(key, Purpose::Tolerance, key, 0..1)));
         sources

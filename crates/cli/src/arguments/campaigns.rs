@@ -7,6 +7,8 @@ use standstill_analysis::Event;
 use standstill_analysis::limit::{Limits, Measure, Subject};
 use standstill_analysis::subset::Effort;
 use standstill_campaign::store::Shard;
+use standstill_detect::MethodName;
+use standstill_scenario::FaultMode;
 use standstill_table::Format;
 
 use super::scenario::{Axes, Keys, Seed, Source, assignment};
@@ -142,6 +144,21 @@ pub struct Odds {
     /// quick loses parts of the event that lie at other angles sooner
     #[arg(long, value_name = "EFFORT", default_value = "normal", value_parser = choice::<Effort>())]
     pub effort: Effort,
+}
+
+#[derive(Debug, Args)]
+pub struct Faults {
+    #[command(flatten)]
+    pub question: Question,
+    /// Failure mode, such as phase-open; repeat it for several [default: all that the drive can have]
+    #[arg(long, value_name = "MODE", value_parser = choice::<FaultMode>())]
+    pub mode: Vec<FaultMode>,
+    /// Method; repeat it for several [default: the scenario's]
+    #[arg(long, value_name = "METHOD", value_parser = choice::<MethodName>())]
+    pub method: Vec<MethodName>,
+    /// Trials of each mode with each method [default: 3000]
+    #[arg(long, value_parser = whole::<u64>(1..=MOST_AT_A_VALUE), allow_hyphen_values = true)]
+    pub trials: Option<u64>,
 }
 
 #[derive(Debug, Args)]

@@ -246,6 +246,7 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
             Event::Sample(of) => {
                 ("sample", of.capture.map_or(Cell::Empty, |capture| letter(capture.comparator)), Cell::Empty)
             }
+            Event::Fault => ("fault", Cell::Empty, Cell::Empty),
             Event::Trip(phase) => ("trip", letter(*phase), Cell::Empty),
         };
         row.extend([name.into(), phase, end]);

@@ -13,6 +13,7 @@ mod compared;
 mod endless;
 mod explained;
 mod failing;
+mod faults;
 mod files;
 #[cfg(target_os = "linux")]
 mod firmware;

@@ -22,7 +22,7 @@ fn other(key: &Key) -> Value {
         "bandwidth" => Value::Number(2e5),
         "deviation" => Value::Number(0.5),
         "voltage" => Value::Number(40.0),
-        "compensation" | "comparison" | "timed" => Value::Flag(false),
+        "compensation" | "comparison" | "timed" | "checks" => Value::Flag(false),
         "pairs" => Value::Flag(true),
         "sector" => Value::Number(30.0),
         other => panic!("{other} is not tried"),

@@ -120,6 +120,8 @@ impl<T: Real> Bipolar<T> {
             Place::InLink => {}
         }
         let end = &readings[s.samples_on() - 1];
+        self.settings.check_pulse(&mut self.train, slot, end)?;
+        let s = &self.settings.train;
         let current = self.train.current(slot, end)?;
         let sensing = &self.settings.sensing;
         let late = if s.place == Place::BelowLegs {
@@ -187,6 +189,8 @@ impl<T: Real> Bipolar<T> {
                 scatter = scatter + sums.squares / (mean * mean);
             }
         }
+        let both = self.sums.map(|line| line.map(|sums| sums.mean));
+        s.plausibility.lines(&mut self.train.margin, both, &s.train)?;
         let derived = self.train.derived;
         let (_, saliency) = s.saliency(lines, ratios, derived, &mut self.findings);
         // Variance of a mean over n pulses' relative inductances, pooled.
@@ -250,6 +254,7 @@ impl<T: Real> Keyed for BipolarSettings<T> {
         place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.0.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, Value::of, real),
+        place!(CHECKS, s => s.0.plausibility.on, Value::Flag, is_set),
     ];
 
     fn describe(&self, line: &mut Lines<'_>) {

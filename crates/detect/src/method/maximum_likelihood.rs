@@ -80,6 +80,8 @@ impl<T: Real> MaximumLikelihood<T> {
 
     fn add(&mut self, slot: Slot, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
         let on = self.train.settings.samples_on();
+        let whole = on - 1 - usize::from(self.train.spoilt_end && on > 1);
+        self.settings.pulses.check_pulse(&mut self.train, slot, &readings[whole])?;
         let mut volts = T::zero();
         for reading in &readings[..on] {
             volts = volts + link(reading)?;
@@ -198,6 +200,12 @@ impl<T: Real> MaximumLikelihood<T> {
         // What a slope makes of the inductance at the peak of the pulse.
         let pulse = T::of(self.train.settings.pulse.seconds());
         let relative = self.dc_link * pulse / (plain.mean * plain.mean * T::of(9.0));
+        let both = core::array::from_fn(|k| {
+            let apart = fit.slope[k] * relative;
+            [fit.inductance[k] * (one - apart / two), fit.inductance[k] * (one + apart / two)]
+        });
+        let train = self.train.settings;
+        s.plausibility.lines(&mut self.train.margin, both, &train)?;
         let mut pointer = AlphaBeta::new(T::zero(), T::zero());
         let mut pointer_variance = T::zero();
         for (k, direction) in line_directions().into_iter().enumerate() {

@@ -2,13 +2,14 @@
 //!
 //! Methods differ in how they get the inductance of a line and its fall with the current from the samples.
 
-use standstill_interface::{Abc, Fault, Findings, Nanos, Real};
+use standstill_interface::{Abc, Fault, Findings, Nanos, Phase, Reading, Real};
 
 use super::lines::{Saliency, SaliencySign};
 use super::margin::Margin;
+use super::plausibility::PlausibilitySettings;
 use super::polarity::{Pointer, Pole, Signature};
 use super::significance;
-use super::train::{Derived, GainComparison, PulseTrainSettings};
+use super::train::{Derived, GainComparison, PulseTrainSettings, Slot, Train};
 use crate::commissioning::Correction;
 use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::settings::{SettingsError, require, require_error, require_share};
@@ -35,6 +36,8 @@ pub struct BothWaysSettings<T> {
     pub pole_floor: T,
     /// Lag, delays and pick-up of the sensors.
     pub sensing: Sensing<T>,
+    /// Checks whether readings can be those of whole parts.
+    pub plausibility: PlausibilitySettings<T>,
 }
 
 impl<T: Real> BothWaysSettings<T> {
@@ -50,6 +53,7 @@ impl<T: Real> BothWaysSettings<T> {
             pole_error: T::of(1e-6),
             pole_floor: T::of(0.0015),
             sensing: drive.sensing,
+            plausibility: PlausibilitySettings::suited(drive),
         }
     }
 
@@ -60,6 +64,7 @@ impl<T: Real> BothWaysSettings<T> {
         require(tolerance >= T::zero() && tolerance < T::one(), "gain_tolerance", "from 0 to below 1")?;
         require_error(self.pole_error, "pole_error")?;
         require_share(self.pole_floor, "pole_floor")?;
+        self.plausibility.check()?;
         self.sensing.check()
     }
 
@@ -96,6 +101,31 @@ impl<T: Real> BothWaysSettings<T> {
         let timing = significance::of_lines(significance::of_timing(dead, pulse));
         let square = square + significance::known(timing);
         significance::check(margin, saliency.ratio(), square, self.least_saliency)
+    }
+
+    /// Checks the last reading of a pulse, whose line's sensors show these currents in A.
+    pub(crate) fn check_pulse(
+        &self,
+        train: &mut Train<T>,
+        slot: Slot,
+        reading: &Reading<T>,
+    ) -> Result<(), Fault<T>> {
+        if !self.plausibility.on {
+            return Ok(());
+        }
+        self.plausibility.link(&mut train.margin, reading)?;
+        if train.settings.place.switches() {
+            return Ok(());
+        }
+        let both = train.both(slot, reading)?;
+        let (enters, leaves) = slot.phases();
+        let third = Phase::ALL.into_iter().find(|phase| *phase != enters && *phase != leaves);
+        let idle = third.map_or(T::zero(), |third| reading.current[third] - train.offset[third]);
+        // Phases that are converted one after the other see different instants of a current that rises.
+        let apart = T::of((self.sensing.skew * 2).seconds() / train.settings.pulse.seconds());
+        let allowed =
+            train.settings.threshold + (self.plausibility.sensors + apart) * both.0.abs().max(both.1.abs());
+        self.plausibility.sum(&mut train.margin, reading, both, idle, allowed)
     }
 
     /// The pole, from what points along the magnet.
@@ -147,6 +177,14 @@ mod tests {
             pole_error: 1e-6,
             pole_floor: 0.01_f64,
             sensing: Sensing::default(),
+            plausibility: PlausibilitySettings {
+                on: true,
+                sensors: 0.1,
+                idle_is_blocked: true,
+                line: [1e-3, 1.0],
+                both_ways: 0.3,
+                dc_link: [100.0, 1000.0],
+            },
         };
         let ratios = [1e-5, 2e-5, 3e-5];
         assert_eq!(settings.pole_variance(Derived::None, ratios), 1e-4);

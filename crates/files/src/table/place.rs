@@ -47,6 +47,15 @@ pub fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
         };
         rest = rest[head.len()..].trim_start_matches('.');
         found = Some(name.span());
+        let mut value = value;
+        // The table in a list of them that a number in brackets names.
+        if let DeValue::Array(list) = value.get_ref()
+            && let Some((number, left)) = rest.strip_prefix('[').and_then(|rest| rest.split_once(']'))
+            && let Some(below) = number.parse::<usize>().ok().and_then(|number| list.get(number))
+        {
+            (value, rest) = (below, left.trim_start_matches('.'));
+            found = Some(below.span());
+        }
         let DeValue::Table(below) = value.get_ref() else { break };
         table = below;
     }

@@ -37,6 +37,10 @@ impl<T> Fault<T> {
             Self::TerminalHidden => "terminal voltage seen by no divider",
             Self::NoVoltage => "too little voltage across a line",
             Self::TerminalsSwing => "the terminals do not come to rest",
+            Self::SensorsDisagree { .. } => "current sensors disagree",
+            Self::DcLinkOutOfRange { .. } => "DC link not as on the data sheet",
+            Self::InductanceOutOfRange { .. } => "inductance not as on the data sheet",
+            Self::DirectionsDiffer { .. } => "both ways of a line differ",
             Self::UnexpectedReadings => "unexpected readings",
             Self::Own(own) => own.text,
         }
@@ -106,6 +110,28 @@ impl<T: Real> fmt::Display for Fault<T> {
             }
             Self::TerminalClipped | Self::TerminalHidden | Self::NoVoltage | Self::TerminalsSwing => {
                 f.write_str(self.name())
+            }
+            Self::SensorsDisagree { apart, allowed } => {
+                write!(f, "current sensors disagree by {apart:.3} A where {allowed:.3} A are allowed")
+            }
+            Self::DcLinkOutOfRange { found, allowed: [low, high] } => {
+                write!(f, "DC link of {found:.1} V where {low:.1} to {high:.1} V are allowed")
+            }
+            Self::InductanceOutOfRange { phase, found, allowed } => {
+                let [found, low, high] = [*found, allowed[0], allowed[1]].map(|of| of.to_double() * 1e3);
+                write!(
+                    f,
+                    "the line from phase {} has {found:.4} mH where {low:.4} to {high:.4} mH are allowed",
+                    phase.letter()
+                )
+            }
+            Self::DirectionsDiffer { phase, apart, allowed } => {
+                let [apart, allowed] = [*apart, *allowed].map(|of| of.to_double() * 100.0);
+                write!(
+                    f,
+                    "both ways of the line from phase {} differ by {apart:.1} % where {allowed:.1} % are allowed",
+                    phase.letter()
+                )
             }
             Self::UnexpectedReadings => write!(f, "the drive returned other samples than were asked for"),
             Self::Own(own) => f.write_str(own.text),

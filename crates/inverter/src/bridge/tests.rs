@@ -13,6 +13,7 @@ const REAL: Bridge = Bridge {
     open_leg: OpenLeg::Diodes,
     terminal_capacitance: 0.0,
     terminal_resistance: 0.0,
+    disconnected: [false; 3],
 };
 
 const MOSFETS: Bridge = Bridge {
@@ -20,6 +21,7 @@ const MOSFETS: Bridge = Bridge {
     open_leg: OpenLeg::Diodes,
     terminal_capacitance: 0.0,
     terminal_resistance: 0.0,
+    disconnected: [false; 3],
 };
 
 /// Inverse inductance of the paper's motor with its rotor at 30°.

@@ -1,7 +1,7 @@
 //! The keys of the rotor.
 
 use standstill_quantity::Quantity;
-use standstill_quantity::unit::{Celsius, Degree, NewtonMetre};
+use standstill_quantity::unit::{Celsius, Degree, NewtonMetre, RevolutionsPerMinute};
 use standstill_sim::{Purpose, RotorState};
 
 use super::{LARGEST, Range, TEMPERATURE, number, table};
@@ -17,6 +17,7 @@ table! {
                 RotorState::Locked => Rotor::Locked,
                 RotorState::Free => Rotor::Free,
                 RotorState::Braked(_) => Rotor::Brake,
+                RotorState::Driven => Rotor::Driven,
             }.name().into()),
             draws: Some((Purpose::Backlash, 0..1)),
             drawn: |scenario| matches!(scenario.rotor, RotorState::Braked(_)),
@@ -32,6 +33,12 @@ table! {
             range: Some(Range::new(-LARGEST, LARGEST, "a torque, of either sign", "a load pulls either way")),
             applies: |scenario| scenario.rotor != RotorState::Locked,
             example: "\"2 N m\"",
+        };
+        /// Speed of the shaft at the start, forwards or backwards: of a rotor that coasts ("free") or is "driven".
+        speed: Quantity<RevolutionsPerMinute> [scenario.start_speed] {
+            range: Some(Range::new(-1e5, 1e5, "from -100000 rpm to 100000 rpm", "the fastest machines have as much")),
+            applies: |scenario| matches!(scenario.rotor, RotorState::Free | RotorState::Driven),
+            example: "\"10 rpm\"",
         };
         /// Magnetisation of the stator's iron at the start, of a motor whose data sheet has a `[hysteresis]`.
         memory: Named<Memory> {

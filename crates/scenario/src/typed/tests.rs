@@ -81,6 +81,7 @@ fn spread(key: &str) -> &'static str {
         "rotor.winding_temperature" => "normal = \"20\", mean = \"60 °C\", truncated = 3",
         "rotor.magnet_temperature" => "uniform = \"30\", mean = \"50 °C\"",
         "rotor.load" => "normal = \"10 %\", mean = \"50 mN m\"",
+        "rotor.speed" => "normal = \"10 %\", mean = \"10 rpm\"",
         "inverter.dc_link" => "uniform = \"8 %\", mean = \"500 V\"",
         "inverter.ripple" => "uniform = \"0.4 %\", mean = \"0.8 %\"",
         "inverter.ripple_frequency" => "uniform = \"10 Hz\", mean = \"300 Hz\"",
@@ -175,7 +176,7 @@ fn law_each_setter_makes_what_the_document_makes_on_all_kinds_of_motors() {
         }
         let least = match key {
             "motor.rotor.brake_backlash" | "motor.rotor.cogging_torque" | "inverter.channel_resistance" => 1,
-            "motor.winding.leakage" | "rotor.load" => 2,
+            "motor.winding.leakage" | "rotor.load" | "rotor.speed" => 2,
             key if key.starts_with("motor.nameplate.") => 2,
             _ => 5,
         };

@@ -170,12 +170,15 @@ impl<'a> Control<'a> {
 
     /// Returns the level in A at which a comparator trips next.
     fn level(&self, input: Input) -> f64 {
+        if self.deaf {
+            return f64::INFINITY;
+        }
         let level = |watching: &Watching<'_>| watching.ends_stage(input).min(watching.overcurrent(input));
         self.comparators.as_ref().map_or(f64::INFINITY, level)
     }
 
     /// Writes the comparators' levels into the bank.
-    fn put_levels<V: Wide>(&self, bank: &mut Bank<'a, V>) {
+    pub(super) fn put_levels<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         if let Some(levels) = &mut bank.bounds.levels {
             levels.put(self.lane, |input| self.level(input));
         }

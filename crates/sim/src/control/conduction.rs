@@ -1,7 +1,7 @@
 //! Conduction modes of a run's legs, and their consequences for the machine.
 
 use standstill_interface::{AlphaBeta, Dq};
-use standstill_inverter::{Conduction, Gate, Port};
+use standstill_inverter::{AXES, Conduction, Gate, Port};
 use standstill_numeric::{Heading, Symmetric, Wide};
 
 use super::motion::flux_slack;
@@ -30,6 +30,10 @@ pub struct One {
     pub dc_link: f64,
     /// Heading of the run's plane in the stator's plane.
     pub start: Heading,
+    /// Resistance in Ω of winding and contacts in the run's plane.
+    pub resistance: Symmetric,
+    /// Phase that each leg feeds.
+    wires: [usize; 3],
 }
 
 impl One {
@@ -47,20 +51,45 @@ impl One {
             drift,
             dc_link: one(&here.state.link),
             start: Heading { sin: one(&bank.machine.start.sin), cos: one(&bank.machine.start.cos) },
+            resistance: bank.machine.legs.resistance(lane, one(&bank.machine.resistance)),
+            wires: bank.machine.legs.wires(lane),
         }
     }
 
-    /// Returns the machine as the bridge sees it at its terminals; `current`: phase currents in A, `resistance`: of
-    /// the winding in Ω.
-    pub fn port(&self, current: [f64; 3], resistance: f64) -> Port {
-        let held = self.current * resistance - self.drift.through(self.inverse_inductance.inverse());
+    /// Returns the machine as the bridge sees it at its terminals; `current`: currents of the legs in A.
+    pub fn port(&self, current: [f64; 3]) -> Port {
+        let held =
+            self.current.through(self.resistance) - self.drift.through(self.inverse_inductance.inverse());
         let holding: AlphaBeta<f64> = held.to_stator(self.start);
-        Port {
-            current,
-            inverse_inductance: self.inverse_inductance.unpark_by(self.start.sin, self.start.cos),
-            holding,
-            dc_link: self.dc_link,
+        let inverse_inductance = self.inverse_inductance.unpark_by(self.start.sin, self.start.cos);
+        let port = Port { current, inverse_inductance, holding, dc_link: self.dc_link };
+        if self.wires == [0, 1, 2] { port } else { as_wired(port, self.wires) }
+    }
+}
+
+/// Returns a port in the plane in which the axes of the legs are those of the phases, for legs that feed these phases: that plane is
+/// turned, or mirrored, against the stator's.
+fn as_wired(port: Port, wires: [usize; 3]) -> Port {
+    // The matrix that takes the axis of each leg's phase to the leg's own: ⅔ Σ aₖ ⊗ p(k).
+    let turned = |v: AlphaBeta<f64>| {
+        let mut sum = AlphaBeta::new(0.0, 0.0);
+        for (axis, phase) in AXES.into_iter().zip(wires) {
+            sum = sum + axis * (AXES[phase].dot(v) * (2.0 / 3.0));
         }
+        sum
+    };
+    let gamma = port.inverse_inductance;
+    let [x, y] = [(1.0, 0.0), (0.0, 1.0)].map(|(alpha, beta)| turned(AlphaBeta::new(alpha, beta)));
+    // M Γ Mᵀ, whose columns M eₓ and M e_y are x and y.
+    let of = |row: [f64; 2], column: [f64; 2]| {
+        row[0] * (gamma.xx * column[0] + gamma.xy * column[1])
+            + row[1] * (gamma.xy * column[0] + gamma.yy * column[1])
+    };
+    let rows = [[x.alpha, y.alpha], [x.beta, y.beta]];
+    Port {
+        inverse_inductance: Symmetric::new(of(rows[0], rows[0]), of(rows[0], rows[1]), of(rows[1], rows[1])),
+        holding: turned(port.holding),
+        ..port
     }
 }
 
@@ -78,7 +107,7 @@ impl<'a> Control<'a> {
 
     /// Returns the machine as the bridge sees it at its terminals.
     pub(super) fn port<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> Port {
-        One::of(bank, here, self.lane).port(self.currents_at(bank, here), self.case.motor.resistance)
+        One::of(bank, here, self.lane).port(self.currents_at(bank, here))
     }
 
     /// Returns the present state of each leg's gates.
@@ -176,7 +205,7 @@ impl<'a> Control<'a> {
 
     /// Sets the currents of these legs to zero, which the step has at zero up to its error: the flux moves as a
     /// voltage impulse at the legs' terminals would move it.
-    fn make_zero<V: Wide>(&self, bank: &mut Bank<'a, V>, legs: [bool; 3]) {
+    pub(super) fn make_zero<V: Wide>(&self, bank: &mut Bank<'a, V>, legs: [bool; 3]) {
         let lane = self.lane;
         let all = legs.iter().filter(|leg| **leg).count() >= 2;
         let one = One::of(bank, &bank.here, lane);

@@ -22,12 +22,35 @@ impl<'a> Control<'a> {
         modes: Modes,
         gates: [Gate; 3],
     ) -> [f64; 3] {
+        let mut potentials = self.potentials_of_winding(bank, here, modes, gates);
+        let open = self.case.inverter.bridge.disconnected;
+        for k in (0..3).filter(|k| open[*k]) {
+            // The drive's end of an open wire is where its leg is, or where its leakages and its divider hold it.
+            let link = here.state.link.get(self.lane);
+            let loaded = self.case.sensors.settings.terminal.is_some_and(|of| of.resistance.is_some());
+            potentials[k] = match self.sequencer.intended(k, here.time.get(self.lane)) {
+                Some(Gate::High) => link,
+                Some(Gate::Low) => 0.0,
+                _ if loaded => 0.0,
+                _ => link / 2.0,
+            };
+        }
+        potentials
+    }
+
+    fn potentials_of_winding<V: Wide>(
+        &self,
+        bank: &Bank<'a, V>,
+        here: &Here<V>,
+        modes: Modes,
+        gates: [Gate; 3],
+    ) -> [f64; 3] {
         let lane = self.lane;
         if bank.machine.legs.elastance.is_some() {
             return here.state.potential.map(|potential| potential.get(lane));
         }
         let one = One::of(bank, here, lane);
-        let port = one.port(self.currents_at(bank, here), self.case.motor.resistance);
+        let port = one.port(self.currents_at(bank, here));
         let bridge = &self.case.inverter.bridge;
         let potential = bridge.potentials(gates, modes, &port);
         let loaded = self.case.sensors.settings.terminal.is_some_and(|of| of.resistance.is_some());

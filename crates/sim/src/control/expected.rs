@@ -32,7 +32,7 @@ impl<'a> Control<'a> {
     /// Returns the slope of the current in A/s with these potentials in V at the winding.
     pub(super) fn rise<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> Plane {
         let one = One::of(bank, &bank.here, self.lane);
-        let mut voltage = one.current * -self.case.motor.resistance;
+        let mut voltage = one.current.through(one.resistance) * -1.0;
         for (axis, potential) in self.axes(bank).iter().zip(potential) {
             voltage = voltage + *axis * (potential * (2.0 / 3.0));
         }
@@ -109,10 +109,9 @@ impl Way {
         let one = One::of(bank, &bank.here, control.lane);
         let axes = control.axes(bank);
         let capacitance = bridge.terminal_capacitance;
-        let [none, winding] = [0.0, control.case.motor.resistance];
         let each = |value: f64| floats.map(|floats| if floats { value } else { 0.0 });
-        let charging = of_legs(&axes, &each(1.0 / capacitance), Symmetric::new(none, none, none));
-        let met = of_legs(&axes, &each(bridge.terminal_resistance), Symmetric::new(winding, none, winding));
+        let charging = of_legs(&axes, &each(1.0 / capacitance), Symmetric::new(0.0, 0.0, 0.0));
+        let met = of_legs(&axes, &each(bridge.terminal_resistance), one.resistance);
         let gamma = one.inverse_inductance;
         // i″ = −Γ (K i + R i′).
         let bend = |current: Plane, rise: Plane| {

@@ -29,6 +29,37 @@ struct LegSequencer {
     changed: Option<Nanos>,
     /// Whether requests may have followed by alternation since one was last taken from this sequencer.
     alternates: bool,
+    /// What a leg whose gates may not do as requested is requested to do; none for any other leg.
+    faulty: Option<Faulty>,
+}
+
+/// The requests to a leg of which switches may be lost.
+#[derive(Clone, Copy, Debug)]
+struct Faulty {
+    /// Whether the lower and the upper switch are lost at present.
+    lost: [bool; 2],
+    /// The request under way: the time in ns from which on its switch is on, and its gate.
+    under_way: (f64, Gate),
+    /// The request after it.
+    pending: Option<(f64, f64, Gate)>,
+}
+
+impl Faulty {
+    const NONE: Self = Self { lost: [false; 2], under_way: (f64::NEG_INFINITY, Gate::Off), pending: None };
+
+    fn loses(&self, gate: Gate) -> bool {
+        match gate {
+            Gate::Off => false,
+            Gate::Low => self.lost[0],
+            Gate::High => self.lost[1],
+        }
+    }
+
+    /// Returns what becomes of the pending request.
+    fn carried(&self) -> Option<(f64, f64, Gate)> {
+        let (off, on, gate) = self.pending?;
+        Some(if self.loses(gate) { (off, off, Gate::Off) } else { (off, on, gate) })
+    }
 }
 
 impl LegSequencer {
@@ -36,6 +67,10 @@ impl LegSequencer {
     /// alternate.
     fn expect_next<V: Wide>(&mut self, gates: &mut LegGates<V>, lane: usize) {
         let next = self.next();
+        if let Some(faulty) = &mut self.faulty {
+            faulty.pending = next;
+            return gates.expect(lane, faulty.carried());
+        }
         gates.expect(lane, next);
         if let Some((off, on, gate)) = next
             && gate != Gate::Off
@@ -124,6 +159,7 @@ impl GateSequencer {
             before: Gate::Off,
             changed: None,
             alternates: false,
+            faulty: None,
         };
         Self { sequencers: timings.map(leg), start: Nanos::ZERO }
     }
@@ -161,7 +197,12 @@ impl GateSequencer {
             }
             match gates.comes_on(lane) {
                 None if gates.waits(lane) => leg.expect_next(gates, lane),
-                Some(on) if leg.loses(on) => gates.lose(lane),
+                Some(on) if leg.loses(on) => {
+                    gates.lose(lane);
+                    if let Some(Faulty { pending: Some((off, on, gate)), .. }) = &mut leg.faulty {
+                        (*on, *gate) = (*off, Gate::Off);
+                    }
+                }
                 None | Some(_) => {}
             }
         }
@@ -172,7 +213,43 @@ impl GateSequencer {
         let (gates, leg) = (&mut legs.gates[k], &mut self.sequencers[k]);
         leg.catch_up(gates, lane);
         gates.carry_out(lane);
+        if let Some(faulty) = &mut leg.faulty
+            && let Some((_, on, gate)) = faulty.pending
+        {
+            faulty.under_way = (on, gate);
+        }
         leg.expect_next(gates, lane);
+    }
+
+    /// Prepares a leg for switches that are lost for some of the time.
+    pub fn may_lose(&mut self, k: usize) {
+        self.sequencers[k].faulty = Some(Faulty::NONE);
+    }
+
+    /// Sets whether the lower and the upper switch of a leg are lost from now on.
+    pub fn lose<V: Wide>(&mut self, legs: &mut Legs<V>, lane: usize, k: usize, lost: [bool; 2]) {
+        let Some(faulty) = &mut self.sequencers[k].faulty else { return };
+        faulty.lost = lost;
+        let (on, gate) = faulty.under_way;
+        let gates = &mut legs.gates[k];
+        gates.put_under_way(lane, (on, if faulty.loses(gate) { Gate::Off } else { gate }));
+        gates.expect(lane, faulty.carried());
+    }
+
+    /// Returns the gate that a leg whose switches may be lost would have at a time in ns; none for any other leg.
+    pub fn intended(&self, k: usize, time: f64) -> Option<Gate> {
+        let faulty = self.sequencers[k].faulty?;
+        Some(match faulty.pending {
+            Some((off, on, gate)) if time >= off => {
+                if time >= on {
+                    gate
+                } else {
+                    Gate::Off
+                }
+            }
+            _ if time >= faulty.under_way.0 => faulty.under_way.1,
+            _ => Gate::Off,
+        })
     }
 
     /// Returns the times of the last changes of the requests to the legs before `at`, a time of this command; none for a leg

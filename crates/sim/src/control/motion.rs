@@ -51,7 +51,7 @@ fn touched(motion: Motion) -> Contact {
 pub fn can_move(rotor: RotorState) -> bool {
     match rotor {
         RotorState::Locked => false,
-        RotorState::Free => true,
+        RotorState::Free | RotorState::Driven => true,
         RotorState::Braked(play) => play.below + play.above > 0.0,
     }
 }
@@ -62,9 +62,12 @@ impl<'a> Control<'a> {
         let case = &self.case;
         let cogging = case.motor.cogging(case.start_angle);
         let torque = if pulled { bank.here.at.torque.get(self.lane) } else { cogging } - case.load_torque;
-        let resolve = |contact| Motion::resolve(&case.motor.rotor, 0.0, torque, contact);
+        let speed = case.start_speed;
+        let resolve = |contact| Motion::resolve(&case.motor.rotor, speed, torque, contact);
         let motion = match case.rotor {
             _ if !can_move(case.rotor) => Motion::Held,
+            // No friction stops it, and no torque turns it round.
+            RotorState::Driven => Motion::Floating,
             RotorState::Braked(Play { above: 0.0, .. }) => resolve(Contact::Upper),
             RotorState::Braked(Play { below: 0.0, .. }) => resolve(Contact::Lower),
             RotorState::Locked | RotorState::Free | RotorState::Braked(_) => resolve(Contact::None),
@@ -99,7 +102,7 @@ impl<'a> Control<'a> {
     fn stops(&self) -> [f64; 2] {
         match self.case.rotor {
             RotorState::Braked(play) => [-play.below, play.above],
-            RotorState::Locked | RotorState::Free => [f64::NEG_INFINITY, f64::INFINITY],
+            RotorState::Locked | RotorState::Free | RotorState::Driven => [f64::NEG_INFINITY, f64::INFINITY],
         }
     }
 

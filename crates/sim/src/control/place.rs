@@ -3,7 +3,8 @@
 use standstill_numeric::{Heading, Wide};
 
 use super::run::Control;
-use crate::case::Case;
+use crate::Broken;
+use crate::case::{Case, RotorState};
 use crate::effect::{CoreBranch, Effect, each_effect};
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
@@ -14,8 +15,14 @@ impl<'a> Control<'a> {
     pub(super) fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
         let Case { motor, inverter, start_angle, load_torque, .. } = &self.case;
         let lane = self.lane;
+        let faults = &self.case.faults;
+        bank.machine.legs.put_wires(lane, faults.wires());
         bank.machine.put(lane, motor, &inverter.link, *start_angle, *load_torque);
+        if let (Some(rotors), RotorState::Driven) = (&mut bank.machine.rotors, self.case.rotor) {
+            rotors.drive(lane);
+        }
         bank.machine.legs.put_bridge(lane, &inverter.bridge);
+        (0..3).filter(|k| faults.concern_gates(*k)).for_each(|k| self.sequencer.may_lose(k));
         if let Some(sensed) = &mut bank.sensed {
             sensed.put(lane, &self.case.sensors);
         }
@@ -76,7 +83,11 @@ impl<'a> Control<'a> {
         let motor = self.case.motor;
         let winding = &motor.winding;
         let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());
-        let decay = inductance / motor.resistance * 1e9;
+        let contact = self.case.faults.iter().map(|fault| match fault.broken {
+            Broken::Contact(_, resistance) => resistance,
+            _ => 0.0,
+        });
+        let decay = inductance / (motor.resistance + contact.fold(0.0, f64::max)) * 1e9;
         let link = &self.case.inverter.link;
         let follows = link.storage.is_some() || self.link_filter.is_some();
         let ripple = if follows && link.ripple != 0.0 { 0.125e9 / link.ripple_frequency } else { decay };

@@ -11,6 +11,7 @@ use standstill_plant::Magnetics;
 
 use super::comparators::Watching;
 use super::course::Course;
+use super::faults::limited;
 use super::gates::GateSequencer;
 use super::ledger::Accounts;
 use super::requests::validate;
@@ -57,6 +58,10 @@ pub struct Control<'a> {
     pub(super) link_filter: Option<LowPass>,
     pub(super) terminal_filters: Option<[LowPass; 3]>,
     pub(super) comparators: Option<Watching<'a>>,
+    /// Time in ns of the next instant at which a part breaks or is whole again.
+    pub(super) breaks: f64,
+    /// Whether no comparator trips at present.
+    pub(super) deaf: bool,
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
     events: u32,
@@ -95,10 +100,12 @@ impl<'a> Control<'a> {
             motion: Motion::Held,
             sides: case.motor.magnetics.core().kinks().map(f64::from),
             course: Course::NONE,
-            sampler: Sampler::new(&case.sensors, case.streams),
+            sampler: Sampler::new(&case.sensors, case.faults, case.streams),
             link_filter: settings.dc_link.bandwidth.map(|corner| LowPass::new(corner, link.source(0.0))),
             terminal_filters: None,
             comparators: Watching::of(&case),
+            deaf: false,
+            breaks: if case.faults.is_empty() { NEVER } else { 0.0 },
             readings,
             events: 0,
             counted_from: 0.0,
@@ -171,7 +178,13 @@ impl<'a> Control<'a> {
                 command = Command::hold(command.stage, Sampling::NONE);
             }
         }
-        self.sequencer.begin(&mut bank.machine.legs, self.lane, &command, start, carrier);
+        let faults = &self.case.faults;
+        let mut begins = start;
+        if !faults.is_empty() {
+            begins = start + faults.late(start.0 as f64);
+            command = limited(command, faults.most_duty(start.0 as f64));
+        }
+        self.sequencer.begin(&mut bank.machine.legs, self.lane, &command, begins, carrier);
         self.course = Course { start, end, sampling: command.sampling, ..Course::NONE };
         self.next_trigger();
         self.go_on(bank, true)
@@ -247,6 +260,13 @@ impl<'a> Control<'a> {
                 self.sample(bank, nominal);
                 continue;
             }
+            if self.breaks <= time {
+                if let Err(error) = self.change_faults(bank, time) {
+                    return Want::Over(error);
+                }
+                carried_out = true;
+                continue;
+            }
             let end = self.course.end.0 as f64;
             if time >= end {
                 if self.comparators.as_ref().is_some_and(Watching::goes_on) {
@@ -281,7 +301,7 @@ impl<'a> Control<'a> {
             }
             let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
             let rests = self.rests(bank);
-            let mut stop = end.min(self.next_source_instant(time));
+            let mut stop = end.min(self.next_source_instant(time)).min(self.breaks);
             if rests || !self.reads_within(bank) {
                 stop = stop.min(sample);
             }

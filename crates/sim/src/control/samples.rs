@@ -131,8 +131,14 @@ impl<'a> Control<'a> {
         if self.course.taken == 0 {
             self.course.terminal = terminal;
         }
+        let mut current = current;
+        if !settings.arrangement.follows_legs() {
+            // Behind an open wire a sensor has nothing to read, though the winding may ring with the cable's capacitance.
+            let open = self.case.inverter.bridge.disconnected;
+            current = std::array::from_fn(|k| if open[k] { 0.0 } else { current[k] });
+        }
         let Some((current, dc_link)) = self.course.converted(current, dc_link, skew) else { return false };
-        let there = Instant { current, dc_link, terminal: self.course.terminal, requested, settled };
+        let there = Instant { time, current, dc_link, terminal: self.course.terminal, requested, settled };
         let reading: Reading<f64> = self.sampler.read(nominal, &there);
         let averaged = self.course.averaged(reading, settings.oversampling, settings.conversion);
         let Some(mut reading) = averaged else { return true };

@@ -97,7 +97,7 @@ impl<'a> Control<'a> {
 
     fn band<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize) -> [f64; 2] {
         let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
-        let (low, high) = self.case.inverter.bridge.bounds(gate, bank.here.state.link.get(self.lane));
+        let (low, high) = self.case.inverter.bridge.bounds_of(leg, gate, bank.here.state.link.get(self.lane));
         [low, high]
     }
 

@@ -4,7 +4,7 @@ use standstill_interface::Dq;
 use standstill_numeric::Wide;
 
 use super::{Begin, BranchPoint, CoreBranch, Effect, End, Looked, Moment, Span, keep, keep_plane};
-use crate::case::Case;
+use crate::case::{Case, RotorState};
 use crate::ledger::Ledger;
 use crate::physics::legs::Conducting;
 use crate::physics::links::hermite_area;
@@ -38,9 +38,9 @@ pub struct RotorStep<V> {
 impl<V: Wide> Effect<V> for Rotors<V> {
     type Step = RotorStep<V>;
 
-    fn rest(&self, lane: usize, _: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
+    fn rest(&self, lane: usize, case: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
         state.turned.put(lane, 0.0);
-        state.speed.put(lane, 0.0);
+        state.speed.put(lane, case.start_speed);
     }
 
     #[inline(always)]
@@ -133,11 +133,16 @@ impl<V: Wide> Effect<V> for Rotors<V> {
     }
 
     fn power(&self, moment: &Moment<'_, '_, V>, _: &Span<'_, '_, V>, powers: &mut Ledger) {
-        let motor = moment.case.motor;
+        let (motor, at) = (moment.case.motor, &moment.here.at);
         let speed = moment.one(&moment.here.state.speed) / f64::from(motor.pole_pairs);
-        powers.shaft_work += moment.one(&moment.here.at.torque) * speed;
+        powers.shaft_work += moment.one(&at.torque) * speed;
         powers.friction_loss += moment.motion.friction(&motor.rotor, speed) * speed;
         powers.load_work += moment.one(&self.load) * speed;
+        if moment.case.rotor == RotorState::Driven {
+            // What turns it takes all that the motor does, and gives what friction takes.
+            let left = moment.one(&at.torque) - moment.one(&self.load);
+            powers.load_work += left * speed - moment.motion.friction(&motor.rotor, speed) * speed;
+        }
     }
 }
 

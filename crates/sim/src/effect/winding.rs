@@ -40,7 +40,8 @@ impl<V: Wide> Effect<V> for Winding {
 
     fn power(&self, moment: &Moment<'_, '_, V>, _: &Span<'_, '_, V>, powers: &mut Ledger) {
         let current = moment.current();
-        powers.copper_loss += 1.5 * moment.case.motor.resistance * current.dot(current);
+        let resistance = moment.machine.legs.resistance(moment.lane, moment.one(&moment.machine.resistance));
+        powers.copper_loss += 1.5 * current.through(resistance).dot(current);
     }
 }
 

@@ -37,7 +37,7 @@ impl<V: Wide> Bounds<V> {
         let capacitive = machine.legs.elastance_if::<RARE>().is_some();
         if capacitive {
             for k in 0..3 {
-                let [low, high] = machine.legs.range(&legs.on[k]).at(state.link);
+                let [low, high] = machine.legs.range(k, &legs.on[k]).at(state.link);
                 let room = (state.potential[k] - low).least(high - state.potential[k]);
                 margins.leg[k] = V::choose(legs.flows[k], margins.leg[k], room);
             }
@@ -67,8 +67,8 @@ fn room_of_idle<V: Wide>(
 ) -> V {
     let held = machine.legs.phases(change.flux);
     let (mut down, mut up) = (V::of(f64::INFINITY), V::of(f64::INFINITY));
-    for (on, held) in legs.on.iter().zip(held) {
-        let [low, high] = machine.legs.range(on).at(state.link);
+    for (k, held) in held.into_iter().enumerate() {
+        let [low, high] = machine.legs.range(k, &legs.on[k]).at(state.link);
         down = down.least(held - low);
         up = up.least(high - held);
     }

@@ -162,6 +162,12 @@ impl<V: Wide> LegGates<V> {
         self.expect(lane, Some((off, off, Gate::Off)));
     }
 
+    /// Sets the gate of the request under way, and the time in ns from which on it is on.
+    pub fn put_under_way(&mut self, lane: usize, (on, gate): (f64, Gate)) {
+        self.done.put(lane, if gate == Gate::Off { -NEVER } else { on });
+        self.from.put(lane, gate);
+    }
+
     /// Makes the pending request the one under way. The caller gives the one after it next.
     pub fn carry_out(&mut self, lane: usize) {
         let to = self.to.of(lane);

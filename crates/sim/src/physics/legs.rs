@@ -4,7 +4,7 @@
 mod tests;
 
 use standstill_inverter::{AXES, Bridge, Conduction, DeviceKind, Devices, Modes, OpenLeg};
-use standstill_numeric::{Heading, Lane, Mask, Symmetric, Wide};
+use standstill_numeric::{Heading, Lane, MOST_LANES, Mask, Symmetric, Wide};
 
 use super::gates::{LegGates, On};
 use super::plane::Plane;
@@ -23,8 +23,13 @@ pub struct Legs<V: Wide> {
     reverse: [V; 2],
     /// A bit for each machine with MOSFETs.
     mosfets: u32,
-    /// Voltage in V by which the potential of a leg with both switches off may be beyond the rails.
-    beyond: V,
+    /// Voltage in V by which the potential of a leg with both switches off may be beyond the rails, leg by leg: infinite where its
+    /// wire is open.
+    beyond: [V; 3],
+    /// Resistance in Ω of each wire's contacts, in series with its phase.
+    contact: [V; 3],
+    /// Phase that each leg of each machine feeds.
+    wires: [[usize; 3]; MOST_LANES],
     /// 1 over the capacitance of each terminal in 1/F, where terminals have a capacitance. A leg in which no device
     /// conducts then carries the current that charges its terminal; no leg is blocked.
     pub elastance: Option<V>,
@@ -107,7 +112,8 @@ impl<V: Wide> Legs<V> {
     /// capacitance.
     pub fn idle(capacitive: bool) -> Self {
         let elastance = capacitive.then_some(V::of(0.0));
-        let mut legs = Self { elastance, gates: [LegGates::new(); 3], ..Self::default() };
+        let wires = [[0, 1, 2]; MOST_LANES];
+        let mut legs = Self { elastance, gates: [LegGates::new(); 3], wires, ..Self::default() };
         for lane in 0..V::LANES {
             legs.put_axes(lane, Heading::ZERO);
         }
@@ -116,8 +122,41 @@ impl<V: Wide> Legs<V> {
 
     /// Sets the phase axes of a lane whose run's plane has this heading in the stator's plane.
     pub fn put_axes(&mut self, lane: usize, start: Heading) {
-        for (to, axis) in self.axes.iter_mut().zip(AXES) {
-            to.put(lane, Plane::from_stator(axis, start));
+        for (to, phase) in self.axes.iter_mut().zip(self.wires[lane]) {
+            to.put(lane, Plane::from_stator(AXES[phase], start));
+        }
+    }
+
+    /// Connects each leg of a lane to a phase, before its axes are set.
+    pub fn put_wires(&mut self, lane: usize, wires: [usize; 3]) {
+        self.wires[lane] = wires;
+    }
+
+    /// Returns the phase that each leg of a lane feeds.
+    pub fn wires(&self, lane: usize) -> [usize; 3] {
+        self.wires[lane]
+    }
+
+    /// Sets the resistance in Ω of the contacts of a lane's wires.
+    pub fn put_contacts(&mut self, lane: usize, contacts: [f64; 3]) {
+        self.contact.iter_mut().zip(contacts).for_each(|(to, contact)| to.put(lane, contact));
+    }
+
+    /// Returns the resistance in Ω of winding and contacts of a lane, in the run's plane; `winding`: of a phase.
+    pub fn resistance(&self, lane: usize, winding: f64) -> Symmetric {
+        let alone = Symmetric::new(winding, 0.0, winding);
+        let contact = self.contact.each_ref().map(|contact| contact.get(lane));
+        if contact == [0.0; 3] {
+            return alone;
+        }
+        of_legs(&self.axes.each_ref().map(|axis| axis.get(lane)), &contact, alone)
+    }
+
+    /// Sets which legs of a lane may float beyond the rails.
+    pub fn put_open(&mut self, lane: usize, bridge: &Bridge) {
+        let diode_drop = bridge.devices.diode_drop;
+        for (to, open) in self.beyond.iter_mut().zip(bridge.disconnected) {
+            to.put(lane, if open || bridge.open_leg == OpenLeg::Open { f64::INFINITY } else { diode_drop });
         }
     }
 
@@ -134,7 +173,8 @@ impl<V: Wide> Legs<V> {
             to[1].put(lane, of[1]);
         }
         self.mosfets = self.mosfets & !(1 << lane) | u32::from(kind == DeviceKind::Mosfet) << lane;
-        self.beyond.put(lane, if bridge.open_leg == OpenLeg::Open { f64::INFINITY } else { diode_drop });
+        self.put_open(lane, bridge);
+        self.put_contacts(lane, [0.0; 3]);
         if let Some(elastance) = &mut self.elastance {
             elastance.put(lane, 1.0 / bridge.terminal_capacitance);
             self.ringing.put(lane, bridge.terminal_resistance);
@@ -266,6 +306,7 @@ impl<V: Wide> Legs<V> {
         if capacitive {
             met = three!(k => V::choose(flows[k], met[k], self.ringing));
         }
+        met = three!(k => met[k] + self.contact[k]);
         terminals.resistance = of_legs(&self.axes, &met, terminals.resistance);
         Conducting { leg: [a, b, c], flows, idle, on: [on_a, on_b, on_c], terminals }
     }
@@ -294,25 +335,29 @@ impl<V: Wide> Legs<V> {
     #[inline(always)]
     pub fn range_of_blocked(&self, at: &Conducting<V>) -> Range<V> {
         let [a, b, c] = [!at.flows[0], !at.flows[1], !at.flows[2]];
-        self.range(&On {
+        let on = On {
             high: (a & at.on[0].high) | (b & at.on[1].high) | (c & at.on[2].high),
             low: (a & at.on[0].low) | (b & at.on[1].low) | (c & at.on[2].low),
-        })
+        };
+        let [of_a, of_b, of_c] = self.beyond;
+        self.range_beyond(&on, V::choose(a, of_a, V::choose(b, of_b, of_c)))
     }
 
-    /// Returns the potentials at which devices of a leg with such gates begin to conduct.
+    /// Returns the potentials at which devices of leg `k` with such gates begin to conduct.
     #[inline(always)]
-    pub fn range(&self, on: &On<V::Mask>) -> Range<V> {
+    pub fn range(&self, k: usize, on: &On<V::Mask>) -> Range<V> {
+        self.range_beyond(on, self.beyond[k])
+    }
+
+    #[inline(always)]
+    fn range_beyond(&self, on: &On<V::Mask>, beyond: V) -> Range<V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let (switch, reverse) = (self.switch[0], self.reverse[0]);
         Range {
-            low: [
-                V::only(on.high, one),
-                V::choose(on.high, -switch, V::choose(on.low, -reverse, -self.beyond)),
-            ],
+            low: [V::only(on.high, one), V::choose(on.high, -switch, V::choose(on.low, -reverse, -beyond))],
             high: [
                 V::choose(on.low, zero, one),
-                V::choose(on.low, switch, V::choose(on.high, reverse, self.beyond)),
+                V::choose(on.low, switch, V::choose(on.high, reverse, beyond)),
             ],
         }
     }

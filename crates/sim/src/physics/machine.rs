@@ -336,6 +336,11 @@ fn minus<V: Wide>(a: &Symmetric<V>, b: &Symmetric<V>) -> Symmetric<V> {
 }
 
 impl<V: Wide> Rotors<V> {
+    /// Lets the rotor of a lane keep its speed whatever its torque is.
+    pub fn drive(&mut self, lane: usize) {
+        self.per_inertia.put(lane, 0.0);
+    }
+
     /// Returns the acceleration in rad/s² (electrical).
     #[inline(always)]
     pub fn acceleration(&self, torque: V, speed: V) -> V {

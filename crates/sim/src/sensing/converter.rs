@@ -1,6 +1,7 @@
 //! Analogue-to-digital converters: of the phases and the link side by side, and by themselves.
 
 use super::Sensors;
+use crate::Misreading;
 
 /// An analogue-to-digital converter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +68,44 @@ impl Channels {
             last: adcs.map(|adc| adc.map_or(0.0, |adc| adc.codes() - 1.0)),
             counted: adcs.map(|adc| if adc.is_some_and(Adc::rounds) { u32::MAX } else { 0 }),
         }
+    }
+
+    /// Multiplies gains and offsets, as a reference of the converters does that is too low.
+    pub(super) fn grow(&mut self, by: [f64; 4]) {
+        for k in 0..4 {
+            self.gain[k] *= by[k];
+            self.offset[k] *= by[k];
+            self.noise[k] *= by[k];
+        }
+    }
+
+    /// Lets a channel read wrongly. A frozen one and a bit of a code are not of its gain and offset.
+    pub(super) fn misread(&mut self, k: usize, how: Misreading) {
+        let (gain, offset, noise) = (&mut self.gain[k], &mut self.offset[k], &mut self.noise[k]);
+        match how {
+            Misreading::Dead => (*gain, *noise) = (0.0, 0.0),
+            Misreading::Stuck(value) => (*gain, *offset, *noise) = (0.0, value, 0.0),
+            Misreading::Gain(factor) => *gain *= factor,
+            Misreading::Offset(more) => *offset += more,
+            Misreading::Frozen | Misreading::Bit(..) => {}
+        }
+    }
+
+    /// Returns the reading of a channel with a bit of its code set or clear; unchanged where no converter rounds.
+    pub(super) fn with_bit(
+        &self,
+        k: usize,
+        read: (f64, bool, u32),
+        bit: u8,
+        is_set: bool,
+    ) -> (f64, bool, u32) {
+        if self.counted[k] == 0 || f64::from(bit) >= (self.last[k] + 1.0).log2() {
+            return read;
+        }
+        let mask = 1_u32 << bit;
+        let code = if is_set { read.2 | mask } else { read.2 & !mask };
+        let of = f64::from(code);
+        (self.low[k] + of * self.step[k], of == 0.0 || of == self.last[k], code)
     }
 
     /// Returns the readings of these values, with standard normals for the noise: the value of the nearest code,

@@ -4,8 +4,9 @@ use standstill_interface::{Abc, Counts, Nanos, Reading, Real, Sensed};
 use standstill_inverter::Gate;
 
 use super::dividers::Dividers;
+use super::misread::Misread;
 use super::{Arrangement, Channels, Sensors};
-use crate::{Draws, Purpose, Streams};
+use crate::{Draws, Faults, Purpose, Streams};
 
 /// The sampler of one run: takes its samples.
 #[derive(Clone, Debug)]
@@ -16,11 +17,14 @@ pub struct Sampler<'t> {
     link_noise: Draws<'t>,
     jitter: Draws<'t>,
     dividers: Option<Dividers<'t>>,
+    misread: Option<Misread>,
 }
 
 /// Physical values at the instant of a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant {
+    /// Time in ns since the start of the run.
+    pub time: f64,
     /// Currents in A through the sensors, behind their filters if they have any: see [`super::SensorSettings::seen`].
     pub current: [f64; 3],
     /// Voltage of the DC link in V, behind its sensor's filter if it has one.
@@ -34,11 +38,12 @@ pub struct Instant {
 }
 
 impl<'t> Sampler<'t> {
-    pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Self {
+    pub fn new(sensors: &Sensors, faults: Faults, streams: Streams<'t>) -> Self {
         let [noise, link_noise, jitter] =
             streams.open_together([Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter]);
         let dividers = Dividers::new(sensors, streams);
-        Self { sensors: *sensors, channels: Channels::of(sensors), noise, link_noise, jitter, dividers }
+        let (channels, misread) = (Channels::of(sensors), Misread::of(faults));
+        Self { sensors: *sensors, channels, noise, link_noise, jitter, dividers, misread }
     }
 
     /// Returns the real sampling instant of a trigger at `nominal`, with delay and jitter, within its command.
@@ -62,7 +67,11 @@ impl<'t> Sampler<'t> {
             noise[3] = self.link_noise.normal();
         }
         let [a, b, c] = there.current;
-        let raw = self.channels.read([a, b, c, there.dc_link], noise);
+        let values = [a, b, c, there.dc_link];
+        let raw = match &mut self.misread {
+            None => self.channels.read(values, noise),
+            Some(misread) => misread.read(&self.channels, values, noise, there.time),
+        };
         let measured =
             |k: usize| (raw[k].0, if raw[k].1 { Sensed::Clipped } else { Sensed::Measured }, raw[k].2);
         let derived = |k: usize| {
@@ -139,7 +148,7 @@ mod tests {
 
     #[allow(clippy::large_types_passed_by_value, reason = "settings are made for each test")]
     fn sampler(settings: SensorSettings) -> Sampler<'static> {
-        Sampler::new(&Sensors::nominal(settings), Streams::new(1, 0))
+        Sampler::new(&Sensors::nominal(settings), Faults::default(), Streams::new(1, 0))
     }
 
     /// A converter behind a sensor without errors, in each of the four channels.
@@ -156,6 +165,7 @@ mod tests {
 
     fn there(modes: Modes, requested: [Gate; 3]) -> Instant {
         Instant {
+            time: 0.0,
             current: [1.5, -1.5, 0.0],
             dc_link: 550.0,
             terminal: [550.0, 0.0, 275.0],
@@ -300,8 +310,8 @@ mod tests {
         let read = |change: fn(&mut Sensors)| {
             let mut sensors = Sensors::nominal(SensorSettings::IDEAL);
             change(&mut sensors);
-            let reading: Reading<f64> =
-                Sampler::new(&sensors, Streams::new(1, 0)).read(Nanos(0), &there(PULSE.1, PULSE.0));
+            let reading: Reading<f64> = Sampler::new(&sensors, Faults::default(), Streams::new(1, 0))
+                .read(Nanos(0), &there(PULSE.1, PULSE.0));
             reading
         };
         assert_eq!(read(|s| s.gain[0] = 1.1).current.0[0], 1.5 * 1.1);

@@ -3,6 +3,8 @@
 mod comparators;
 mod dividers;
 mod driven;
+mod faults;
 mod hysteresis;
 mod script;
 mod terminals;
+mod turning;

@@ -31,7 +31,7 @@ fn linear(inductance: f64, resistance: f64) -> Motor {
 fn inverter(devices: Devices, open_leg: OpenLeg, capacitance: f64, link: f64) -> Inverter {
     let dead_time = Nanos::from_micros(u64::from(devices != Devices::default()) * 2);
     Inverter {
-        bridge: Bridge { devices, open_leg, terminal_capacitance: capacitance, terminal_resistance: 0.0 },
+        bridge: Bridge { devices, open_leg, terminal_capacitance: capacitance, ..Bridge::default() },
         gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
         link: DcLink::stiff(link),
         carrier_period: Nanos::from_micros(100),

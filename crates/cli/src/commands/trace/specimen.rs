@@ -35,7 +35,7 @@ pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
         drawn.iter().map(|(key, value)| (key.clone(), json!(value))).collect();
     let play = match case.rotor {
         RotorState::Braked(play) => Some([play.below, play.above].map(f64::to_degrees)),
-        RotorState::Locked | RotorState::Free => None,
+        RotorState::Locked | RotorState::Free | RotorState::Driven => None,
     };
     json!({
         "start_angle_deg": case.start_angle.to_degrees().rem_euclid(360.0),

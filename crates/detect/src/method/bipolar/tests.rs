@@ -7,6 +7,7 @@ use super::*;
 use crate::commissioning::Correction;
 use crate::nameplate::{Place, Sensing};
 use crate::parts::lines::SaliencySign;
+use crate::parts::plausibility::PlausibilitySettings;
 use crate::parts::polarity::Signature;
 use crate::parts::train::PulseTrainSettings;
 use crate::testing::{LineMotor, Noise, mean_and_deviation};
@@ -36,6 +37,14 @@ fn settings<T: Real>() -> BipolarSettings<T> {
         pole_error: T::of(1e-6),
         pole_floor: T::of(0.0015),
         sensing: Sensing::default(),
+        plausibility: PlausibilitySettings {
+            on: true,
+            sensors: T::of(0.06),
+            idle_is_blocked: true,
+            line: [T::of(5e-3), T::of(50e-3)],
+            both_ways: T::of(0.3),
+            dc_link: [T::of(300.0), T::of(800.0)],
+        },
     })
 }
 

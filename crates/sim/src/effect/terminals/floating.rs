@@ -54,7 +54,7 @@ impl<V: Wide> Floating<V> {
         let may_turn = if machine.lags() { 0 } else { u32::MAX };
         let mut safe = [V::Mask::of_bits(may_turn); 3];
         let mut size = zero;
-        let range = pair!(e => three!(k => machine.legs.range(&legs.on[k]).at(places[e].state.link)));
+        let range = pair!(e => three!(k => machine.legs.range(k, &legs.on[k]).at(places[e].state.link)));
         for e in 0..2_usize {
             let here = places[e];
             let axes = &machine.legs.axes;

@@ -16,6 +16,7 @@ const BRIDGE: Bridge = Bridge {
     open_leg: OpenLeg::Diodes,
     terminal_capacitance: 0.0,
     terminal_resistance: 0.0,
+    disconnected: [false; 3],
 };
 
 /// Legs with these gates, conducting so, of a rotor at 0.7 rad.

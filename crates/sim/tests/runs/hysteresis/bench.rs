@@ -23,7 +23,7 @@ pub const USUAL: Devices = Devices {
 pub fn inverter(devices: Devices, open_leg: OpenLeg) -> Inverter {
     let dead_time = Nanos::from_micros(u64::from(devices != Devices::default()) * 2);
     Inverter {
-        bridge: Bridge { devices, open_leg, terminal_capacitance: 0.0, terminal_resistance: 0.0 },
+        bridge: Bridge { devices, open_leg, ..Bridge::default() },
         gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
         link: DcLink::stiff(LINK),
         carrier_period: Nanos::from_micros(100),

@@ -1,0 +1,283 @@
+//! Failure modes of a drive and what a method makes of them: right answers, wrong ones, and faults that it detects.
+//!
+//! Each fault is put into the scenario and the same trials are run: with the method's plausibility checks, and without them. An answer
+//! without the checks that would start the motor wrongly is dangerous; the share of these for which there is no answer with the
+//! checks is the coverage.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use standstill_campaign::{Estimate, one_sided_bounds};
+use standstill_detect::Method;
+use standstill_scenario::{Document, FaultMode, FileError, Origin, Plan, Record, Scenario, Verdict};
+use standstill_sim::{Ended, RunError};
+use toml::Value;
+
+use crate::{Halt, Watch};
+use standstill_odds::kept;
+
+/// Number of trials that a thread runs at a time.
+const AT_ONCE: u64 = 64;
+
+/// What an answer must keep to be a right one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// Largest error of the angle in degrees.
+    pub error_deg: f64,
+    /// Largest movement of the rotor in electrical degrees.
+    pub moved_deg: f64,
+    /// Largest phase current in A.
+    pub current: f64,
+}
+
+/// A start with a dangerous answer.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Worst {
+    /// Number of the trial.
+    pub trial: u64,
+    /// Error of its answer in degrees.
+    pub error_deg: f64,
+}
+
+/// What became of the starts with one fault.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Counts {
+    /// Number of starts.
+    pub trials: u64,
+    /// Answers within the demanded error.
+    pub right: u64,
+    /// Answers with the right pole whose error is larger than demanded.
+    pub beyond: u64,
+    /// Answers with the wrong pole: the motor starts backwards.
+    pub wrong_pole: u64,
+    /// Starts without an answer, by their reasons.
+    pub unanswered: BTreeMap<String, u64>,
+    /// Of these, starts with an axis whose pole stays open.
+    pub undetermined: u64,
+    /// Starts that the simulation could not end: neither an answer nor a detection.
+    pub errors: u64,
+    /// Starts whose rotor moved more than demanded.
+    pub moved: u64,
+    /// Starts with more current than demanded, or in which the drive tripped.
+    pub overcurrent: u64,
+    /// Starts with a dangerous answer where the method's checks are off: beyond the demanded error, or with the wrong pole.
+    pub dangerous: u64,
+    /// Of these, the starts without an answer where its checks are on.
+    pub caught: u64,
+    /// Sum of the durations in s of starts without an answer: the time until a fault is noticed.
+    pub reaction: f64,
+    /// The dangerous answer with the largest error.
+    pub worst: Option<Worst>,
+}
+
+impl Counts {
+    /// Returns the number of starts without an answer.
+    pub fn detected(&self) -> u64 {
+        self.unanswered.values().sum()
+    }
+
+    /// Returns the upper end of the one-sided 95 % interval of the probability of a wrong pole.
+    pub fn wrong_pole_bound(&self) -> f64 {
+        one_sided_bounds(self.wrong_pole, self.trials)[1]
+    }
+
+    /// Returns the share of dangerous starts that the checks catch, with the lower end of its one-sided 95 % interval; none where no
+    /// start is dangerous.
+    pub fn coverage(&self) -> Option<Estimate> {
+        let value = (self.dangerous > 0).then(|| self.caught as f64 / self.dangerous as f64)?;
+        let [low, _] = one_sided_bounds(self.caught, self.dangerous);
+        Some(Estimate { value, low, high: 1.0 })
+    }
+
+    /// Returns the mean time in s after which a start ends without an answer; none where all have one.
+    pub fn mean_reaction(&self) -> Option<f64> {
+        (self.detected() > 0).then(|| self.reaction / self.detected() as f64)
+    }
+
+    /// Adds a start, with the result of the same start where the method's checks are off.
+    fn add(&mut self, with: &Record, without: Option<&Record>, demand: Demand) {
+        self.trials += 1;
+        let tripped = matches!(with.run.ended, Ended::Error(RunError::Overcurrent { .. }));
+        self.overcurrent += u64::from(tripped || with.run.peak_current > demand.current);
+        self.moved += u64::from(with.rotor_moved_deg() > demand.moved_deg);
+        let danger = |record: &Record| {
+            let miss = record.miss_deg()?;
+            let wrong = record.pole_correct() == Some(false) || miss.abs() > demand.error_deg;
+            wrong.then_some(miss)
+        };
+        let answered = with.verdict() == Verdict::Found;
+        let broke_down = with.verdict() == Verdict::Error && !tripped;
+        self.errors += u64::from(broke_down);
+        if !answered && !broke_down {
+            let name =
+                if tripped { "overcurrent".to_owned() } else { with.reason_name().unwrap_or_default() };
+            *self.unanswered.entry(name).or_default() += 1;
+            self.undetermined += u64::from(with.verdict() == Verdict::Undetermined);
+            self.reaction += with.run.duration.seconds();
+        }
+        if without.and_then(danger).is_some() {
+            self.dangerous += 1;
+            self.caught += u64::from(!answered && !broke_down);
+        }
+        match danger(with) {
+            Some(miss) => {
+                if with.pole_correct() == Some(false) {
+                    self.wrong_pole += 1;
+                } else {
+                    self.beyond += 1;
+                }
+                if self.worst.is_none_or(|worst| miss.abs() > worst.error_deg.abs()) {
+                    self.worst = Some(Worst { trial: with.trial, error_deg: miss });
+                }
+            }
+            None if answered => self.right += 1,
+            None => {}
+        }
+    }
+
+    fn join(mut self, other: Self) -> Self {
+        self.trials += other.trials;
+        self.right += other.right;
+        self.undetermined += other.undetermined;
+        self.errors += other.errors;
+        self.beyond += other.beyond;
+        self.wrong_pole += other.wrong_pole;
+        self.moved += other.moved;
+        self.overcurrent += other.overcurrent;
+        self.dangerous += other.dangerous;
+        self.caught += other.caught;
+        self.reaction += other.reaction;
+        for (reason, count) in other.unanswered {
+            *self.unanswered.entry(reason).or_default() += count;
+        }
+        let larger = |of: &Worst| of.error_deg.abs();
+        self.worst = match (self.worst, other.worst) {
+            (Some(a), Some(b)) => Some(if larger(&b) > larger(&a) { b } else { a }),
+            (a, b) => a.or(b),
+        };
+        self
+    }
+}
+
+/// A fault of the study: its mode, and its size as the scenario's keys have it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The mode; none for the drive without a fault.
+    pub mode: Option<FaultMode>,
+    /// Keys of the scenario that make the fault, as on the command line.
+    pub keys: Vec<(String, Value)>,
+}
+
+impl Entry {
+    /// Makes the entry of the drive without a fault.
+    pub fn whole() -> Self {
+        Self { mode: None, keys: Vec::new() }
+    }
+
+    /// Makes the entry of a fault in its usual size, behind the `before` faults that a scenario has.
+    pub fn usual(mode: FaultMode, scenario: &Scenario<Method<f64>>, before: usize) -> Self {
+        let key = |name: &str| format!("faults.{before}.{name}");
+        let mut keys = vec![(key("mode"), Value::from(mode.name()))];
+        if let Some(size) = mode.size() {
+            let [low, high] = (size.typical)(scenario);
+            let value = |number: f64| Value::Float(significant(number));
+            let size = if mode.is_fixed() || low == high {
+                value(high)
+            } else {
+                Value::Array(vec![value(low), value(high)])
+            };
+            keys.push((key("magnitude"), size));
+        }
+        Self { mode: Some(mode), keys }
+    }
+
+    /// Returns the command-line arguments that put the fault into a scenario.
+    pub fn arguments(&self) -> Vec<String> {
+        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        self.keys.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
+    }
+
+    /// Makes the plan of a document with the fault, and the same without the method's checks; the latter only for methods that have
+    /// such checks.
+    ///
+    /// # Errors
+    /// A fault that the drive cannot have.
+    pub fn plans(&self, plan: &Plan, document: &Document) -> Result<(Plan, Option<Plan>), FileError> {
+        let mut broken = document.clone();
+        for (key, value) in &self.keys {
+            broken.set_value(key, value.clone(), Origin::Option("--mode"))?;
+        }
+        let mut unchecked = broken.clone();
+        unchecked.set_value(CHECKS, Value::Boolean(false), Origin::Option("--mode"))?;
+        // A library, a class of Python and methods without checks have no such key.
+        let broken = plan.changed(broken)?;
+        Ok((broken, plan.changed(unchecked).ok()))
+    }
+}
+
+/// Key by which the checks of a method are switched off.
+pub const CHECKS: &str = "detector.checks";
+
+/// Runs the trials of a fault, with the method's checks and without them.
+///
+/// # Errors
+/// A trial that cannot be run; an interruption.
+pub fn study(
+    name: &str,
+    (plan, without): (&Plan, Option<&Plan>),
+    trials: u64,
+    demand: Demand,
+    watch: &dyn Watch,
+) -> Result<Counts, Halt<FileError>> {
+    kept(
+        watch,
+        &format!("{name} {trials} {demand:?}"),
+        |counts: &Counts| counts.trials,
+        || {
+            let scenario = plan.scenario(0)?;
+            let unchecked =
+                without.map(|plan| plan.scenario(0).map(|scenario| (plan, scenario))).transpose()?;
+            let parts: Vec<u64> = (0..trials).step_by(usize::try_from(AT_ONCE).unwrap_or(1)).collect();
+            let part = |from: u64| {
+                if watch.stopped() {
+                    return Err(Halt::Stopped);
+                }
+                let numbers = from..(from + AT_ONCE).min(trials);
+                let with = records(plan, &scenario, numbers.clone())?;
+                let alone = match &unchecked {
+                    Some((plan, scenario)) => Some(records(plan, scenario, numbers)?),
+                    None => None,
+                };
+                let mut counts = Counts::default();
+                for (k, with) in with.iter().enumerate() {
+                    counts.add(with, alone.as_ref().map(|alone| &alone[k]), demand);
+                }
+                watch.did(counts.trials);
+                Ok(counts)
+            };
+            let all: Vec<Counts> = parts.into_par_iter().map(part).collect::<Result<_, _>>()?;
+            Ok(all.into_iter().fold(Counts::default(), Counts::join))
+        },
+    )
+}
+
+fn records(
+    plan: &Plan,
+    scenario: &Scenario<Method<f64>>,
+    numbers: std::ops::Range<u64>,
+) -> Result<Vec<Record>, Halt<FileError>> {
+    let mut records = Vec::new();
+    let trials = plan.trials(0, scenario, &mut numbers.clone(), &mut |record| records.push(record));
+    trials.map_err(|failed| Halt::Failed(failed.error))?;
+    records.sort_by_key(|record| record.trial);
+    Ok(records)
+}
+
+/// Rounds a number to three digits.
+fn significant(number: f64) -> f64 {
+    if number == 0.0 {
+        return 0.0;
+    }
+    format!("{number:.2e}").parse().unwrap_or(number)
+}

@@ -1,0 +1,320 @@
+//! `standstill faults`: what each failure mode leads to, by method: answers, wrong poles, and whether it is detected.
+
+use serde_json::json;
+use standstill_analysis::faults::{Counts, Demand, Entry, study};
+use standstill_campaign::{Estimate, Statistics};
+use standstill_detect::MethodName;
+use standstill_quantity::Quantity;
+use standstill_report::page::{Block, Column, Table, Tone};
+use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
+
+use super::question::{Asked, document, plan, setting};
+use crate::answer::{Answer, Record, Records, verdict};
+use crate::arguments::{Faults as Options, Question};
+use crate::error::Error;
+use crate::shell::Report;
+use crate::shell::command_line::quoted;
+
+/// Trials of each fault with each method: none wrong of these is at most one in a thousand.
+const TRIALS: u64 = 3000;
+
+/// Movement in electrical degrees, and current as a multiple of the rated one, beyond which a start counts as moved or as too much.
+const MOVED_DEG: f64 = 2.0;
+const CURRENT: f64 = 1.5;
+
+/// A row of the answer.
+struct Row {
+    entry: Entry,
+    method: String,
+    /// The method that `--method` names; none for the scenario's own.
+    by_name: Option<MethodName>,
+    counts: Counts,
+}
+
+/// A fault that is not studied, with the reason.
+struct Left {
+    mode: FaultMode,
+    reason: String,
+}
+
+pub fn run(options: &Options) -> Result<Report, Error> {
+    let question = &options.question;
+    let (document, plan) = (document(question)?, plan(question)?);
+    let scenario = plan.scenario(0)?;
+    let file = plan.file();
+    let trials = options.trials.unwrap_or(TRIALS);
+    let demand = Demand {
+        error_deg: file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value),
+        moved_deg: MOVED_DEG,
+        current: CURRENT * scenario.motor.rated_current,
+    };
+    let methods: Vec<Option<MethodName>> = match &options.method[..] {
+        [] => vec![None],
+        given => once(given).into_iter().map(Some).collect(),
+    };
+    let (entries, left) = entries(options, &plan);
+    let count = (entries.len() * methods.len()) as u64 * trials;
+    let names = |of: Vec<&str>| (!of.is_empty()).then(|| of.join(", "));
+    let named = [
+        ("--mode", names(options.mode.iter().map(|mode| mode.name()).collect())),
+        ("--method", names(options.method.iter().map(|method| method.name()).collect())),
+        ("--trials", Some(trials.to_string())),
+    ];
+    let asked = Asked::new(question, "faults", &plan, named, count)?;
+    // What is wrong with one of the faults or methods shows before the first trial.
+    let mut studies = Vec::new();
+    for method in &methods {
+        let (document, name) = with_method(&document, file, *method)?;
+        for entry in &entries {
+            let plans = entry.plans(&plan, &document)?;
+            let row = Row {
+                entry: entry.clone(),
+                method: name.clone(),
+                by_name: *method,
+                counts: Counts::default(),
+            };
+            studies.push((row, plans));
+        }
+    }
+    let mut rows = Vec::new();
+    let found = asked.run(|| {
+        for (row, (broken, unchecked)) in studies {
+            asked.watched.bar.set_message(format!("{}: {}", row.method, row.fault()));
+            let key = format!("{} {}", row.method, row.entry.arguments().join(" "));
+            let counts = study(&key, (&broken, unchecked.as_ref()), trials, demand, &asked.watched)?;
+            rows.push(Row { counts, ..row });
+        }
+        Ok(())
+    })?;
+    if found.is_none() {
+        let total = entries.len() * methods.len();
+        return Ok(asked.interrupted(&format!("{} of {total} faults were studied", rows.len())));
+    }
+    let of_scenario = setting(file, &scenario);
+    asked.answer(&scenario, answer(of_scenario, &in_a_line(question), &rows, &left, demand))
+}
+
+/// Returns each item once, in the order of their first occurrence.
+fn once<T: Copy + PartialEq>(given: &[T]) -> Vec<T> {
+    let mut once = Vec::new();
+    for item in given {
+        if !once.contains(item) {
+            once.push(*item);
+        }
+    }
+    once
+}
+
+/// Returns the scenario of a question with its keys, as on the command line.
+fn in_a_line(question: &Question) -> String {
+    let mut line = quoted(&question.scenario.to_string_lossy());
+    let keys =
+        question.keys.set.iter().map(|(key, value)| format!(" -s {}", quoted(&format!("{key}={value}"))));
+    line.extend(keys);
+    if let Some(library) = &question.keys.detector {
+        line += &format!(" --detector {}", quoted(&library.to_string_lossy()));
+    }
+    if let Some(seed) = question.seed.seed {
+        line += &format!(" --seed {seed}");
+    }
+    line
+}
+
+/// Returns the faults that are studied, the drive without one first, and those that it cannot have.
+fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
+    let (mut entries, mut left) = (vec![Entry::whole()], Vec::new());
+    let modes = if options.mode.is_empty() { FaultMode::ALL.to_vec() } else { once(&options.mode) };
+    let before = plan.file().faults.len();
+    let Ok(scenario) = plan.scenario(0) else { return (entries, left) };
+    for mode in modes {
+        match mode.lacks(&scenario) {
+            Some(reason) => left.push(Left { mode, reason: reason.to_owned() }),
+            None => entries.push(Entry::usual(mode, &scenario, before)),
+        }
+    }
+    (entries, left)
+}
+
+/// Returns the document with another method, and the method's name.
+fn with_method(
+    document: &Document,
+    file: &ScenarioFile,
+    method: Option<MethodName>,
+) -> Result<(Document, String), standstill_scenario::FileError> {
+    let Some(method) = method else { return Ok((document.clone(), file.detector.name().to_owned())) };
+    let mut document = document.clone();
+    for key in ["detector.library", "detector.config"] {
+        document.remove(key);
+    }
+    document.set_value("detector.method", method.name().into(), Origin::Option("--method"))?;
+    Ok((document, method.name().to_owned()))
+}
+
+impl Row {
+    fn fault(&self) -> &'static str {
+        self.entry.mode.map_or("as it is", FaultMode::name)
+    }
+
+    /// Returns the most frequent reason why starts have no answer.
+    fn reason(&self) -> String {
+        let most = self.counts.unanswered.iter().max_by_key(|(_, count)| **count);
+        most.map_or_else(String::new, |(reason, _)| reason.clone())
+    }
+
+    fn cells(&self) -> Vec<String> {
+        let of = &self.counts;
+        let share = |count: u64| percent(count, of.trials);
+        let coverage = of.coverage().map_or_else(|| "–".to_owned(), |of| format!("{:.1}", of.low * 100.0));
+        vec![
+            self.method.clone(),
+            self.fault().to_owned(),
+            share(of.right),
+            share(of.wrong_pole),
+            share(of.beyond),
+            share(of.detected()),
+            coverage,
+            of.worst.map_or_else(|| "–".to_owned(), |worst| format!("{:.1}", worst.error_deg)),
+            self.reason(),
+        ]
+    }
+
+    fn record(&self) -> Record {
+        let of = &self.counts;
+        let coverage = of.coverage().unwrap_or(Estimate::UNKNOWN);
+        Record::default()
+            .with("method", &self.method)
+            .with("failure_mode", self.fault())
+            .with("magnitude", self.entry.arguments().join(" "))
+            .with("effect", self.effect())
+            .with("trials", of.trials)
+            .with("right", of.right)
+            .with("wrong_pole", of.wrong_pole)
+            .with("wrong_pole_at_most", of.wrong_pole_bound())
+            .with("beyond_limit", of.beyond)
+            .with("moved", of.moved)
+            .with("overcurrent", of.overcurrent)
+            .with("detected", of.detected())
+            .with("undetermined", of.undetermined)
+            .with("errors", of.errors)
+            .with("detected_by", self.reason())
+            .with("mean_reaction_s", of.mean_reaction())
+            .with("dangerous_without_checks", of.dangerous)
+            .with("dangerous_and_detected", of.caught)
+            .with("coverage", coverage.value)
+            .with("coverage_at_least", coverage.low)
+            .with("worst_error_deg", of.worst.map(|worst| worst.error_deg))
+            .with("worst_trial", of.worst.map(|worst| worst.trial))
+            .with("reasons", json!(of.unanswered).to_string())
+    }
+
+    /// Returns the effect of the fault in a word, as a failure-mode analysis has it.
+    fn effect(&self) -> &'static str {
+        let of = &self.counts;
+        if of.wrong_pole > 0 {
+            "wrong pole"
+        } else if of.beyond > 0 {
+            "angle beyond the limit"
+        } else if of.detected() == of.trials {
+            "no start"
+        } else if of.detected() > 0 {
+            "no start in some"
+        } else if of.moved > 0 || of.overcurrent > 0 {
+            "movement or current beyond the limit"
+        } else {
+            "none (latent)"
+        }
+    }
+}
+
+/// Returns a share in per cent with the digits that the number of trials supports.
+fn percent(count: u64, total: u64) -> String {
+    match (count, 100.0 * count as f64 / total.max(1) as f64) {
+        (0, _) => "0".to_owned(),
+        (_, share) if share < 10.0 => format!("{share:.2}"),
+        (_, share) => format!("{share:.1}"),
+    }
+}
+
+fn answer(setting: String, asked: &str, rows: &[Row], left: &[Left], demand: Demand) -> Answer {
+    let wrong: Vec<&Row> = rows.iter().filter(|row| row.counts.wrong_pole_bound() > 1e-3).collect();
+    let (of_wrong, faults) = (wrong.len(), rows.len());
+    let (tone, headline) = if of_wrong == 0 {
+        (
+            Tone::Good,
+            format!("No fault of {faults} rows leads to more than 0.1 % wrong poles (upper bound of 95 %)"),
+        )
+    } else {
+        let seen = wrong.iter().filter(|row| row.counts.wrong_pole > 0).count();
+        let text = format!(
+            "{seen} of {faults} rows have wrong poles; {of_wrong} cannot be shown to have at most 0.1 %"
+        );
+        (if seen > 0 { Tone::Bad } else { Tone::Warning }, text)
+    };
+    let mut details = vec![format!(
+        "right: within {}° of the angle; unweighted: no table of failure rates was given",
+        demand.error_deg
+    )];
+    let worst = rows.iter().filter_map(|row| Some((row, row.counts.worst?)));
+    let worst = worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()));
+    let mut next = Vec::new();
+    if let Some((row, worst)) = worst {
+        let keys = row.entry.arguments().into_iter().map(|pair| format!(" -s {}", quoted(&pair)));
+        let command = format!(
+            "standstill trace {asked}{}{} --trial {}",
+            row.by_name.map_or(String::new(), |method| format!(" -s detector.method={}", method.name())),
+            keys.collect::<String>(),
+            worst.trial
+        );
+        details.push(format!(
+            "the worst start: {} with {}, {:.1}° off",
+            row.method,
+            row.fault(),
+            worst.error_deg
+        ));
+        next.push(Block::Text("To see the worst start:".to_owned()));
+        next.push(Block::Code { caption: String::new(), text: command + "\n" });
+    }
+    let errors: u64 = rows.iter().map(|row| row.counts.errors).sum();
+    if errors > 0 {
+        details.push(format!("{errors} starts could not be simulated to their end; they count as neither"));
+    }
+    let records: Records = rows.iter().map(Row::record).collect();
+    let json = json!({
+        "demand": { "error_deg": demand.error_deg, "moved_deg": demand.moved_deg, "current_A": demand.current },
+        "rows": records,
+        "not_studied": left.iter().map(|left| json!({ "mode": left.mode.name(), "needed": left.reason })).collect::<Vec<_>>(),
+    });
+    let mut blocks = vec![Block::Table(table(rows)), Block::Text(LEGEND.join("\n\n"))];
+    if !left.is_empty() {
+        let of = |left: &Left| format!("{}: needs {}", left.mode.name(), left.reason);
+        blocks.push(Block::Text("Faults that this drive cannot have:".to_owned()));
+        blocks.push(Block::List(left.iter().map(of).collect()));
+    }
+    blocks.extend(next);
+    let verdict = verdict(tone, headline, details);
+    let answer =
+        Answer::new("faults", "What each failure mode leads to".to_owned(), setting, verdict, blocks);
+    Answer { json, csv: Some(records), ..answer }
+}
+
+const LEGEND: [&str; 3] = [
+    "detected: starts without an answer. A wrong answer is dangerous, and so is one beyond the limit.",
+    "coverage ≥: of the starts that would be dangerous without the method's checks (`detector.checks = false`), the share that has \
+     no answer with them; the lower end of the exact one-sided 95 % interval. –: no start is dangerous, or the method has no such checks.",
+    "Sizes, places and signs are drawn by each trial; the table of the file has their ranges (`magnitude`).",
+];
+
+fn table(rows: &[Row]) -> Table {
+    let columns = [
+        Column::word("method"),
+        Column::word("fault"),
+        Column::number("right").unit("%"),
+        Column::number("wrong pole").unit("%"),
+        Column::number("beyond").unit("%"),
+        Column::number("detected").unit("%"),
+        Column::number("coverage ≥").unit("%").rank(2),
+        Column::number("worst").unit("°").rank(3),
+        Column::word("detected by").rank(1),
+    ];
+    Table::new(columns).rows(rows.iter().map(Row::cells))
+}

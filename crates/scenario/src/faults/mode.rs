@@ -1,0 +1,265 @@
+//! The list of faults that can be simulated: name, place, unit and range of the size of each.
+
+use standstill_interface::choice;
+use standstill_quantity::unit::{Ampere, Ohm, One, Second, Share, Volt};
+use standstill_quantity::{Quantity, Unit};
+use toml::Value;
+
+use crate::Scenario;
+use standstill_detect::Method;
+
+choice! {
+    /// What is broken.
+    pub enum FaultMode {
+        /// The wire from the drive to a phase is open.
+        PhaseOpen = "phase-open",
+        /// A contact adds its resistance to a phase.
+        ContactResistance = "contact-resistance",
+        /// Two wires are exchanged: `at` names the phase whose wire is right.
+        TerminalsSwapped = "terminals-swapped",
+        /// All three wires are moved on by one terminal, or by two.
+        TerminalsTurned = "terminals-turned",
+        /// The magnets have lost a share of their flux.
+        MagnetWeak = "magnet-weak",
+        /// The drive takes the wrong pole to draw more current.
+        SheetSignature = "sheet-signature",
+        /// The drive takes the inductances for this multiple of what they are.
+        SheetInductance = "sheet-inductance",
+        /// The drive takes the resistance for this multiple of what it is.
+        SheetResistance = "sheet-resistance",
+        /// The upper switch of a leg never turns on, or its gate driver is dead.
+        UpperSwitchOpen = "upper-switch-open",
+        /// The lower switch of a leg never turns on, or its gate driver is dead.
+        LowerSwitchOpen = "lower-switch-open",
+        /// A leg never switches.
+        LegOff = "leg-off",
+        /// The dead time is this multiple of what it should be.
+        DeadTimeLong = "dead-time-long",
+        /// The capacitor of the DC link has this share of its capacitance.
+        LinkCapacitorAged = "link-capacitor-aged",
+        /// The source feeds the DC link through this resistance.
+        SupplyWeak = "supply-weak",
+        /// A current sensor shows nothing but its offset.
+        CurrentDead = "current-dead",
+        /// A current sensor keeps the value that it read last.
+        CurrentFrozen = "current-frozen",
+        /// A current sensor shows this current, of either sign.
+        CurrentStuck = "current-stuck",
+        /// A bit of a current's codes is always set or always clear: 0 for the lowest.
+        CurrentBit = "current-bit",
+        /// The gain of a current sensor is this multiple of what it should be.
+        CurrentGain = "current-gain",
+        /// The offset of a current sensor is larger by this, of either sign.
+        CurrentOffset = "current-offset",
+        /// A current sensor is connected the wrong way round.
+        CurrentSign = "current-sign",
+        /// Two current sensors are exchanged: `at` names the phase whose sensor is right.
+        CurrentsSwapped = "currents-swapped",
+        /// The bandwidth of a current sensor is this share of what it should be.
+        CurrentSlow = "current-slow",
+        /// The reference of all converters drifts: readings grow by this share in each second, of either sign.
+        ReferenceDrift = "reference-drift",
+        /// All samples are taken later by this.
+        SampleLate = "sample-late",
+        /// The gain of the sensor of the link's voltage is this multiple of what it should be.
+        LinkGain = "link-gain",
+        /// The sensor of the link's voltage shows this voltage.
+        LinkStuck = "link-stuck",
+        /// No comparator trips.
+        ComparatorStuck = "comparator-stuck",
+        /// The clock of the timer that captures trips is slow by this share.
+        TimerOff = "timer-off",
+        /// Commands reach the gates one carrier period late.
+        CommandLate = "command-late",
+        /// Duty cycles are limited to this share.
+        DutyLimited = "duty-limited",
+        /// The converter's results are those of the sample before.
+        SampleLost = "sample-lost",
+    }
+}
+
+/// The size of a fault: how it is read, what is allowed, and how large it usually is.
+#[derive(Clone, Copy)]
+pub struct Size {
+    /// Returns a value in SI units; none where it is no such quantity.
+    pub(super) read: fn(&Value) -> Option<f64>,
+    /// Smallest and largest value allowed, in SI units.
+    pub(super) range: [f64; 2],
+    /// These values in words.
+    pub(super) allowed: &'static str,
+    /// Smallest and largest value of a fault of this kind in a drive as this scenario has it, in SI units.
+    pub typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
+}
+
+/// Returns a value of a unit in SI units.
+fn of<U: Unit>(value: &Value) -> Option<f64> {
+    value.clone().try_into::<Quantity<U>>().ok().map(Quantity::value)
+}
+
+impl FaultMode {
+    /// Returns the size of faults of this kind; none for one without a size.
+    pub fn size(self) -> Option<Size> {
+        let most_current =
+            |scenario: &Scenario<Method<f64>>| [0.05, 1.0].map(|share| share * scenario.motor.rated_current);
+        Some(match self {
+            Self::ContactResistance => Size {
+                read: of::<Ohm>,
+                range: [0.0, 1e4],
+                allowed: "a resistance from 0 to 10 kΩ (above, `phase-open`)",
+                typical: |scenario| [0.5, 10.0].map(|times| times * scenario.motor.resistance),
+            },
+            Self::MagnetWeak => Size {
+                read: of::<Share>,
+                range: [0.0, 0.9],
+                allowed: "a lost share from 0 to 90 %",
+                typical: |_| [0.1, 0.3],
+            },
+            Self::SheetInductance | Self::SheetResistance => Size {
+                read: of::<One>,
+                range: [0.05, 20.0],
+                allowed: "a factor from 0.05 to 20",
+                typical: |_| [2.0, 2.0],
+            },
+            Self::DeadTimeLong => Size {
+                read: of::<One>,
+                range: [1.0, 100.0],
+                allowed: "a factor from 1 to 100",
+                typical: |_| [2.0, 10.0],
+            },
+            Self::LinkCapacitorAged => Size {
+                read: of::<Share>,
+                range: [0.001, 1.0],
+                allowed: "a share that is left, from 0.1 to 100 %",
+                typical: |_| [0.1, 0.5],
+            },
+            Self::SupplyWeak => Size {
+                read: of::<Ohm>,
+                range: [1e-6, 1e6],
+                allowed: "a resistance from 1 µΩ to 1 MΩ",
+                typical: |scenario| {
+                    [0.1, 1.0].map(|share| share * scenario.drive.link.voltage / scenario.motor.rated_current)
+                },
+            },
+            Self::CurrentStuck => Size {
+                read: of::<Ampere>,
+                range: [0.0, 1e6],
+                allowed: "a current from 0 to 1 MA",
+                typical: most_current,
+            },
+            Self::CurrentBit => Size {
+                read: of::<One>,
+                range: [0.0, 23.0],
+                allowed: "a bit from 0 to 23",
+                typical: |scenario| {
+                    let bits = scenario.sensors.adc.map_or(1, |adc| adc.bits.max(1));
+                    [0.0, f64::from(bits - 1)]
+                },
+            },
+            Self::CurrentGain => Size {
+                read: of::<One>,
+                range: [0.0, 100.0],
+                allowed: "a factor from 0 to 100",
+                typical: |_| [0.5, 1.5],
+            },
+            Self::LinkGain => Size {
+                read: of::<One>,
+                range: [0.01, 100.0],
+                allowed: "a factor from 0.01 to 100",
+                typical: |_| [0.5, 1.5],
+            },
+            Self::CurrentOffset => Size {
+                read: of::<Ampere>,
+                range: [0.0, 1e6],
+                allowed: "a current from 0 to 1 MA",
+                typical: most_current,
+            },
+            Self::CurrentSlow => Size {
+                read: of::<Share>,
+                range: [1e-4, 1.0],
+                allowed: "a share that is left, from 0.01 to 100 %",
+                typical: |_| [0.01, 0.3],
+            },
+            Self::ReferenceDrift => Size {
+                read: of::<Share>,
+                range: [0.0, 1e3],
+                allowed: "a share in each second, from 0 to 100,000 %",
+                typical: |_| [0.5, 5.0],
+            },
+            Self::SampleLate => Size {
+                read: of::<Second>,
+                range: [0.0, 1e-3],
+                allowed: "a time from 0 to 1 ms",
+                typical: |scenario| [0.01, 0.5].map(|share| share * scenario.drive.carrier_period.seconds()),
+            },
+            Self::LinkStuck => Size {
+                read: of::<Volt>,
+                range: [1e-3, 1e6],
+                allowed: "a voltage from 1 mV to 1 MV",
+                typical: |scenario| [0.3, 1.5].map(|share| share * scenario.drive.link.voltage),
+            },
+            Self::TimerOff => Size {
+                read: of::<Share>,
+                range: [0.0, 0.9],
+                allowed: "a share from 0 to 90 %",
+                typical: |_| [0.05, 0.5],
+            },
+            Self::DutyLimited => Size {
+                read: of::<Share>,
+                range: [0.0, 1.0],
+                allowed: "a share from 0 to 100 %",
+                typical: |_| [0.5, 0.5],
+            },
+            _ => return None,
+        })
+    }
+
+    /// Returns whether a fault of this kind may begin during the detection, and may pass.
+    pub fn may_begin(self) -> bool {
+        !matches!(
+            self,
+            Self::TerminalsSwapped
+                | Self::TerminalsTurned
+                | Self::MagnetWeak
+                | Self::SheetSignature
+                | Self::SheetInductance
+                | Self::SheetResistance
+                | Self::DeadTimeLong
+                | Self::LinkCapacitorAged
+                | Self::SupplyWeak
+                | Self::CurrentSlow
+                | Self::SampleLate
+                | Self::TimerOff
+                | Self::CommandLate
+        )
+    }
+
+    /// Returns whether a fault of this kind is at one of the phases, legs or sensors.
+    pub fn has_place(self) -> bool {
+        matches!(
+            self,
+            Self::PhaseOpen
+                | Self::ContactResistance
+                | Self::TerminalsSwapped
+                | Self::UpperSwitchOpen
+                | Self::LowerSwitchOpen
+                | Self::LegOff
+                | Self::CurrentDead
+                | Self::CurrentFrozen
+                | Self::CurrentStuck
+                | Self::CurrentBit
+                | Self::CurrentGain
+                | Self::CurrentOffset
+                | Self::CurrentSign
+                | Self::CurrentsSwapped
+                | Self::CurrentSlow
+        )
+    }
+
+    /// Returns whether a fault of this kind is of the drive's knowledge or of the magnets, which are the same in all trials.
+    pub fn is_fixed(self) -> bool {
+        matches!(
+            self,
+            Self::MagnetWeak | Self::SheetSignature | Self::SheetInductance | Self::SheetResistance
+        )
+    }
+}

@@ -1,0 +1,208 @@
+use std::path::Path;
+
+use standstill_detect::MethodName;
+use standstill_sim::{Arrangement, Tape};
+
+use super::*;
+use crate::{Document, ErrorSet, Origin, Plan};
+
+fn plan(text: &str) -> Result<Plan, FileError> {
+    Plan::new(Document::parse(Path::new("s.toml"), text)?)
+}
+
+fn scenario(text: &str) -> Scenario<Method<f64>> {
+    plan(text).and_then(|plan| plan.scenario(0)).expect(text)
+}
+
+/// A drive that has all the parts of which any fault is, but for comparators where `currents` is true.
+fn whole(currents: bool) -> &'static str {
+    if currents {
+        "errors = \"field\"\n[inverter]\ncapacitance = \"500 uF\"\nsource_resistance = \"0.2 ohm\"\n[detector]\nmethod = \"bipolar\"\n"
+    } else {
+        "errors = \"field\"\n[sensors]\narrangement = \"none\"\ntimer = \"0.1 us\"\n[detector]\nmethod = \"six-pulse\"\n"
+    }
+}
+
+fn with(mode: FaultMode) -> (Scenario<Method<f64>>, Scenario<Method<f64>>) {
+    let base = whole(!matches!(mode, FaultMode::ComparatorStuck | FaultMode::TimerOff));
+    let whole = scenario(base);
+    let size = mode.size().map_or(String::new(), |size| {
+        let [low, high] = (size.typical)(&whole);
+        if mode.is_fixed() {
+            format!("magnitude = {high}\n")
+        } else {
+            format!("magnitude = [{low}, {high}]\n")
+        }
+    });
+    let broken = scenario(&format!("{base}[[faults]]\nmode = \"{}\"\n{size}", mode.name()));
+    (whole, broken)
+}
+
+#[test]
+fn law_each_fault_changes_what_its_part_is_in() {
+    for mode in FaultMode::ALL {
+        let (whole, broken) = with(mode);
+        assert_eq!(mode.lacks(&whole), None, "{mode:?}");
+        let [a, b] = [&whole, &broken].map(|of| of.case(3));
+        let differs = a.inverter != b.inverter
+            || a.sensors != b.sensors
+            || a.faults != b.faults
+            || whole.motor != broken.motor
+            || whole.detector != broken.detector;
+        assert!(differs, "{mode:?} changes nothing");
+        // All else, such as the errors of the drive, is as without the fault.
+        assert_eq!(
+            (a.start_angle, a.sensors.gain, a.sensors.offset),
+            (b.start_angle, b.sensors.gain, b.sensors.offset)
+        );
+        let kept = [FaultMode::TerminalsSwapped, FaultMode::TerminalsTurned, FaultMode::CommandLate];
+        assert_eq!(b.faults.is_empty(), !mode.may_begin() && !kept.contains(&mode), "{mode:?}");
+        // And it is simulated: a start ends, whichever way.
+        broken.trial(3).expect("settings that work");
+    }
+}
+
+#[test]
+fn law_trials_draw_place_size_sign_and_onset() {
+    let text = "[[faults]]\nmode = \"current-offset\"\nmagnitude = [\"1 A\", \"3 A\"]\nonset = [\"1 ms\", \"2 ms\"]\nlasts = \"500 us\"\n";
+    let scenario = scenario(text);
+    let (mut places, mut positive, mut sum) = ([0; 3], 0, 0.0);
+    for trial in 0..600 {
+        let faults = scenario.case(trial).faults;
+        let fault = faults.iter().next().expect("one");
+        let Broken::Sensor(k, Misreading::Offset(offset)) = fault.broken else { panic!("{fault:?}") };
+        places[k] += 1;
+        positive += u32::from(offset > 0.0);
+        sum += offset.abs();
+        assert!((1.0..=3.0).contains(&offset.abs()) && (1_000_000..=2_000_000).contains(&fault.from.0));
+        assert_eq!(fault.until.0 - fault.from.0, 500_000);
+    }
+    // Five standard deviations of 600 draws.
+    assert!(
+        places.iter().all(|n| (142..258).contains(n)) && (238..362).contains(&positive),
+        "{places:?} {positive}"
+    );
+    assert!((sum / 600.0 - 2.0).abs() < 0.12);
+    // They are draws of the tape.
+    let tape = Tape::new(scenario.seed, 7);
+    assert_eq!(scenario.trial_taped(&tape), scenario.trial(7));
+    *tape.clone().normals(Purpose::Fault) = vec![0.0; 4];
+    let mut tape = tape;
+    *tape.normals(Purpose::Fault) = vec![-3.0, 0.0, -3.0, 0.0];
+    let fault = scenario.case_taped(&tape).faults.iter().next().expect("one");
+    assert!(
+        matches!(fault.broken, Broken::Sensor(0, Misreading::Offset(of)) if (of - 2.0).abs() < 1e-9),
+        "{fault}"
+    );
+}
+
+#[test]
+fn law_a_fault_is_a_key() {
+    let mut document = Document::parse(Path::new("s.toml"), "").expect("empty");
+    for (key, value) in [
+        ("faults.0.mode", "contact-resistance"),
+        ("faults.0.magnitude", "2 Ω"),
+        ("faults.0.at", "b"),
+        ("faults.1.mode", "phase-open"),
+    ] {
+        document.set(key, value, Origin::CommandLine).expect(key);
+    }
+    let plan = Plan::new(document.clone()).expect("two faults");
+    let faults = plan.scenario(0).expect("two faults").faults;
+    assert_eq!(
+        (faults[0].size, faults[0].at, faults[1].mode),
+        ([2.0; 2], FaultPlace::B, FaultMode::PhaseOpen)
+    );
+    // What is written down is read again.
+    let again = self::plan(&plan.text().expect("text")).expect("its own text");
+    assert_eq!(again.scenario(0).expect("again").faults, faults);
+    let wrong =
+        document.set("faults.3.mode", "phase-open", Origin::CommandLine).expect_err("no third").to_string();
+    assert!(wrong.contains("a number from 0 to 2"), "{wrong}");
+    // As an axis, and as a tolerance.
+    let text = "axes = { \"faults.0.magnitude\" = [\"1 Ω\", \"2 Ω\"] }\n[[faults]]\nmode = \"contact-resistance\"\nmagnitude = \"3 Ω\"\n";
+    let plan = self::plan(text).expect("an axis");
+    assert_eq!([0, 1].map(|point| plan.scenario(point).expect("a point").faults[0].size[0]), [1.0, 2.0]);
+    let text = "tolerances = { \"faults.0.magnitude\" = { normal = \"10 %\" } }\n[[faults]]\nmode = \"sheet-inductance\"\nmagnitude = 2\n";
+    self::plan(text).expect("a tolerance");
+}
+
+#[test]
+fn regress_impossible_faults_are_refused_by_line() {
+    let fault = |mode: &str, rest: &str| {
+        format!(
+            "[detector]\nmethod = \"bipolar\"\n[[faults]]\nmode = \"phase-open\"\n[[faults]]\nmode = \"{mode}\"\n{rest}\n"
+        )
+    };
+    for (mode, rest, line, words) in [
+        ("phase-opn", "", 6, "phase-open"),
+        ("contact-resistance", "", 5, "a resistance from 0 to 10 kΩ"),
+        ("contact-resistance", "magnitude = \"2 V\"", 7, "a resistance"),
+        ("contact-resistance", "magnitude = [\"2 Ω\", \"1 Ω\"]", 7, "the smaller one first"),
+        ("contact-resistance", "magnitude = \"-1 Ω\"", 7, "from 0"),
+        ("phase-open", "magnitude = 1", 7, "has no size"),
+        ("phase-open", "at = \"d\"", 7, "any"),
+        ("phase-open", "onset = \"30 s\"", 7, "from 0 to 20 s"),
+        ("phase-open", "lasts = \"0 s\"", 7, "from 1 ns"),
+        ("phase-open", "onse = \"1 s\"", 7, "onset"),
+        ("sample-lost", "at = \"a\"", 7, "at no phase"),
+        ("magnet-weak", "magnitude = \"20 %\"\nonset = \"1 ms\"", 8, "before the detection"),
+        ("sheet-inductance", "magnitude = [1, 2]", 7, "one value"),
+        ("current-bit", "magnitude = 3\n[sensors]\nbits = 0", 6, "sensors.bits"),
+        ("comparator-stuck", "", 6, "comparators"),
+        ("current-bit", "magnitude = 12", 7, "from 0 to 11"),
+        ("current-bit", "magnitude = 2.5", 7, "whole numbers"),
+        ("current-dead", "at = \"c\"\n[sensors]\narrangement = \"two-in-line\"", 7, "\"a\" or \"b\""),
+        ("contact-resistance", "magnitude = \"1 MΩ\"", 7, "10 kΩ"),
+        (
+            "link-capacitor-aged",
+            "magnitude = \"20 %\"\n[inverter]\ncapacitance = 0",
+            6,
+            "inverter.capacitance",
+        ),
+    ] {
+        let error = plan(&fault(mode, rest)).expect_err(rest).to_string();
+        assert!(
+            error.starts_with(&format!("s.toml: line {line}:")) && error.contains(words),
+            "{mode} {rest}: {error}"
+        );
+    }
+    let five = "[[faults]]\nmode = \"phase-open\"\n".repeat(5);
+    assert!(plan(&five).expect_err("five").to_string().contains("at most 4"));
+    let ideal = Scenario::of_method(
+        MethodName::Bipolar,
+        standstill_plant::built_in("paper-5k5").expect("built in"),
+        ErrorSet::None,
+        standstill_sim::RotorState::Locked,
+        1,
+    );
+    assert!(
+        ideal.sensors.arrangement == Arrangement::ThreeInLine
+            && FaultMode::CurrentSlow.lacks(&ideal).is_some()
+    );
+}
+
+/// What standstill cannot tell: exchanged wires make another motor of it.
+#[test]
+fn law_exchanged_wires_mirror_the_answer() {
+    let base = "errors = \"none\"\nmotor = \"paper-5k5\"\n[rotor]\nangle = \"40 deg\"\n[detector]\nmethod = \"bipolar\"\n";
+    for (mode, at, expected) in [
+        ("terminals-swapped", "at = \"a\"", vec![-40.0]),
+        ("terminals-turned", "", vec![40.0 - 120.0, 40.0 + 120.0]),
+    ] {
+        let scenario = scenario(&format!("{base}[[faults]]\nmode = \"{mode}\"\n{at}\n"));
+        for trial in 0..3 {
+            let found = scenario.trial(trial).expect("works").run.found().expect("found").to_degrees();
+            let near = |expected: &f64| ((found - expected + 180.0).rem_euclid(360.0) - 180.0).abs() < 0.1;
+            assert!(expected.iter().any(near), "{mode}: {found}");
+        }
+    }
+}
+
+#[test]
+fn law_the_page_on_faults_lists_all_modes() {
+    let page = include_str!("../../../../docs/faults.md");
+    for mode in FaultMode::ALL {
+        assert!(page.contains(&format!("`{}`", mode.name())), "{}", mode.name());
+    }
+}

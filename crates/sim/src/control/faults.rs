@@ -1,0 +1,82 @@
+//! What follows in a run where a part breaks, or is whole again.
+
+use standstill_interface::{Abc, Command, Leg, Stage};
+use standstill_numeric::Wide;
+
+use super::conduction::NO_CURRENT;
+use super::run::Control;
+use crate::Broken;
+use crate::case::RunError;
+use crate::lanes::bank::Bank;
+use crate::trace::{ComparatorState, Event};
+
+impl<'a> Control<'a> {
+    /// Lets the parts that break at a time in ns break, and those that are whole again be so.
+    pub(super) fn change_faults<V: Wide>(
+        &mut self,
+        bank: &mut Bank<'a, V>,
+        time: f64,
+    ) -> Result<(), RunError> {
+        let (lane, faults) = (self.lane, self.case.faults);
+        self.breaks = faults.next(time);
+        if time > 0.0 {
+            self.event(time * 1e-9, Event::Fault);
+        }
+        let deaf = faults.at(time).any(|broken| broken == Broken::Deaf);
+        let blanked = self.comparators.as_ref().is_some_and(|of| of.state() == ComparatorState::Blanked);
+        if std::mem::replace(&mut self.deaf, deaf) != deaf && !blanked {
+            self.put_levels(bank);
+        }
+        let legs = &mut bank.machine.legs;
+        legs.put_contacts(lane, faults.contacts(time));
+        for k in (0..3).filter(|k| faults.concern_gates(*k)) {
+            self.sequencer.lose(legs, lane, k, faults.lost(k, time));
+        }
+        let (before, open) = (self.case.inverter.bridge.disconnected, faults.open(time));
+        self.case.inverter.bridge.disconnected = open;
+        legs.put_open(lane, &self.case.inverter.bridge);
+        let least = NO_CURRENT * self.case.motor.rated_current;
+        let current = self.currents(bank);
+        let breaks: [bool; 3] = std::array::from_fn(|k| open[k] && !before[k] && current[k].abs() > least);
+        if breaks.contains(&true) {
+            // A leg without a device that conducts takes part: an arc lasts longer than its terminal swings.
+            let idle = |k: usize| bank.machine.legs.direction(lane, k) == 0.0;
+            let ends = std::array::from_fn(|k| breaks[k] || idle(k) || current[k].abs() <= least);
+            self.interrupt(bank, ends, least);
+        }
+        if self.stale {
+            self.look_at_link(bank);
+        }
+        self.resolve(bank)
+    }
+
+    /// Ends the currents of these legs at once, down to `least` A: the flux moves as an impulse of voltage at the legs moves it, in
+    /// steps where the core saturates. The field's energy that this takes is the arc's.
+    fn interrupt<V: Wide>(&mut self, bank: &mut Bank<'a, V>, legs: [bool; 3], least: f64) {
+        let field =
+            |control: &Self, bank: &Bank<'a, V>| control.moment(bank, &bank.here).energies().field_change;
+        let before = if self.accounts.is_some() { field(self, bank) } else { 0.0 };
+        for _ in 0..MOST_STEPS {
+            self.make_zero(bank, legs);
+            bank.look(self.lane);
+            let current = self.currents(bank);
+            if (0..3).all(|k| !legs[k] || current[k].abs() <= least) {
+                break;
+            }
+        }
+        let after = if self.accounts.is_some() { field(self, bank) } else { 0.0 };
+        if let Some(accounts) = &mut self.accounts {
+            accounts.spent.device_loss += before - after;
+        }
+    }
+}
+
+/// Newton steps in which a current ends; a core at twice its rated current takes five.
+const MOST_STEPS: u8 = 50;
+
+/// Returns a command with no duty cycle above this share.
+pub(super) fn limited(command: Command<f64>, most: f64) -> Command<f64> {
+    let of = |leg: Leg<f64>| if let Leg::Duty(duty) = leg { Leg::Duty(duty.min(most)) } else { leg };
+    let stage = |stage: Stage<f64>| Stage { legs: Abc(stage.legs.0.map(of)), ..stage };
+    Command { stage: stage(command.stage), then: command.then.map(stage), ..command }
+}

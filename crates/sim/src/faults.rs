@@ -1,0 +1,244 @@
+//! Faults of wires, switches and sensors: what is broken, and from when to when.
+//!
+//! A fault acts where its part is simulated, and nowhere else: an open wire in the equations of the legs, a switch that
+//! stays off in the gates, a sensor that reads wrongly in its channel. What the detector receives follows from these.
+
+use std::fmt;
+
+use standstill_interface::Nanos;
+use standstill_inverter::Gate;
+
+/// Most faults that a case can have.
+pub const MOST_FAULTS: usize = 4;
+
+/// A broken part. Legs, wires and phases are numbered from 0 for a.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Broken {
+    /// The wire from this leg's terminal to the winding is open. A current that flows at that time ends at once: the energy of its
+    /// arc is not modelled.
+    Wire(usize),
+    /// A resistance in Ω in series with a phase, as of a weak contact in the motor's terminal box.
+    Contact(usize, f64),
+    /// Leg k feeds the phase with number `[k]` of this list. Only from the begin of a run.
+    Wires([usize; 3]),
+    /// This switch of a leg never turns on; both, where the gate is [`Gate::Off`]. Diodes stay.
+    Switch(usize, Gate),
+    /// The sensor in this channel: 0 to 2 for the phases (0 for a shunt in the DC link), 3 for the link's voltage.
+    Sensor(usize, Misreading),
+    /// Two current sensors that read each other's phase.
+    Exchanged(usize, usize),
+    /// All converters share a reference that drifts: readings grow by this share in each second.
+    Drift(f64),
+    /// No comparator trips.
+    Deaf,
+    /// The converter's results are those of the sample before.
+    Stale,
+    /// Commands reach the gates later by this; samples are taken as ordered.
+    Late(Nanos),
+    /// No duty cycle is above this share.
+    Duty(f64),
+}
+
+/// How a sensor reads wrongly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Misreading {
+    /// Its amplifier's output is zero but for its offset.
+    Dead,
+    /// It keeps the value that it read last; where it has read none, its first one.
+    Frozen,
+    /// It reads this value in A or V, which its converter rounds.
+    Stuck(f64),
+    /// A bit of its converter's codes, from 0 for the lowest one, is always set or always clear.
+    Bit(u8, bool),
+    /// Its gain is this multiple of what it was.
+    Gain(f64),
+    /// Its offset is larger by this in A or V.
+    Offset(f64),
+}
+
+/// A broken part, from `from` until just before `until`, both since the start of the run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fault {
+    /// The broken part.
+    pub broken: Broken,
+    /// Time at which it breaks.
+    pub from: Nanos,
+    /// Time at which it is whole again; `Nanos(u64::MAX)` for never.
+    pub until: Nanos,
+}
+
+impl Fault {
+    /// Makes a fault that is there before the run begins, and stays.
+    pub const fn lasting(broken: Broken) -> Self {
+        Self { broken, from: Nanos::ZERO, until: Nanos(u64::MAX) }
+    }
+
+    /// Returns whether the part is broken at a time in ns.
+    pub(crate) fn is_there(&self, time: f64) -> bool {
+        self.from.0 as f64 <= time && time < self.until.0 as f64
+    }
+}
+
+impl fmt::Display for Broken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let phase = |k: usize| ["a", "b", "c"].get(k).copied().unwrap_or("?");
+        match *self {
+            Self::Wire(k) => write!(f, "wire to phase {} open", phase(k)),
+            Self::Contact(k, ohms) => write!(f, "{ohms:.4} Ω in series with phase {}", phase(k)),
+            Self::Wires(wires) => write!(f, "legs a, b, c feed phases {}", wires.map(phase).join(", ")),
+            Self::Switch(k, Gate::High) => write!(f, "upper switch of leg {} stays off", phase(k)),
+            Self::Switch(k, Gate::Low) => write!(f, "lower switch of leg {} stays off", phase(k)),
+            Self::Switch(k, Gate::Off) => write!(f, "leg {} stays off", phase(k)),
+            Self::Sensor(3, how) => write!(f, "link's sensor {how}"),
+            Self::Sensor(k, how) => write!(f, "current sensor {} {how}", phase(k)),
+            Self::Exchanged(a, b) => write!(f, "current sensors {} and {} exchanged", phase(a), phase(b)),
+            Self::Drift(rate) => write!(f, "readings drift by {:+.1} % a second", rate * 100.0),
+            Self::Deaf => f.write_str("no comparator trips"),
+            Self::Stale => f.write_str("readings are those of the sample before"),
+            Self::Late(late) => write!(f, "commands late by {:.1} µs", late.seconds() * 1e6),
+            Self::Duty(most) => write!(f, "duty cycles at most {:.1} %", most * 100.0),
+        }
+    }
+}
+
+impl fmt::Display for Misreading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Dead => f.write_str("dead"),
+            Self::Frozen => f.write_str("frozen"),
+            Self::Stuck(value) => write!(f, "stuck at {value:.4}"),
+            Self::Bit(bit, true) => write!(f, "has bit {bit} always set"),
+            Self::Bit(bit, false) => write!(f, "has bit {bit} always clear"),
+            Self::Gain(factor) => write!(f, "has {factor:.4} times its gain"),
+            Self::Offset(more) => write!(f, "is off by {more:+.4}"),
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.broken)?;
+        if self.from > Nanos::ZERO {
+            write!(f, ", from {:.3} ms", self.from.seconds() * 1e3)?;
+        }
+        if self.until != Nanos(u64::MAX) {
+            write!(f, ", until {:.3} ms", self.until.seconds() * 1e3)?;
+        }
+        Ok(())
+    }
+}
+
+/// The faults of a case, at most [`MOST_FAULTS`].
+///
+/// ```
+/// use standstill_interface::Nanos;
+/// use standstill_sim::{Broken, Fault, Faults};
+///
+/// let mut faults = Faults::default();
+/// faults.push(Fault { from: Nanos(1000), until: Nanos(51_000), ..Fault::lasting(Broken::Wire(1)) });
+/// assert_eq!(faults.at(0.0).count(), 0);
+/// assert_eq!(faults.at(1000.0).next(), Some(Broken::Wire(1)));
+/// // It breaks at 1 µs, and is whole again at 51 µs.
+/// assert_eq!([faults.next(0.0), faults.next(1000.0), faults.next(51_000.0)], [1000.0, 51_000.0, f64::INFINITY]);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Faults([Option<Fault>; MOST_FAULTS]);
+
+impl Faults {
+    /// Adds a fault. Returns false where there is no room for it.
+    pub fn push(&mut self, fault: Fault) -> bool {
+        let Some(free) = self.0.iter_mut().find(|place| place.is_none()) else { return false };
+        *free = Some(fault);
+        true
+    }
+
+    /// Returns whether nothing is broken.
+    pub fn is_empty(&self) -> bool {
+        self.0.iter().all(Option::is_none)
+    }
+
+    /// Iterates over all faults.
+    pub fn iter(&self) -> impl Iterator<Item = Fault> {
+        self.0.into_iter().flatten()
+    }
+
+    /// Iterates over the parts that are broken at a time in ns.
+    pub fn at(&self, time: f64) -> impl Iterator<Item = Broken> {
+        self.0.into_iter().flatten().filter(move |fault| fault.is_there(time)).map(|fault| fault.broken)
+    }
+
+    /// Returns the next time in ns after `time` at which a part breaks or is whole again; infinite where there is none.
+    pub fn next(&self, time: f64) -> f64 {
+        self.iter()
+            .flat_map(|fault| [fault.from, fault.until])
+            .filter(|at| at.0 != u64::MAX && at.0 as f64 > time)
+            .map(|at| at.0 as f64)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns by how much a command that is given at a time in ns reaches the gates later.
+    pub(crate) fn late(&self, time: f64) -> Nanos {
+        let of = |broken| if let Broken::Late(late) = broken { late } else { Nanos::ZERO };
+        self.at(time).map(of).fold(Nanos::ZERO, Nanos::max)
+    }
+
+    /// Returns the largest duty cycle at a time in ns.
+    pub(crate) fn most_duty(&self, time: f64) -> f64 {
+        self.at(time)
+            .map(|broken| if let Broken::Duty(most) = broken { most } else { 1.0 })
+            .fold(1.0, f64::min)
+    }
+
+    /// Returns the phase that each leg feeds.
+    pub(crate) fn wires(&self) -> [usize; 3] {
+        let exchanged = self.iter().find_map(|fault| match fault.broken {
+            Broken::Wires(wires) => Some(wires),
+            _ => None,
+        });
+        exchanged.unwrap_or([0, 1, 2])
+    }
+
+    /// Returns the switches of a leg that never turn on at a time in ns, lower and upper: both where its wire is open, behind which
+    /// they make no difference.
+    pub(crate) fn lost(&self, leg: usize, time: f64) -> [bool; 2] {
+        let mut lost = [false; 2];
+        for broken in self.at(time) {
+            match broken {
+                Broken::Wire(k) if k == leg => lost = [true; 2],
+                Broken::Switch(k, gate) if k == leg => {
+                    lost[0] |= gate != Gate::High;
+                    lost[1] |= gate != Gate::Low;
+                }
+                _ => {}
+            }
+        }
+        lost
+    }
+
+    /// Returns whether a leg's gates may at any time not do as requested.
+    pub(crate) fn concern_gates(&self, leg: usize) -> bool {
+        self.iter().any(|fault| matches!(fault.broken, Broken::Wire(k) | Broken::Switch(k, _) if k == leg))
+    }
+
+    /// Returns which wires are open at a time in ns.
+    pub(crate) fn open(&self, time: f64) -> [bool; 3] {
+        let mut open = [false; 3];
+        for broken in self.at(time) {
+            if let Broken::Wire(k) = broken {
+                open[k] = true;
+            }
+        }
+        open
+    }
+
+    /// Returns the resistance in Ω of each wire's contacts at a time in ns.
+    pub(crate) fn contacts(&self, time: f64) -> [f64; 3] {
+        let mut contacts = [0.0; 3];
+        for broken in self.at(time) {
+            if let Broken::Contact(k, resistance) = broken {
+                contacts[k] += resistance;
+            }
+        }
+        contacts
+    }
+}

@@ -1,0 +1,69 @@
+//! Sensors that read wrongly.
+
+use super::Channels;
+use crate::{Broken, Faults, Misreading};
+
+/// The faults of sensors in one run, and what their channels read last.
+#[derive(Clone, Debug)]
+pub(crate) struct Misread {
+    faults: Faults,
+    /// The last conversion of all channels.
+    last: Option<[(f64, bool, u32); 4]>,
+    /// Last value of each channel while it was not frozen; none before its first reading.
+    held: [Option<f64>; 4],
+}
+
+impl Misread {
+    /// Makes the faulty sensors; none where no fault concerns a sensor.
+    pub fn of(faults: Faults) -> Option<Self> {
+        let concerns = |broken| {
+            matches!(broken, Broken::Sensor(..) | Broken::Exchanged(..) | Broken::Drift(_) | Broken::Stale)
+        };
+        faults.iter().any(|fault| concerns(fault.broken)).then_some(Self {
+            faults,
+            last: None,
+            held: [None; 4],
+        })
+    }
+
+    /// Reads the channels at a time in ns: values, standard normals for the noise, and results as in [`Channels::read`].
+    pub fn read(
+        &mut self,
+        channels: &Channels,
+        mut values: [f64; 4],
+        normals: [f64; 4],
+        time: f64,
+    ) -> [(f64, bool, u32); 4] {
+        let (mut channels, mut frozen) = (*channels, [false; 4]);
+        for fault in self.faults.iter().filter(|fault| fault.is_there(time)) {
+            match fault.broken {
+                Broken::Exchanged(a, b) => values.swap(a, b),
+                Broken::Drift(rate) => {
+                    let grown = 1.0 + rate * (time - fault.from.0 as f64) * 1e-9;
+                    channels.grow([grown.max(0.0); 4]);
+                }
+                Broken::Sensor(k, Misreading::Frozen) => frozen[k] = true,
+                Broken::Sensor(k, misreading) => channels.misread(k, misreading),
+                _ => {}
+            }
+        }
+        for k in 0..4 {
+            if let (true, Some(held)) = (frozen[k], self.held[k]) {
+                channels.misread(k, Misreading::Stuck(held));
+            }
+        }
+        let mut read = channels.read(values, normals);
+        for k in 0..4 {
+            if !frozen[k] || self.held[k].is_none() {
+                self.held[k] = Some(read[k].0);
+            }
+        }
+        for broken in self.faults.at(time) {
+            if let Broken::Sensor(k, Misreading::Bit(bit, is_set)) = broken {
+                read[k] = channels.with_bit(k, read[k], bit, is_set);
+            }
+        }
+        let before = self.last.replace(read);
+        if self.faults.at(time).any(|broken| broken == Broken::Stale) { before.unwrap_or(read) } else { read }
+    }
+}

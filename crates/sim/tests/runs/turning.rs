@@ -1,0 +1,134 @@
+//! A rotor that turns at the start: closed forms of what its magnet drives, friction, and the energy ledger.
+
+use super::script::{LINK, Script, same_bits_in_lanes, stage};
+use Leg::{High, Low, Off};
+use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
+use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_plant::{Friction, Motor, built_in};
+use standstill_sim::{Case, Ended, NoProbe, RotorState, Run, run};
+
+const DROP: f64 = 1.0;
+
+fn motor() -> Motor {
+    built_in("paper-5k5").expect("built in").linearised()
+}
+
+/// Ideal switches and diodes that drop a volt; the speed in rad/s electrical.
+fn case(motor: &Motor, rotor: RotorState, start_speed: f64) -> Case<'_> {
+    let devices = Devices { diode_drop: DROP, ..Devices::default() };
+    let bridge = Bridge { devices, open_leg: OpenLeg::Diodes, ..Bridge::default() };
+    let gates = [GateTiming::default(); 3];
+    let inverter =
+        Inverter { bridge, gates, link: DcLink::stiff(LINK), carrier_period: Nanos::from_micros(100) };
+    Case { start_angle: 0.7, rotor, start_speed, ..Case::new(motor, inverter) }
+}
+
+fn hold(legs: [Leg<f64>; 3], micros: u64) -> Command<f64> {
+    Command::hold(stage(legs, micros), Sampling::once(Nanos::from_micros(micros)))
+}
+
+fn play(case: &Case<'_>, commands: &[Command<f64>]) -> (Vec<Reading<f64>>, Run<f64>) {
+    let mut script = Script::new(commands);
+    let run = run(case, &mut script, true, &mut NoProbe);
+    assert!(matches!(run.ended, Ended::Outcome(_)), "{:?}", run.ended);
+    let ledger = run.ledger.expect("asked for");
+    let scale = ledger.shaft_work.abs().max(ledger.source.abs()).max(1e-6);
+    assert!(ledger.imbalance().abs() < 1e-6 * scale, "{ledger:?}");
+    let kinetic = ledger.friction_loss.abs().max(ledger.load_work.abs()).max(scale);
+    assert!(ledger.mechanical_imbalance().abs() < 1e-6 * kinetic, "{ledger:?}");
+    (script.readings, run)
+}
+
+/// Phase currents in A after a time in s with all terminals on one rail: `ψ̇ = −R i` in the stator, as equations of d and q at constant
+/// speed, by steps of a nanosecond's order.
+fn shorted(motor: &Motor, angle: f64, speed: f64, time: f64) -> [f64; 3] {
+    let (d, q) = (motor.winding.d_axis_inductance(), motor.winding.q_axis_inductance());
+    let slope = |[i, j]: [f64; 2]| {
+        [
+            (-motor.resistance * i + speed * q * j) / d,
+            (-motor.resistance * j - speed * (d * i + motor.magnet_flux)) / q,
+        ]
+    };
+    let (mut i, steps) = ([0.0, 0.0], 4000);
+    let h = time / f64::from(steps);
+    for _ in 0..steps {
+        let at = |of: [f64; 2], by: [f64; 2], share: f64| [of[0] + by[0] * share, of[1] + by[1] * share];
+        let a = slope(i);
+        let b = slope(at(i, a, h / 2.0));
+        let c = slope(at(i, b, h / 2.0));
+        let e = slope(at(i, c, h));
+        i = std::array::from_fn(|k| i[k] + h / 6.0 * (a[k] + 2.0 * b[k] + 2.0 * c[k] + e[k]));
+    }
+    let end = angle + speed * time;
+    [0.0, 1.0, 2.0].map(|k: f64| {
+        let phase = end - k * std::f64::consts::TAU / 3.0;
+        i[0] * phase.cos() - i[1] * phase.sin()
+    })
+}
+
+#[test]
+fn analytic_a_short_lets_the_magnet_drive_currents() {
+    let motor = motor();
+    for speed in [-300.0, 3.0, 60.0] {
+        let (read, run) = play(&case(&motor, RotorState::Driven, speed), &[hold([Low; 3], 800)]);
+        for (read, expected) in read[0].current.0.into_iter().zip(shorted(&motor, 0.7, speed, 8e-4)) {
+            assert!(
+                (read - expected).abs() < 2e-6 * expected.abs().max(1.0),
+                "{speed}: {read}, not {expected}"
+            );
+        }
+        assert!((run.end_angle - 0.7 - speed * 8e-4).abs() < 1e-9, "what drives it keeps its speed");
+    }
+    // At first i_q = −ω ψ T / L_q: 2.6 mA per rad/s after 100 µs with the paper's motor.
+    let (read, _) = play(&case(&motor, RotorState::Driven, 1.0), &[hold([Low; 3], 100)]);
+    let space = read[0].current.0.iter().map(|i| i * i).sum::<f64>() * (2.0 / 3.0);
+    let expected = motor.magnet_flux * 1e-4 / motor.winding.q_axis_inductance();
+    assert!((space.sqrt() / expected - 1.0).abs() < 0.01, "{} {expected}", space.sqrt());
+}
+
+#[test]
+fn analytic_diodes_rectify_what_the_magnet_induces_above_the_link() {
+    let motor = motor();
+    // √3 ω ψ = U + 2 V_f.
+    let limit = (LINK + 2.0 * DROP) / (3.0_f64.sqrt() * motor.magnet_flux);
+    for (speed, flows) in
+        [(0.99 * limit, false), (-0.99 * limit, false), (1.03 * limit, true), (-1.03 * limit, true)]
+    {
+        let (_, run) = play(&case(&motor, RotorState::Driven, speed), &[hold([Off; 3], 20_000)]);
+        assert_eq!(run.peak_current > 1e-6, flows, "{speed}: {} A", run.peak_current);
+        let source = run.ledger.expect("asked for").source;
+        assert!(if flows { source < 0.0 } else { source == 0.0 }, "the link is charged: {source} J");
+    }
+}
+
+#[test]
+fn analytic_a_free_rotor_coasts_until_its_friction_has_stopped_it() {
+    let mut motor = motor();
+    motor.rotor.friction = Friction { stiction: 0.2, coulomb: 0.15, viscous: 0.0 };
+    motor.rotor.cogging = None;
+    let pole_pairs = f64::from(motor.pole_pairs);
+    let slows = 0.15 * pole_pairs / motor.rotor.inertia;
+    for speed in [2.0, -2.0] {
+        let (_, run) = play(&case(&motor, RotorState::Free, speed), &[hold([Off; 3], 10_000)]);
+        let way = speed * 0.01 - speed.signum() * slows * 1e-4 / 2.0;
+        assert!((run.end_angle - 0.7 - way).abs() < 1e-9, "{}", run.end_angle - 0.7);
+        // Until it stands: v² / 2 a.
+        let until = Nanos::from_seconds(2.0 / slows * 1.5).0 / 1000;
+        let (_, run) = play(&case(&motor, RotorState::Free, speed), &[hold([Off; 3], until)]);
+        let way = speed.signum() * 4.0 / (2.0 * slows);
+        assert!((run.end_angle - 0.7 - way).abs() < 1e-6 * way.abs(), "{}", run.end_angle - 0.7);
+    }
+}
+
+#[test]
+fn law_lanes_have_the_bits_of_a_run_alone() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let commands =
+        [hold([High, Low, Off], 100), hold([Off; 3], 300), hold([Low; 3], 200), hold([Off; 3], 300)];
+    let of = |rotor, speed| (case(&motor, rotor, speed), Script::new(commands));
+    same_bits_in_lanes(
+        &[0.0, 5.0, -40.0, 900.0, 0.3]
+            .map(|speed| [of(RotorState::Driven, speed), of(RotorState::Free, speed)])
+            .concat(),
+    );
+}
