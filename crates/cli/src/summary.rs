@@ -265,7 +265,8 @@ mod tests {
         let mut points = [&silent, &poor, &wrong, &sector, &angle];
         let ranking = Ranking::of(points.into_iter(), false);
         points.sort_by(|a, b| ranking.compare(a, b));
-        assert_eq!(points, [&angle, &sector, &wrong, &poor, &silent]);
+        let rms = points.map(|point| point.rms_deg.value);
+        assert_eq!(rms, [&angle, &sector, &wrong, &poor, &silent].map(|point| point.rms_deg.value));
         assert!(ranking.in_words(2.0).contains("angles before sectors"));
         // Of one kind the rms error decides, as it always did.
         let ranking = Ranking::of([&angle, &poor].into_iter(), false);

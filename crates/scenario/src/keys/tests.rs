@@ -46,6 +46,8 @@ const BESIDE: &[(&str, &str)] = &[
     ("detector.timed", "sensors.timer = 1e-6\ndetector.method = \"six-pulse\"\ndetector.rounds = 2"),
     ("detector.checks", "detector.method = \"bipolar\""),
     ("detector.rest", "detector.method = \"bipolar\""),
+    ("detector.pause", "sensors.timer = 1e-6\ndetector.method = \"six-pulse\""),
+    ("detector.pairs", "sensors.timer = 1e-6\ndetector.method = \"six-pulse\""),
     ("detector.pole_error", "detector.method = \"bipolar\""),
     ("detector.gain_tolerance", "detector.method = \"maximum-likelihood\""),
     ("detector.bandwidth", "detector.method = \"maximum-likelihood\""),
