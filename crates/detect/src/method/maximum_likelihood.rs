@@ -200,10 +200,8 @@ impl<T: Real> MaximumLikelihood<T> {
         // What a slope makes of the inductance at the peak of the pulse.
         let pulse = T::of(self.train.settings.pulse.seconds());
         let relative = self.dc_link * pulse / (plain.mean * plain.mean * T::of(9.0));
-        let both = core::array::from_fn(|k| {
-            let apart = fit.slope[k] * relative;
-            [fit.inductance[k] * (one - apart / two), fit.inductance[k] * (one + apart / two)]
-        });
+        // A slope over the current contains what a rotor that moves induces: it is no measure of how both ways differ.
+        let both = fit.inductance.map(|inductance| [inductance; 2]);
         let train = self.train.settings;
         s.plausibility.lines(&mut self.train.margin, both, &train)?;
         let mut pointer = AlphaBeta::new(T::zero(), T::zero());
