@@ -70,7 +70,7 @@ pub struct FaultTable {
     /// The phase, leg or sensor; without it, each trial draws one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Named<FaultPlace>>,
-    /// The size, such as "2 Ω" or ["0.5 Ω", "10 Ω"], between which each trial draws one. Its unit is that of the mode.
+    /// The size, such as `"2 Ω"`, or a list of two between which each trial draws one. Its unit is that of the mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub magnitude: Option<Between>,
     /// Time after the start of the detection at which it breaks. Without it, before the detection.

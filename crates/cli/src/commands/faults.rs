@@ -1,5 +1,7 @@
 //! `standstill faults`: what each failure mode leads to, by method: answers, wrong poles, and whether it is detected.
 
+use std::fmt::Write as _;
+
 use serde_json::json;
 use standstill_analysis::faults::{Counts, Demand, Entry, study};
 use standstill_campaign::{Estimate, Statistics};
@@ -112,10 +114,10 @@ fn in_a_line(question: &Question) -> String {
         question.keys.set.iter().map(|(key, value)| format!(" -s {}", quoted(&format!("{key}={value}"))));
     line.extend(keys);
     if let Some(library) = &question.keys.detector {
-        line += &format!(" --detector {}", quoted(&library.to_string_lossy()));
+        let _ = write!(line, " --detector {}", quoted(&library.to_string_lossy()));
     }
     if let Some(seed) = question.seed.seed {
-        line += &format!(" --seed {seed}");
+        let _ = write!(line, " --seed {seed}");
     }
     line
 }

@@ -134,7 +134,7 @@ impl<T: Real> PlausibilitySettings<T> {
             }
             let apart = (forward - back).abs() / mean;
             margin.at_most(apart, self.both_ways);
-            if !(apart <= self.both_ways) {
+            if apart > self.both_ways || !apart.is_finite() {
                 return Err(Fault::DirectionsDiffer { phase: LINES[k].0, apart, allowed: self.both_ways });
             }
         }

@@ -98,6 +98,7 @@ fn of<U: Unit>(value: &Value) -> Option<f64> {
 
 impl FaultMode {
     /// Returns the size of faults of this kind; none for one without a size.
+    #[expect(clippy::too_many_lines, reason = "a list with an entry for each kind")]
     pub fn size(self) -> Option<Size> {
         let most_current =
             |scenario: &Scenario<Method<f64>>| [0.05, 1.0].map(|share| share * scenario.motor.rated_current);
@@ -140,7 +141,7 @@ impl FaultMode {
                     [0.1, 1.0].map(|share| share * scenario.drive.link.voltage / scenario.motor.rated_current)
                 },
             },
-            Self::CurrentStuck => Size {
+            Self::CurrentStuck | Self::CurrentOffset => Size {
                 read: of::<Ampere>,
                 range: [0.0, 1e6],
                 allowed: "a current from 0 to 1 MA",
@@ -166,12 +167,6 @@ impl FaultMode {
                 range: [0.01, 100.0],
                 allowed: "a factor from 0.01 to 100",
                 typical: |_| [0.5, 1.5],
-            },
-            Self::CurrentOffset => Size {
-                read: of::<Ampere>,
-                range: [0.0, 1e6],
-                allowed: "a current from 0 to 1 MA",
-                typical: most_current,
             },
             Self::CurrentSlow => Size {
                 read: of::<Share>,

@@ -99,7 +99,7 @@ impl Channels {
         bit: u8,
         is_set: bool,
     ) -> (f64, bool, u32) {
-        if self.counted[k] == 0 || f64::from(bit) >= (self.last[k] + 1.0).log2() {
+        if self.counted[k] == 0 || bit > 30 || f64::from(1_u32 << bit) > self.last[k] {
             return read;
         }
         let mask = 1_u32 << bit;

@@ -1,4 +1,5 @@
 //! A rotor that turns at the start: closed forms of what its magnet drives, friction, and the energy ledger.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
 use super::script::{LINK, Script, same_bits_in_lanes, stage};
 use Leg::{High, Low, Off};
