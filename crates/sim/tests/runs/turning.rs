@@ -24,6 +24,13 @@ fn case(motor: &Motor, rotor: RotorState, start_speed: f64) -> Case<'_> {
     Case { start_angle: 0.7, rotor, start_speed, ..Case::new(motor, inverter) }
 }
 
+/// The same with ideal diodes, too.
+fn ideal(motor: &Motor, start_speed: f64) -> Case<'_> {
+    let mut case = case(motor, RotorState::Driven, start_speed);
+    case.inverter.bridge.devices = Devices::default();
+    case
+}
+
 fn hold(legs: [Leg<f64>; 3], micros: u64) -> Command<f64> {
     Command::hold(stage(legs, micros), Sampling::once(Nanos::from_micros(micros)))
 }
@@ -71,7 +78,7 @@ fn shorted(motor: &Motor, angle: f64, speed: f64, time: f64) -> [f64; 3] {
 fn analytic_a_short_lets_the_magnet_drive_currents() {
     let motor = motor();
     for speed in [-300.0, 3.0, 60.0] {
-        let (read, run) = play(&case(&motor, RotorState::Driven, speed), &[hold([Low; 3], 800)]);
+        let (read, run) = play(&ideal(&motor, speed), &[hold([Low; 3], 800)]);
         for (read, expected) in read[0].current.0.into_iter().zip(shorted(&motor, 0.7, speed, 8e-4)) {
             assert!(
                 (read - expected).abs() < 2e-6 * expected.abs().max(1.0),
@@ -81,7 +88,7 @@ fn analytic_a_short_lets_the_magnet_drive_currents() {
         assert!((run.end_angle - 0.7 - speed * 8e-4).abs() < 1e-9, "what drives it keeps its speed");
     }
     // At first i_q = −ω ψ T / L_q: 2.6 mA per rad/s after 100 µs with the paper's motor.
-    let (read, _) = play(&case(&motor, RotorState::Driven, 1.0), &[hold([Low; 3], 100)]);
+    let (read, _) = play(&ideal(&motor, 1.0), &[hold([Low; 3], 100)]);
     let space = read[0].current.0.iter().map(|i| i * i).sum::<f64>() * (2.0 / 3.0);
     let expected = motor.magnet_flux * 1e-4 / motor.winding.q_axis_inductance();
     assert!((space.sqrt() / expected - 1.0).abs() < 0.01, "{} {expected}", space.sqrt());
