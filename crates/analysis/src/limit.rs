@@ -35,7 +35,7 @@ pub enum Measure {
     Duration,
     /// 99th percentile of the peak phase current in A.
     PeakCurrent,
-    /// Mean distance of the starts from an answer. Only searches take it, see [`distance`].
+    /// Mean distance of the starts from an answer. Only searches take it.
     Distance,
 }
 
