@@ -20,9 +20,9 @@ use standstill_odds::kept;
 /// Number of trials that a thread runs at a time.
 const AT_ONCE: u64 = 64;
 
-/// What an answer must keep to be a right one.
+/// The error, movement and current up to which a start counts as a good one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand {
+pub struct Allowed {
     /// Largest error of the angle in degrees.
     pub error_deg: f64,
     /// Largest movement of the rotor in electrical degrees.
@@ -40,7 +40,7 @@ pub struct Worst {
     pub error_deg: f64,
 }
 
-/// What became of the starts with one fault.
+/// Counts of the starts with one fault, by their ends.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Number of starts.
@@ -96,14 +96,14 @@ impl Counts {
     }
 
     /// Adds a start, with the result of the same start where the method's checks are off.
-    fn add(&mut self, with: &Record, without: Option<&Record>, demand: Demand) {
+    fn add(&mut self, with: &Record, without: Option<&Record>, allowed: Allowed) {
         self.trials += 1;
         let tripped = matches!(with.run.ended, Ended::Error(RunError::Overcurrent { .. }));
-        self.overcurrent += u64::from(tripped || with.run.peak_current > demand.current);
-        self.moved += u64::from(with.rotor_moved_deg() > demand.moved_deg);
+        self.overcurrent += u64::from(tripped || with.run.peak_current > allowed.current);
+        self.moved += u64::from(with.rotor_moved_deg() > allowed.moved_deg);
         let danger = |record: &Record| {
             let miss = record.miss_deg()?;
-            let wrong = record.pole_correct() == Some(false) || miss.abs() > demand.error_deg;
+            let wrong = record.pole_correct() == Some(false) || miss.abs() > allowed.error_deg;
             wrong.then_some(miss)
         };
         let answered = with.verdict() == Verdict::Found;
@@ -227,12 +227,12 @@ pub fn study(
     name: &str,
     (plan, without): (&Plan, Option<&Plan>),
     trials: u64,
-    demand: Demand,
+    allowed: Allowed,
     watch: &dyn Watch,
 ) -> Result<Counts, Halt<FileError>> {
     kept(
         watch,
-        &format!("{name} {trials} {demand:?}"),
+        &format!("{name} {trials} {allowed:?}"),
         |counts: &Counts| counts.trials,
         || {
             let scenario = plan.scenario(0)?;
@@ -251,7 +251,7 @@ pub fn study(
                 };
                 let mut counts = Counts::default();
                 for (k, with) in with.iter().enumerate() {
-                    counts.add(with, alone.as_ref().map(|alone| &alone[k]), demand);
+                    counts.add(with, alone.as_ref().map(|alone| &alone[k]), allowed);
                 }
                 watch.did(counts.trials);
                 Ok(counts)

@@ -3,24 +3,23 @@
 //! A fault that is there from the begin changes the trial's case, or what the drive knows; one that begins during the detection is
 //! handed to the simulator with its times. Its place, size, sign and onset are draws of the trial, as errors of a drive are.
 
+mod apply;
 mod mode;
 #[cfg(test)]
 mod tests;
 
-use standstill_detect::{Nameplate, Signature};
+use standstill_detect::Method;
 use standstill_interface::{Nanos, choice};
-use standstill_inverter::{Gate, Storage};
-use standstill_plant::Motor;
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
-use standstill_sim::{Arrangement, Broken, Case, Fault, MOST_FAULTS, Misreading, Purpose, Streams};
+use standstill_sim::{Arrangement, MOST_FAULTS};
 use toml::Value;
 
+pub(crate) use self::apply::{apply, demagnetise, misinform};
 pub use self::mode::FaultMode;
 use crate::Scenario;
 use crate::document::FileError;
 use crate::named::Named;
-use standstill_detect::Method;
 
 choice! {
     /// The phase, leg or sensor at which a fault is.
@@ -238,153 +237,9 @@ pub(crate) fn settings(
     Ok(all)
 }
 
-/// Applies faults of the drive's knowledge.
-pub(crate) fn misinform(faults: &[FaultSettings], nameplate: &mut Nameplate<f64>) {
-    for fault in faults {
-        let [factor, _] = fault.size;
-        match fault.mode {
-            FaultMode::SheetSignature => {
-                for signature in [&mut nameplate.signature, &mut nameplate.pulse_signature] {
-                    *signature = match *signature {
-                        Signature::Normal => Signature::Inverted,
-                        Signature::Inverted => Signature::Normal,
-                        Signature::None => Signature::None,
-                    };
-                }
-            }
-            FaultMode::SheetInductance => {
-                nameplate.d_axis_inductance *= factor;
-                nameplate.q_axis_inductance *= factor;
-                nameplate.rated_pulse = Nanos::from_seconds(nameplate.rated_pulse.seconds() * factor);
-            }
-            FaultMode::SheetResistance => nameplate.resistance *= factor,
-            _ => {}
-        }
-    }
-}
-
-/// Applies faults of the magnets.
-///
-/// # Errors
-/// Magnets that the motor's core does not describe.
-pub(crate) fn demagnetise(faults: &[FaultSettings], motor: Motor) -> Result<Motor, FileError> {
-    let weak = faults.iter().enumerate().filter(|(_, fault)| fault.mode == FaultMode::MagnetWeak);
-    weak.clone().try_fold(motor, |motor, (number, fault)| {
-        let left = 1.0 - fault.size[0];
-        motor.with_magnet(left).map_err(|why| {
-            let needed = why.unwrap_or_else(|| "magnets that the motor's core describes".to_owned());
-            let found = format!("{} % lost", fault.size[0] * 100.0);
-            FileError::key(&format!("faults[{number}].magnitude"), &found, &needed)
-        })
-    })
-}
-
-impl FaultSettings {
-    /// Breaks the part in the case of a trial.
-    fn apply(&self, case: &mut Case<'_>, [place, size, sign, onset]: [f64; 4]) {
-        let between = |[low, high]: [f64; 2], share: f64| low + (high - low) * share;
-        let size = between(self.size, size);
-        let way = if sign < 0.5 { 1.0 } else { -1.0 };
-        let places = self.mode.places(case.sensors.settings.arrangement);
-        let k = match self.at {
-            FaultPlace::A => 0,
-            FaultPlace::B => 1,
-            FaultPlace::C => 2,
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "one of three at most"
-            )]
-            FaultPlace::Any => ((place * places as f64) as usize).min(places - 1),
-        };
-        let (m, n) = ((k + 1) % 3, (k + 2) % 3);
-        let from = between(self.onset, onset);
-        let until =
-            if self.lasts.is_finite() { Nanos::from_seconds(from + self.lasts) } else { Nanos(u64::MAX) };
-        let sensor = |how| Broken::Sensor(k, how);
-        let (inverter, sensors) = (&mut case.inverter, &mut case.sensors);
-        let broken = match self.mode {
-            FaultMode::PhaseOpen => Broken::Wire(k),
-            FaultMode::ContactResistance => Broken::Contact(k, size),
-            FaultMode::TerminalsSwapped => {
-                let mut wires = [0, 1, 2];
-                wires.swap(m, n);
-                Broken::Wires(wires)
-            }
-            FaultMode::TerminalsTurned => Broken::Wires(if way > 0.0 { [1, 2, 0] } else { [2, 0, 1] }),
-            FaultMode::UpperSwitchOpen => Broken::Switch(k, Gate::High),
-            FaultMode::LowerSwitchOpen => Broken::Switch(k, Gate::Low),
-            FaultMode::LegOff => Broken::Switch(k, Gate::Off),
-            FaultMode::CurrentDead => sensor(Misreading::Dead),
-            FaultMode::CurrentFrozen => sensor(Misreading::Frozen),
-            FaultMode::CurrentStuck => sensor(Misreading::Stuck(way * size)),
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 23")]
-            FaultMode::CurrentBit => sensor(Misreading::Bit(size.round() as u8, way > 0.0)),
-            FaultMode::CurrentGain => sensor(Misreading::Gain(size)),
-            FaultMode::CurrentOffset => sensor(Misreading::Offset(way * size)),
-            FaultMode::CurrentSign => sensor(Misreading::Gain(-1.0)),
-            FaultMode::CurrentsSwapped => Broken::Exchanged(m, n),
-            FaultMode::ReferenceDrift => Broken::Drift(way * size),
-            FaultMode::LinkGain => Broken::Sensor(3, Misreading::Gain(size)),
-            FaultMode::LinkStuck => Broken::Sensor(3, Misreading::Stuck(size)),
-            FaultMode::ComparatorStuck => Broken::Deaf,
-            FaultMode::CommandLate => Broken::Late(inverter.carrier_period),
-            FaultMode::DutyLimited => Broken::Duty(size),
-            FaultMode::SampleLost => Broken::Stale,
-            // Of the scenario: what the drive knows, and its magnets.
-            FaultMode::MagnetWeak
-            | FaultMode::SheetSignature
-            | FaultMode::SheetInductance
-            | FaultMode::SheetResistance => return,
-            FaultMode::DeadTimeLong => {
-                for gates in &mut inverter.gates {
-                    gates.dead_time = Nanos::from_seconds(gates.dead_time.seconds() * size);
-                }
-                return;
-            }
-            FaultMode::LinkCapacitorAged => {
-                if let Some(storage) = &mut inverter.link.storage {
-                    storage.capacitance *= size;
-                }
-                return;
-            }
-            FaultMode::SupplyWeak => {
-                inverter.link.storage =
-                    inverter.link.storage.map(|storage| Storage { source_resistance: size, ..storage });
-                return;
-            }
-            FaultMode::CurrentSlow => {
-                sensors.corner[k] *= size;
-                return;
-            }
-            FaultMode::SampleLate => {
-                sensors.settings.sample_delay = sensors.settings.sample_delay + Nanos::from_seconds(size);
-                return;
-            }
-            FaultMode::TimerOff => {
-                sensors.comparator.tick /= 1.0 - size;
-                return;
-            }
-        };
-        // A scenario has no more faults than a case.
-        case.faults.push(Fault { broken, from: Nanos::from_seconds(from), until });
-    }
-}
-
-/// Breaks what is broken in the case of a trial.
-pub(crate) fn apply(faults: &[FaultSettings], case: &mut Case<'_>, streams: Streams) {
-    if faults.is_empty() {
-        return;
-    }
-    let mut draws = streams.open(Purpose::Fault);
-    for fault in faults {
-        fault.apply(case, [(); 4].map(|()| draws.uniform()));
-    }
-}
-
 impl FaultMode {
     /// Returns how many places a drive has for such a fault: of its current sensors those that it has.
-    fn places(self, arrangement: Arrangement) -> usize {
+    pub(super) fn places(self, arrangement: Arrangement) -> usize {
         let of_sensors = self.has_place() && self.name().starts_with("current");
         match arrangement {
             Arrangement::TwoInLine if of_sensors => 2,

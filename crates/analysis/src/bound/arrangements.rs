@@ -6,11 +6,11 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 use standstill_campaign::Statistics;
 use standstill_detect::{Method, MethodName};
-use standstill_interface::{Detector, Fault, Findings, Outcome, Phase, Reading, Sampling, Stage, Step};
 use standstill_plant::{Motor, built_in};
 use standstill_scenario::ErrorSet;
 use standstill_sim::{RotorState, TerminalSensor};
 
+use super::tests::ThreePulses;
 use super::*;
 
 /// A motor that obeys the closed forms: neither saturation nor resistance.
@@ -110,45 +110,13 @@ fn law_what_all_times_have_in_common_costs_little_and_own_comparators_much() {
     assert!(own > 1.5 * common, "{own} {common}");
 }
 
-/// One pulse a line, the terminal that floats read at its end.
-#[derive(Clone, Copy, Debug)]
-struct ThreePulses;
-
-const PULSE: Nanos = Nanos::from_micros(80);
-
-impl Settings<f64> for ThreePulses {
-    type Detector = ThreePulsesDetector;
-
-    fn detector(&self) -> Result<ThreePulsesDetector, SettingsError> {
-        Ok(ThreePulsesDetector(0))
-    }
-
-    fn carrier_period(&self) -> Option<Nanos> {
-        None
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-struct ThreePulsesDetector(usize);
-
-impl Detector<f64> for ThreePulsesDetector {
-    fn step(&mut self, _: &[Reading<f64>]) -> Step<f64> {
-        let lines = [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];
-        let Some((from, to)) = lines.get(self.0) else {
-            return Step::Done(Outcome::Failed { fault: Fault::NotANumber, findings: Findings::default() });
-        };
-        self.0 += 1;
-        let pulse = Stage::line(*from, *to, PULSE);
-        // Before its end, where the legs still drive.
-        let sampling = Sampling::once(PULSE - Nanos::from_micros(2));
-        Step::Drive(Command::sequence(pulse, Stage::off(PULSE * 2), sampling))
-    }
-}
+/// One pulse a line, the terminal that floats read before its end, where the legs still drive.
+const PULSES: ThreePulses = ThreePulses { early: Nanos::from_micros(2) };
 
 #[test]
 fn analytic_floating_terminals_of_a_linear_motor() {
     const NOISE: f64 = 0.5;
-    let mut scenario = Scenario::new(linear(), ErrorSet::None, RotorState::Locked, 1, |_| ThreePulses);
+    let mut scenario = Scenario::new(linear(), ErrorSet::None, RotorState::Locked, 1, |_| PULSES);
     scenario.sensors.arrangement = Arrangement::None;
     scenario.sensors.terminal = Some(TerminalSensor { noise: NOISE, ..TerminalSensor::IDEAL });
     let winding = scenario.motor.winding;
@@ -172,7 +140,7 @@ fn analytic_floating_terminals_of_a_linear_motor() {
 
 #[test]
 fn analytic_one_shunt_reads_a_line_once_where_two_sensors_read_it_twice() {
-    let mut scenario = Scenario::new(linear(), ErrorSet::None, RotorState::Locked, 1, |_| ThreePulses);
+    let mut scenario = Scenario::new(linear(), ErrorSet::None, RotorState::Locked, 1, |_| PULSES);
     scenario.sensors.noise = 20e-3;
     let three = at(Bounds::new(&scenario), 0.4).scheme_deg;
     scenario.sensors.arrangement = Arrangement::DcLinkShunt;

@@ -245,7 +245,7 @@ mod tests {
 
     use super::*;
 
-    /// Of phase currents with this variance.
+    /// Makes the noise of phase currents with this variance in A².
     fn noise(variance: f64, jitter: f64, slope: Vec<Sample>, samples: usize) -> Noise {
         let phases = std::array::from_fn(|k| k < LINK);
         let readings = Readings { value: vec![[1.0; CHANNELS]; samples], measured: vec![phases; samples] };

@@ -42,7 +42,7 @@ pub const TIME: usize = 7;
 /// in s to a comparator's trip.
 pub type Sample = [f64; CHANNELS];
 
-/// What the drive reads of all samples, in the order of their triggers.
+/// Readings of all samples, in the order of their triggers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Readings {
     /// Values of each sample.

@@ -45,17 +45,22 @@ fn rms<S: Settings<f64> + Sync>(bounds: Bounds<S>, angles: usize) -> Bound {
     )
 }
 
-/// One pulse a line, sampled once at its end.
+/// One pulse a line, sampled once, so long before its end.
 #[derive(Clone, Copy, Debug)]
-struct ThreePulses;
+pub(super) struct ThreePulses {
+    pub early: Nanos,
+}
 
-const PULSE: Nanos = Nanos::from_micros(80);
+/// Sampled at its end.
+const PULSES: ThreePulses = ThreePulses { early: Nanos::ZERO };
+
+pub(super) const PULSE: Nanos = Nanos::from_micros(80);
 
 impl Settings<f64> for ThreePulses {
     type Detector = ThreePulsesDetector;
 
     fn detector(&self) -> Result<ThreePulsesDetector, SettingsError> {
-        Ok(ThreePulsesDetector(0))
+        Ok(ThreePulsesDetector { given: 0, early: self.early })
     }
 
     fn carrier_period(&self) -> Option<Nanos> {
@@ -64,17 +69,20 @@ impl Settings<f64> for ThreePulses {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct ThreePulsesDetector(usize);
+pub(super) struct ThreePulsesDetector {
+    given: usize,
+    early: Nanos,
+}
 
 impl Detector<f64> for ThreePulsesDetector {
     fn step(&mut self, _: &[Reading<f64>]) -> Step<f64> {
         let lines = [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];
-        let Some((from, to)) = lines.get(self.0) else {
+        let Some((from, to)) = lines.get(self.given) else {
             return Step::Done(Outcome::Failed { fault: Fault::NotANumber, findings: Findings::default() });
         };
-        self.0 += 1;
+        self.given += 1;
         let pulse = Stage::line(*from, *to, PULSE);
-        Step::Drive(Command::sequence(pulse, Stage::off(PULSE * 2), Sampling::once(PULSE)))
+        Step::Drive(Command::sequence(pulse, Stage::off(PULSE * 2), Sampling::once(PULSE - self.early)))
     }
 }
 
@@ -83,7 +91,7 @@ fn analytic_three_pulses_without_resistance() {
     let mut motor = paper().linearised();
     motor.resistance = 0.0;
     let winding = motor.winding;
-    let mut scenario = Scenario::new(motor, ErrorSet::None, RotorState::Locked, 1, |_| ThreePulses);
+    let mut scenario = Scenario::new(motor, ErrorSet::None, RotorState::Locked, 1, |_| PULSES);
     scenario.sensors.noise = NOISE;
     let volt_seconds = 550.0 * PULSE.seconds();
     for angle in [0.0, 0.4, 1.3, 2.9] {

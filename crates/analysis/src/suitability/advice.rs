@@ -1,5 +1,5 @@
-//! What would make a motor suited if no settings do: each change is tried by trials, one at a time. Where none suffices: other ways
-//! to start the motor.
+//! Advice for a motor that no settings suit: the change of drive or rotor that would suit it, found by trials of one change at a time;
+//! where no change suffices, other ways to start the motor.
 
 use standstill_campaign::Summary;
 use standstill_detect::MethodName;
@@ -71,7 +71,7 @@ pub(super) fn tried(
     Ok(advice)
 }
 
-/// Returns the methods with short detections, or all if there are none.
+/// Returns the methods whose detections are short; all methods where no detection is.
 fn short(methods: &[(MethodName, &Found)]) -> Vec<MethodName> {
     let has = |method: &MethodName| methods.iter().any(|(other, _)| other == method);
     let short: Vec<MethodName> = QUICK.into_iter().filter(has).collect();

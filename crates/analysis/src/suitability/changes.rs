@@ -49,7 +49,7 @@ pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> 
     let reads_currents = sensors.arrangement != Arrangement::None;
     let adc = sensors.adc.filter(|_| reads_currents);
     let range = adc.map_or(f64::INFINITY, |adc| adc.high);
-    // Where less than rated current was allowed, rated current is asked about first.
+    // If the user allows less than rated current, rated current is tried first.
     let rated = digits(bench.motor.rated_current, 3);
     if bench.most_current < 0.98 * rated && rated < 0.98 * range {
         changes.push(more_current(format!("rated current, {rated} A"), rated));

@@ -158,7 +158,8 @@ impl Bench<'_> {
             let wrong = if self.has_pole { starts.wrong_poles_at_most() } else { 0.0 };
             let answers = p95 <= self.demands.error_deg && without <= self.demands.without_angle;
             let counts = starts.spread.is_counted() && !is_slow(setting.method);
-            // Where saturation is more, a pole answers more: wrong ones are counted where it is least. Counting takes most of the time.
+            // Poles are the harder to tell the less the core saturates. Wrong poles take most of the time to count, so they are counted at the
+            // least saturation alone.
             let elsewhere = counts && (rotor != self.last_rotor() || self.most_saturation.is_some());
             if answers && (wrong <= self.demands.wrong_poles || elsewhere) {
                 return Ok(Ok(starts));

@@ -65,7 +65,7 @@ fn relaxed(bench: &Bench<'_>, look: &Look, factor: f64) -> Demands {
     let (mut demands, margins) = (*bench.demands, look.margins);
     let more = |allowed: f64, demand: Demand, margin: f64| {
         let missed = room(demand) / margin;
-        // What is near its limit may miss it on more starts.
+        // A value near its limit may exceed the limit on more starts.
         if missed * factor > 1.0 { rounded_up(allowed * missed.max(1.0) * factor) } else { allowed }
     };
     demands.error_deg = more(demands.error_deg, Demand::Error, margins.error);
@@ -77,7 +77,7 @@ fn relaxed(bench: &Bench<'_>, look: &Look, factor: f64) -> Demands {
     demands
 }
 
-/// Returns the differences of two demands in words; none if there are none, or if they ask for more than is of use.
+/// Returns in words where two demands differ; none where they do not, or where the new one is too lax to be of use.
 fn words(old: &Demands, new: &Demands) -> Option<String> {
     if new.error_deg > MOST_DEG.max(old.error_deg)
         || new.movement_deg > MOST_DEG.max(old.movement_deg)

@@ -3,13 +3,15 @@
 use std::fmt::Write as _;
 
 use serde_json::json;
-use standstill_analysis::faults::{Counts, Demand, Entry, study};
+use standstill_analysis::Demands;
+use standstill_analysis::faults::{Allowed, Counts, Entry, study};
 use standstill_campaign::{Estimate, Statistics};
 use standstill_detect::MethodName;
 use standstill_quantity::Quantity;
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
 
+use super::each_once;
 use super::question::{Asked, document, plan, setting};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::{Faults as Options, Question};
@@ -19,10 +21,6 @@ use crate::shell::command_line::quoted;
 
 /// Trials of each fault with each method: none wrong of these is at most one in a thousand.
 const TRIALS: u64 = 3000;
-
-/// Movement in electrical degrees, and current as a multiple of the rated one, beyond which a start counts as moved or as too much.
-const MOVED_DEG: f64 = 2.0;
-const CURRENT: f64 = 1.5;
 
 /// A row of the answer.
 struct Row {
@@ -45,14 +43,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let scenario = plan.scenario(0)?;
     let file = plan.file();
     let trials = options.trials.unwrap_or(TRIALS);
-    let demand = Demand {
+    let allowed = Allowed {
         error_deg: file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value),
-        moved_deg: MOVED_DEG,
-        current: CURRENT * scenario.motor.rated_current,
+        moved_deg: Demands::DEFAULT.movement_deg,
+        current: scenario.motor.rated_current,
     };
     let methods: Vec<Option<MethodName>> = match &options.method[..] {
         [] => vec![None],
-        given => once(given).into_iter().map(Some).collect(),
+        given => each_once(given).into_iter().map(Some).collect(),
     };
     let (entries, left) = entries(options, &plan);
     let count = (entries.len() * methods.len()) as u64 * trials;
@@ -83,7 +81,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         for (row, (broken, unchecked)) in studies {
             asked.watched.bar.set_message(format!("{}: {}", row.method, row.fault()));
             let key = format!("{} {}", row.method, row.entry.arguments().join(" "));
-            let counts = study(&key, (&broken, unchecked.as_ref()), trials, demand, &asked.watched)?;
+            let counts = study(&key, (&broken, unchecked.as_ref()), trials, allowed, &asked.watched)?;
             rows.push(Row { counts, ..row });
         }
         Ok(())
@@ -93,18 +91,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         return Ok(asked.interrupted(&format!("{} of {total} faults were studied", rows.len())));
     }
     let of_scenario = setting(file, &scenario);
-    asked.answer(&scenario, answer(of_scenario, &in_a_line(question), &rows, &left, demand))
-}
-
-/// Returns each item once, in the order of their first occurrence.
-fn once<T: Copy + PartialEq>(given: &[T]) -> Vec<T> {
-    let mut once = Vec::new();
-    for item in given {
-        if !once.contains(item) {
-            once.push(*item);
-        }
-    }
-    once
+    asked.answer(&scenario, answer(of_scenario, &in_a_line(question), &rows, &left, allowed))
 }
 
 /// Returns the scenario of a question with its keys, as on the command line.
@@ -125,7 +112,7 @@ fn in_a_line(question: &Question) -> String {
 /// Returns the faults that are studied, the drive without one first, and those that it cannot have.
 fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
     let (mut entries, mut left) = (vec![Entry::whole()], Vec::new());
-    let modes = if options.mode.is_empty() { FaultMode::ALL.to_vec() } else { once(&options.mode) };
+    let modes = if options.mode.is_empty() { FaultMode::ALL.to_vec() } else { each_once(&options.mode) };
     let before = plan.file().faults.len();
     let Ok(scenario) = plan.scenario(0) else { return (entries, left) };
     for mode in modes {
@@ -237,7 +224,7 @@ fn percent(count: u64, total: u64) -> String {
     }
 }
 
-fn answer(setting: String, asked: &str, rows: &[Row], left: &[Left], demand: Demand) -> Answer {
+fn answer(setting: String, asked: &str, rows: &[Row], left: &[Left], allowed: Allowed) -> Answer {
     let wrong: Vec<&Row> = rows.iter().filter(|row| row.counts.wrong_pole_bound() > 1e-3).collect();
     let (of_wrong, faults) = (wrong.len(), rows.len());
     let (tone, headline) = if of_wrong == 0 {
@@ -254,7 +241,7 @@ fn answer(setting: String, asked: &str, rows: &[Row], left: &[Left], demand: Dem
     };
     let mut details = vec![format!(
         "right: within {}° of the angle; unweighted: no table of failure rates was given",
-        demand.error_deg
+        allowed.error_deg
     )];
     let worst = rows.iter().filter_map(|row| Some((row, row.counts.worst?)));
     let worst = worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()));
@@ -282,7 +269,7 @@ fn answer(setting: String, asked: &str, rows: &[Row], left: &[Left], demand: Dem
     }
     let records: Records = rows.iter().map(Row::record).collect();
     let json = json!({
-        "demand": { "error_deg": demand.error_deg, "moved_deg": demand.moved_deg, "current_A": demand.current },
+        "demand": { "error_deg": allowed.error_deg, "moved_deg": allowed.moved_deg, "current_A": allowed.current },
         "rows": records,
         "not_studied": left.iter().map(|left| json!({ "mode": left.mode.name(), "needed": left.reason })).collect::<Vec<_>>(),
     });

@@ -1,12 +1,12 @@
 //! The list of faults that can be simulated: name, place, unit and range of the size of each.
 
+use standstill_detect::Method;
 use standstill_interface::choice;
 use standstill_quantity::unit::{Ampere, Ohm, One, Second, Share, Volt};
 use standstill_quantity::{Quantity, Unit};
 use toml::Value;
 
 use crate::Scenario;
-use standstill_detect::Method;
 
 choice! {
     /// What is broken.

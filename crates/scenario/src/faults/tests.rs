@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use standstill_detect::MethodName;
-use standstill_sim::{Arrangement, Tape};
+use standstill_sim::{Broken, Misreading, Purpose, Tape};
 
 use super::*;
 use crate::{Document, ErrorSet, Origin, Plan};

@@ -10,6 +10,7 @@ use standstill_scenario::{ErrorSet, Rotor, Scenario};
 use toml::Value;
 
 use crate::arguments::Compare;
+use crate::commands::each_once;
 use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
 
@@ -21,17 +22,6 @@ pub struct Cell {
     pub errors: ErrorSet,
     pub trials: u64,
     pub scenario: Scenario<Method<f64>>,
-}
-
-/// Returns each item once, in the order of their first occurrence.
-fn each_once<T: Copy + PartialEq>(given: &[T]) -> Vec<T> {
-    let mut once = Vec::new();
-    for item in given {
-        if !once.contains(item) {
-            once.push(*item);
-        }
-    }
-    once
 }
 
 /// Makes the scenario that all cells have in common.
