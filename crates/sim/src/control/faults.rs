@@ -53,9 +53,12 @@ impl<'a> Control<'a> {
     /// Ends the currents of these legs at once, down to `least` A: the flux moves as an impulse of voltage at the legs moves it, in
     /// steps where the core saturates. The field's energy that this takes is the arc's.
     fn interrupt<V: Wide>(&mut self, bank: &mut Bank<'a, V>, legs: [bool; 3], least: f64) {
-        let field =
-            |control: &Self, bank: &Bank<'a, V>| control.moment(bank, &bank.here).energies().field_change;
-        let before = if self.accounts.is_some() { field(self, bank) } else { 0.0 };
+        // Accounts are kept of one machine alone; their code would have no place among the functions for wide registers.
+        let field = |control: &Self, bank: &Bank<'a, V>| {
+            let kept = V::ALONE && control.accounts.is_some();
+            kept.then(|| control.moment(bank, &bank.here).energies().field_change)
+        };
+        let before = field(self, bank);
         for _ in 0..MOST_STEPS {
             self.make_zero(bank, legs);
             bank.look(self.lane);
@@ -64,8 +67,8 @@ impl<'a> Control<'a> {
                 break;
             }
         }
-        let after = if self.accounts.is_some() { field(self, bank) } else { 0.0 };
-        if let Some(accounts) = &mut self.accounts {
+        let after = field(self, bank);
+        if let (Some(accounts), Some(before), Some(after)) = (&mut self.accounts, before, after) {
             accounts.spent.device_loss += before - after;
         }
     }
