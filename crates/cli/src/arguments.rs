@@ -2,6 +2,7 @@
 
 mod campaigns;
 mod folder;
+mod groups;
 mod motors;
 mod scenario;
 mod slurm;
@@ -24,7 +25,7 @@ pub use campaigns::{
     Require, Results, Rows, Run, Status, Sweep, Tune,
 };
 pub use folder::default_folder;
-pub use motors::{Fit, Magnetics, Motors};
+pub use motors::{Convert, Fit, Magnetics, Motors};
 #[cfg(feature = "program")]
 pub use motors::{Fmu, FmuPart};
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
@@ -40,7 +41,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 
 /// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
 #[derive(Debug, Parser)]
-#[command(name = "standstill", version = VERSION.as_str(), subcommand_required = true, arg_required_else_help = true)]
+#[command(name = "standstill", version = VERSION.as_str(), help_template = groups::HELP.as_str(), subcommand_required = true, arg_required_else_help = true)]
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Command,
@@ -110,6 +111,8 @@ pub enum Command {
     /// A process for the trials of `run --isolate`, which starts it
     #[command(hide = true)]
     Worker,
+    /// A motor's numbers as other data sheets give them: Kv, Ke, rms or peak, of a phase or between terminals
+    Convert(Convert),
     /// The built-in motors, a line each; of one motor each number, and where it comes from
     Motors(Motors),
 }

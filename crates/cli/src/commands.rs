@@ -1,11 +1,14 @@
 //! The subcommands.
 
+#[cfg(feature = "program")]
+pub mod begin;
 pub mod bounds;
 pub mod budget;
 pub mod check;
 pub mod compare;
 #[cfg(feature = "program")]
 pub mod completions;
+pub mod convert;
 pub mod explain;
 pub mod faults;
 pub mod fit;

@@ -41,7 +41,11 @@ use shell::{command_line, host, terminal};
 pub fn main() -> ExitCode {
     #[cfg(target_os = "linux")]
     standstill_foreign::keep_output();
-    let outcome = arguments(std::env::args_os()).and_then(|arguments| {
+    let mut words: Vec<OsString> = std::env::args_os().collect();
+    if words.len() == 1 {
+        words.extend(commands::begin::asked().into_iter().map(OsString::from));
+    }
+    let outcome = arguments(words).and_then(|arguments| {
         let for_programs = prints_for_programs(&arguments.command);
         let report = command(arguments)?;
         // No prose begins with a brace, all JSON does.
@@ -96,6 +100,7 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         Command::Check(options) => commands::check::run(&options),
         Command::Fit(options) => commands::fit::run(&options),
         Command::Magnetics(options) => commands::magnetics::run(&options),
+        Command::Convert(options) => commands::convert::run(&options),
         Command::Motors(options) => commands::motors::run(&options),
         Command::Run(options) => commands::run::run(&options),
         Command::Sweep(options) => commands::run::sweep(&options),

@@ -16,7 +16,7 @@ use toml::{Table, Value};
 
 pub use self::error::MotorError;
 use self::error::{of_file, wrong};
-pub use self::nameplate::NameplateNumber;
+pub use self::nameplate::{EqualNumber, NameplateNumber};
 use crate::{FluxMap, MapReport};
 
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
@@ -38,6 +38,26 @@ pub struct DataSheet {
 }
 
 impl DataSheet {
+    /// Converts numbers of a `[nameplate]`, such as `Kv` and `pole_pairs`, to all ways in which data sheets and controllers give them.
+    ///
+    /// # Errors
+    /// A key that is none of them, a value that is no such number, a number given twice, and a constant per turn of the shaft
+    /// without pole pairs; all mistakes are named together.
+    ///
+    /// ```
+    /// use standstill_plant::DataSheet;
+    ///
+    /// let all = DataSheet::equal_numbers([("pole_pairs", "7"), ("Kv", "900 rpm/V")])?;
+    /// let flux = all.iter().find(|number| number.key == Some("magnet_flux")).ok_or("a flux")?;
+    /// assert!((flux.value - 0.875e-3).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn equal_numbers<'a>(
+        given: impl IntoIterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Vec<EqualNumber>, MotorError> {
+        nameplate::equal_numbers(&nameplate::table(given))
+    }
+
     /// From the text of a file; `file` is its name for error messages.
     ///
     /// ```

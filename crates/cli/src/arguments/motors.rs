@@ -111,6 +111,16 @@ pub struct Fit {
 }
 
 #[derive(Debug, Args)]
+pub struct Convert {
+    /// Numbers as a data sheet or a controller gives them, by the keys of [nameplate], such as `pole_pairs=7 Kv="900 rpm/V"`
+    #[arg(required = true, value_name = "KEY=VALUE", value_parser = scenario::assignment)]
+    pub numbers: Vec<(String, String)>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
 pub struct Motors {
     /// Only this one: a built-in motor's name, or a data sheet's path (.toml)
     pub name: Option<String>,

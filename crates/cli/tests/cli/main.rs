@@ -19,6 +19,7 @@ mod files;
 mod firmware;
 mod fits;
 mod fmus;
+mod guides;
 mod lab;
 #[cfg(target_os = "linux")]
 mod libraries;

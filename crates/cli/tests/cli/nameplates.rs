@@ -231,3 +231,29 @@ fn law_motors_lists_a_line_each() {
         assert!(lines.iter().any(|line| line.starts_with(name) && line.len() < 118), "{name}: {text}");
     }
 }
+
+#[test]
+fn law_numbers_are_converted_to_what_other_sheets_print_or_refused_by_name() {
+    let folder = folder();
+    let at = folder.path();
+    let given = ["convert", "pole_pairs=7", "Kv=900 rpm/V", "L_d=13.5 uH", "L_q=16 uH"];
+    let text = String::from_utf8(standstill(&given, at).stdout).expect("text");
+    for part in ["875.125 µWb", "Ke_line_rms", "(given)", "vesc_ld_lq_diff", "standstill check mine.toml"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let all: Value =
+        serde_json::from_slice(&standstill(&[&given[..], &["--json"]].concat(), at).stdout).expect("JSON");
+    let flux = all.as_array().expect("a list").iter().find(|number| number["key"] == "magnet_flux");
+    assert!((flux.expect("a flux")["value"].as_f64().expect("a number") / 8.751_25e-4 - 1.0).abs() < 1e-5);
+    for (words, part) in [
+        (&["convert", "Kv=900"][..], "pole_pairs"),
+        (&["convert", "Ke=4"][..], "Ke_line_rms"),
+        (&["convert", "resistance=4", "resistance=5"][..], "given twice"),
+        (&["convert", "resistance"][..], "KEY=VALUE"),
+        (&["convert", "resistance=3 mH"][..], "Ω"),
+        (&["convert", "resistance=1e999"][..], "resistance"),
+    ] {
+        let message = mistake(words, at);
+        assert!(message.contains(part), "{words:?}: {message}");
+    }
+}

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::{folder, standstill};
 
-const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 fn said(arguments: &[&str], folder: &Path) -> String {
     let output = standstill(arguments, folder);
@@ -33,8 +33,9 @@ fn law_the_version_says_what_a_run_and_a_library_must_fit() {
 fn golden_the_reference_is_what_help_says() {
     let folder = folder();
     let help = said(&["--help"], folder.path());
-    let lines =
-        help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    // Commands stand in groups, each of which has a title.
+    let lines = help.lines().skip_while(|line| !line.starts_with("Usage:")).skip(1);
+    let lines = lines.take_while(|line| *line != "Options:");
     let commands: Vec<&str> = lines
         .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
         .filter_map(|line| line.split_whitespace().next())
@@ -115,12 +116,22 @@ fn golden_the_five_minutes_of_the_readme_run_as_they_are_printed() {
     }
 }
 
+/// Pages in a folder of the root.
+pub fn pages_in(folder: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(Path::new(ROOT).join(folder)).expect("a folder");
+    let entries = entries.map(|entry| Path::new(folder).join(entry.expect("an entry").file_name()));
+    let mut pages: Vec<PathBuf> =
+        entries.filter(|page| page.extension().is_some_and(|end| end == "md")).collect();
+    pages.sort();
+    pages
+}
+
 /// Pages for people, by their places from the root.
 fn pages() -> Vec<PathBuf> {
-    let docs = fs::read_dir(Path::new(ROOT).join("docs")).expect("a folder");
-    let docs = docs.map(|entry| Path::new("docs").join(entry.expect("an entry").file_name()));
     let mut pages: Vec<PathBuf> =
-        docs.filter(|page| page.extension().is_some_and(|end| end == "md")).collect();
+        ["docs", "docs/guide", "docs/notes"].into_iter().flat_map(pages_in).collect();
+    // The contents of the site, where the pages of the root stand beside them: another test reads them.
+    pages.retain(|page| !page.ends_with("SUMMARY.md"));
     pages.extend(
         ["README.md", "ARCHITECTURE.md", "benches/tools/README.md", "tests/cross/README.md"]
             .map(PathBuf::from),

@@ -3,6 +3,7 @@
 //! All of it is checked at once, so that all that is missing or wrong is named together, and becomes a data sheet
 //! like any other: what was left out has a default that says that it is assumed.
 
+mod equal;
 mod given;
 mod numbers;
 mod reader;
@@ -11,6 +12,8 @@ mod whole;
 use standstill_files::sheet::{Entry, NameplateTable, SharesTable, Source, Sourced, Stated};
 use standstill_quantity::unit::Share;
 
+pub use self::equal::EqualNumber;
+pub(super) use self::equal::{equal_numbers, table};
 pub(super) use self::given::stands_for;
 pub use self::numbers::NameplateNumber;
 pub(super) use self::reader::spelled_out;

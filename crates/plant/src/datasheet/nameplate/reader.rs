@@ -75,7 +75,7 @@ fn positive(value: f64) -> bool {
 /// Reader of a `[nameplate]` that collects problems, in the order of the file.
 pub(super) struct Reader<'a> {
     pub(super) table: &'a Table,
-    text: Option<&'a str>,
+    pub(super) text: Option<&'a str>,
     pub(super) problems: Vec<String>,
 }
 

@@ -1,0 +1,205 @@
+//! The same numbers as other data sheets, tools and controllers give them.
+
+#[cfg(test)]
+mod tests;
+
+use std::f64::consts::{PI, SQRT_2};
+
+use standstill_quantity::unit::{
+    Ampere, Henry, Ohm, One, RevolutionsPerMinuteVolt, VoltPerThousandRevolutionsPerMinute, Weber,
+};
+use standstill_quantity::{Scale, Unit, short};
+use toml::{Table, Value};
+
+use super::super::MotorError;
+use super::given::{in_phase_values, instead_of, keys};
+use super::reader::Reader;
+
+/// One number of a motor in one of the ways in which it is given, see [`DataSheet::equal_numbers`](crate::DataSheet::equal_numbers).
+#[derive(Clone, Debug, PartialEq)]
+pub struct EqualNumber {
+    /// Name of the quantity, such as `resistance`; the same for all ways of giving it.
+    pub quantity: &'static str,
+    /// Its key in `[nameplate]`; none of ways that data sheets here do not take.
+    pub key: Option<&'static str>,
+    /// Value in `unit`, or in SI where that is a prefix away.
+    pub value: f64,
+    /// Value with its unit, in six digits.
+    pub text: String,
+    /// Description of this way.
+    pub meaning: &'static str,
+}
+
+fn text(value: f64, symbol: &str) -> String {
+    let scale = Scale::suiting(symbol, value.abs());
+    format!("{} {}", short(scale.number(value)), scale.unit).trim_end().to_owned()
+}
+
+/// Collects ways of one quantity.
+struct Ways<'a>(&'static str, &'a mut Vec<EqualNumber>);
+
+impl Ways<'_> {
+    fn key<U: Unit>(&mut self, key: &'static str, value: f64, meaning: &'static str) {
+        self.push(Some(key), value, text(value, U::SYMBOL), meaning);
+    }
+
+    fn other(&mut self, value: f64, symbol: &str, meaning: &'static str) {
+        self.push(None, value, text(value, symbol), meaning);
+    }
+
+    fn push(&mut self, key: Option<&'static str>, value: f64, text: String, meaning: &'static str) {
+        self.1.push(EqualNumber { quantity: self.0, key, value, text, meaning });
+    }
+}
+
+/// Resistance of a phase in Ω.
+fn of_resistance(r: f64, all: &mut Vec<EqualNumber>) {
+    let mut ways = Ways("resistance", all);
+    ways.key::<Ohm>("resistance", r, "of a phase, in star");
+    ways.key::<Ohm>("resistance_line_to_line", 2.0 * r, "between two terminals, in star and in delta");
+    ways.key::<Ohm>("vesc_R", r, "foc_motor_r of a VESC (firmware from 5.03)");
+    ways.other(3.0 * r, Ohm::SYMBOL, "of a winding between two terminals, in delta");
+}
+
+/// Inductances of a phase along both axes in H.
+fn of_inductances([d, q]: [f64; 2], all: &mut Vec<EqualNumber>) {
+    let mut ways = Ways("inductance", all);
+    ways.key::<Henry>("L_d", d, "of a phase, along the magnet");
+    ways.key::<Henry>("L_q", q, "of a phase, across the magnet");
+    ways.key::<Henry>(
+        "L_line_to_line_min",
+        2.0 * d.min(q),
+        "between two terminals, least while the shaft turns",
+    );
+    ways.key::<Henry>(
+        "L_line_to_line_max",
+        2.0 * d.max(q),
+        "between two terminals, most while the shaft turns",
+    );
+    ways.key::<Henry>("vesc_L", 0.5 * (d + q), "foc_motor_l of a VESC; phase_inductance of an ODrive");
+    ways.key::<Henry>("vesc_ld_lq_diff", q - d, "foc_motor_ld_lq_diff of a VESC");
+    ways.other(1.5 * (d + q), Henry::SYMBOL, "of a winding in delta, mean over the angle");
+    ways.other((q - d).abs() / (q + d), "", "saliency, |L_q − L_d| / (L_q + L_d)");
+}
+
+/// Peak flux linkage of a phase in Wb, and pole pairs where they are known.
+fn of_flux(flux: f64, pole_pairs: Option<f64>, all: &mut Vec<EqualNumber>) {
+    let mut ways = Ways("magnet's flux", all);
+    ways.key::<Weber>("magnet_flux", flux, "flux linkage of a phase, peak");
+    ways.key::<Weber>("vesc_lambda", flux, "foc_motor_flux_linkage of a VESC");
+    ways.other(2.0 * PI * flux, "V/Hz", "of a phase, peak, per electrical hertz (C2000: RATED_FLUX_VpHz)");
+    let Some(pole_pairs) = pole_pairs.filter(|_| flux > 0.0) else { return };
+    let root = 3.0_f64.sqrt();
+    let phase = flux * pole_pairs * 2.0 * PI * 1000.0 / 60.0;
+    type Volts = VoltPerThousandRevolutionsPerMinute;
+    ways.key::<RevolutionsPerMinuteVolt>(
+        "Kv",
+        1000.0 / (root * phase),
+        "speed for a peak of 1 V between two terminals",
+    );
+    ways.key::<Volts>("Ke_line_peak", root * phase, "between two terminals, peak (Motor Control Blockset)");
+    ways.key::<Volts>(
+        "Ke_line_rms",
+        root * phase / SQRT_2,
+        "between two terminals, rms (Motor Control Workbench)",
+    );
+    ways.key::<Volts>("Ke_phase_peak", phase, "of a phase, peak");
+    ways.key::<Volts>("Ke_phase_rms", phase / SQRT_2, "of a phase, rms");
+    let torque = 1.5 * pole_pairs * flux;
+    ways.other(torque, "N m/A", "torque per ampere of a phase's peak (ODrive: 8.27 / Kv)");
+    ways.other(SQRT_2 * torque, "N m/A", "torque per ampere rms of a phase");
+}
+
+/// Peak current of a phase in A.
+fn of_current(peak: f64, all: &mut Vec<EqualNumber>) {
+    let mut ways = Ways("rated current", all);
+    ways.key::<Ampere>("rated_current", peak, "of a phase, peak");
+    ways.key::<Ampere>("rated_current_rms", peak / SQRT_2, "of a phase, rms");
+    ways.other(peak / 3.0_f64.sqrt(), Ampere::SYMBOL, "of a winding in delta, peak");
+}
+
+/// All ways of giving the numbers of this table, which has keys of a `[nameplate]`.
+pub(in crate::datasheet) fn equal_numbers(given: &Table) -> Result<Vec<EqualNumber>, MotorError> {
+    let mut reader = Reader { table: given, text: None, problems: Vec::new() };
+    let known: Vec<&str> = std::iter::once("pole_pairs").chain(keys()).collect();
+    for key in given.keys().filter(|key| !known.contains(&key.as_str())) {
+        reader.problems.push(instead_of(key).map_or_else(
+            || {
+                format!(
+                    "`{key}` is none of the numbers that can be converted, which are {}",
+                    known.join(", ")
+                )
+            },
+            |instead| format!("`{key}` leaves open what it is: {instead}"),
+        ));
+    }
+    if !given.keys().any(|key| key != "pole_pairs") && reader.problems.is_empty() {
+        reader.problems.push(format!("no number to convert; known are {}", known.join(", ")));
+    }
+    let pairs = given.get("pole_pairs");
+    let turns = ["Kv", "Ke_line_peak", "Ke_line_rms", "Ke_phase_peak", "Ke_phase_rms"];
+    let needs_pairs = given.keys().find(|key| turns.contains(&key.as_str()));
+    let pole_pairs = match (pairs, needs_pairs) {
+        (None, Some(key)) => {
+            reader.problems.push(format!(
+                "`pole_pairs` is missing: `{key}` speaks of turns of the shaft, a flux linkage of electrical ones"
+            ));
+            None
+        }
+        (None, None) => None,
+        (pairs, _) => reader.number::<One>(
+            "pole_pairs",
+            pairs,
+            "a whole number from 1 to 200, half the number of poles",
+            |p| (1.0..=200.0).contains(&p) && p.fract() == 0.0,
+        ),
+    };
+    let phase = in_phase_values(&mut reader);
+    let mut reader = Reader { table: &phase, text: None, problems: reader.problems };
+    let has = |key: &str| phase.contains_key(key);
+    let mut all = Vec::new();
+    if has("resistance")
+        && let Some(r) = reader.positive::<Ohm>("resistance", "positive, such as \"50 mΩ\"")
+    {
+        of_resistance(r, &mut all);
+    }
+    if has("L_d") || has("L_q") {
+        let [d, q] = ["L_d", "L_q"].map(|key| {
+            let needed = "the positive inductance of a phase along the magnet (L_d) or across it (L_q), such as \"2.1 mH\"";
+            reader.number::<Henry>(key, phase.get(key), needed, |l| (1e-15..=1e12).contains(&l))
+        });
+        if let (Some(d), Some(q)) = (d, q) {
+            of_inductances([d, q], &mut all);
+        }
+    }
+    if has("magnet_flux")
+        && let Some(flux) = reader.number::<Weber>(
+            "magnet_flux",
+            phase.get("magnet_flux"),
+            "zero or more, such as \"90 mWb\"",
+            |flux| flux == 0.0 || (1e-15..=1e12).contains(&flux),
+        )
+    {
+        of_flux(flux, pole_pairs, &mut all);
+    }
+    if has("rated_current")
+        && let Some(peak) = reader.positive::<Ampere>("rated_current", "positive, such as \"10 A\"")
+    {
+        of_current(peak, &mut all);
+    }
+    if reader.problems.is_empty() {
+        return Ok(all);
+    }
+    Err(MotorError::Format { file: "the numbers given".to_owned(), message: reader.problems.join("; ") })
+}
+
+/// The table of a list of `KEY` and `VALUE`: numbers where they are, texts otherwise.
+pub(in crate::datasheet) fn table<'a>(given: impl IntoIterator<Item = (&'a str, &'a str)>) -> Table {
+    let value = |text: &str| {
+        let text = text.trim();
+        let whole = text.parse::<i64>().map(Value::Integer);
+        let number = || text.parse::<f64>().map(Value::Float);
+        whole.or_else(|_| number()).unwrap_or_else(|_| Value::String(text.to_owned()))
+    };
+    given.into_iter().map(|(key, text)| (key.trim().to_owned(), value(text))).collect()
+}

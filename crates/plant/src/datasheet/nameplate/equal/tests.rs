@@ -1,0 +1,92 @@
+//! Each way of giving a number comes to the others, and back.
+
+use super::*;
+
+fn of(given: &[(&str, &str)]) -> Result<Vec<EqualNumber>, String> {
+    equal_numbers(&table(given.iter().copied())).map_err(|error| error.to_string())
+}
+
+fn value(all: &[EqualNumber], key: &str) -> f64 {
+    all.iter().find(|number| number.key == Some(key)).expect(key).value
+}
+
+#[test]
+fn law_each_way_gives_the_same_numbers_as_any_other() {
+    let given = [
+        ("pole_pairs", "7"),
+        ("resistance", "40 mΩ"),
+        ("L_d", "13.5 uH"),
+        ("L_q", "16 uH"),
+        ("magnet_flux", "1 mWb"),
+        ("rated_current", "20 A"),
+    ];
+    let all = of(&given).expect("numbers");
+    let ways: [&[&str]; 12] = [
+        &["resistance_line_to_line"],
+        &["vesc_R"],
+        &["L_line_to_line_min", "L_line_to_line_max"],
+        &["vesc_L", "vesc_ld_lq_diff"],
+        &["vesc_lambda"],
+        &["Kv"],
+        &["Ke_line_peak"],
+        &["Ke_line_rms"],
+        &["Ke_phase_peak"],
+        &["Ke_phase_rms"],
+        &["rated_current_rms"],
+        &["L_d", "L_q"],
+    ];
+    for way in ways {
+        let texts: Vec<String> = way.iter().map(|key| value(&all, key).to_string()).collect();
+        let mut given: Vec<(&str, &str)> =
+            way.iter().copied().zip(texts.iter().map(String::as_str)).collect();
+        given.push(("pole_pairs", "7"));
+        let back = of(&given).expect("numbers");
+        assert!(back.len() >= 3, "{way:?}");
+        for number in &back {
+            let Some(key) = number.key else { continue };
+            let expected = value(&all, key);
+            assert!(
+                (number.value / expected - 1.0).abs() < 1e-4,
+                "{way:?}: {key} {} {expected}",
+                number.value
+            );
+        }
+    }
+}
+
+#[test]
+fn analytic_a_hobby_motor_of_900_rpm_per_volt() {
+    // ψ = 60 / (2π √3 p Kv); torque per ampere of a phase's peak 8.27 / Kv, as ODrive has it.
+    let all = of(&[("pole_pairs", "7"), ("Kv", "900 rpm/V")]).expect("numbers");
+    let flux = 60.0 / (2.0 * PI * 3.0_f64.sqrt() * 7.0 * 900.0);
+    assert!((value(&all, "magnet_flux") / flux - 1.0).abs() < 1e-5);
+    let torque = all.iter().find(|number| number.meaning.contains("ODrive")).expect("a torque constant");
+    assert!((torque.value * 900.0 - 8.27).abs() < 0.005, "{}", torque.value);
+    // A resistance in delta: two terminals see it parallel to two in series, 2/3.
+    let all = of(&[("resistance_line_to_line", "80 mΩ")]).expect("numbers");
+    let delta = all.iter().find(|number| number.meaning.contains("in delta") && number.key.is_none());
+    assert!((delta.expect("delta").value * 2.0 / 3.0 - 80e-3).abs() < 1e-9);
+}
+
+#[test]
+fn regress_numbers_that_say_nothing_are_refused_by_name() {
+    for (given, said) in [
+        (vec![("Kv", "900 rpm/V")], "`pole_pairs` is missing"),
+        (vec![("Ke", "4.6 V/krpm")], "Ke_line_peak, Ke_line_rms, Ke_phase_peak or Ke_phase_rms"),
+        (vec![("colour", "red")], "known are pole_pairs"),
+        (vec![], "no number to convert"),
+        (vec![("pole_pairs", "7")], "no number to convert"),
+        (vec![("resistance", "3 mH")], "not a finite number in Ω"),
+        (vec![("resistance", "3 mΩ"), ("vesc_R", "3 mΩ")], "keep one of them"),
+        (vec![("L_d", "3 mH")], "`L_q` is missing"),
+        (vec![("pole_pairs", "2.5"), ("Kv", "900")], "whole number from 1 to 200"),
+        (vec![("resistance", "-1 Ω")], "must be positive"),
+    ] {
+        let said_so = of(&given).expect_err(said);
+        assert!(
+            said_so.contains(said)
+                || said == "known are pole_pairs" && said_so.contains("which are pole_pairs"),
+            "{given:?}: {said_so}"
+        );
+    }
+}

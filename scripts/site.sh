@@ -1,0 +1,90 @@
+#!/usr/bin/env bash
+# The site as a static folder: manual with search, lab without a server, gallery of the figures, Python's reference, rustdoc.
+#
+#     scripts/site.sh FOLDER [--without-rustdoc]
+#
+# With STANDSTILL_HOME, the address of the repository, pages link to its files; without it they name them. Needs mdbook (`cargo install mdbook --locked`) and the target wasm32-unknown-unknown (`rustup target add wasm32-unknown-unknown`).
+# Look at it through a server, such as `python3 -m http.server --directory FOLDER`.
+set -euo pipefail
+out=${1:?usage: scripts/site.sh FOLDER [--without-rustdoc]}
+rustdoc=${2:-}
+[ -z "$rustdoc" ] || [ "$rustdoc" = --without-rustdoc ] || { echo "site.sh: found $rustdoc, needed --without-rustdoc or nothing" >&2; exit 2; }
+command -v mdbook >/dev/null || { echo "mdbook is missing: cargo install mdbook --locked" >&2; exit 2; }
+if [ -e "$out" ] && [ -n "$(ls -A "$out")" ] && [ ! -e "$out/.standstill-site" ]; then
+    echo "site.sh: $out is not empty and not a site of before; name another folder" >&2
+    exit 2
+fi
+mkdir -p "$out"
+out=$(cd "$out" && pwd)
+cd "$(dirname "$0")/.."
+target=${CARGO_TARGET_DIR:-target}
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# The pages of the root stand among those of docs/, so links lose one step; what lies elsewhere is linked where the code is.
+cp -r docs "$work/docs"
+cp book.toml "$work/"
+home=${STANDSTILL_HOME:-}
+for page in README CHANGELOG CONTRIBUTING ARCHITECTURE; do
+    sed -e 's#](docs/#](#g' "$page.md" >"$work/docs/$page.md"
+done
+cat >>"$work/docs/SUMMARY.md" <<PAGES
+
+# For developers
+
+- [Contributing](CONTRIBUTING.md)
+- [Architecture](ARCHITECTURE.md)
+- [Changes](CHANGELOG.md)
+
+---
+
+[The lab](lab-here.md)
+[Gallery of the figures](gallery-here.md)
+[Python's functions](python-here.md)
+[The crates](rust-here.md)
+PAGES
+here() { printf '# %s\n\n<meta http-equiv="refresh" content="0; url=%s">\n\n[%s](%s)\n' "$2" "$3" "$2" "$3" >"$work/docs/$1-here.md"; }
+here lab "The lab" lab/index.html
+here gallery "Gallery of the figures" gallery/index.html
+here python "Python's functions" python/standstill.pyi.txt
+here rust "The crates" rust/index.html
+code='(crates|examples|benches|tests|scripts|LICENSE|THIRD-PARTY|CITATION)'
+if [ -n "$home" ]; then named="[\\1](${home%/}/blob/main/\\3)"; else named='\1 (`\3`)'; fi
+find "$work/docs" -name '*.md' -exec sed -i -E \
+    -e "s#\[([^][]*)\]\((\.\./)*(${code}[^)]*)\)#${named}#g" \
+    -e 's#\]\((\.\./)+((README|CHANGELOG|CONTRIBUTING|ARCHITECTURE)\.md)#](\1\2#g' {} +
+
+scripts/lab-static.sh "$work/lab"
+mkdir "$work/gallery"
+cargo run --release --quiet -p standstill-report --example gallery -- "$work/gallery" >/dev/null
+
+mdbook build --dest-dir "$work/site" "$work"
+mv "$work/lab" "$work/site/lab"
+mkdir "$work/site/gallery" "$work/site/python"
+{
+    printf '<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Gallery of the figures</title>'
+    printf '<style>body{font:16px sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem}img{max-width:100%%}</style><h1>Gallery of the figures</h1>'
+    printf '<p>Made by <code>cargo run --release -p standstill-report --example gallery</code>. <a href="../index.html">Back</a></p>'
+    for picture in "$work"/gallery/*.svg; do
+        name=$(basename "$picture" .svg)
+        cp "$picture" "$work/site/gallery/"
+        printf '<h2>%s</h2><img loading="lazy" src="%s.svg" alt="%s">\n' "$name" "$name" "$name"
+    done
+    for page in "$work"/gallery/*.html; do
+        [ -e "$page" ] || continue
+        cp "$page" "$work/site/gallery/page-$(basename "$page")"
+        printf '<p><a href="page-%s">%s</a></p>\n' "$(basename "$page")" "$(basename "$page" .html)"
+    done
+} >"$work/site/gallery/index.html"
+cp crates/python/standstill/_standstill.pyi "$work/site/python/standstill.pyi.txt"
+size=$(du -sk "$work/site" | cut -f1)
+if [ -z "$rustdoc" ]; then
+    cargo doc --workspace --no-deps --quiet
+    cp -r "$target/doc" "$work/site/rust"
+    printf '<meta http-equiv="refresh" content="0; url=standstill_sim/index.html">\n' >"$work/site/rust/index.html"
+fi
+touch "$work/site/.standstill-site"
+find "$out" -mindepth 1 -delete
+cp -r "$work/site/." "$out/"
+echo "the site is in $out: $size kB without rustdoc"
+[ "$size" -le 8192 ] || { echo "that is more than 8 MB" >&2; exit 1; }
