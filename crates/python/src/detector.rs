@@ -161,7 +161,8 @@ fn array<'py>(py: Python<'py>, readings: &[Reading<f64>]) -> PyResult<Bound<'py,
         let seen = |k: usize| of(reading.current.0[k], reading.sensed.0[k]);
         let terminal = |k: usize| of(reading.terminal.0[k], reading.terminal_sensed.0[k]);
         let clips = |of: Sensed| of == Sensed::Clipped;
-        let clipped = reading.dc_link_clipped || reading.sensed.0.into_iter().chain([reading.link_sensed]).any(clips);
+        let clipped =
+            reading.dc_link_clipped || reading.sensed.0.into_iter().chain([reading.link_sensed]).any(clips);
         // A terminal at the lower rail is the first code of its converter: no reason to doubt the currents.
         let terminals_clipped = reading.terminal_sensed.0.into_iter().any(clips);
         let capture = reading.capture;

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 pyo3::create_exception!(
     standstill,
     Error,
-    pyo3::exceptions::PyException,
+    pyo3::exceptions::PyValueError,
     "What is wrong, in the line that the command line would print."
 );
 

@@ -9,9 +9,9 @@ use arrow_array::{
 use arrow_buffer::{Buffer, NullBuffer, OffsetBuffer, ScalarBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
 use numpy::{Element, PyArray1, ndarray::ArrayView1};
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict, PyList, PyString};
+use pyo3::types::{PyBytes, PyCapsule, PyDict, PyList, PyString};
 use standstill_table::{Columns, Data};
 
 use crate::Error;
@@ -60,6 +60,49 @@ impl Cells {
             Data::Flag(cells) => Self::Flag(cells.into()),
             Data::Text(texts) => Self::Text(OffsetBuffer::new(texts.offsets.into()), texts.bytes.into()),
         }
+    }
+
+    /// Returns the name of the kind, and the bytes of offsets (of texts) and of values.
+    fn bytes(&self) -> (&'static str, &[u8], &[u8]) {
+        match self {
+            Self::Whole(cells) => ("whole", &[], cells.inner().as_slice()),
+            Self::Number(cells) => ("number", &[], cells.inner().as_slice()),
+            Self::Flag(cells) => ("flag", &[], cells.inner().as_slice()),
+            Self::Text(offsets, bytes) => ("text", offsets.inner().inner().as_slice(), bytes.as_slice()),
+        }
+    }
+
+    /// Makes a column of `rows` cells of what [`Cells::bytes`] returned; none where that cannot be.
+    fn of_bytes(kind: &str, offsets: &[u8], values: &[u8], rows: usize) -> Option<Self> {
+        let eights = |bytes: &[u8]| -> Option<Vec<[u8; 8]>> {
+            bytes.chunks(8).map(|chunk| chunk.try_into().ok()).collect()
+        };
+        let whole =
+            |bytes: &[u8]| Some(eights(bytes)?.into_iter().map(i64::from_ne_bytes).collect::<Vec<_>>());
+        let number =
+            |bytes: &[u8]| Some(eights(bytes)?.into_iter().map(f64::from_ne_bytes).collect::<Vec<_>>());
+        let cells = match kind {
+            "whole" => Self::Whole(whole(values)?.into()),
+            "number" => Self::Number(number(values)?.into()),
+            "flag" => Self::Flag(number(values)?.into()),
+            "text" => {
+                let ends = whole(offsets)?;
+                let texts = std::str::from_utf8(values).ok()?;
+                let sound = ends.first() == Some(&0)
+                    && ends.is_sorted()
+                    && ends
+                        .iter()
+                        .all(|end| usize::try_from(*end).is_ok_and(|end| texts.is_char_boundary(end)));
+                sound.then(|| Self::Text(OffsetBuffer::new(ends.into()), values.to_vec().into()))?
+            }
+            _ => return None,
+        };
+        let length = match &cells {
+            Self::Whole(cells) => cells.len(),
+            Self::Number(cells) | Self::Flag(cells) => cells.len(),
+            Self::Text(offsets, _) => offsets.len() - 1,
+        };
+        (length == rows).then_some(cells)
     }
 
     fn arrow(&self) -> Result<ArrayRef, ArrowError> {
@@ -148,6 +191,29 @@ impl Table {
 
     fn __repr__(&self) -> String {
         format!("<{} rows of {}>", self.rows, self.keys().join(", "))
+    }
+
+    /// Rows, and of each column its name, its kind, and the bytes of its offsets and values: for pickles.
+    fn parts<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> (usize, Vec<(&str, &'static str, Bound<'py, PyBytes>, Bound<'py, PyBytes>)>) {
+        let columns = self.columns.iter().map(|(name, cells)| {
+            let (kind, offsets, values) = cells.bytes();
+            (name.as_str(), kind, PyBytes::new(py, offsets), PyBytes::new(py, values))
+        });
+        (self.rows, columns.collect())
+    }
+
+    /// The table of its parts.
+    #[staticmethod]
+    fn of_parts(rows: usize, columns: Vec<(String, String, Vec<u8>, Vec<u8>)>) -> PyResult<Self> {
+        let columns = columns.into_iter().map(|(name, kind, offsets, values)| {
+            let cells = Cells::of_bytes(&kind, &offsets, &values, rows)
+                .ok_or_else(|| PyValueError::new_err(format!("column `{name}` of the pickle is damaged")))?;
+            Ok((name, cells))
+        });
+        Ok(Self { columns: columns.collect::<PyResult<_>>()?, rows })
     }
 
     /// The Arrow PyCapsule interface: one record batch, which is not copied but for flags.

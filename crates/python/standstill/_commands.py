@@ -11,7 +11,7 @@ from typing import Any, TypeAlias, Union
 
 from . import _digest, _standstill
 from ._results import Results, Trace
-from ._scenario import Pathlike, Scenario, scenario as _scenario, toml
+from ._scenario import Pathlike, Source, scenario as _scenario, toml
 from ._standstill import Table
 
 #: See :func:`run`.
@@ -47,14 +47,14 @@ def _paths(paths: Iterable[Pathlike] | Pathlike) -> list[str]:
     return [os.fspath(path) for path in ([paths] if isinstance(paths, (str, os.PathLike)) else paths)]
 
 
-def _words(command: str, source: Scenario | Pathlike | None) -> tuple[list[str], tuple[str, str] | None]:
+def _words(command: str, source: Source | None) -> tuple[list[str], tuple[str, str] | None]:
     if source is None:
         return [command], None
     given = _scenario(source)
     return [command, *given.words()], given.given
 
 
-def _answer(command: str, source: Scenario | Pathlike | None, progress: Progress = None, /, **options: Any) -> Any:
+def _answer(command: str, source: Source | None, progress: Progress = None, /, **options: Any) -> Any:
     """What a command prints as JSON. A further command is a function with this call."""
     words, given = _words(command, source)
     _, text, _ = _standstill.command([*words, "--json", *_options(options)], given, False, progress)
@@ -72,7 +72,7 @@ def _carried_out(
 
 
 def run(
-    scenario: Scenario | Pathlike,
+    scenario: Source,
     /,
     *,
     trials: int | None = None,
@@ -124,7 +124,7 @@ def run(
 
 
 def sweep(
-    scenario: Scenario | Pathlike,
+    scenario: Source,
     /,
     *,
     vary: Mapping[str, str] | None = None,
@@ -155,7 +155,7 @@ def sweep(
 
 
 def shard(
-    scenario: Scenario | Pathlike,
+    scenario: Source,
     part: str,
     /,
     *,
@@ -219,7 +219,7 @@ def status(folders: Iterable[Pathlike] | Pathlike, /) -> dict[str, Any]:
 
 
 def trace(
-    scenario: Scenario | Pathlike | None = None,
+    scenario: Source | None = None,
     /,
     *,
     point: int | None = None,
@@ -252,7 +252,7 @@ def trace(
 
 
 def compare(
-    scenario: Scenario | Pathlike | None = None,
+    scenario: Source | None = None,
     /,
     *,
     motor: str | None = None,
@@ -279,7 +279,7 @@ def compare(
 
 
 def check(
-    motor: Scenario | Pathlike,
+    motor: Source,
     /,
     *,
     errors: str | None = None,
@@ -324,7 +324,7 @@ def magnetics(
 
 
 def bounds(
-    scenario: Scenario | Pathlike | None = None,
+    scenario: Source | None = None,
     /,
     *,
     angles: int | None = None,
@@ -380,7 +380,7 @@ def fit(
 
 
 def faults(
-    scenario: Scenario | Pathlike,
+    scenario: Source,
     /,
     *,
     mode: str | Sequence[str] | None = None,
@@ -406,7 +406,7 @@ def faults(
 
 
 def budget(
-    scenario: Scenario | Pathlike,
+    scenario: Source,
     /,
     *,
     pairs: int | None = None,
@@ -428,7 +428,7 @@ def budget(
 
 
 def require(
-    scenario: Scenario | Pathlike,
+    scenario: Source,
     /,
     *,
     key: str | Sequence[str],
@@ -455,7 +455,7 @@ def require(
 
 
 def odds(
-    scenario: Scenario | Pathlike,
+    scenario: Source,
     /,
     *,
     event: str,
@@ -478,7 +478,7 @@ def odds(
 
 
 def tune(
-    scenario: Scenario | Pathlike,
+    scenario: Source,
     /,
     *,
     vary: Mapping[str, str],

@@ -34,8 +34,12 @@ class Scenario:
         return [self.path, *(word for key, value in self.keys.items() for word in ("-s", f"{key}={value}"))]
 
 
-def scenario(source: Scenario | Pathlike, /, **overrides: Any) -> Scenario:
-    """A scenario from a file's path or from its text, with other values for some keys.
+#: A scenario as functions take it: made by :func:`scenario`, a file's path, a text, or a dictionary.
+Source: TypeAlias = Union[Scenario, Pathlike, Mapping[str, Any]]
+
+
+def scenario(source: Source, /, **overrides: Any) -> Scenario:
+    """A scenario from a file's path, from its text or from a dictionary, with other values for some keys.
 
     A ``str`` with a line end or an ``=`` in it is a text. Keys are given as they are nested, or with dots in a dictionary.
 
@@ -46,9 +50,13 @@ def scenario(source: Scenario | Pathlike, /, **overrides: Any) -> Scenario:
     '"20 mA"'
     >>> st.run(quick).summary["trials"]
     20
+    >>> st.run({"trials": 20, "detector": {"method": "bipolar"}}).summary["trials"]
+    20
     """
     if isinstance(source, Scenario):
         base = source
+    elif isinstance(source, Mapping):
+        base = Scenario(NAME, "", dict(_flat(source)))
     elif isinstance(source, str) and ("\n" in source or "=" in source or not source):
         base = Scenario(NAME, source)
     else:

@@ -1,11 +1,14 @@
 """Results as columns: the bytes of the files, and the memory of NumPy, pandas, polars and Arrow."""
 
+import copy
 import json
 import os
+import pickle
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -112,6 +115,61 @@ def test_law_nothing_is_copied(results: st.Results) -> None:
     del table
     st.run('trials = 10\nseed = 2\n[detector]\nmethod = "bipolar"')
     assert (errors == before).all() and arrow.to_pylist() == before.tolist()
+
+
+def test_law_results_go_through_pickles_and_copies_as_they_are(results: st.Results, tmp_path: Path) -> None:
+    for twin in (pickle.loads(pickle.dumps(results)), copy.copy(results), copy.deepcopy(results)):
+        assert type(twin) is st.Results and len(twin) == len(results) and list(twin) == list(results)
+        assert (twin.run, twin.summary, twin.points, twin.folder) == (results.run, results.summary, results.points, results.folder)
+        assert twin.run["numerics"] and twin.run["scenario"]
+        assert pl.DataFrame(twin).equals(pl.DataFrame(results)) and pa.table(twin).equals(pa.table(results))
+        for name, column in results.items():
+            np.testing.assert_array_equal(twin[name], column, err_msg=name)
+            assert twin[name].dtype == column.dtype and (column.dtype == object or not twin[name].flags.writeable)
+    without = st.run(SWEEP, rows="none")
+    assert len(pickle.loads(pickle.dumps(without))) == 0
+    table, parts = results._table, results._table.parts()
+    for damaged in (
+        (parts[0] + 1, parts[1]),
+        (parts[0], [(name, "whole", b"", b"123") for name, *_ in parts[1]]),
+        (parts[0], [(name, "other", offsets, values) for name, _, offsets, values in parts[1]]),
+        (parts[0], [(name, "text", b"\xff" * 8 * (parts[0] + 1), b"") for name, *_ in parts[1]]),
+    ):
+        with pytest.raises(ValueError, match="damaged"):
+            type(table).of_parts(*damaged)
+
+
+def test_law_results_are_a_mapping_that_data_frames_take(results: st.Results) -> None:
+    assert isinstance(results, Mapping) and results.get("nothing") is None and list(results.keys()) == list(results)
+    frame = pd.DataFrame(results)
+    assert list(frame.columns) == list(results) and len(frame) == len(results) == 240
+    for name, column in results.items():
+        np.testing.assert_array_equal(frame[name].to_numpy(), column, err_msg=name)
+    masked = results.masked("error_deg")
+    assert masked.mask.sum() == np.isnan(results["error_deg"]).sum() > 0 and masked.count() + masked.mask.sum() == 240
+    assert (results.masked("reason").mask == (results["reason"] == "")).all() and not results.masked("trial").mask.any()
+    page = results._repr_html_()
+    assert "points of the axes" in page and page.count("<tr>") > 6 and "trials" in repr(results)
+    with pytest.raises(ValueError, match="needed"):
+        st.run({"detector": {"method": "no such method"}})
+    assert isinstance(st.run({"trials": 3, "detector": {"method": "bipolar"}}), st.Results)
+
+
+def test_law_a_plot_shows_each_start_by_what_it_ended_as(results: st.Results) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    axes = results.plot()
+    drawn = {line.get_label(): len(line.get_xdata()) for line in axes.lines}
+    outcome, wrong = results["outcome"], results["pole_correct"] == 0
+    assert drawn == {
+        "right pole": int(((outcome == "found") & ~wrong).sum()),
+        "pole undetermined": int((outcome == "undetermined").sum()),
+        "wrong pole": int(wrong.sum()),
+    }
+    assert "electrical degrees" in axes.get_xlabel() and results.plot(axes) is axes
+    with pytest.raises(ValueError, match="no rows"):
+        st.run(SWEEP, rows="none").plot()
 
 
 def test_law_a_trace_has_the_columns_of_its_files(tmp_path: Path) -> None:
