@@ -67,6 +67,49 @@ fn analytic_each_phase_lags_by_its_own_filter_and_is_taken_at_its_own_time() {
     }
 }
 
+/// The capacitor of the converter, alone and behind the sensors' filters: the response of one pole more.
+#[test]
+fn analytic_a_capacitor_in_front_of_the_converter_is_one_pole_more() {
+    let motor = reference_motor();
+    let winding = motor.winding.d_axis_inductance() / motor.resistance;
+    let times = [2_000, 37_000, 79_900, 80_400, 95_000];
+    let filter = 1.0 / (TAU * 100e3);
+    // 1.59 us is the filter's own time constant, where both cannot be told apart.
+    for (bandwidth, acquisition) in
+        [(None, 0.7e-6), (Some(100e3), 0.7e-6), (Some(100e3), 4e-6), (Some(100e3), filter)]
+    {
+        let read = readings(
+            |sensors| {
+                sensors.settings.bandwidth = bandwidth;
+                sensors.settings.acquisition = acquisition;
+            },
+            &times,
+        );
+        let cascade = |t: f64| {
+            let step = |t: f64| {
+                // A little apart, where two poles are one.
+                let poles = [winding, filter * 1.00005, acquisition];
+                let part = |i: usize| {
+                    let [a, b] = [poles[(i + 1) % 3], poles[(i + 2) % 3]];
+                    poles[i] * poles[i] / ((poles[i] - a) * (poles[i] - b)) * (-t / poles[i]).exp()
+                };
+                if t <= 0.0 { 0.0 } else { 1.0 - part(0) - part(1) - part(2) }
+            };
+            550.0 / (2.0 * motor.resistance) * (step(t) - 2.0 * step(t - ON))
+        };
+        for (at, reading) in times.into_iter().zip(read) {
+            let t = at as f64 * 1e-9;
+            let should = if bandwidth.is_none() { expected(t, acquisition) } else { cascade(t) };
+            let within = if bandwidth.is_none() { 2e-6 } else { 1e-4 };
+            assert!(
+                (reading.current.0[0] - should).abs() < within,
+                "{bandwidth:?} {acquisition} at {at} ns: {} {should}",
+                reading.current.0[0]
+            );
+        }
+    }
+}
+
 #[test]
 fn law_no_phase_is_taken_after_the_end_of_its_command() {
     let skewed = |skew: u64| {

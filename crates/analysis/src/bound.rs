@@ -31,8 +31,8 @@ use standstill_detect::{Settings, SettingsError};
 use standstill_interface::{Command, Nanos};
 use standstill_inverter::{DcLink, GateTiming, Inverter};
 use standstill_sim::{
-    Arrangement, Case, ComparatorSettings, Comparators, RunError, SensorSettings, Sensors, Streams,
-    TerminalSensor, VoltageSensor,
+    Arrangement, Case, ComparatorSettings, RunError, SensorSettings, Sensors, Streams, TerminalSensor,
+    VoltageSensor,
 };
 
 use information::{Column, Information, Noise, Prior};
@@ -201,6 +201,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         let exact = SensorSettings {
             arrangement: sensors.arrangement,
             bandwidth: sensors.bandwidth,
+            slew: sensors.slew,
+            acquisition: sensors.acquisition,
             sample_delay: sensors.sample_delay,
             skew: sensors.skew,
             oversampling: sensors.oversampling,
@@ -304,12 +306,9 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         &self,
         differ: &dyn Fn(Parameter) -> Result<Column, BoundError>,
     ) -> Result<Vec<Column>, BoundError> {
-        let comparator = &self.scenario.sensors.comparator;
-        let count = match comparator.arrangement {
-            Comparators::Common => 1,
-            Comparators::PerLeg => 6,
-        };
-        (0..count).map(|number| differ(Parameter::Comparator(number))).collect()
+        (0..self.scenario.sensors.comparator.count())
+            .map(|number| differ(Parameter::Comparator(number)))
+            .collect()
     }
 
     /// Returns the unknowns of a specimen: the sensitivity to each, and its standard deviation. `offsets`: those of the comparators.

@@ -43,7 +43,21 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
             ));
         }
     }
+    said.extend(short_pause(scenario));
     said
+}
+
+/// Returns the warning on six pulses that follow one another while a current is left.
+fn short_pause(scenario: &Scenario<Method<f64>>) -> Option<String> {
+    let Method::SixPulse(six) = &scenario.detector else { return None };
+    let least = six.least_pause(&scenario.nameplate());
+    (six.pause < least).then(|| {
+        let [pause, least] = [100.0 * six.pause, (100.0 * least).ceil()];
+        let seen = if six.timed { ", and no time that is read shows it" } else { "" };
+        format!(
+            "detector.pause is {pause:.0} % of the longest pulse, in which the current does not decay: what is left turns axis and pole of the next pulses{seen}; set at least `-s detector.pause=\"{least:.0} %\"`"
+        )
+    })
 }
 
 /// Returns the warning on a key whose value exceeds the usual share.
@@ -111,6 +125,22 @@ mod tests {
         assert_eq!(of("5.2 mWb"), [""; 0]);
         let said = &of("5.2 Wb")[0];
         assert!(said.starts_with("own: ") && said.contains("did you mean magnet_flux 5.2 mWb?"), "{said}");
+    }
+
+    #[test]
+    fn law_a_pause_in_which_the_current_does_not_decay_is_named_with_the_one_that_does() {
+        let of = |pause: &str| {
+            doubts(&format!(
+                "errors = \"none\"\n[sensors]\ntimer = \"0.32 us\"\n[detector]\nmethod = \"six-pulse\"\npause = \"{pause}\"\n"
+            ))
+        };
+        let said = of("45 %");
+        assert!(said.len() == 1 && said[0].starts_with("detector.pause is 45 %"), "{said:?}");
+        let (_, set) = said[0].split_once("detector.pause=\"").expect("what to set");
+        let set = set.trim_end_matches("\"`");
+        assert_eq!(of(set), [""; 0], "{set}");
+        let share: f64 = set.trim_end_matches(" %").parse().expect("a share");
+        assert_eq!(of(&format!("{} %", share - 1.0)).len(), 1, "{set}");
     }
 
     #[test]

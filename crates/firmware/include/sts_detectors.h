@@ -105,7 +105,8 @@ enum sts_reason {
     STS_SENSORS_DISAGREE = 32,     /* sensors of one current disagree, or one shows a current where none can flow */
     STS_DC_LINK_OUT_OF_RANGE = 33, /* the DC link is not as on the data sheet */
     STS_INDUCTANCE_OUT_OF_RANGE = 34, /* a line's inductance is not as on the data sheet */
-    STS_DIRECTIONS_DIFFER = 35     /* both ways of a line differ by more than the poles can make them */
+    STS_DIRECTIONS_DIFFER = 35,    /* both ways of a line differ by more than the poles can make them */
+    STS_COARSE_TIMER = 36          /* no saliency found, because the timer's tick hides it */
 };
 
 /* Makes a detector of a method ("bipolar", "line-inductance-fast", …: standstill explain names them) in `state`.

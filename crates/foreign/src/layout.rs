@@ -99,6 +99,7 @@ fn layout() -> Vec<(String, usize)> {
             Fault::InductanceOutOfRange { phase: Phase::A, found: 0.0, allowed: [0.0; 2] },
         ),
         ("STS_DIRECTIONS_DIFFER", Fault::DirectionsDiffer { phase: Phase::A, apart: 0.0, allowed: 0.0 }),
+        ("STS_COARSE_TIMER", Fault::CoarseTimer { ratio: 0.0, needed: 0.0, tick: 0.0, allowed: 0.0 }),
     ];
     all.extend(failed.map(|(name, fault)| (name.to_owned(), failure_reason::<f64>(&fault) as usize)));
     all

@@ -348,6 +348,7 @@ pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
         Fault::DcLinkOutOfRange { .. } => 33,
         Fault::InductanceOutOfRange { .. } => 34,
         Fault::DirectionsDiffer { .. } => 35,
+        Fault::CoarseTimer { .. } => 36,
         Fault::Own(own) => own.code,
     }
 }

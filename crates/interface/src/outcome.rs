@@ -181,6 +181,17 @@ pub enum Fault<T> {
         /// The least value that would do.
         needed: T,
     },
+    /// No saliency found, because ticks of the timer hide that of the motor's data sheet.
+    CoarseTimer {
+        /// |L_B| / L_A of the data sheet.
+        ratio: T,
+        /// The least value that this timer shows.
+        needed: T,
+        /// Tick of the timer in s.
+        tick: T,
+        /// The longest tick in s that would do.
+        allowed: T,
+    },
     /// The samples have no inductance as their solution: equation (10) gave a value that is not positive.
     NotInductive(Phase),
     /// The method does not apply: the rotor did not follow the current that should have turned it, because it is

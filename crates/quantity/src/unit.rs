@@ -65,6 +65,8 @@ units! {
     Weber = "Wb" or "Vs" {};
     /// Current.
     Ampere = "A" {};
+    /// Slew rate of a current.
+    AmperePerSecond = "A/s" {};
     /// Voltage.
     Volt = "V" {};
     /// Power.

@@ -186,7 +186,10 @@ fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result
     let each = |sources: &[Source], of: fn(Source) -> &'static str| {
         sources.iter().map(|source| of(*source)).collect::<Vec<_>>().join(" or ")
     };
-    let (needs, there) = (scenario.detector.sources(), scenario.sources());
+    let there = scenario.sources();
+    // All that the method can work with; where that is there, what its settings read.
+    let other_settings = Source::any_of(method.sources(), &there);
+    let needs = if other_settings { scenario.detector.sources() } else { method.sources() };
     let has = if there.is_empty() {
         "neither currents nor voltages of its terminals".to_owned()
     } else {
@@ -194,10 +197,16 @@ fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result
     };
     let found =
         format!("\"{method}\", which reads {}, on a drive that reads {has}", each(needs, Source::words));
-    let able = MethodName::ALL.iter().filter(|name| Source::any_of(name.sources(), &there));
+    let able =
+        MethodName::ALL.iter().filter(|name| **name != method && Source::any_of(name.sources(), &there));
     let able: Vec<String> = able.map(|name| format!("\"{name}\"")).collect();
     let instead = if able.is_empty() { String::new() } else { format!(", or one of {}", able.join(", ")) };
-    let needed = format!("{}{instead}", each(needs, Source::setting));
+    let timed = if other_settings && there.contains(&Source::CapturedTimes) {
+        "`detector.timed` true, or "
+    } else {
+        ""
+    };
+    let needed = format!("{timed}{}{instead}", each(needs, Source::setting));
     Err(FileError::key("detector.method", &found, &needed))
 }
 

@@ -161,6 +161,8 @@ impl ErrorSet {
             bandwidth: None,
             bandwidth_tolerance: 0.0,
             bandwidth_mismatch: 0.0,
+            slew: 0.0,
+            acquisition: 0.0,
             adc: Some(Adc { bits: 12, low: -20.0 * scale, high: 20.0 * scale }),
             skew: Nanos::ZERO,
             oversampling: 1,

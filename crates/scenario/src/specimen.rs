@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use standstill_quantity::{listed, si_value};
-use standstill_sim::{Case, RotorState};
+use standstill_sim::{Case, RotorState, Sensors};
 use toml::Value;
 
 use crate::units::unit;
@@ -24,8 +24,6 @@ use crate::units::unit;
 pub fn specimen(case: &Case<'_>, drawn: &[(String, Value)]) -> Vec<(String, String)> {
     let Case { inverter, sensors, .. } = case;
     let settings = &sensors.settings;
-    let three = |values: [f64; 3], unit: &str| format!("{} (phases a, b, c)", listed(&values, unit));
-    let share = |gain: f64| format!("{:+.3} %", 100.0 * (gain - 1.0));
     let mut lines = vec![("rotor starts at", degrees(case.start_angle.rem_euclid(TAU)))];
     if let (Some(last), true) = (case.memory, case.motor.magnetics.hysteresis().is_some()) {
         lines.push(("iron last magnetised along", degrees(last.rem_euclid(TAU))));
@@ -34,19 +32,15 @@ pub fn specimen(case: &Case<'_>, drawn: &[(String, Value)]) -> Vec<(String, Stri
         let (below, above) = (degrees(play.below), degrees(play.above));
         lines.push(("brake lets it turn", format!("{below} back and {above} forward")));
     }
-    if settings.gain_error > 0.0 {
-        let gains = sensors.gain.map(share).join(", ");
-        lines.push(("current gains", format!("{gains} (phases a, b, c)")));
-    }
-    if settings.offset > 0.0 {
-        lines.push(("current offsets", three(sensors.offset, "A")));
-    }
+    lines.extend(of_currents(sensors));
     if settings.dc_link.gain_error > 0.0 {
         lines.push(("DC-link gain", share(sensors.dc_link_gain)));
     }
     if settings.dc_link.offset > 0.0 {
         lines.push(("DC-link offset", listed(&[sensors.dc_link_offset], "V")));
     }
+    lines.extend(of_terminals(sensors));
+    lines.extend(of_comparators(sensors));
     if inverter.gates.iter().any(|gate| gate.turn_on_delay.0 + gate.turn_off_delay.0 > 0) {
         lines.push(("switch-on delays", three(inverter.gates.map(|gate| gate.turn_on_delay.seconds()), "s")));
         lines.push((
@@ -68,6 +62,80 @@ pub fn specimen(case: &Case<'_>, drawn: &[(String, Value)]) -> Vec<(String, Stri
     lines.chain(drawn.iter().map(|(key, value)| (key.clone(), readable(key, value)))).collect()
 }
 
+/// Returns the draws of the sensors of currents: of as many as there are.
+fn of_currents(sensors: &Sensors) -> Vec<(&'static str, String)> {
+    let settings = &sensors.settings;
+    let count = settings.arrangement.sensors();
+    let of = match count {
+        0 => return Vec::new(),
+        1 => "the shunt in the DC link",
+        2 => "phases a, b",
+        _ => "phases a, b, c",
+    };
+    let mut lines = Vec::new();
+    if settings.gain_error > 0.0 {
+        let gains: Vec<_> = sensors.gain[..count].iter().copied().map(share).collect();
+        lines.push(("current gains", format!("{} ({of})", gains.join(", "))));
+    }
+    if settings.offset > 0.0 {
+        lines.push(("current offsets", format!("{} ({of})", listed(&sensors.offset[..count], "A"))));
+    }
+    lines
+}
+
+/// Returns the draws of the dividers at the terminals.
+fn of_terminals(sensors: &Sensors) -> Vec<(&'static str, String)> {
+    let Some(of) = &sensors.settings.terminal else { return Vec::new() };
+    let mut lines = Vec::new();
+    if of.gain_error > 0.0 {
+        let gains = sensors.terminal_gain.map(share).join(", ");
+        lines.push(("divider gains", format!("{gains} (phases a, b, c)")));
+    }
+    if of.offset > 0.0 {
+        lines.push(("divider offsets", three(sensors.terminal_offset, "V")));
+    }
+    lines
+}
+
+/// Returns the draws of comparators and timer.
+fn of_comparators(sensors: &Sensors) -> Vec<(&'static str, String)> {
+    let (of, drawn) = (&sensors.settings.comparator, &sensors.comparator);
+    let each = |values: &[f64], unit: &str| match of.count() {
+        1 => listed(&values[..1], unit),
+        count => format!("{} (into phases a, b, c, out of a, b, c)", listed(&values[..count], unit)),
+    };
+    let mut lines = Vec::new();
+    if of.count() == 0 {
+        return lines;
+    }
+    if of.offset > 0.0 {
+        lines.push(("comparator offsets", each(&drawn.offset, "A")));
+    }
+    if of.delay_spread > 0.0 {
+        lines.push(("comparator delays", each(&drawn.delay, "s")));
+    }
+    if of.timer > 0.0 {
+        if of.timer_error > 0.0 {
+            lines.push((
+                "timer's tick",
+                format!("{} of {}", share(drawn.tick / of.timer), listed(&[of.timer], "s")),
+            ));
+        }
+        lines.push(("timer stands at", format!("{:+.3} of a tick when a pulse begins", drawn.phase)));
+    }
+    lines
+}
+
+/// Returns the values of three phases.
+fn three(values: [f64; 3], unit: &str) -> String {
+    format!("{} (phases a, b, c)", listed(&values, unit))
+}
+
+/// Returns by how much a gain is off.
+fn share(gain: f64) -> String {
+    format!("{:+.3} %", 100.0 * (gain - 1.0))
+}
+
 /// Returns a drawn value in digits that a person reads: the document has all of them.
 fn readable(key: &str, value: &Value) -> String {
     let number = value.as_str().and_then(si_value);
@@ -84,4 +152,64 @@ pub fn written(value: &Value) -> String {
 
 fn degrees(angle: f64) -> String {
     format!("{:.3}°", angle.to_degrees())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::plan;
+
+    /// The names and values of the draws of a trial of this file.
+    fn words(text: &str) -> Vec<(String, String)> {
+        let single = plan(text).single(0, 7).expect("valid");
+        specimen(&single.case(), &single.drawn)
+    }
+
+    #[test]
+    fn law_what_a_drive_has_is_drawn_for_it_and_nothing_else() {
+        let named = |text: &str, name: &str| {
+            words(text).into_iter().find(|(of, _)| of == name).map(|(_, value)| value)
+        };
+        let gains = |arrangement: &str| {
+            let text = format!(
+                "sensors.arrangement = \"{arrangement}\"\nsensors.terminals = true\ndetector.method = \"open-terminal\""
+            );
+            (named(&text, "current gains"), named(&text, "current offsets"))
+        };
+        assert_eq!(gains("none"), (None, None));
+        for (arrangement, count) in [("dc-link-shunt", 1), ("two-in-line", 2), ("three-in-line", 3)] {
+            let (gains, offsets) = gains(arrangement);
+            let [gains, offsets] = [gains, offsets].map(|of| of.expect("drawn"));
+            assert_eq!(
+                (gains.matches('%').count(), offsets.matches('A').count()),
+                (count, 1),
+                "{gains} {offsets}"
+            );
+        }
+        let dividers = "sensors.terminals = true\nsensors.terminal_offset = 0.3";
+        assert!(named(dividers, "divider gains").is_some_and(|gains| gains.matches('%').count() == 3));
+        assert!(named(dividers, "divider offsets").is_some() && named("", "divider gains").is_none());
+    }
+
+    #[test]
+    fn law_draws_of_comparators_and_timer_are_those_of_the_case() {
+        let own = "sensors.timer = 1e-6\nsensors.timer_error = 0.003\nsensors.comparators = \"per-leg\"\nsensors.comparator_offset = 0.04\nsensors.comparator_delay_spread = 2e-8";
+        let of = |text: &str| {
+            let lines = words(text);
+            ["comparator offsets", "comparator delays", "timer's tick", "timer stands at"].map(|name| {
+                lines.iter().find(|(of, _)| of == name).map(|(_, value)| value.clone()).unwrap_or_default()
+            })
+        };
+        let single = plan(own).single(0, 7).expect("valid");
+        let drawn = single.case().sensors.comparator;
+        let [offsets, delays, tick, phase] = of(own);
+        assert_eq!(offsets, format!("{} (into phases a, b, c, out of a, b, c)", listed(&drawn.offset, "A")));
+        assert_eq!(offsets.split(',').count(), 11);
+        assert!(delays.starts_with(&listed(&drawn.delay, "s")), "{delays}");
+        assert!(tick.starts_with(&share(drawn.tick / 1e-6)) && tick != share(1.0), "{tick}");
+        assert_eq!(phase, format!("{:+.3} of a tick when a pulse begins", drawn.phase));
+        let common = own.replace("per-leg", "common");
+        assert_eq!(of(&common)[0], listed(&drawn.offset[..1], "A"));
+        assert_eq!(of("").concat(), "");
+    }
 }

@@ -96,7 +96,7 @@ impl<V: Wide> Bounds<V> {
             sides: kinks.then_some([[zero, far]; 2]),
             slack: PerGuard::all(zero),
             ended: zero,
-            levels: comparators.then_some(Levels { link: far, phase: [[far; 3]; 2] }),
+            levels: comparators.then_some(Levels { link: far, phase: [[far; 3]; 2], below: V::of(0.0) }),
         }
     }
 

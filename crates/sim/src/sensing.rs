@@ -46,6 +46,16 @@ choice! {
 }
 
 impl Arrangement {
+    /// Returns the number of current sensors.
+    pub const fn sensors(self) -> usize {
+        match self {
+            Self::None => 0,
+            Self::DcLinkShunt => 1,
+            Self::TwoInLine => 2,
+            Self::ThreeInLine | Self::LowSideShunts => 3,
+        }
+    }
+
     /// Returns whether the current in a sensor depends on which devices conduct.
     pub const fn follows_legs(self) -> bool {
         matches!(self, Self::LowSideShunts | Self::DcLinkShunt)
@@ -117,6 +127,11 @@ pub struct SensorSettings {
     /// Largest additional deviation of each phase's corner frequency, as a share of the nominal one, uniformly
     /// distributed in both directions.
     pub bandwidth_mismatch: f64,
+    /// Slew rate of shunts' amplifiers in A/s: the fastest change of their output; 0: no limit. Only where [`Arrangement::follows_legs`].
+    pub slew: f64,
+    /// Acquisition: time constant in s with which each channel's capacitor follows the sensor between conversions, through the resistance
+    /// in front of the converter; 0: at once. Not beside a slew rate.
+    pub acquisition: f64,
     /// The current sensors' converter; none: exact.
     pub adc: Option<Adc>,
     /// Skew: the converter takes phases a, b and c one after the other, each this much later than the one before;
@@ -150,6 +165,11 @@ pub struct SensorSettings {
 }
 
 impl SensorSettings {
+    /// Returns whether shunts have amplifiers with a slew rate.
+    pub fn slews(&self) -> bool {
+        self.slew > 0.0 && self.arrangement.follows_legs()
+    }
+
     /// Returns the time from the first conversion of a sample to its last, skew apart.
     pub fn averaged(&self) -> Nanos {
         self.conversion.max(self.skew * 2) * (u64::from(self.oversampling.max(1)) - 1)
@@ -193,6 +213,8 @@ impl SensorSettings {
         bandwidth: None,
         bandwidth_tolerance: 0.0,
         bandwidth_mismatch: 0.0,
+        slew: 0.0,
+        acquisition: 0.0,
         adc: None,
         skew: Nanos::ZERO,
         oversampling: 1,

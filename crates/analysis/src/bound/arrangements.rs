@@ -8,7 +8,7 @@ use standstill_campaign::Statistics;
 use standstill_detect::{Method, MethodName};
 use standstill_plant::{Motor, built_in};
 use standstill_scenario::ErrorSet;
-use standstill_sim::{RotorState, TerminalSensor};
+use standstill_sim::{Comparators, RotorState, TerminalSensor};
 
 use super::tests::ThreePulses;
 use super::*;

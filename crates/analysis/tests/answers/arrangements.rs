@@ -18,7 +18,7 @@ fn plan(text: &str) -> Plan {
 
 /// Times to a threshold, with comparators of 10 mA of offset each.
 const SIX_PULSE: &str = "motor = \"paper-5k5\"\nerrors = \"none\"\ndetector.method = \"six-pulse\"\ndetector.threshold = \"2 A\"\n\
-    [sensors]\narrangement = \"none\"\ntimer = \"0.1 us\"\ncomparators = \"per-leg\"\ncomparator_offset = \"10 mA\"\ncomparator_noise = \"2 mA\"\n";
+    [sensors]\ntimer = \"0.1 us\"\ncomparators = \"per-leg\"\ncomparator_offset = \"10 mA\"\ncomparator_noise = \"2 mA\"\n";
 
 /// The floating terminal in pulses that are short for the pole.
 const OPEN_TERMINAL: &str = "motor = \"paper-5k5\"\nerrors = \"default\"\ndetector.method = \"open-terminal\"\ndetector.pulse = \"60 us\"\n\

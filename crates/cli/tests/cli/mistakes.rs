@@ -30,6 +30,16 @@ const KEYS: &[Case] = &[
     ("A capacitor that nothing feeds", "[inverter]\ncapacitance = \"500 uF\"", &["run", "s.toml"]),
     ("A sag without an end", "[inverter]\nsag_depth = \"20 %\"\nsag_start = \"2 ms\"", &["run", "s.toml"]),
     ("A load on a locked rotor", "[rotor]\nload = \"3 N m\"", &["run", "s.toml"]),
+    (
+        "Comparators of each leg without sensors of each leg",
+        "[sensors]\narrangement = \"dc-link-shunt\"\ntimer = \"0.3 us\"\ncomparators = \"per-leg\"",
+        &["run", "s.toml"],
+    ),
+    (
+        "Six pulses on a drive that reads neither times nor currents",
+        "[sensors]\narrangement = \"none\"\nterminals = true\n[detector]\nmethod = \"six-pulse\"",
+        &["run", "s.toml"],
+    ),
     ("An angle beyond a turn", "[rotor]\nangle = \"400 deg\"", &["run", "s.toml"]),
     ("A brake without play", "[rotor]\nstate = \"brake\"", &["run", "s.toml"]),
 ];

@@ -212,6 +212,27 @@ impl<T: Real> SixPulse<T> {
         Ok((current / voltage, time))
     }
 
+    /// Variance of a direction's relative y by the timer's tick.
+    fn of_tick(&self, time: T) -> T {
+        let share = self.settings.sensing.comparator.tick / time;
+        share * share / T::of(12.0)
+    }
+
+    /// Names the timer where its tick hides the saliency of the data sheet: `of_tick` is the tick's part of the variance σ² of each component
+    /// of z, of which 16 times all must be less than the square of the ratio, `square`. What is measured scatters by σ about the motor's
+    /// own: a tick will do with which that is 3 σ above the limit of 4 σ.
+    fn named(&self, fault: Fault<T>, square: T, of_tick: T) -> Fault<T> {
+        let (s, of_tick) = (&self.settings, significance::known(of_tick));
+        let ratio = s.data_sheet_saliency;
+        let surely = ratio * T::of(significance::SIGNIFICANT / (significance::SIGNIFICANT + 3.0));
+        let left = surely * surely - (square - of_tick);
+        if !s.timed || left <= T::zero() || ratio < s.least_saliency || surely * surely >= square {
+            return fault;
+        }
+        let tick = s.sensing.comparator.tick;
+        Fault::CoarseTimer { ratio, needed: square.sqrt(), tick, allowed: tick * (left / of_tick).sqrt() }
+    }
+
     /// Variance of a direction's relative y by what is known to err in it.
     fn known(&self, pulses: &Pulses<T>) -> T {
         let (s, time) = (&self.settings, pulses.time);
@@ -222,7 +243,7 @@ impl<T: Real> SixPulse<T> {
             return delays + square(lag);
         }
         let comparator = &s.sensing.comparator;
-        let mut known = delays + square(comparator.tick / time) / T::of(12.0);
+        let mut known = delays + self.of_tick(time);
         // y t is the link's voltage inverted.
         known = known + square(s.sensing.link_noise * pulses.mean * time) / T::of(f64::from(s.rounds));
         if comparator.own {
@@ -267,12 +288,14 @@ impl<T: Real> SixPulse<T> {
         let (sin, cos) = axis.radians().sin_cos();
         let along = AlphaBeta::new(cos, sin);
         let across = AlphaBeta::new(-(sin + sin) * cos, cos * cos - sin * sin);
-        let (mut all, mut of_pole, mut of_axis) = (T::zero(), T::zero(), T::zero());
+        let (mut all, mut of_tick) = (T::zero(), T::zero());
+        let (mut of_pole, mut of_axis) = (T::zero(), T::zero());
         for (number, pulses) in self.pulses.iter().enumerate() {
             let share = pulses.mean / mean;
             let variance = share * share * self.known(pulses);
             let [pole, angle] = [direction(number, 1).dot(along), direction(number, 2).dot(across)];
             all = all + variance / T::of(18.0);
+            of_tick = of_tick + share * share * self.of_tick(pulses.time) / T::of(18.0);
             of_pole = of_pole + pole * pole * variance / T::of(9.0);
             of_axis = of_axis + angle * angle * variance / T::of(9.0);
         }
@@ -293,7 +316,8 @@ impl<T: Real> SixPulse<T> {
         let ratio = second.norm();
         self.findings.angle_deviation =
             Some((of_axis + unknown + gains + scatter).sqrt() / (ratio * T::of(2.0)));
-        significance::check(&mut self.margin, ratio, needed, s.least_saliency)?;
+        significance::check(&mut self.margin, ratio, needed, s.least_saliency)
+            .map_err(|fault| self.named(fault, needed, of_tick))?;
         let deviation = (of_pole + unknown + scatter + changing).sqrt();
         let pointer = Pointer { direction: first, deviation };
         Ok(self.in_sector(pointer.read(axis, s.signature, s.pole_error)))

@@ -30,6 +30,7 @@ impl<T> Fault<T> {
             Self::TrippedEarly { .. } => "tripped too early to be timed",
             Self::CurrentPersists(_) => "current does not decay",
             Self::NoSaliency { .. } => "no saliency found",
+            Self::CoarseTimer { .. } => "no saliency found: the timer's tick is too long",
             Self::NotInductive(_) => "a line that is no inductance",
             Self::DidNotFollow { .. } => "not applicable: the rotor did not follow",
             Self::RotorMoves { .. } => "the rotor moves",
@@ -87,6 +88,13 @@ impl<T: Real> fmt::Display for Fault<T> {
             Self::CurrentPersists(current) => write!(f, "current of {current:.3} A does not decay"),
             Self::NoSaliency { ratio, needed } => {
                 write!(f, "no saliency found: |L_B|/L_A = {ratio:.4} where at least {needed:.4} is needed")
+            }
+            Self::CoarseTimer { ratio, needed, tick, allowed } => {
+                let [tick, allowed] = [*tick, *allowed].map(|time| time.to_double() * 1e6);
+                write!(
+                    f,
+                    "no saliency found: the timer's tick of {tick:.3} us shows none below |L_B|/L_A = {needed:.4}, and the data sheet has {ratio:.4}; a tick of at most {allowed:.3} us shows it, or a higher threshold"
+                )
             }
             Self::NotInductive(phase) => {
                 write!(f, "the line from phase {} did not answer as an inductance", phase.letter())

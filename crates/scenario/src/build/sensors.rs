@@ -3,7 +3,7 @@
 use standstill_interface::Nanos;
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::One;
-use standstill_sim::{Adc, Arrangement, PickUp, SensorSettings};
+use standstill_sim::{Adc, Arrangement, Comparators, PickUp, SensorSettings};
 
 use crate::document::FileError;
 use crate::errors::{ErrorSet, PICK_UP};
@@ -27,6 +27,7 @@ impl SensorsTable {
         self.needs_comparators(sensors)?;
         if let Some(Named(comparators)) = self.comparators {
             sensors.comparator.arrangement = comparators;
+            check_own_comparators(sensors)?;
         }
         if let Some(bits) = self.threshold_bits {
             #[expect(
@@ -73,6 +74,7 @@ impl SensorsTable {
             let needed = "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": sensors in the phases see no edges";
             return Err(FileError::key("sensors.settle", &settle.to_string(), needed));
         }
+        self.check_amplifiers(sensors)?;
         if sensors.arrangement == Arrangement::DcLinkShunt {
             self.check_one_shunt()?;
             sensors.settle =
@@ -86,6 +88,25 @@ impl SensorsTable {
             return Err(FileError::key("sensors.range_low", &low.to_string(), needed));
         }
         sensors.adc = converter("sensors", sensors.adc, range, self.bits)?;
+        Ok(())
+    }
+
+    /// Checks that a slew rate and an acquisition have a sensor before them, and only one of them.
+    fn check_amplifiers(&self, sensors: &SensorSettings) -> Result<(), FileError> {
+        if let (Some(slew), false) = (self.slew, sensors.arrangement.follows_legs()) {
+            let needed = "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": only the current of a shunt jumps";
+            return Err(FileError::key("sensors.slew", &slew.to_string(), needed));
+        }
+        let Some(acquisition) = self.acquisition else { return Ok(()) };
+        if sensors.arrangement == Arrangement::None {
+            let needed = "another `sensors.arrangement`: without current sensors nothing is acquired";
+            return Err(FileError::key("sensors.acquisition", &acquisition.to_string(), needed));
+        }
+        if sensors.acquisition > 0.0 && sensors.slews() {
+            let needed =
+                "0, or no `sensors.slew`: a capacitor behind an amplifier that slews is not simulated";
+            return Err(FileError::key("sensors.acquisition", &acquisition.to_string(), needed));
+        }
         Ok(())
     }
 
@@ -165,6 +186,21 @@ impl SensorsTable {
         }
         Ok((of.amplitude > 0.0).then_some(of))
     }
+}
+
+/// Checks that each leg's comparators have a current to watch: that of a sensor in line with each leg, or of a shunt below it.
+fn check_own_comparators(sensors: &SensorSettings) -> Result<(), FileError> {
+    let has = match sensors.arrangement {
+        Arrangement::ThreeInLine | Arrangement::LowSideShunts => return Ok(()),
+        _ if sensors.comparator.arrangement == Comparators::Common => return Ok(()),
+        Arrangement::TwoInLine => "no sensor in phase c",
+        Arrangement::DcLinkShunt => "one shunt for all legs",
+        Arrangement::None => "no sensor in its phases",
+    };
+    let needed = format!(
+        "\"common\", or `sensors.arrangement` \"three-in-line\" or \"low-side-shunts\": comparators of each leg watch a sensor of each leg, and this drive has {has}"
+    );
+    Err(FileError::key("sensors.comparators", "\"per-leg\"", &needed))
 }
 
 /// Replaces the range or the number of bits of an A/D converter. If the error set has no converter, both are required. A

@@ -2,7 +2,7 @@
 
 use standstill_detect::Method;
 use standstill_quantity::Quantity;
-use standstill_quantity::unit::{Ampere, Degree, Hertz, Ohm, One, Second, Share, Volt};
+use standstill_quantity::unit::{Ampere, AmperePerSecond, Degree, Hertz, Ohm, One, Second, Share, Volt};
 use standstill_sim::{Adc, Arrangement, Comparators, Purpose, TerminalSensor};
 
 use super::{NOT_NEGATIVE, POSITIVE, Range, SHARE, TIME, Usual, number, table};
@@ -21,6 +21,9 @@ const SKEW: &str = "from 0 to 100 us: the next sample waits until all phases are
 const SETTLE: &str = "from 0 to 1 ms: amplifiers of shunts settle within microseconds";
 const DECAY: &str = "from 1 ns to 100 us: what rings longer is no pick-up of an edge";
 const RINGING: &str = "from 0 to 1000 MHz: samples are taken in whole nanoseconds";
+
+const SLEW: &str = "0, or from 1000 A/s to 1e15 A/s: amplifiers follow the current of a winding";
+const ACQUISITION: &str = "0, or from 1 ns to 100 us: a capacitor follows a sensor faster than a pulse lasts";
 
 const LOAD: &str = "0, or from 1 Ω to 1 TΩ: less would carry a motor's current";
 
@@ -136,6 +139,17 @@ table! {
         settle: Quantity<Second> [scenario.sensors.settle] {
             range: Some(Range::new(0.0, 1e-3, SETTLE, "amplifiers settle within a millisecond")),
             applies: |scenario| scenario.sensors.arrangement.follows_legs(), example: "\"4 us\"",
+        };
+        /// Slew rate of the shunts' amplifiers: the fastest change of their output, which jumps of the current exceed; 0: no limit.
+        slew: Quantity<AmperePerSecond> [scenario.sensors.slew] {
+            range: Some(Range::new(0.0, 1e15, SLEW, "amplifiers follow the current of a winding").or_from(1e3)),
+            applies: |scenario| scenario.sensors.arrangement.follows_legs(), example: "\"5 MA/s\"",
+        };
+        /// Time constant with which the capacitors of the current converters follow the sensors between conversions, through the resistance in
+        /// front of them; 0: at once.
+        acquisition: Quantity<Second> [scenario.sensors.acquisition] {
+            range: Some(Range::new(0.0, 1e-4, ACQUISITION, "a capacitor follows a sensor faster than a pulse lasts").or_from(1e-9)),
+            applies: reads_currents, example: "\"100 ns\"",
         };
         /// Amplitude that an edge of a leg's potential adds to all readings of current.
         pick_up: Quantity<Ampere> {

@@ -24,6 +24,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("sensors.pick_up_decay", "sensors.pick_up = 0.2"),
     ("sensors.pick_up_frequency", "sensors.pick_up = 0.2"),
     ("sensors.settle", "sensors.arrangement = \"low-side-shunts\""),
+    ("sensors.slew", "sensors.arrangement = \"low-side-shunts\""),
     ("sensors.terminal_gain_error", "sensors.terminals = true"),
     ("sensors.terminal_offset", "sensors.terminals = true"),
     ("sensors.terminal_noise", "sensors.terminals = true"),
@@ -53,6 +54,7 @@ const BESIDE: &[(&str, &str)] = &[
     ("detector.bandwidth", "detector.method = \"maximum-likelihood\""),
     ("detector.deviation", "detector.method = \"maximum-likelihood-adaptive\""),
     ("detector.voltage", "detector.method = \"hfi-rotating\""),
+    ("detector.window", "sensors.arrangement = \"dc-link-shunt\"\ndetector.method = \"hfi-rotating\""),
     ("detector.compensation", "detector.method = \"hfi-rotating\""),
     ("detector.comparison", "sensors.terminals = true\ndetector.method = \"open-terminal\""),
 ];

@@ -106,6 +106,8 @@ fn spread(key: &str) -> &'static str {
         "sensors.threshold_range" => "uniform = \"1 A\", mean = \"20 A\"",
         "detector.time_limit" => "uniform = \"1 s\", mean = \"10 s\"",
         "sensors.bandwidth_tolerance" | "sensors.bandwidth_mismatch" => "uniform = \"1 %\", mean = \"2 %\"",
+        "sensors.slew" => "uniform = \"0.2 MA/s\", mean = \"5 MA/s\"",
+        "sensors.acquisition" => "uniform = \"20 ns\", mean = \"100 ns\"",
         "sensors.settle" => "uniform = \"0.2 us\", mean = \"3 us\"",
         "sensors.skew" | "sensors.conversion" | "sensors.jitter" | "sensors.sample_delay" => {
             "uniform = \"0.2 us\", mean = \"0.5 us\""
@@ -148,7 +150,7 @@ fn tried(motor: &str, tolerances: &str) -> Result<Plan, FileError> {
     } else {
         ""
     };
-    let shunts = tolerances.contains("sensors.settle");
+    let shunts = tolerances.contains("sensors.settle") || tolerances.contains("sensors.slew");
     let shunts = if shunts { "sensors.arrangement = \"low-side-shunts\"\n" } else { "" };
     let text = format!(
         "{dividers}{timer}{noise}{converter}{averaged}{shunts}tolerances = {{ {tolerances} }}\n{motor}"

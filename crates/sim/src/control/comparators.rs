@@ -9,7 +9,7 @@ use crate::case::{Case, RunError};
 use crate::guard::Levels;
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
-use crate::sensing::{Comparator, ComparatorSettings, Comparators, Input};
+use crate::sensing::{Arrangement, Comparator, ComparatorSettings, Comparators, Input};
 use crate::trace::{ComparatorState, Event};
 use crate::{Draws, Purpose};
 
@@ -148,7 +148,7 @@ impl<'a> Control<'a> {
         let until = (start + watching.settings.blanking).0 as f64;
         watching.wakes = if watches { until } else { NEVER };
         if let Some(levels) = &mut bank.bounds.levels {
-            levels.put(self.lane, |_| f64::INFINITY);
+            levels.put(self.lane, false, |_| f64::INFINITY);
         }
     }
 
@@ -180,18 +180,22 @@ impl<'a> Control<'a> {
     /// Writes the comparators' levels into the bank.
     pub(super) fn put_levels<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         if let Some(levels) = &mut bank.bounds.levels {
-            levels.put(self.lane, |input| self.level(input));
+            levels.put(self.lane, self.watches_below(), |input| self.level(input));
         }
+    }
+
+    /// Returns whether the comparators of the phases watch shunts below the legs.
+    fn watches_below(&self) -> bool {
+        self.case.sensors.settings.arrangement == Arrangement::LowSideShunts
     }
 
     /// Returns the present current in A at a comparator, in the direction in which it trips.
     fn current_at<V: Wide>(&self, bank: &Bank<'a, V>, input: Input) -> f64 {
         let current = self.currents(bank);
+        let modes = bank.machine.legs.modes(self.lane, self.time(bank));
         match input {
-            Input::Link => {
-                let modes = bank.machine.legs.modes(self.lane, self.time(bank));
-                (0..3).filter(|k| modes[*k].is_upper()).map(|k| current[k]).sum()
-            }
+            Input::Link => (0..3).filter(|k| modes[*k].is_upper()).map(|k| current[k]).sum(),
+            Input::Into(k) | Input::Out(k) if self.watches_below() && !modes[k].is_lower() => 0.0,
             Input::Into(k) => current[k],
             Input::Out(k) => -current[k],
         }

@@ -29,6 +29,7 @@ impl<'a> Control<'a> {
     pub(super) fn reads_within<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         let settings = &self.case.sensors.settings;
         settings.bandwidth.is_some()
+            && settings.acquisition == 0.0
             && !settings.arrangement.follows_legs()
             && settings.terminal.is_none()
             && self.link_filter.is_none()

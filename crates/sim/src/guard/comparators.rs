@@ -15,6 +15,8 @@ pub struct Levels<V> {
     pub link: V,
     /// Of each phase's current into the motor and out of it.
     pub phase: [[V; 3]; 2],
+    /// 1 where those of the phases watch shunts below the legs, which see a leg while its lower device conducts; else 0.
+    pub below: V,
 }
 
 /// Returns the current in A that legs draw from the positive rail, or its slope.
@@ -26,9 +28,14 @@ fn drawn<V: Wide>(rail: [V; 3], of: [V; 3]) -> V {
 impl<V: Wide> Levels<V> {
     /// Returns the margins in A of all comparators over a step, as cubics: link, phases into the motor, phases out of it.
     /// `phases`: the legs' currents in A at both ends, `rise`: their slopes per step, `rail`: 1 for a leg at the positive rail,
-    /// else 0.
+    /// else 0; `lower`: 1 for a leg whose lower device conducts, else 0.
     #[inline(always)]
-    pub fn margins(&self, phases: &[[V; 3]; 2], rise: &[[V; 3]; 2], rail: [V; 3]) -> [Cubic<V>; 7] {
+    pub fn margins(
+        &self,
+        phases: &[[V; 3]; 2],
+        rise: &[[V; 3]; 2],
+        [rail, lower]: [[V; 3]; 2],
+    ) -> [Cubic<V>; 7] {
         let current = [drawn(rail, phases[0]), drawn(rail, phases[1])];
         let link = Cubic {
             value: [self.link - current[0], self.link - current[1]],
@@ -37,12 +44,12 @@ impl<V: Wide> Levels<V> {
         let mut margins = [link; 7];
         for k in 0..3 {
             let [into, out] = [self.phase[0][k], self.phase[1][k]];
-            margins[1 + k] = Cubic {
-                value: [into - phases[0][k], into - phases[1][k]],
-                slope: [-rise[0][k], -rise[1][k]],
-            };
-            margins[4 + k] =
-                Cubic { value: [out + phases[0][k], out + phases[1][k]], slope: [rise[0][k], rise[1][k]] };
+            let hidden = self.below * (V::of(1.0) - lower[k]);
+            let seen = V::of(1.0) - hidden;
+            let (value, slope) = (pair!(end => phases[end][k] * seen), pair!(end => rise[end][k] * seen));
+            margins[1 + k] =
+                Cubic { value: [into - value[0], into - value[1]], slope: [-slope[0], -slope[1]] };
+            margins[4 + k] = Cubic { value: [out + value[0], out + value[1]], slope };
         }
         margins
     }
@@ -58,8 +65,9 @@ impl<V: Wide> Levels<V> {
         Input::Out(2),
     ];
 
-    /// Sets the level of each comparator of a lane.
-    pub fn put(&mut self, lane: usize, level: impl Fn(Input) -> f64) {
+    /// Sets the level of each comparator of a lane; `below`: whether those of the phases watch shunts below the legs.
+    pub fn put(&mut self, lane: usize, below: bool, level: impl Fn(Input) -> f64) {
+        self.below.put(lane, f64::from(u8::from(below)));
         self.link.put(lane, level(Input::Link));
         for k in 0..3 {
             self.phase[0][k].put(lane, level(Input::Into(k)));
@@ -74,9 +82,11 @@ impl<V: Wide> Tried<V> {
     #[inline(always)]
     pub fn room_to_trip(&self, levels: &Levels<V>) -> [V; 2] {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
-        let rail = [self.legs.leg[0].rail, self.legs.leg[1].rail, self.legs.leg[2].rail];
+        let (legs, half, one) = (&self.legs, V::of(0.5), V::of(1.0));
+        let rail = [legs.leg[0].rail, legs.leg[1].rail, legs.leg[2].rail];
+        let lower = three!(k => V::only(legs.flows[k] & !rail[k].above(half), one));
         let (mut within, mut at_end) = (far, far);
-        for margin in &levels.margins(&self.phases, &self.phase_rise, rail) {
+        for margin in &levels.margins(&self.phases, &self.phase_rise, [rail, lower]) {
             let [begin, end] = margin.value;
             within = within.least(end.least(margin.dip()));
             at_end = at_end.least(V::choose(begin.above(zero), end, far));
@@ -91,9 +101,15 @@ impl<V: Wide> Bank<'_, V> {
         let (Some(levels), tried) = (&self.bounds.levels, &self.outcome.tried) else { return };
         // Of this machine alone: code for wide registers belongs into the functions for them.
         let alone = |of: &[[V; 3]; 2]| of.map(|each| each.map(|pack| pack.get(lane)));
-        let levels = Levels { link: levels.link.get(lane), phase: alone(&levels.phase) };
-        let rail = tried.legs.leg.each_ref().map(|leg| leg.rail.get(lane));
-        let margins = levels.margins(&alone(&tried.phases), &alone(&tried.phase_rise), rail);
+        let levels = Levels {
+            link: levels.link.get(lane),
+            phase: alone(&levels.phase),
+            below: levels.below.get(lane),
+        };
+        let legs = tried.legs.leg.each_ref().map(|leg| [leg.rail.get(lane), leg.direction.get(lane)]);
+        let lower = legs.map(|[rail, direction]| if rail < 0.5 && direction != 0.0 { 1.0 } else { 0.0 });
+        let rail = legs.map(|[rail, _]| rail);
+        let margins = levels.margins(&alone(&tried.phases), &alone(&tried.phase_rise), [rail, lower]);
         for (input, margin) in Levels::<f64>::INPUTS.into_iter().zip(margins) {
             first.ends(Guard::Trip(input), margin, self.bounds.slack.leg[0].get(lane));
         }

@@ -11,7 +11,8 @@ choice! {
         /// One comparator for the current in the DC link, as a shunt there shows it: the sum of the legs at the positive rail.
         /// While one leg alone is high, that is its current; while one alone is low, what it returns.
         Common = "common" default,
-        /// Two for each phase, for current of either direction, each with an offset and a delay of its own.
+        /// Two for each phase, for current of either direction, each with an offset and a delay of its own. They watch the sensors of
+        /// the phases: those in line, or the shunts below the legs, which see a leg while its lower device conducts.
         PerLeg = "per-leg",
     }
 }
@@ -54,6 +55,15 @@ pub struct ComparatorSettings {
 }
 
 impl ComparatorSettings {
+    /// Returns the number of comparators.
+    pub fn count(&self) -> usize {
+        match self.arrangement {
+            _ if !self.any() => 0,
+            Comparators::Common => 1,
+            Comparators::PerLeg => OWN,
+        }
+    }
+
     /// Returns whether the drive has comparators.
     pub fn any(&self) -> bool {
         self.timer > 0.0 || self.trip > 0.0
@@ -127,11 +137,7 @@ impl Comparator {
             Purpose::ComparatorDelay,
             Purpose::CaptureTimer,
         ]);
-        let own = match settings.arrangement {
-            Comparators::Common => 1,
-            Comparators::PerLeg => OWN,
-        };
-        for n in 0..own {
+        for n in 0..settings.count() {
             drawn.offset[n] = settings.offset * offsets.normal();
             drawn.delay[n] = (settings.delay + settings.delay_spread * delays.normal()).max(0.0);
         }

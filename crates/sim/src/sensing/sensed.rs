@@ -17,11 +17,42 @@ use crate::step::two_derivative::{Here, Tried};
 pub struct Sensed<V: Wide> {
     /// Filters of the sensors.
     pub filters: Option<Filters<V>>,
+    /// Output in A of amplifiers with a slew rate, and that rate in A/s.
+    slewing: Option<([V; 3], V)>,
+    /// Capacitors of the converters, as filters of the sensors' inputs: see [`Acquiring`].
+    acquiring: Option<Acquiring<V>>,
     /// Pick-up of the sensors.
     pub picked_up: Option<PickedUp<V>>,
     /// Where the sensors are.
     arrangement: Arrangement,
     passed: Passed<V>,
+}
+
+/// Capacitors in front of the converters. Behind a filter with the time constant τ that of a capacitor with another one, ρ, has the output
+/// `(τ x − ρ y)/(τ − ρ)`, x the filter's output and y that of a filter with ρ alone: both have the same input, so both are exact.
+#[derive(Clone, Copy, Debug, Default)]
+struct Acquiring<V> {
+    filters: Filters<V>,
+    /// The share τ/(τ − ρ) of the sensors' filters; zero without these.
+    of_sensors: [V; 3],
+}
+
+/// By what share of the larger one time constants must differ at least: those that differ less are taken to differ so much.
+const APART: f64 = 1e-4;
+
+impl<V: Wide> Acquiring<V> {
+    /// Puts capacitors with this time constant in s into a lane, behind filters with these time constants in s, if there are any.
+    fn put(&mut self, lane: usize, own: f64, filters: Option<[f64; 3]>) {
+        let mut owns = [own; 3];
+        for k in 0..3 {
+            let of_filter = filters.map_or(0.0, |all| all[k]);
+            if (of_filter - owns[k]).abs() < APART * of_filter {
+                owns[k] = of_filter * (1.0 + APART);
+            }
+            self.of_sensors[k].put(lane, of_filter / (of_filter - owns[k]));
+        }
+        self.filters.put(lane, owns.map(|own| 1.0 / (std::f64::consts::TAU * own)));
+    }
 }
 
 /// The quantities of a step that the sensors need.
@@ -59,9 +90,13 @@ struct Oscillating<V> {
 impl<V: Wide> Sensed<V> {
     /// Makes sensors of this kind; none where no sensor has a state.
     pub fn like(settings: &SensorSettings) -> Option<Self> {
-        let there = settings.bandwidth.is_some() || settings.pick_up.is_some();
+        let filters = settings.bandwidth.is_some();
+        let (acquiring, slewing) = (settings.acquisition > 0.0, settings.slews());
+        let there = filters || settings.pick_up.is_some() || acquiring || slewing;
         there.then(|| Self {
-            filters: settings.bandwidth.map(|_| Filters::default()),
+            filters: filters.then(Filters::default),
+            slewing: slewing.then(|| ([V::of(0.0); 3], V::of(0.0))),
+            acquiring: acquiring.then(Acquiring::default),
             picked_up: settings.pick_up.map(|_| PickedUp::default()),
             arrangement: settings.arrangement,
             passed: Passed::default(),
@@ -70,8 +105,11 @@ impl<V: Wide> Sensed<V> {
 
     /// Returns whether sensors are of the kind of these.
     pub fn fits(of: Option<&Self>, settings: &SensorSettings) -> bool {
-        let Some(sensed) = of else { return settings.bandwidth.is_none() && settings.pick_up.is_none() };
-        sensed.filters.is_some() == settings.bandwidth.is_some()
+        let plain = settings.bandwidth.is_none() && settings.pick_up.is_none();
+        let Some(sensed) = of else { return plain && settings.acquisition == 0.0 && !settings.slews() };
+        sensed.slewing.is_some() == settings.slews()
+            && sensed.acquiring.is_some() == (settings.acquisition > 0.0)
+            && sensed.filters.is_some() == settings.bandwidth.is_some()
             && sensed.picked_up.is_some() == settings.pick_up.is_some()
             && sensed.arrangement == settings.arrangement
     }
@@ -80,6 +118,18 @@ impl<V: Wide> Sensed<V> {
     pub fn put(&mut self, lane: usize, sensors: &Sensors) {
         if let (Some(filters), Some(bandwidth)) = (&mut self.filters, sensors.settings.bandwidth) {
             filters.put(lane, sensors.corner.map(|share| bandwidth * share));
+        }
+        if let Some((output, rate)) = &mut self.slewing {
+            for output in output {
+                output.put(lane, 0.0);
+            }
+            rate.put(lane, sensors.settings.slew);
+        }
+        if let Some(acquiring) = &mut self.acquiring {
+            let time_constants = sensors.settings.bandwidth.map(|bandwidth| {
+                sensors.corner.map(|share| 1.0 / (std::f64::consts::TAU * bandwidth * share))
+            });
+            acquiring.put(lane, sensors.settings.acquisition, time_constants);
         }
         if let (Some(picked_up), Some(of)) = (&mut self.picked_up, sensors.settings.pick_up) {
             picked_up.put(lane, of);
@@ -91,6 +141,16 @@ impl<V: Wide> Sensed<V> {
         let mut shown = current;
         if let Some(filters) = &self.filters {
             shown = filters.output.each_ref().map(|output| output.get(lane));
+        }
+        if let Some((output, _)) = &self.slewing {
+            shown = output.each_ref().map(|output| output.get(lane));
+        }
+        if let Some(acquiring) = &self.acquiring {
+            shown = std::array::from_fn(|k| {
+                let share = acquiring.of_sensors[k].get(lane);
+                share * if share == 0.0 { 0.0 } else { shown[k] }
+                    + (1.0 - share) * acquiring.filters.output[k].get(lane)
+            });
         }
         let added = self.picked_up.as_ref().map_or(0.0, |picked_up| picked_up.at(lane));
         shown.map(|shown| shown + added)
@@ -144,9 +204,28 @@ impl<V: Wide> Sensed<V> {
         if let Some(filters) = &mut self.filters {
             filters.advance(taken, h, &[none; 3], None);
         }
+        if let Some(acquiring) = &mut self.acquiring {
+            acquiring.filters.advance(taken, h, &[none; 3], None);
+        }
+        self.slew(taken, h, [V::of(0.0); 3]);
         if let Some(picked_up) = &mut self.picked_up {
             picked_up.follow(taken, legs);
             picked_up.advance(taken, h, None);
+        }
+    }
+}
+
+impl<V: Wide> Sensed<V> {
+    /// Lets amplifiers with a slew rate follow the currents through shunts, which are `seen` in A at the end of `h` seconds; those behind
+    /// filters follow these. A current changes by less than the rate between the edges at which it jumps.
+    #[inline(always)]
+    fn slew(&mut self, taken: V::Mask, h: V, seen: [V; 3]) {
+        let Some((output, rate)) = &mut self.slewing else { return };
+        let input = some!(&self.filters, filters => filters.output).unwrap_or(seen);
+        for k in 0..3 {
+            let most = *rate * h;
+            let next = input[k].greatest(output[k] - most).least(output[k] + most);
+            output[k] = V::choose(taken, next, output[k]);
         }
     }
 }
@@ -240,8 +319,10 @@ impl<V: Wide> Compute for Follow<'_, V> {
                 some!(passed.moves.as_ref().zip(ringing.as_ref()), (moves, ringing) => (moves, &ringing.of));
             picked_up.advance(taken, h, moves);
         }
-        let Some(filters) = &mut sensed.filters else { return };
-        passed.filters = Some(*filters);
+        if sensed.filters.is_none() && sensed.slewing.is_none() && sensed.acquiring.is_none() {
+            return;
+        }
+        passed.filters = sensed.filters;
         let mut seen = [one; 3];
         if sensed.arrangement.follows_legs() {
             let half = V::of(0.5);
@@ -270,6 +351,25 @@ impl<V: Wide> Compute for Follow<'_, V> {
             });
         }
         let rings = some!(&ringing, ringing => (&ringing.of, &passed.shares));
-        filters.advance(taken, h, &passed.input, rings);
+        if let Some(filters) = &mut sensed.filters {
+            filters.advance(taken, h, &passed.input, rings);
+        }
+        if let Some(acquiring) = &mut sensed.acquiring {
+            acquiring.filters.advance(taken, h, &passed.input, rings);
+        }
+        let mut at_end = [zero; 3];
+        for k in 0..3 {
+            let [a, b, c, d] = passed.input[k];
+            at_end[k] = a + b + c + d;
+        }
+        if let Some(ringing) = &ringing {
+            for m in 0..2 {
+                let ([re, im], [over, turned]) = (ringing.of[m].phasor, ringing.of[m].over);
+                for k in 0..3 {
+                    at_end[k] = at_end[k] + passed.shares[m][k] * (re * over - im * turned);
+                }
+            }
+        }
+        sensed.slew(taken, h, at_end);
     }
 }

@@ -11,8 +11,8 @@ use standstill_interface::{Abc, Capture, Command, Leg, Nanos, Phase, Reading, Sa
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Motor, built_in};
 use standstill_sim::{
-    Case, Comparator, ComparatorSettings, Comparators, Ended, Event, NoProbe, RotorState, Run, RunError,
-    SensorSettings, Sensors, Streams, Trace, referee, run,
+    Arrangement, Case, Comparator, ComparatorSettings, Comparators, Ended, Event, NoProbe, RotorState, Run,
+    RunError, SensorSettings, Sensors, Streams, Trace, referee, run,
 };
 
 const LINK: f64 = 550.0;
@@ -161,6 +161,53 @@ fn analytic_a_comparator_of_its_own_has_its_own_offset() {
     }
 }
 
+/// Current in A into the motor in phase k, of a linear motor with its rotor at `angle`, a time in s after a vector of this number begins.
+fn phase_current(motor: &Motor, angle: f64, number: usize, k: usize, time: f64) -> f64 {
+    let turn = |n: usize| f64::from(u32::try_from(n).expect("small")) * PI / 3.0;
+    let (voltage, ahead) = (2.0 / 3.0 * LINK, turn(number) - angle);
+    let along = |inductance: f64, share: f64| {
+        share * voltage / motor.resistance * -(-motor.resistance * time / inductance).exp_m1()
+    };
+    let d = along(motor.winding.d_axis_inductance(), ahead.cos());
+    let q = along(motor.winding.q_axis_inductance(), ahead.sin());
+    let axis = turn(2 * k) - angle;
+    d * axis.cos() + q * axis.sin()
+}
+
+/// A shunt below a leg sees its current while the lower device conducts: of a leg that alone is low all of it, of two that are low each
+/// its own, of a leg that is high nothing.
+#[test]
+fn analytic_comparators_below_the_legs_see_those_that_are_low() {
+    let motor = motor().linearised();
+    let commands: Vec<_> = (0..6).map(|number| until(3.0, vector(number))).collect();
+    let below = ComparatorSettings { arrangement: Comparators::PerLeg, ..TIMER };
+    for start_angle in [0.3, 1.1, 2.0, 4.7] {
+        let mut case = Case { start_angle, ..case(&motor, false, below) };
+        case.sensors.settings.arrangement = Arrangement::LowSideShunts;
+        let (readings, _) = readings(&case, &commands);
+        for (number, reading) in readings.iter().enumerate() {
+            let alone = [0, 2, 1, 0, 2, 1][number];
+            let low: Vec<usize> = (0..3).filter(|k| (*k == alone) != number.is_multiple_of(2)).collect();
+            // The current of a leg that is low leaves the motor.
+            let most = |time: f64| {
+                low.iter().map(|k| -phase_current(&motor, start_angle, number, *k, time)).fold(0.0, f64::max)
+            };
+            let (mut early, mut late) = (0.0, 400e-6);
+            for _ in 0..100 {
+                let middle = 0.5 * (early + late);
+                if most(middle) < 3.0 { early = middle } else { late = middle }
+            }
+            let Capture { ticks, comparator } = reading.capture.expect("tripped");
+            let found = f64::from(ticks) * 1e-12;
+            assert!((found - early).abs() < 50e-12, "{start_angle} {number}: {found} {early}");
+            assert!(low.contains(&(comparator as usize)), "{start_angle} {number}: {comparator:?}");
+            if !number.is_multiple_of(2) {
+                assert!((found - time_to(&motor, start_angle, number, 3.0)).abs() < 50e-12);
+            }
+        }
+    }
+}
+
 #[test]
 fn law_without_a_trip_the_stage_has_its_duration() {
     let motor = motor();
@@ -295,7 +342,8 @@ fn cases(motor: &Motor) -> Vec<Case<'_>> {
                 case.inverter.link.ripple = 0.01;
                 case.inverter.link.ripple_frequency = 300.0;
             }
-            let settings = SensorSettings { jitter: Nanos(100), ..case.sensors.settings };
+            let arrangement = if n > 6 { Arrangement::LowSideShunts } else { Arrangement::ThreeInLine };
+            let settings = SensorSettings { arrangement, jitter: Nanos(100), ..case.sensors.settings };
             Case {
                 sensors: Sensors::draw(settings, streams),
                 start_angle: n as f64 * 0.7,

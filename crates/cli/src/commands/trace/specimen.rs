@@ -37,13 +37,22 @@ pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
         RotorState::Braked(play) => Some([play.below, play.above].map(f64::to_degrees)),
         RotorState::Locked | RotorState::Free | RotorState::Driven => None,
     };
+    // Of what the drive does not have nothing is drawn.
+    let (currents, terminals) = (sensors.settings.arrangement.sensors(), sensors.settings.terminal);
+    let (comparators, timer) = (sensors.settings.comparator.count(), sensors.settings.comparator.timer > 0.0);
     json!({
         "start_angle_deg": case.start_angle.to_degrees().rem_euclid(360.0),
         "play_below_and_above_deg": play,
-        "current_gain": sensors.gain,
-        "current_offset_A": sensors.offset,
+        "current_gain": sensors.gain[..currents],
+        "current_offset_A": sensors.offset[..currents],
         "dc_link_gain": sensors.dc_link_gain,
         "dc_link_offset_V": sensors.dc_link_offset,
+        "terminal_gain": terminals.map(|_| sensors.terminal_gain),
+        "terminal_offset_V": terminals.map(|_| sensors.terminal_offset),
+        "comparator_offset_A": sensors.comparator.offset[..comparators],
+        "comparator_delay_s": sensors.comparator.delay[..comparators],
+        "timer_tick_s": timer.then_some(sensors.comparator.tick),
+        "timer_phase": timer.then_some(sensors.comparator.phase),
         "resolver_error_deg": sensors.resolver_error.to_degrees(),
         "turn_on_delay_s": inverter.gates.map(|gate| gate.turn_on_delay.seconds()),
         "turn_off_delay_s": inverter.gates.map(|gate| gate.turn_off_delay.seconds()),

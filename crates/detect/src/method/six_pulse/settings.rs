@@ -3,7 +3,7 @@
 use standstill_interface::{Angle, Nanos, Real};
 
 use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
-use crate::nameplate::{Nameplate, Sensing};
+use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
 use crate::settings::{
@@ -38,6 +38,8 @@ pub struct SixPulseSettings<T> {
     pub saliency: SaliencySign,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
+    /// |L_B| / L_A of the motor's data sheet: a timer that cannot show it is named.
+    pub data_sheet_saliency: T,
     /// What a motor's poles answer at the threshold.
     pub signature: Signature,
     /// Probability of a wrong pole that is allowed.
@@ -50,11 +52,16 @@ pub struct SixPulseSettings<T> {
     pub sensing: Sensing<T>,
 }
 
+/// Whether each leg's comparators see only those pulses in which the leg alone is low.
+fn misses_pulses<T: Real>(sensing: &Sensing<T>) -> bool {
+    sensing.comparator.own && sensing.place == Place::BelowLegs
+}
+
 impl<T: Real> SixPulseSettings<T> {
     /// For this motor and drive: times to the rated current where the drive captures them, else currents after the time that
     /// raises the rated current where the core saturates most.
     pub fn suited(drive: &Nameplate<T>) -> Self {
-        let timed = drive.sensing.comparator.tick > T::zero();
+        let timed = drive.sensing.comparator.tick > T::zero() && !misses_pulses(&drive.sensing);
         let threshold = drive.rated_current;
         let mut settings = Self {
             threshold,
@@ -67,6 +74,8 @@ impl<T: Real> SixPulseSettings<T> {
             dead_time: drive.dead_time,
             saliency: drive.saliency(),
             least_saliency: T::of(0.005),
+            data_sheet_saliency: (drive.d_axis_inductance - drive.q_axis_inductance).abs()
+                / (drive.d_axis_inductance + drive.q_axis_inductance),
             signature: drive.signature,
             pole_error: T::of(1e-4),
             gain_tolerance: drive.gain_tolerance,
@@ -108,6 +117,11 @@ impl<T: Real> SixPulseSettings<T> {
             "false, or `sensors.timer` be set: without a timer this drive captures no time to a threshold",
         )?;
         require(
+            !self.timed || !misses_pulses(&self.sensing),
+            "timed",
+            "false, or `sensors.comparators` \"common\": comparators of shunts below the legs see no leg that is high, and so three of the six pulses",
+        )?;
+        require(
             !self.timed || comparator.highest == T::zero() || self.threshold <= comparator.highest,
             "threshold",
             "at most the highest code of the converter that sets it: `sensors.threshold_range`",
@@ -145,6 +159,31 @@ impl<T: Real> SixPulseSettings<T> {
     /// How long all switches are open after it.
     pub(super) fn pause(&self) -> Nanos {
         Nanos::from_seconds(self.pulse().seconds() * self.pause.to_double()).max(Nanos(1))
+    }
+
+    /// The shortest pause after which no pulse has left a current to the next one, as a share of the pulse like [`Self::pause`].
+    ///
+    /// With all switches open the diodes put the link's voltage U and two of their drops against the current i of the leg that stands
+    /// alone, in series with one and a half phases: it is gone after `L/R ln(1 + 1.5 R i / (U + 2 U_D))`, L the larger one of L_d and L_q.
+    /// A comparator opens the switches after its delay, in which i rises by `U / (1.5 L)` a second with the smaller one. Of sampled
+    /// pulses the current is that of their length. A core that saturates has less flux to lose.
+    pub fn least_pause(&self, drive: &Nameplate<T>) -> T {
+        let three_halves = T::of(1.5);
+        let [d, q] = [drive.d_axis_inductance, drive.q_axis_inductance];
+        let rise = drive.dc_link / (three_halves * d.min(q));
+        let current = if self.timed {
+            let comparator = &self.sensing.comparator;
+            self.threshold + comparator.offset * T::of(3.0) + rise * comparator.delay
+        } else {
+            // What a second has in common for both: flux that the link has put in is what it takes out.
+            drive.dc_link * T::of(self.sampled.seconds()) / (three_halves * d.max(q))
+        };
+        let against = drive.dc_link + drive.diode_drop[0] * T::of(2.0);
+        let share = three_halves * drive.resistance * current / against;
+        // Without a resistance the logarithm is its argument.
+        let time_constants = if share > T::of(1e-6) { (T::one() + share).ln() / share } else { T::one() };
+        let decay = three_halves * d.max(q) * current / against * time_constants;
+        decay / T::of(self.pulse().seconds())
     }
 
     /// The threshold, with pulses in proportion.
