@@ -90,6 +90,48 @@ fn law_line_pulses_with_fast_decay_find_the_pole_through_shunts() {
     assert!(!Source::any_of(needs, &slow.sources()));
 }
 
+/// Edges that are shifted for windows, and back in the next period, leave the mean voltage and the current in the middle of both as they are.
+#[test]
+fn law_an_injection_through_one_shunt_gives_the_answer_of_three_sensors() {
+    for method in [MethodName::HfiRotating, MethodName::HfiPulsating] {
+        for trial in 0..6 {
+            let [shunt, sensors] = [Arrangement::DcLinkShunt, Arrangement::ThreeInLine].map(|arrangement| {
+                let mut scenario = scenario(method, ErrorSet::None, arrangement);
+                scenario.motor = scenario.motor.linearised();
+                let record = scenario.trial(trial).expect("settings");
+                let error = record.axis_error_deg();
+                error.unwrap_or_else(|| panic!("{method} {arrangement:?}: {}", record.reason()))
+            });
+            // What is left is the drop R i, `Γ R ∫ (i − i_mid) dt` over at most a carrier period T after the middle: for a current that
+            // rises by ω i a second a share R/L ω T²/2 of it, of which half is the axis's angle.
+            let motor = built_in("paper-5k5").expect("built in");
+            let least = motor.winding.d_axis_inductance().min(motor.winding.q_axis_inductance());
+            let (omega, period) = (TAU * 500.0, 100e-6);
+            let most = (motor.resistance / least * omega * period * period / 4.0).to_degrees();
+            assert!((shunt - sensors).abs() < most && most < 0.1, "{method}: {shunt}°, {sensors}°, {most}°");
+        }
+    }
+}
+
+/// With errors, dead time and an amplifier that has to settle the shunt costs noise, and no axis.
+#[test]
+fn law_injections_through_one_shunt_find_the_pole_with_errors() {
+    for method in [MethodName::HfiRotating, MethodName::HfiPulsating] {
+        for errors in [ErrorSet::Default, ErrorSet::Field] {
+            let scenario = scenario(method, errors, Arrangement::DcLinkShunt);
+            let records: Vec<_> = (0..10).map(|trial| scenario.trial(trial).expect("settings")).collect();
+            let mut squares = 0.0;
+            for record in &records {
+                let error = record.error_deg();
+                let error = error.unwrap_or_else(|| panic!("{method} {errors:?}: {}", record.reason()));
+                squares += error * error / 10.0;
+            }
+            // Each edge's delay shifts a sample's current by what an active vector drives meanwhile: 40 starts have up to 3° (docs/notes/realism.md).
+            assert!(squares.sqrt() < 7.0, "{method} {errors:?}: {}°", squares.sqrt());
+        }
+    }
+}
+
 /// An amplifier for one direction clips what diodes return to the link: a method that reads the rise alone does not need it.
 #[test]
 fn law_bipolar_pulses_need_no_current_that_diodes_return() {
@@ -224,6 +266,55 @@ fn analytic_a_slow_amplifier_shows_what_it_has_not_settled_from() {
         assert!((read.link_current - should).abs() < 2e-6, "{time} ns: {} A, {should} A", read.link_current);
         // Too early after the edge, and the drive does not know: it reads the wrong sign and size, unflagged.
         assert_eq!(read.link_sensed, Sensed::Measured);
+    }
+}
+
+/// An amplifier with a slew rate goes from the current before an edge to the one after it in a straight line, with and without a filter
+/// in front of the limit.
+#[test]
+fn analytic_an_amplifier_with_a_slew_rate_reaches_the_current_after_an_edge_late() {
+    const ON: f64 = 80e-6;
+    const SLEW: f64 = 2e6;
+    let motor = reference_motor();
+    let winding = motor.winding.d_axis_inductance() / motor.resistance;
+    let most = 550.0 / (2.0 * motor.resistance);
+    let peak = most * (1.0 - (-ON / winding).exp());
+    let at = |bandwidth, arrangement, at: u64| {
+        let mut case = exact_case(&motor, ideal_inverter(OpenLeg::Diodes), 330.0);
+        case.sensors.settings.arrangement = arrangement;
+        case.sensors.settings.bandwidth = bandwidth;
+        case.sensors.settings.slew = SLEW;
+        let pulse = Stage::line(Phase::A, Phase::B, Nanos::from_micros(80));
+        let command = Command::sequence(pulse, Stage::off(Nanos::from_micros(40)), Sampling::once(Nanos(at)));
+        let mut script = Script::new(vec![command]);
+        run(&case, &mut script, false, &mut NoProbe);
+        script.readings[0]
+    };
+    // What the link carries: i, and after the edge −i.
+    let rise = |t: f64| most * (1.0 - (-t / winding).exp());
+    let fall = |t: f64| -(peak + most) * (-t / winding).exp() + most;
+    for time in [5_000, 79_900, 80_000, 80_500, 81_900, 82_200, 84_000, 95_000] {
+        let t = time as f64 * 1e-9;
+        let should = if t <= ON { rise(t) } else { fall(t - ON).max(rise(ON) - SLEW * (t - ON)) };
+        let read = at(None, Arrangement::DcLinkShunt, time).link_current;
+        assert!((read - should).abs() < 2e-6, "{time} ns: {read} A, {should} A");
+        // Behind a filter that is faster than the limit.
+        let lag = 1.0 / (TAU * 100e3);
+        let response = |t: f64, y: f64, a: f64, b: f64| {
+            let gain = b * winding / (winding - lag);
+            a + gain * (-t / winding).exp() + (y - a - gain) * (-t / lag).exp()
+        };
+        let filtered = |t: f64| response(t, 0.0, most, -most);
+        let after = response(t - ON, filtered(ON), most, -(peak + most));
+        let should = if t <= ON { filtered(t) } else { after.max(filtered(ON) - SLEW * (t - ON)) };
+        let read = at(Some(100e3), Arrangement::DcLinkShunt, time).link_current;
+        assert!((read - should).abs() < 2e-6, "{time} ns, filtered: {read} A, {should} A");
+    }
+    // Below leg b, which the pulse leaves, the current ends with the pulse; below leg a it begins.
+    let read = at(None, Arrangement::LowSideShunts, 80_500);
+    let should = [SLEW * 0.5e-6, -(peak - SLEW * 0.5e-6)];
+    for (k, should) in should.into_iter().enumerate() {
+        assert!((read.current.0[k] - should).abs() < 2e-6, "{read:?}: {should} A");
     }
 }
 

@@ -11,3 +11,4 @@ pub(crate) mod polarity;
 pub(crate) mod settle;
 pub(crate) mod significance;
 pub(crate) mod train;
+pub(crate) mod windows;

@@ -21,6 +21,7 @@ fn other(key: &Key) -> Value {
         "gain_tolerance" => Value::Number(0.01),
         "bandwidth" => Value::Number(2e5),
         "deviation" => Value::Number(0.5),
+        "window" => Value::Number(9e-6),
         "voltage" => Value::Number(40.0),
         "compensation" | "comparison" | "timed" | "checks" => Value::Flag(false),
         "pairs" => Value::Flag(true),

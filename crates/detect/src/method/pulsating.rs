@@ -46,7 +46,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
     }
 
     fn add(&mut self, s: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>) {
-        self.sum = self.sum + current * s.phase(2 * clock.period + 2).beta;
+        self.sum = self.sum + current * s.phase_read(clock).beta;
     }
 
     fn conclude(
@@ -64,7 +64,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         if current.norm() < s.least_current {
             return Err(Fault::NoCurrent { peak: current.norm(), needed: s.least_current });
         }
-        let mean = s.voltage * s.mean_admittance() / s.frequency();
+        let mean = s.voltage_read() * s.mean_admittance() / s.frequency();
         let sign = -s.saliency().factor::<T>();
         let (sine, cosine) = (sign * current.q, sign * (current.d - mean));
         let ratio = sine.hypot(cosine) / mean;

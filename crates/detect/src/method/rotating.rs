@@ -36,7 +36,7 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
 
     fn describe(s: &InjectionSettings<T>, line: &mut Lines<'_>) {
         line("voltage", format_args!("{:.1} V", s.voltage));
-        line("cycle", format_args!("{}", Microseconds(s.modulation.carrier_period * u64::from(s.periods))));
+        line("cycle", format_args!("{}", Microseconds(s.step() * u64::from(s.periods))));
         line("ramp", format_args!("{} cycles", s.ramp));
         line("cycles", format_args!("{}", s.cycles));
         s.polarity.describe(line);
@@ -50,7 +50,7 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
     }
 
     fn add(&mut self, s: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>) {
-        let (current, phase) = (Complex::of(current), Complex::of(s.phase(2 * clock.period + 2)));
+        let (current, phase) = (Complex::of(current), Complex::of(s.phase_read(clock)));
         self.positive = self.positive + current * phase.conj();
         self.negative = self.negative + current * phase;
     }
@@ -77,12 +77,12 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
             (unit(self.negative) * unit(self.positive) * resistive).scale(-s.saliency().factor::<T>());
         // |N|/|P| = (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
         let ratio = negative / positive;
-        findings.mean_inductance = Some(s.voltage / (positive * s.frequency() * T::of(1.5)));
+        findings.mean_inductance = Some(s.voltage_read() / (positive * s.frequency() * T::of(1.5)));
         // N has a noise of σ √(2/3)/√n in each component; half of its angle's.
         let spread = noise / positive;
         // What the devices take where a current is near zero lowers the voltage that drives it.
         let impedance = (s.frequency() / s.mean_admittance()).hypot(s.resistance);
-        let driven = s.voltage.min(positive * impedance);
+        let driven = s.voltage_read().min(positive * impedance);
         let doubt = s.doubt(dc_link, driven, significance::of_rotating_delays);
         let variance = spread * spread * T::of(2.0 / 3.0) / samples + doubt;
         significance::check(margin, ratio, significance::known(variance), s.least_saliency)?;

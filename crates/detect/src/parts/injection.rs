@@ -11,9 +11,11 @@ mod tests;
 
 use core::marker::PhantomData;
 
-use standstill_interface::{Abc, AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Step};
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Command, Fault, Findings, Nanos, Phase, Reading, Real, Step,
+};
 
-use crate::keys::{Keyed, Lines, Setting, Value, place};
+use crate::keys::{self, Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
@@ -22,7 +24,10 @@ use crate::parts::modulation::ModulationSettings;
 use crate::parts::polarity::{PolaritySettings, PolarityTest};
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
 use crate::parts::significance;
-use crate::settings::{SettingsError, require, require_positive, require_share, require_zero_or_more};
+use crate::parts::windows::{self, WindowSettings};
+use crate::settings::{
+    SettingsError, Source, require, require_positive, require_share, require_zero_or_more,
+};
 
 /// Settings of an injection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +36,7 @@ pub struct InjectionSettings<T> {
     pub modulation: ModulationSettings<T>,
     /// Amplitude in V of the injected voltage.
     pub voltage: T,
-    /// Carrier periods per cycle of the injected voltage.
+    /// Steps per cycle of the injected voltage, each a carrier period, or two of them with windows.
     pub periods: u16,
     /// Cycles before the measurement: over them a rotating vector grows, so that no direct current is left.
     pub ramp: u16,
@@ -51,6 +56,9 @@ pub struct InjectionSettings<T> {
     pub gain_tolerance: T,
     /// Current in A that the injection must at least raise.
     pub least_current: T,
+    /// Windows for the samples of one shunt in the DC link; each step of the voltage then lasts two carrier periods, the second one
+    /// mirrored. None: the phases have sensors.
+    pub windows: Option<WindowSettings<T>>,
     /// The wait before it and before each vector of the polarity test.
     pub settle: SettleSettings<T>,
     /// The polarity test.
@@ -61,15 +69,16 @@ impl<T: Real> InjectionSettings<T> {
     /// 500 Hz on a carrier of 10 kHz, a voltage that makes a quarter of the rated current (60 V on the paper's motor); 10 cycles of
     /// ramp, 50 of measurement.
     fn suited(drive: &Nameplate<T>) -> Self {
-        let periods = 20_u16;
-        let cycle = T::of(drive.carrier_period.seconds() * f64::from(periods));
+        let windows = WindowSettings::suited(drive);
+        let cycle = T::of(drive.carrier_period.seconds() * 20.0);
         let reactance = T::TAU() / cycle * (drive.d_axis_inductance + drive.q_axis_inductance) / T::of(2.0);
         // PWM must be able to give it, with room for its compensation.
         let voltage = (drive.rated_current * T::of(0.17) * reactance).min(drive.dc_link * T::of(0.4));
         Self {
             modulation: ModulationSettings::suited(drive),
             voltage,
-            periods,
+            periods: if windows.is_some() { 10 } else { 20 },
+            windows,
             ramp: 10,
             cycles: 50,
             iterations: 1,
@@ -103,13 +112,37 @@ impl<T: Real> InjectionSettings<T> {
             "polarity.carrier_period",
             "that of the modulation",
         )?;
+        if let Some(windows) = &self.windows {
+            windows.check(&self.modulation, self.voltage)?;
+        }
         self.settle.check()?;
         self.polarity.check()
     }
 
+    /// How long a step of the voltage lasts.
+    pub(crate) fn step(&self) -> Nanos {
+        self.modulation.carrier_period * if self.windows.is_some() { 2 } else { 1 }
+    }
+
     /// ω in rad/s.
     pub(crate) fn frequency(&self) -> T {
-        T::TAU() / T::of(self.modulation.carrier_period.seconds() * f64::from(self.periods))
+        T::TAU() / T::of(self.step().seconds() * f64::from(self.periods))
+    }
+
+    /// cos and sin of the phase of the injected voltage when the current is read: at the end of a step, or with windows in its middle.
+    pub(crate) fn phase_read(&self, clock: Clock) -> AlphaBeta<T> {
+        self.phase(2 * clock.period + if self.windows.is_some() { 1 } else { 2 })
+    }
+
+    /// The voltage in V whose sine would make the current that is read of a winding without resistance. Of steps with half an angle x the
+    /// current in their middle is x cot x of that.
+    pub(crate) fn voltage_read(&self) -> T {
+        if self.windows.is_none() {
+            return self.voltage;
+        }
+        let half = T::TAU() / T::of(2.0 * f64::from(self.periods));
+        let (sin, cos) = half.sin_cos();
+        self.voltage * half * cos / sin
     }
 
     /// Y0 = ½ (1/L_d + 1/L_q) in 1/H.
@@ -131,7 +164,7 @@ impl<T: Real> InjectionSettings<T> {
         SaliencySign::of(self.d_axis_inductance, self.q_axis_inductance)
     }
 
-    /// cos and sin of the phase of the injected voltage, half carrier periods after the start of a cycle.
+    /// cos and sin of the phase of the injected voltage, half steps after the start of a cycle.
     pub(crate) fn phase(&self, half_periods: u16) -> AlphaBeta<T> {
         let share = T::of(f64::from(half_periods) / (2.0 * f64::from(self.periods)));
         let (sin, cos) = (T::TAU() * share).sin_cos();
@@ -139,10 +172,10 @@ impl<T: Real> InjectionSettings<T> {
     }
 }
 
-/// Where an injection is: carrier periods within cycles, cycles within a measurement.
+/// Where an injection is: steps of the voltage within cycles, cycles within a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clock {
-    /// Carrier period within the cycle.
+    /// Step within the cycle.
     pub period: u16,
     /// Cycle within the measurement.
     pub cycle: u16,
@@ -174,10 +207,10 @@ pub trait Demodulator<T: Real>: 'static {
     /// See [`Keyed::describe`].
     fn describe(_: &InjectionSettings<T>, _: &mut Lines<'_>) {}
 
-    /// The voltage in V of a carrier period.
+    /// The voltage in V of a step.
     fn voltage(&self, settings: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T>;
 
-    /// The current in A at the end of a carrier period of the measurement.
+    /// The current in A that was read in a step of the measurement, at [`InjectionSettings::phase_read`].
     fn add(&mut self, settings: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>);
 
     /// After a measurement: the axis, or none if there is to be another one. `noise` of a reading in A rms, the DC link's voltage
@@ -223,6 +256,8 @@ pub struct Injection<T, D> {
     /// Last link voltage in V and currents in A, offsets removed.
     dc_link: T,
     current: Abc<T>,
+    /// With windows: what the first period of the pair showed; none before it.
+    first: Option<[T; 2]>,
     findings: Findings<T>,
 }
 
@@ -237,6 +272,7 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
             settler: Settler::new(settings.settle, true),
             dc_link: zero,
             current: Abc::new(zero, zero, zero),
+            first: None,
             findings: Findings::default(),
         })
     }
@@ -248,7 +284,34 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
         let voltage = self.demodulator.voltage(s, clock);
         let rise = voltage * (T::of(s.modulation.carrier_period.seconds()) / s.modulation.inductance);
         let end = (self.current.clarke() + rise).phases();
-        s.modulation.command(voltage, self.dc_link, [self.current, end], 1)
+        let Some(windows) = &s.windows else {
+            return s.modulation.command(voltage, self.dc_link, [self.current, end], 1);
+        };
+        let currents = [self.current, end];
+        // Until the pair has been read its middle is as predicted.
+        self.current = end;
+        windows.period(&s.modulation, voltage, self.dc_link, currents, self.first.is_some())
+    }
+
+    /// Reads a period with windows; returns whether the pair is complete.
+    fn read_windows(&mut self, clock: Clock, readings: &[Reading<T>]) -> Result<bool, Fault<T>> {
+        let s = &self.settings;
+        let (seen, dc_link) = windows::seen(readings, self.first.is_some(), self.settler.residual[Phase::A])?;
+        self.dc_link = dc_link;
+        let Some(first) = self.first.take() else {
+            self.first = Some(seen);
+            return Ok(false);
+        };
+        let half = T::of(0.5);
+        let middle = core::array::from_fn(|n| (first[n] + seen[n]) * half);
+        let voltage = self.demodulator.voltage(s, clock);
+        let middle = windows::phases(middle, windows::order(voltage));
+        if clock.cycle >= s.ramp {
+            self.demodulator.add(s, clock, middle.clarke());
+        }
+        let rise = voltage * (T::of(s.modulation.carrier_period.seconds()) / s.modulation.inductance);
+        self.current = (middle.clarke() + rise).phases();
+        Ok(true)
     }
 
     /// The first carrier period, once the last current is gone.
@@ -271,7 +334,11 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
 
     /// After a carrier period.
     fn injected(&mut self, mut clock: Clock, readings: &[Reading<T>]) -> Result<Command<T>, Fault<T>> {
-        self.read(clock, readings)?;
+        if self.settings.windows.is_none() {
+            self.read(clock, readings)?;
+        } else if !self.read_windows(clock, readings)? {
+            return Ok(self.inject(clock));
+        }
         let s = &self.settings;
         clock.advance(s.periods);
         if clock.cycle >= s.ramp + s.cycles {
@@ -327,7 +394,22 @@ impl<T: Real, D: Demodulator<T>> Keyed for InjectionMethod<T, D> {
         place!(POLE_ERROR, s => s.0.polarity => pole_error, set_pole_error),
         place!(VOLTAGE, s => s.0.voltage, Value::of, real),
         place!(COMPENSATION, s => s.0.modulation => compensation, set_compensation),
+        Setting::new(
+            &keys::WINDOW,
+            |s| s.0.windows.map(|windows| Value::time(windows.length)),
+            |s, value| {
+                let Some(windows) = &mut s.0.windows else { return false };
+                windows.length = value.nanos();
+                true
+            },
+        ),
     ];
+
+    const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
+
+    fn needed_sources(&self) -> &'static [Source] {
+        if self.0.windows.is_some() { &[Source::LinkCurrent] } else { &[Source::PhaseCurrents] }
+    }
 
     fn describe(&self, line: &mut Lines<'_>) {
         D::describe(&self.0, line);

@@ -81,24 +81,48 @@ impl<T: Real> ModulationSettings<T> {
         &self,
         voltage: AlphaBeta<T>,
         dc_link: T,
-        [start, end]: [Abc<T>; 2],
+        currents: [Abc<T>; 2],
         periods: u16,
     ) -> Command<T> {
-        let (half, one) = (T::of(0.5), T::one());
-        let period = T::of(self.carrier_period.seconds());
-        let lost = self.lost(dc_link);
-        let plain = voltage.phases().map(|volts| half + volts / dc_link);
-        let ripple = dc_link * period / (T::of(6.0) * self.inductance);
-        let sure = |current: T| (current / self.fade).max(-one).min(one);
-        let mut legs = plain;
-        for (k, duty) in legs.0.iter_mut().enumerate() {
-            let before = plain.0.iter().fold(T::zero(), |sum, other| sum + (*other - *duty).max(T::zero()));
-            let down = ripple * before;
-            let sign = (sure(start.0[k] - down) + sure(end.0[k] + down)) * half;
-            *duty = (*duty + sign * lost).max(T::zero()).min(one);
-        }
+        let legs = self.duties(voltage, dc_link, currents);
         let duration = self.carrier_period * u64::from(periods);
         Command::hold(Stage { legs: legs.map(Leg::Duty), duration }, Sampling::once(duration))
+    }
+
+    /// The duties of the legs for this voltage in V; currents as for [`Self::command`].
+    fn duties(&self, voltage: AlphaBeta<T>, dc_link: T, currents: [Abc<T>; 2]) -> Abc<T> {
+        let (half, one) = (T::of(0.5), T::one());
+        let lost = self.lost(dc_link);
+        let plain = Self::plain(voltage, dc_link);
+        let signs = self.signs([plain; 2], dc_link, currents);
+        let mut legs = plain;
+        for (k, duty) in legs.0.iter_mut().enumerate() {
+            let sign = (signs[0].0[k] + signs[1].0[k]) * half;
+            *duty = (*duty + sign * lost).max(T::zero()).min(one);
+        }
+        legs
+    }
+
+    /// The duties for this voltage in V of legs that lose nothing.
+    pub(crate) fn plain(voltage: AlphaBeta<T>, dc_link: T) -> Abc<T> {
+        voltage.phases().map(|volts| T::of(0.5) + volts / dc_link)
+    }
+
+    /// The directions of the legs' currents, from −1 to 1, when each rises and when each falls. `high`: of the first and of the second half of
+    /// the period, for which share of it each leg is high, next to the middle.
+    pub(crate) fn signs(&self, high: [Abc<T>; 2], dc_link: T, [start, end]: [Abc<T>; 2]) -> [Abc<T>; 2] {
+        let one = T::one();
+        let period = T::of(self.carrier_period.seconds());
+        let ripple = dc_link * period / (T::of(6.0) * self.inductance);
+        let sure = |current: T| (current / self.fade).max(-one).min(one);
+        let down = |n: usize, k: usize| {
+            let own = high[n].0[k];
+            ripple * high[n].0.iter().fold(T::zero(), |sum, other| sum + (*other - own).max(T::zero()))
+        };
+        [
+            Abc(core::array::from_fn(|k| sure(start.0[k] - down(0, k)))),
+            Abc(core::array::from_fn(|k| sure(end.0[k] + down(1, k)))),
+        ]
     }
 }
 
