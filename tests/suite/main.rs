@@ -17,6 +17,7 @@ mod magnetics;
 mod methods;
 mod pulse;
 mod random_gates;
+mod readings;
 mod referee;
 mod reference;
 mod rotor;
