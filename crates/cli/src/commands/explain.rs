@@ -111,7 +111,13 @@ fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Repeated, Halt
     let watched = scenario.watched(&single.case(), false, f64::INFINITY);
     let (record, _, trace) = watched.map_err(|error| Halt::Failed(error.into()))?;
     let title = format!("trial {}, rotor at {:.2}°", chosen.trial, record.start_angle_deg());
-    let figure = figures::detection(&trace, &title, &setting(&file, scenario), super::found(&record));
+    let figure = figures::detection(
+        &trace,
+        &title,
+        &setting(&file, scenario),
+        scenario.sensors.comparator.arrangement,
+        super::found(&record),
+    );
     Ok(Repeated { chosen, single, explained, figure })
 }
 

@@ -167,7 +167,13 @@ fn typical(trials: &Trials<'_>, tape: &Tape, event: Event, setting: &str) -> Res
     let title = format!("a typical start with {event}, rotor at {:.1}°", record.true_angle_deg());
     let conditions = format!("{setting}; {outcome}");
     Ok((
-        figures::detection(&trace, &title, &conditions, super::found(&record)),
+        figures::detection(
+            &trace,
+            &title,
+            &conditions,
+            scenario.sensors.comparator.arrangement,
+            super::found(&record),
+        ),
         format!("Of the likeliest sector the start nearest to its means: {outcome}."),
     ))
 }

@@ -114,7 +114,13 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     }
     output.file("result.json", json.as_bytes())?;
     let about = title(&file, &record, options);
-    let figure = figures::detection(&trace, &about, &setting(&file, scenario), super::found(&record));
+    let figure = figures::detection(
+        &trace,
+        &about,
+        &setting(&file, scenario),
+        scenario.sensors.comparator.arrangement,
+        super::found(&record),
+    );
     output.figure("waveform", &figure)?;
     let files = output.finish()?;
     if host.is_some() {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use standstill_interface::{Phase, Reading, Sensed};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
-use standstill_sim::{Event, Snapshot, Trace};
+use standstill_sim::{Comparators, Event, Snapshot, Trace};
 
 use super::parts::{WIDTH, Window, curve};
 
@@ -53,35 +53,72 @@ fn pulses(trace: &Trace) -> Vec<Pulse> {
     runs.filter(|run| carries(&run[0])).filter_map(pulse).collect()
 }
 
-/// Returns the phase currents in A of a reading; none of what no sensor sees.
-fn seen(reading: &Reading<f64>) -> [Option<f64>; 3] {
-    Phase::ALL.map(|phase| (reading.sensed[phase] != Sensed::Hidden).then_some(reading.current[phase]))
+/// A value that a reading may have; none if no sensor sees it.
+type Value<'a> = &'a dyn Fn(&Reading<f64>) -> Option<f64>;
+
+/// Returns the current in A of a phase of a reading; none if no sensor sees it.
+fn seen(reading: &Reading<f64>, phase: Phase) -> Option<f64> {
+    (reading.sensed[phase] != Sensed::Hidden).then_some(reading.current[phase])
 }
 
 impl Window<'_> {
-    /// Returns the drive's samples in the window: time in its unit, and current of each phase in A, none of a hidden one.
-    fn samples(&self) -> Vec<(f64, [Option<f64>; 3])> {
+    /// Returns a value of the drive's samples in the window, with their times in its unit.
+    fn samples(&self, value: Value<'_>) -> Vec<(f64, f64)> {
         let within = |(time, event): &(f64, Event)| match event {
             Event::Sample(reading) if (self.from..=self.to).contains(time) => {
-                Some((self.place(*time), seen(reading)))
+                Some((self.place(*time), value(reading)?))
             }
             _ => None,
         };
         self.trace.events.iter().filter_map(within).collect()
     }
 
-    /// Adds the samples to a panel as marks, phase by phase.
-    fn with_samples(&self, mut panel: Panel) -> Panel {
-        let samples = self.samples();
-        if samples.len() > MOST_SAMPLES {
+    /// Adds a value of the samples to a panel as marks, if a sensor saw it and there are not too many.
+    fn with_read(&self, panel: Panel, name: &str, style: Style, value: Value<'_>) -> Panel {
+        let points = self.samples(value);
+        if points.is_empty() || points.len() > MOST_SAMPLES {
             return panel;
         }
+        panel.with(Layer::points(&format!("{name} as it is read"), style, points))
+    }
+
+    /// Adds the currents that were sampled: of the phases, and of the DC link.
+    fn with_samples(&self, mut panel: Panel) -> Panel {
         for (k, phase) in Phase::ALL.into_iter().enumerate() {
-            let label = format!("i_{} as it is read", phase.letter());
-            let points = samples.iter().filter_map(|(at, current)| current[k].map(|read| (*at, read)));
-            panel = panel.with(Layer::points(&label, Style::PHASES[k], points));
+            let name = format!("i_{}", phase.letter());
+            panel = self.with_read(panel, &name, Style::PHASES[k], &|reading| seen(reading, phase));
         }
-        panel
+        self.with_read(panel, "out of the DC link", Style::Orange, &|reading| {
+            (reading.link_sensed != Sensed::Hidden).then_some(reading.link_current)
+        })
+    }
+
+    /// Adds each trip of a comparator, and the level at which it tripped: from the command on, over what the comparator watched.
+    fn with_trips(&self, mut panel: Panel, comparators: Comparators) -> Panel {
+        let (mut command, mut trips) = (self.from, Vec::new());
+        for (time, event) in &self.trace.events {
+            match event {
+                Event::Command => command = *time,
+                Event::Trip(phase) if (self.from..=self.to).contains(time) => {
+                    let there = self.snapshots().take_while(|at| at.time <= *time + 1e-12).last();
+                    let watched = there.map(|at| match comparators {
+                        Comparators::Common => at.link_current(),
+                        Comparators::PerLeg => at.current[*phase as usize],
+                    });
+                    trips.extend(watched.map(|level| (command.max(self.from), *time, level)));
+                }
+                _ => {}
+            }
+        }
+        for (from, to, level) in &trips {
+            let ends = vec![(self.place(*from), *level), (self.place(*to), *level)];
+            panel = panel.with(curve("level of the comparator", ends, Style::Green));
+        }
+        if trips.is_empty() {
+            return panel;
+        }
+        let marks = trips.iter().map(|(_, time, level)| (self.place(*time), *level));
+        panel.with(Layer::points("comparator trips", Style::Green, marks))
     }
 
     /// Adds the current out of the DC link: the sum over the legs whose upper side conducts.
@@ -96,8 +133,14 @@ impl Window<'_> {
 }
 
 /// Draws a whole detection, and close-ups: of the first pulse that carries current, and of the first on each other
-/// pair of phases. `conditions`: motor, method and errors; `estimate`: an angle in rad.
-pub fn detection(trace: &Trace, title: &str, conditions: &str, estimate: Option<f64>) -> Figure {
+/// pair of phases. `conditions`: motor, method and errors; `comparators`: what they watch, if the drive has any; `estimate`: an angle in rad.
+pub fn detection(
+    trace: &Trace,
+    title: &str,
+    conditions: &str,
+    comparators: Comparators,
+    estimate: Option<f64>,
+) -> Figure {
     let end = trace.snapshots.last().map_or(1e-3, |s| s.time);
     let whole = Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
     let time = || whole.axis("time");
@@ -113,7 +156,8 @@ pub fn detection(trace: &Trace, title: &str, conditions: &str, estimate: Option<
         let near = Window { trace, from: pulse.from - BEFORE, to, origin: pulse.from, unit: 1e-6 };
         let names: Vec<String> = pulse.phases.iter().map(|k| Phase::ALL[*k].letter().to_string()).collect();
         let close = || near.axis(&format!("phases {}: time from the pulse's gate edge", names.join(" and ")));
-        let currents = near.with_link(near.with_samples(near.currents(close())));
+        let currents = near.with_trips(near.with_samples(near.currents(close())), comparators);
+        let currents = near.with_link(currents);
         if seen.is_empty() {
             panels.extend([potentials(&near, close()), currents, near.modes(close())]);
         } else {
@@ -152,7 +196,11 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
         Panel::new(axis, Axis::new("potential (V)")),
         |panel, (k, phase)| {
             let label = format!("v_{} against the negative rail", phase.letter());
-            panel.with(curve(&label, near.points(|s| s.potential[k]), Style::PHASES[k]))
+            let panel = panel.with(curve(&label, near.points(|s| s.potential[k]), Style::PHASES[k]));
+            let name = format!("v_{}", phase.letter());
+            near.with_read(panel, &name, Style::PHASES[k], &|reading| {
+                (reading.terminal_sensed[phase] != Sensed::Hidden).then_some(reading.terminal[phase])
+            })
         },
     )
 }
@@ -216,7 +264,7 @@ fn first_pulses(runs: &[(String, Trace)]) -> Option<Panel> {
     let label = format!("i_{letter} (A), marks as read");
     let panel = firsts.iter().fold(Panel::new(axis, Axis::new(label)), |panel, (k, pulse)| {
         let (name, near) = (&runs[*k].0, near(*k, pulse));
-        let samples = near.samples().into_iter().filter_map(|(at, current)| Some((at, current[phase]?)));
+        let samples = near.samples(&|reading| seen(reading, Phase::ALL[phase]));
         panel.with(curve(name, near.points(|s| s.current[phase]), Style::nth(*k))).with(Layer::points(
             name,
             Style::nth(*k),
@@ -281,7 +329,7 @@ mod tests {
 
     #[test]
     fn law_a_close_up_begins_at_the_gate_of_the_first_pulse_that_carries_current() {
-        let figure = detection(&trace(), "a start", "test", None);
+        let figure = detection(&trace(), "a start", "test", Comparators::Common, None);
         // Currents, angle and legs of the whole; potentials, currents and legs of the first pulse; currents of the second.
         assert_eq!(figure.panels.len(), 7);
         for (panel, name, phase) in [(4, "phases a and b", "i_a"), (6, "phases b and c", "i_b")] {
@@ -302,6 +350,53 @@ mod tests {
             let read: Vec<(f64, f64)> = read.flatten().collect();
             assert!(read.len() == 3 && read.iter().all(|(at, _)| (at - 100.0).abs() < 1e-6), "{read:?}");
         }
+    }
+
+    /// What a drive without phase sensors reads is drawn, too: the link's current, its terminals, and where a comparator tripped.
+    #[test]
+    fn law_a_close_up_shows_link_terminals_and_trips() {
+        let mut trace = trace();
+        for snapshot in &mut trace.snapshots {
+            snapshot.modes = [Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::LowerSwitch];
+        }
+        let hidden = standstill_interface::Abc([Sensed::Hidden; 3]);
+        let reading = Reading {
+            sensed: hidden,
+            link_current: 7.7,
+            link_sensed: Sensed::Measured,
+            terminal: standstill_interface::Abc([540.0, 1.0, 270.0]),
+            terminal_sensed: standstill_interface::Abc([Sensed::Measured; 3]),
+            ..Reading::measured(Nanos::ZERO, [0.0; 3], 550.0)
+        };
+        trace.events = vec![
+            (BEGIN, Event::Command),
+            (BEGIN, Event::Gate(Phase::A, Gate::High)),
+            (BEGIN + 50e-6, Event::Trip(Phase::A)),
+            (BEGIN + 90e-6, Event::Sample(reading)),
+        ];
+        let figure = detection(&trace, "a start", "test", Comparators::Common, None);
+        let marks = |panel: usize, name: &str| {
+            figure.panels[panel].layers.iter().find_map(|layer| match layer {
+                Layer::Points { label: Some(label), points, .. } if label == name => Some(points.clone()),
+                _ => None,
+            })
+        };
+        let at = |of: Option<Vec<(f64, f64)>>| {
+            of.expect("marks")
+                .iter()
+                .map(|(at, value)| (at.round(), (value * 10.0).round() / 10.0))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(at(marks(4, "out of the DC link as it is read")), [(90.0, 7.7)]);
+        // Half way up, where 4 A flow.
+        assert_eq!(at(marks(4, "comparator trips")), [(50.0, 4.0)]);
+        let level = points(&figure.panels[4], "level of the comparator");
+        assert!(level.len() == 2 && level.iter().all(|(_, value)| (value - 4.0).abs() < 1e-9), "{level:?}");
+        for (name, volts) in [("v_a", 540.0), ("v_b", 1.0), ("v_c", 270.0)] {
+            assert_eq!(at(marks(3, &format!("{name} as it is read"))), [(90.0, volts)]);
+        }
+        // No sensor sees a phase: there is no entry for it.
+        assert!(marks(4, "i_a as it is read").is_none());
     }
 
     #[test]
