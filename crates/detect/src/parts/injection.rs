@@ -210,7 +210,7 @@ pub trait Demodulator<T: Real>: 'static {
     /// The voltage in V of a step.
     fn voltage(&self, settings: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T>;
 
-    /// The current in A that was read in a step of the measurement, at [`InjectionSettings::phase_read`].
+    /// The current in A that was read in a step of the measurement, at the phase that its settings say.
     fn add(&mut self, settings: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>);
 
     /// After a measurement: the axis, or none if there is to be another one. `noise` of a reading in A rms, the DC link's voltage

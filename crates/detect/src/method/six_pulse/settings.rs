@@ -161,7 +161,7 @@ impl<T: Real> SixPulseSettings<T> {
         Nanos::from_seconds(self.pulse().seconds() * self.pause.to_double()).max(Nanos(1))
     }
 
-    /// The shortest pause after which no pulse has left a current to the next one, as a share of the pulse like [`Self::pause`].
+    /// The shortest pause after which no pulse has left a current to the next one, as a share of the pulse, as the setting has it.
     ///
     /// With all switches open the diodes put the link's voltage U and two of their drops against the current i of the leg that stands
     /// alone, in series with one and a half phases: it is gone after `L/R ln(1 + 1.5 R i / (U + 2 U_D))`, L the larger one of L_d and L_q.
