@@ -207,7 +207,7 @@ macro_rules! method_keys {
             /// With one shunt in the DC link, how long each of the two vectors of a carrier period is at least in which an injection samples it:
             /// edges are shifted for it, and back in the next period.
             WINDOW = window: Second [1e-7, 1e-3, "from 0.1 us to 1 ms"]
-                because "half a carrier period has room for both", as "\"8 us\"";
+                because "half a carrier period has room for both", as "\"15 us\"";
             /// Whether an injection compensates dead time and drops.
             COMPENSATION = compensation: Flag, as "true";
             /// Whether readings are checked against what whole parts can show: sensors that agree, inductances and a link as on the data sheet.
