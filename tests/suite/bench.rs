@@ -22,10 +22,7 @@ pub fn paper_motor() -> Motor {
 
 /// The motor of the circuit-simulator reference: linear, L_A 9.2 mH, L_B −2.1 mH, R 1 Ω.
 pub fn reference_motor() -> Motor {
-    let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
-    let core = Core::Linear(Linear::from_winding(&winding, 0.45));
-    let magnetics = MagneticCircuit::new(core).expect("linear");
-    Motor { resistance: 1.0, winding, magnetics, ..paper_motor() }
+    standstill_analysis::witness::forms::line_motor().expect("built in")
 }
 
 /// Every motor in every kind that the library knows: saturated and linear, frictionless, hot, with harmonics that keep

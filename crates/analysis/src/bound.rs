@@ -22,7 +22,7 @@
 
 mod information;
 mod plant;
-mod replay;
+pub(crate) mod replay;
 
 use std::f64::consts::TAU;
 

@@ -8,13 +8,16 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use standstill_campaign::{Estimate, one_sided_bounds};
+use standstill_campaign::{Estimate, Statistics, one_sided_bounds};
 use standstill_detect::Method;
-use standstill_scenario::{Document, FaultMode, FileError, Origin, Plan, Record, Scenario, Verdict};
+use standstill_quantity::Quantity;
+use standstill_scenario::{
+    Document, FaultMode, FileError, Origin, Plan, Record, Scenario, ScenarioFile, Verdict,
+};
 use standstill_sim::{Ended, RunError};
 use toml::Value;
 
-use crate::{Halt, Watch};
+use crate::{Demands, Halt, Watch};
 use standstill_odds::kept;
 
 /// Number of trials that a thread runs at a time.
@@ -29,6 +32,40 @@ pub struct Allowed {
     pub moved_deg: f64,
     /// Largest phase current in A.
     pub current: f64,
+}
+
+impl Allowed {
+    /// Makes the limits by which faults of a scenario are judged: its `limit` of the error, 2° without one, the movement that `check`
+    /// allows, and rated current.
+    pub fn of(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> Self {
+        Self {
+            error_deg: file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value),
+            moved_deg: Demands::DEFAULT.movement_deg,
+            current: scenario.motor.rated_current,
+        }
+    }
+
+    /// Returns the error in degrees of a dangerous answer: beyond the allowed error, or with the wrong pole.
+    pub(crate) fn danger(&self, record: &Record) -> Option<f64> {
+        let miss = record.miss_deg()?;
+        let wrong = record.pole_correct() == Some(false) || miss.abs() > self.error_deg;
+        wrong.then_some(miss)
+    }
+}
+
+/// Returns true if the drive's trip ended the start.
+fn has_tripped(record: &Record) -> bool {
+    matches!(record.run.ended, Ended::Error(RunError::Overcurrent { .. }))
+}
+
+/// Returns true if the start ended without an answer, which shows that something is wrong; a simulation that could not go on shows
+/// nothing.
+pub(crate) fn is_detected(record: &Record) -> bool {
+    match record.verdict() {
+        Verdict::Found => false,
+        Verdict::Undetermined | Verdict::Failed => true,
+        Verdict::Error => has_tripped(record),
+    }
 }
 
 /// A start with a dangerous answer.
@@ -98,18 +135,13 @@ impl Counts {
     /// Adds a start, with the result of the same start where the method's checks are off.
     fn add(&mut self, with: &Record, without: Option<&Record>, allowed: Allowed) {
         self.trials += 1;
-        let tripped = matches!(with.run.ended, Ended::Error(RunError::Overcurrent { .. }));
+        let tripped = has_tripped(with);
         self.overcurrent += u64::from(tripped || with.run.peak_current > allowed.current);
         self.moved += u64::from(with.rotor_moved_deg() > allowed.moved_deg);
-        let danger = |record: &Record| {
-            let miss = record.miss_deg()?;
-            let wrong = record.pole_correct() == Some(false) || miss.abs() > allowed.error_deg;
-            wrong.then_some(miss)
-        };
-        let answered = with.verdict() == Verdict::Found;
-        let broke_down = with.verdict() == Verdict::Error && !tripped;
-        self.errors += u64::from(broke_down);
-        if !answered && !broke_down {
+        let danger = |record: &Record| allowed.danger(record);
+        let (answered, detected) = (with.verdict() == Verdict::Found, is_detected(with));
+        self.errors += u64::from(!answered && !detected);
+        if detected {
             let name =
                 if tripped { "overcurrent".to_owned() } else { with.reason_name().unwrap_or_default() };
             *self.unanswered.entry(name).or_default() += 1;
@@ -118,7 +150,7 @@ impl Counts {
         }
         if without.and_then(danger).is_some() {
             self.dangerous += 1;
-            self.caught += u64::from(!answered && !broke_down);
+            self.caught += u64::from(detected);
         }
         match danger(with) {
             Some(miss) => {
@@ -262,7 +294,8 @@ pub fn study(
     )
 }
 
-fn records(
+/// Returns the records of these trials at the first point of a plan, in their order.
+pub(crate) fn records(
     plan: &Plan,
     scenario: &Scenario<Method<f64>>,
     numbers: std::ops::Range<u64>,

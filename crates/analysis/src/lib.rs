@@ -7,6 +7,7 @@
 //!   tune     which settings are best:            keys, a measure, limits  ─► search on common draws       ─► Tuned
 //!   explain  why a trial ended as it did:       its tape, one draw at its mean              ─► Explained
 //!   faults   what each failure mode leads to:    a fault in each trial        ─► faults::Counts
+//!   qualify  whether requirements are met:     sequential tests, odds          ─► Qualification
 //!   compare  methods side by side:              the same drives and angles    ─► Entry, with its Bound
 //!   check    whether a motor is suited:         candidates, what is demanded  ─► Suitability, with settings
 //! ```
@@ -30,11 +31,13 @@ mod explain;
 pub mod faults;
 pub mod limit;
 pub mod paper;
+pub mod qualify;
 pub mod require;
 pub mod sobol;
 mod suitability;
 mod trials;
 pub mod tune;
+pub mod witness;
 
 pub use anatomy::{Anatomy, Draw, Sector};
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};

@@ -16,12 +16,12 @@ mod statistics;
 pub mod store;
 
 pub use campaign::{Campaign, CampaignError};
-pub use numerics::NUMERICS;
+pub use numerics::{NUMERICS, digests};
 pub use plan::Glance;
 pub use statistics::{
     Apart, Estimate, Judgement, Occurrence, Sectors, Statistics, Summary, binomial_interval,
     correlated_difference, independent_difference, one_sided_bounds, paired_difference, paired_rms,
-    quantile_ranks, student,
+    quantile_ranks, student, student_beyond,
 };
 
 /// The examples of the README run too.

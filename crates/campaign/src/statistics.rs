@@ -23,7 +23,7 @@ pub use self::judged::{Apart, Judgement};
 use self::quantiles::Magnitudes;
 use self::rms::root_mean_square;
 pub use self::sectors::Sectors;
-pub use self::student::student;
+pub use self::student::{student, student_beyond};
 use self::sum::Sum;
 use crate::store::Row;
 use standstill_numeric::rank;

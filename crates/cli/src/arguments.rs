@@ -21,8 +21,8 @@ use standstill_table::Format;
 #[cfg(feature = "program")]
 pub use campaigns::Completions;
 pub use campaigns::{
-    Amount, Bounds, Budget, Explain, Faults, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Question, Report,
-    Require, Results, Rows, Run, Status, Sweep, Tune,
+    Amount, Bounds, Budget, Explain, Faults, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Qualify, Question,
+    Report, Require, Results, Rows, Run, Status, Sweep, Tune, Witness,
 };
 pub use folder::default_folder;
 pub use motors::{Convert, Fit, Magnetics, Motors};
@@ -66,6 +66,10 @@ pub enum Command {
     Odds(Odds),
     /// What each failure mode of drive, sensors and motor leads to: wrong poles, and whether the method detects it
     Faults(Faults),
+    /// Whether a list of requirements is met, each passed, failed or not shown, with the evidence for an assessor
+    Qualify(Qualify),
+    /// Closed forms, conservation laws and kept results, computed anew on this machine
+    Witness(Witness),
     /// Where the error comes from: the share of each sensor and drive error and of each tolerance
     Budget(Budget),
     /// What a part must do: the largest or smallest value of a key with which limits hold

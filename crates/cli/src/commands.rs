@@ -21,6 +21,7 @@ pub mod magnetics;
 pub mod merge;
 pub mod motors;
 pub mod odds;
+pub mod qualify;
 mod question;
 pub mod report;
 pub mod reproduce;
@@ -30,6 +31,7 @@ pub mod slurm;
 pub mod status;
 pub mod trace;
 pub mod tune;
+pub mod witness;
 
 use std::path::Path;
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use standstill_analysis::witness::WitnessError;
 use standstill_analysis::{BoundError, SuitabilityError};
 use standstill_campaign::CampaignError;
 use standstill_campaign::store::{JournalError, ShardsError, SweepError};
@@ -43,6 +44,8 @@ pub enum Error {
     Figure(#[from] FigureError),
     #[error(transparent)]
     Record(RecordError),
+    #[error("no witness: {0}")]
+    Witness(WitnessError),
     #[error("no motor fits these traces: {0}")]
     Fit(FitError),
     #[error("the core has no such state: {0}")]

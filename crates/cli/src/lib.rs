@@ -105,6 +105,8 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         Command::Run(options) => commands::run::run(&options),
         Command::Sweep(options) => commands::run::sweep(&options),
         Command::Faults(options) => commands::faults::run(&options),
+        Command::Qualify(options) => commands::qualify::run(&options),
+        Command::Witness(options) => commands::witness::run(&options),
         Command::Budget(options) => commands::budget::run(&options),
         Command::Require(options) => commands::require::run(&options),
         Command::Explain(options) => commands::explain::run(&options),

@@ -405,6 +405,40 @@ def faults(
     return answer
 
 
+def qualify(
+    scenario: Scenario | Pathlike,
+    requirements: Pathlike,
+    /,
+    *,
+    only: str | Sequence[str] | None = None,
+    witness: bool = True,
+    seed: int | None = None,
+    out: Pathlike | None = None,
+    force: bool = False,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> dict[str, Any]:
+    """Whether a list of requirements is met, each passed, failed or not shown, with the evidence for an assessor.
+
+    >>> import standstill as st
+    >>> st.qualify('[detector]\\nmethod = "bipolar"', "none.toml")
+    Traceback (most recent call last):
+    ...
+    standstill.Error: cannot read none.toml: No such file or directory (os error 2)
+    """
+    words, given = _words("qualify", scenario)
+    options = {"only": only, "no_witness": not witness, "seed": seed, "out": out, "force": force, "threads": threads}
+    words = [*words, os.fspath(requirements), "--json", *_options(options)]
+    answer: dict[str, Any] = json.loads(_standstill.command(words, given, False, progress)[1])
+    return answer
+
+
+def witness(*, progress: Progress = None) -> dict[str, Any]:
+    """Closed forms, conservation laws and kept results, computed anew on this machine: about a minute."""
+    answer: dict[str, Any] = _answer("witness", None, progress)
+    return answer
+
+
 def budget(
     scenario: Source,
     /,

@@ -338,11 +338,19 @@ impl Document {
 
     /// Parses the document into typed tables.
     pub fn load(&self) -> Result<ScenarioFile, FileError> {
-        let mut file: ScenarioFile = read_keyed(Value::Table(self.table.clone()))
-            .map_err(|TableError { key, message }| FileError::serde(&key, &message))
-            .map_err(|error| self.locate(error))?;
+        let mut file: ScenarioFile = self.read_as()?;
         file.hosted = self.hosted;
         Ok(file)
+    }
+
+    /// Parses the document into the tables of another kind of file, whose mistakes are named as those of a scenario.
+    ///
+    /// # Errors
+    /// An unknown key; a value that cannot be, with the key's line.
+    pub fn read_as<T: serde::de::DeserializeOwned>(&self) -> Result<T, FileError> {
+        read_keyed(Value::Table(self.table.clone()))
+            .map_err(|TableError { key, message }| FileError::serde(&key, &message))
+            .map_err(|error| self.locate(error))
     }
 
     /// Returns the error of a key whose value a command cannot use, with the value found, the values allowed and the key's

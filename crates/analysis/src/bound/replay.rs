@@ -3,7 +3,7 @@
 use standstill_interface::{
     Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Sensed, Step,
 };
-use standstill_sim::{Case, Ended, NoProbe, RunError, run};
+use standstill_sim::{Case, Ended, NoProbe, RunError, Trace, referee, run};
 
 /// Detector that records each command of an inner detector.
 struct Recorder<D> {
@@ -95,14 +95,34 @@ pub fn record(case: &Case, detector: impl Detector<f64>) -> Result<Vec<Command<f
     }
 }
 
+fn player<'a>(case: &Case, commands: &'a [Command<f64>]) -> Player<'a> {
+    let tick = case.sensors.comparator.tick;
+    Player { commands: commands.iter(), tick, readings: Readings::default() }
+}
+
 /// Replays commands on a plant and returns the readings.
 pub fn replay(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunError> {
-    let tick = case.sensors.comparator.tick;
-    let mut player = Player { commands: commands.iter(), tick, readings: Readings::default() };
+    let mut player = player(case, commands);
     match run(case, &mut player, false, &mut NoProbe).ended {
         Ended::Outcome(_) => Ok(player.readings),
         Ended::Error(error) => Err(error),
     }
+}
+
+/// Replays commands by the referee and returns the readings.
+pub fn replay_refereed(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunError> {
+    let mut player = player(case, commands);
+    match referee(case, &mut player, false, &mut NoProbe).ended {
+        Ended::Outcome(_) => Ok(player.readings),
+        Ended::Error(error) => Err(error),
+    }
+}
+
+/// Replays commands on a plant and returns the events.
+pub fn watched(case: &Case, commands: &[Command<f64>]) -> Trace {
+    let mut trace = Trace::new(f64::INFINITY);
+    run(case, &mut player(case, commands), false, &mut trace);
+    trace
 }
 
 /// Returns true if a leg has a duty cycle.

@@ -24,6 +24,20 @@ pub fn student(freedom: f64) -> f64 {
         ];
         return z + (terms[0] + (terms[1] + terms[2] / freedom) / freedom) / freedom;
     }
+    student_beyond(freedom, 0.05)
+}
+
+/// Student's factor of an interval that misses with the probability `misses`, half of it on each side, with this many degrees of freedom,
+/// which are few: some hundreds at most.
+///
+/// ```
+/// use standstill_campaign::{student, student_beyond};
+///
+/// assert_eq!(student_beyond(7.0, 0.05), student(7.0));
+/// // Tabulated: t(0.995) of seven.
+/// assert!((student_beyond(7.0, 0.01) - 3.4995).abs() < 1e-4);
+/// ```
+pub fn student_beyond(freedom: f64, misses: f64) -> f64 {
     if freedom.is_nan() || freedom <= 0.0 {
         return f64::NAN;
     }
@@ -34,7 +48,7 @@ pub fn student(freedom: f64) -> f64 {
         if middle <= low || middle >= high {
             break;
         }
-        if beta(freedom / 2.0, 0.5, middle) < 0.05 {
+        if beta(freedom / 2.0, 0.5, middle) < misses {
             low = middle;
         } else {
             high = middle;

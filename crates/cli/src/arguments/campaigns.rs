@@ -162,6 +162,27 @@ pub struct Faults {
 }
 
 #[derive(Debug, Args)]
+pub struct Qualify {
+    #[command(flatten)]
+    pub question: Question,
+    /// File of requirements (.toml), each a table [[requirement]] with `id`, `text` and `limit`, such as `P(wrong_pole) <= 1e-6`
+    pub requirements: PathBuf,
+    /// Judge only the requirement of this id, as it is judged in the whole list; repeat it for several
+    #[arg(long, value_name = "ID")]
+    pub only: Vec<String>,
+    /// Leave out the witnesses of this machine, which take about a minute
+    #[arg(long)]
+    pub no_witness: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Witness {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
 pub struct Budget {
     #[command(flatten)]
     pub question: Question,

@@ -3,11 +3,9 @@
 use std::fmt::Write as _;
 
 use serde_json::json;
-use standstill_analysis::Demands;
 use standstill_analysis::faults::{Allowed, Counts, Entry, study};
-use standstill_campaign::{Estimate, Statistics};
+use standstill_campaign::Estimate;
 use standstill_detect::MethodName;
-use standstill_quantity::Quantity;
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
 
@@ -43,11 +41,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let scenario = plan.scenario(0)?;
     let file = plan.file();
     let trials = options.trials.unwrap_or(TRIALS);
-    let allowed = Allowed {
-        error_deg: file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value),
-        moved_deg: Demands::DEFAULT.movement_deg,
-        current: scenario.motor.rated_current,
-    };
+    let allowed = Allowed::of(file, &scenario);
     let methods: Vec<Option<MethodName>> = match &options.method[..] {
         [] => vec![None],
         given => each_once(given).into_iter().map(Some).collect(),
@@ -95,7 +89,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 }
 
 /// Returns the scenario of a question with its keys, as on the command line.
-fn in_a_line(question: &Question) -> String {
+pub fn in_a_line(question: &Question) -> String {
     let mut line = quoted(&question.scenario.to_string_lossy());
     let keys =
         question.keys.set.iter().map(|(key, value)| format!(" -s {}", quoted(&format!("{key}={value}"))));

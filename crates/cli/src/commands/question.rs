@@ -105,6 +105,11 @@ impl<'a> Asked<'a> {
         }
     }
 
+    /// Returns the identity of the question.
+    pub const fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
     /// Removes the notes of the question.
     pub fn forget(&self) -> Result<(), Error> {
         match notes_of(self.question, self.name).filter(|notes| notes.exists()) {

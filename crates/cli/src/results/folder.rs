@@ -47,9 +47,10 @@ fn no_trials(folder: &Path, needed: &[&str]) -> Error {
 
 /// Commands whose results are not those of a run: name of the command, the file by which its results are recognised,
 /// and its page.
-const OTHERS: [(&str, &str, Option<&str>); 9] = [
+const OTHERS: [(&str, &str, Option<&str>); 10] = [
     ("compare", "comparison.csv", Some("comparison.html")),
     ("faults", "faults.json", Some("faults.html")),
+    ("qualify", "qualify.json", Some("qualify.html")),
     ("budget", "budget.json", Some("budget.html")),
     ("odds", "odds.json", Some("odds.html")),
     ("require", "require.json", Some("require.html")),

@@ -38,11 +38,16 @@ pub fn typed_of(scenario: Option<&Path>) -> String {
     std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Makes a command line of this program; several values of an option, joined by commas, become an option each.
+/// Makes a command line of this program; several values of an option, joined by commas, become an option each. What begins without a
+/// dash is a further file, whose value is its digest.
 pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
     let mut words = vec![format!("standstill {name} scenario.toml")];
     for (option, values) in options {
-        let several = ["--key", "--vary", "--between"].contains(&option.as_str());
+        if !option.starts_with('-') {
+            words.push(quoted(option));
+            continue;
+        }
+        let several = ["--key", "--vary", "--between", "--only"].contains(&option.as_str());
         let values: Vec<&str> = if several { values.split(", ").collect() } else { vec![values] };
         words.extend(values.into_iter().map(|value| format!("{option} {}", quoted(value))));
     }

@@ -99,6 +99,11 @@ impl Watched {
         Self { notes: notes.map(Mutex::new), ..Self::new(trials) }
     }
 
+    /// Returns the flag that an interrupt sets, for work that looks at flags.
+    pub fn flag(&self) -> &AtomicBool {
+        &self.stop
+    }
+
     /// Returns whether an interrupted question can continue from its notes.
     pub fn has_notes(&self) -> bool {
         self.notes.as_ref().is_some_and(|notes| locked(notes).is_begun())
@@ -145,6 +150,14 @@ pub fn reading(rows: u64) -> ProgressBar {
 fn of_rows(rows: u64, what: &'static str, template: &str) -> ProgressBar {
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     new(rows, what).with_style(style)
+}
+
+/// Makes a spinner for work that says what it is at.
+pub fn working(what: &'static str) -> ProgressBar {
+    let spinner = watched(ProgressBar::new_spinner(), " groups");
+    let style = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
+    spinner.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+    spinner.with_message(what)
 }
 
 /// Makes a spinner for work of unknown length.

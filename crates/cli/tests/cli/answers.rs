@@ -60,7 +60,11 @@ fn law_a_trace_lays_settings_over_one_another() {
 
 #[test]
 fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer() {
-    goes_on(&[("odds", &["--event", "|e| > 1 deg", "--effort", "quick"]), ("budget", &["--pairs", "250"])]);
+    goes_on(&[
+        ("odds", &["--event", "|e| > 1 deg", "--effort", "quick"]),
+        ("budget", &["--pairs", "250"]),
+        ("qualify", &["r.toml", "--no-witness"]),
+    ]);
 }
 
 #[test]
@@ -78,6 +82,8 @@ fn goes_on(questions: &[(&str, &[&str])]) {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let list = "[[requirement]]\nid = \"A\"\ntext = \"…\"\nlimit = \"rms <= 6 deg\"\n";
+    fs::write(path.join("r.toml"), list).expect("written");
     for &(name, more) in questions {
         let asked = |out: &str| -> Vec<String> {
             let words = [&[name, "s.toml", "--json", "--out", out], more].concat();

@@ -31,6 +31,7 @@ mod odds;
 mod pages;
 mod printed;
 mod products;
+mod qualified;
 mod questions;
 mod replaced;
 mod reports;

@@ -9,11 +9,13 @@
 //! symbols such as `i_a` are set below the line; cells, code and values of facts stay as they are.
 
 mod render;
+mod sheet;
 mod table;
 
 #[cfg(test)]
 mod tests;
 
+pub use self::sheet::Sheet;
 pub use self::table::{Column, Kind, Table};
 use crate::figure::{Figure, FigureError};
 use std::collections::HashSet;

@@ -1,0 +1,242 @@
+//! Qualification: whether a list of requirements is met, each passed, failed or not shown.
+//!
+//! Each requirement is a claim on a probability or a mean, in each case (motor, temperature, error set, fault) that it is judged over.
+//! Claims are tested one after another trial, by tests that may be looked at at any time ([`sequential`]), so that trials end as soon as
+//! all is decided. The probability of an error of the whole list is split evenly over all claims. Rare events that plain trials do not
+//! decide are left to subset simulation ([`rare`]), whose interval is an estimate and no proof.
+
+mod claim;
+mod demand;
+mod list;
+mod not_modelled;
+pub mod rare;
+pub mod sequential;
+
+use rayon::prelude::*;
+use standstill_odds::kept;
+use standstill_plant::Entry as SheetEntry;
+use standstill_scenario::{Document, FaultMode, FileError, Plan};
+use toml::Value;
+
+pub use self::claim::{Claim, Claimed, Seen, Verdict};
+pub use self::demand::{Bad, Current, Demand, What};
+pub use self::list::{Requirement, Requirements};
+pub use self::not_modelled::NOT_MODELLED;
+use crate::faults::{Allowed, Entry, records};
+use crate::{Halt, Watch};
+
+/// Number of trials of the first look, and the factor from one look to the next.
+const FIRST: u64 = 64;
+const MORE: f64 = 1.25;
+
+/// Number of trials that a thread runs at a time.
+const AT_ONCE: u64 = 64;
+
+/// A combination of settings in which claims are judged by the same trials.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Keys of the scenario that the requirements set.
+    pub settings: Vec<(String, Value)>,
+    /// The fault in the drive.
+    pub fault: Option<Entry>,
+    /// Name of the motor.
+    pub motor: String,
+    /// Values that the motor's data sheet marks as assumed.
+    pub assumed: Vec<SheetEntry>,
+    /// What is claimed.
+    pub claims: Vec<Claim>,
+    plan: Plan,
+    /// The same without the method's checks.
+    without: Option<Plan>,
+    rated: f64,
+    allowed: Allowed,
+}
+
+impl Case {
+    /// Returns true if the case has these settings and this fault.
+    fn is(&self, settings: &[(String, Value)], fault: Option<FaultMode>) -> bool {
+        self.settings == settings && self.fault.as_ref().and_then(|fault| fault.mode) == fault
+    }
+
+    /// Adds what a requirement claims.
+    fn claim(&mut self, number: usize, requirement: &Requirement, unanswered: f64) {
+        let demand = requirement.demand;
+        let claimed = match demand.what {
+            What::Rms(most) => Claimed::Rms(most),
+            What::Share { bad, or_unanswered, most } => Claimed::Share(bad, or_unanswered, most),
+            What::Coverage(least) => Claimed::Undetected(1.0 - least),
+        };
+        let about_poles = matches!(claimed, Claimed::Share(Bad::WrongPole | Bad::Angle(_), ..));
+        let open = self.plan.pole_note().filter(|_| about_poles && self.plan.pole_is_open());
+        let claim = |claimed, guards| Claim {
+            requirement: number,
+            claimed,
+            guards,
+            most: requirement.trials,
+            alpha: f64::NAN,
+            seen: Seen::default(),
+            trials: 0,
+            plain: Verdict::NotShown,
+            rare: None,
+            open: open.clone(),
+        };
+        self.claims.push(claim(claimed, false));
+        if demand.is_guarded() {
+            self.claims.push(claim(Claimed::Share(Bad::Unanswered, false, unanswered), true));
+        }
+    }
+
+    /// Returns the options that put the case into a scenario, as on the command line.
+    pub fn options(&self) -> Vec<String> {
+        let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        let settings = self.settings.iter().map(|(key, value)| format!("{key}={}", text(value)));
+        settings.chain(self.fault.iter().flat_map(Entry::arguments)).collect()
+    }
+
+    /// Returns the case's plan.
+    pub const fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Runs trials until all claims of these requirements are decided, or have their most trials.
+    fn judge(&mut self, watch: &dyn Watch, is_asked: &dyn Fn(usize) -> bool) -> Result<(), Halt<FileError>> {
+        let mut most: Vec<u64> = self.claims.iter().map(|claim| claim.most).collect();
+        most.sort_unstable();
+        let (mut done, mut look) = (0, 0);
+        loop {
+            let open = |claim: &Claim| claim.is_open() && is_asked(claim.requirement);
+            if !self.claims.iter().any(open) {
+                return Ok(());
+            }
+            // Looks are the same whatever else is claimed, and whichever requirements are asked.
+            look = if done < look { look } else { next(look) };
+            let limit = most.iter().copied().find(|most| *most > done).unwrap_or(look);
+            let to = look.min(limit);
+            let part = self.part(done..to, watch)?;
+            done = to;
+            for (claim, seen) in self.claims.iter_mut().zip(part) {
+                if claim.plain == Verdict::NotShown && claim.trials < claim.most {
+                    claim.seen.join(seen);
+                    claim.trials = done;
+                    if done == look || done == claim.most {
+                        claim.look();
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns what these trials show of each claim.
+    fn part(&self, trials: std::ops::Range<u64>, watch: &dyn Watch) -> Result<Vec<Seen>, Halt<FileError>> {
+        let claims: Vec<Claimed> = self.claims.iter().map(|claim| claim.claimed).collect();
+        let key = format!("{} trials {trials:?}: {claims:?}", self.options().join(" "));
+        let count = trials.end - trials.start;
+        kept(
+            watch,
+            &key,
+            |_| count,
+            || {
+                let scenario = self.plan.scenario(0)?;
+                // Only a coverage asks for the same starts without checks.
+                let covers = claims.iter().any(|claimed| matches!(claimed, Claimed::Undetected(_)));
+                let unchecked = self.without.as_ref().filter(|_| covers);
+                let unchecked = unchecked.map(|plan| plan.scenario(0).map(|of| (plan, of))).transpose()?;
+                let one = |part: u64| {
+                    if watch.stopped() {
+                        return Err(Halt::Stopped);
+                    }
+                    let from = trials.start + part * AT_ONCE;
+                    let numbers = from..(from + AT_ONCE).min(trials.end);
+                    let with = records(&self.plan, &scenario, numbers.clone())?;
+                    let alone = match &unchecked {
+                        Some((plan, of)) => records(plan, of, numbers)?,
+                        None => Vec::new(),
+                    };
+                    let mut seen = vec![Seen::default(); claims.len()];
+                    for (k, record) in with.iter().enumerate() {
+                        for (seen, claimed) in seen.iter_mut().zip(&claims) {
+                            seen.add(*claimed, record, alone.get(k), self);
+                        }
+                    }
+                    watch.did(with.len() as u64);
+                    Ok(seen)
+                };
+                let parts: Vec<Vec<Seen>> =
+                    (0..count.div_ceil(AT_ONCE)).into_par_iter().map(one).collect::<Result<_, _>>()?;
+                let mut all = vec![Seen::default(); claims.len()];
+                for part in parts {
+                    for (all, seen) in all.iter_mut().zip(part) {
+                        all.join(seen);
+                    }
+                }
+                Ok(all)
+            },
+        )
+    }
+}
+
+/// Returns the number of trials of the look after this one.
+fn next(look: u64) -> u64 {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most some ten millions")]
+    let next = (look as f64 * MORE) as u64;
+    next.max(FIRST)
+}
+
+/// A list of requirements on a scenario, and what trials show of it.
+#[derive(Clone, Debug)]
+pub struct Qualification {
+    /// The requirements.
+    pub requirements: Requirements,
+    /// The cases in which they are judged.
+    pub cases: Vec<Case>,
+}
+
+impl Qualification {
+    /// Makes the cases of requirements on a scenario; what is wrong with one of them shows before the first trial.
+    ///
+    /// # Errors
+    /// Values that make no scenario, or a limit that its method or drive cannot have, with the line of the requirement.
+    pub fn new(requirements: Requirements, plan: &Plan, document: &Document) -> Result<Self, FileError> {
+        let cases = requirements.cases(plan, document)?;
+        Ok(Self { requirements, cases })
+    }
+
+    /// Judges the requirements that `is_asked` names, case by case; `hear` gets the number of cases that are done.
+    ///
+    /// # Errors
+    /// A trial that cannot be run; an interruption.
+    pub fn judge(
+        &mut self,
+        watch: &dyn Watch,
+        is_asked: &(dyn Fn(usize) -> bool + Sync),
+        mut hear: impl FnMut(&Self, usize),
+    ) -> Result<(), Halt<FileError>> {
+        for number in 0..self.cases.len() {
+            hear(self, number);
+            self.cases[number].judge(watch, is_asked)?;
+            if let Some(effort) = self.requirements.odds {
+                rare::decide(&mut self.cases[number], &self.requirements, effort, watch, is_asked)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the claims of a requirement, each with its case.
+    pub fn claims(&self, requirement: usize) -> impl Iterator<Item = (&Case, &Claim)> {
+        let of = move |claim: &&Claim| claim.requirement == requirement;
+        self.cases.iter().flat_map(move |case| case.claims.iter().filter(of).map(move |claim| (case, claim)))
+    }
+
+    /// Returns what is shown of a requirement: it fails if one of its claims fails, and passes if all pass.
+    pub fn verdict(&self, requirement: usize) -> Verdict {
+        self.claims(requirement).map(|(_, claim)| claim.verdict()).max().unwrap_or(Verdict::NotShown)
+    }
+
+    /// Returns the number of claims over which the probability of an error is split.
+    pub fn count(&self) -> usize {
+        self.cases.iter().map(|case| case.claims.len()).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests;

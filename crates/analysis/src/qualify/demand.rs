@@ -1,0 +1,361 @@
+//! What a requirement demands: `rms <= 1 deg`, `P(wrong_pole) <= 1e-6`, `faults.phase-open: coverage >= 99 %`.
+
+use std::fmt;
+
+use standstill_interface::Choice as _;
+use standstill_quantity::unit::{Ampere, Degree, Second, Share};
+use standstill_quantity::{Quantity, rounded};
+use standstill_scenario::{FaultMode, Record, Verdict as Ending, nearest};
+
+use crate::event::{Event, bound};
+
+/// A limit of a phase current.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Current {
+    /// In A.
+    Amperes(f64),
+    /// As a multiple of the motor's rated current.
+    OfRated(f64),
+}
+
+/// What counts against a start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bad {
+    /// It has no answer: undetermined, failed, or not simulated to its end.
+    Unanswered,
+    /// It has the wrong pole.
+    WrongPole,
+    /// Its angle, pole included, is off by more than this in degrees; of an answer that is a sector, beyond its border.
+    Angle(f64),
+    /// Its axis is off by more than this in degrees.
+    Axis(f64),
+    /// Its answer is a sector in which the rotor is not.
+    WrongSector,
+    /// Its rotor moved by more than this in electrical degrees.
+    Moved(f64),
+    /// A phase current exceeded this.
+    Current(Current),
+    /// It took longer than this in s.
+    Time(f64),
+}
+
+/// What is limited, and by what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum What {
+    /// The root mean square of the axis error in degrees, a start without an answer counted as 90°.
+    Rms(f64),
+    /// The share of starts with something that counts against them, at most `most`; with `or_unanswered`, or that have no answer.
+    Share {
+        /// What counts.
+        bad: Bad,
+        /// Whether a start without an answer counts too.
+        or_unanswered: bool,
+        /// Largest allowed share.
+        most: f64,
+    },
+    /// Of starts that would be dangerous without the method's checks, the share that has no answer with them: at least this.
+    Coverage(f64),
+}
+
+/// A demand on starts, with a fault in the drive or without.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// The fault with which it is judged, in its usual size.
+    pub fault: Option<FaultMode>,
+    /// What is limited.
+    pub what: What,
+}
+
+/// The share of starts that `moved`, `current` and `time` allow beyond their limits: as in `require`, 99 of 100 starts are within.
+const BEYOND: f64 = 0.01;
+
+/// Text found in place of a limit or of a part of it, and what is allowed there.
+pub(super) type Refused = (String, String);
+
+const SHAPE: &str = "a measure, `<=` and its limit, such as `rms <= 1 deg`, `p95 <= 3 deg`, `P(wrong_pole) <= 1e-6`, `P(undetermined) <= 1 %`, \
+     `P(|e| > 5 deg) <= 0.1 %`, `moved <= 2 deg`, `current <= 1.2 rated`, `time <= 20 ms`, `right_sector >= 99 %` or \
+     `faults.phase-open: coverage >= 99 %`";
+const MEASURES: [&str; 8] = ["rms", "p95", "p99", "moved", "current", "time", "right_sector", "coverage"];
+const EVENTS: [&str; 6] = ["wrong_pole", "undetermined", "|e|", "moved", "current", "time"];
+const ANGLES: &str = "an angle above 0 deg, such as `1 deg`";
+const AXES: &str = "an angle above 0 deg and below 90 deg, beyond which no axis error is, such as `1 deg`";
+const TIMES: &str = "a time above 0 s, such as `20 ms`";
+const CURRENTS: &str = "a current above 0 A, such as `8 A`, or of the rated current, such as `1.2 rated`";
+const SHARES: &str = "a share above 0 and below 1, such as `1e-6` or `1 %`";
+
+impl Demand {
+    /// Parses a limit as a requirement has it. The error has the text that was found, and what is allowed in its place.
+    pub(super) fn parse(text: &str) -> Result<Self, Refused> {
+        let (fault, rest) = match text.trim().strip_prefix("faults.") {
+            None => (None, text.trim()),
+            Some(rest) => {
+                let wrong = || {
+                    (
+                        format!("`{text}`"),
+                        "a failure mode, a colon and a limit, such as `faults.phase-open: coverage >= 99 %`"
+                            .to_owned(),
+                    )
+                };
+                let (mode, rest) = rest.split_once(':').ok_or_else(wrong)?;
+                (Some(fault(mode.trim())?), rest.trim())
+            }
+        };
+        let sides = [("<=", true), ("≤", true), (">=", false), ("≥", false)];
+        let halves = sides.iter().find_map(|(sign, most)| Some((rest.split_once(sign)?, *most)));
+        let ((measure, limit), is_most) = halves.ok_or_else(|| (format!("`{rest}`"), SHAPE.to_owned()))?;
+        let (measure, limit) = (measure.trim(), limit.trim());
+        let what = what(measure, limit)?;
+        let at_most = !matches!(measure, "right_sector" | "coverage");
+        if at_most != is_most {
+            let sign = if at_most { "<=" } else { ">=" };
+            return Err((format!("`{rest}`"), format!("`{sign}` after {measure}")));
+        }
+        if matches!(what, What::Coverage(_)) && fault.is_none() {
+            return Err((
+                format!("`{rest}`"),
+                "the fault that is covered, such as `faults.phase-open: coverage >= 99 %`".to_owned(),
+            ));
+        }
+        Ok(Self { fault, what })
+    }
+
+    /// Returns true if the event itself counts, so that starts without an answer count for the demand: there they must be few, too.
+    /// With a fault no answer is the right answer.
+    pub(super) fn is_guarded(&self) -> bool {
+        let silent =
+            matches!(self.what, What::Share { or_unanswered: false, bad, .. } if bad != Bad::Unanswered);
+        silent && self.fault.is_none()
+    }
+
+    /// Returns the event of a start whose odds decide, if plain trials do not; none where there is no such event.
+    pub(super) fn event(&self, rated: f64) -> Option<Event> {
+        let What::Share { bad, or_unanswered: false, .. } = self.what else { return None };
+        match bad {
+            Bad::WrongPole => Some(Event::WrongPole),
+            Bad::Moved(most) => Some(Event::Moved(most)),
+            Bad::Current(current) => Some(Event::PeakCurrent(current.amperes(rated))),
+            _ => None,
+        }
+    }
+}
+
+/// Returns the failure mode of this name.
+fn fault(name: &str) -> Result<FaultMode, Refused> {
+    FaultMode::named(name).ok_or_else(|| {
+        let near = nearest(name, FaultMode::NAMES.iter().copied());
+        let near = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
+        (format!("`{name}`{near}"), format!("one of {}", FaultMode::NAMES.join(", ")))
+    })
+}
+
+fn share(text: &str) -> Result<f64, Refused> {
+    let value = text.parse::<Quantity<Share>>().ok().map(Quantity::value);
+    value.filter(|share| *share > 0.0 && *share < 1.0).ok_or_else(|| (format!("`{text}`"), SHARES.to_owned()))
+}
+
+fn current(text: &str) -> Result<Current, Refused> {
+    let refused = |found| (found, CURRENTS.to_owned());
+    if let Some(number) = text.strip_suffix("rated") {
+        let factor = number.trim().parse::<f64>().ok().filter(|factor| *factor > 0.0 && factor.is_finite());
+        return factor.map(Current::OfRated).ok_or_else(|| refused(format!("`{text}`")));
+    }
+    bound::<Ampere>(text, f64::MIN_POSITIVE..).map(Current::Amperes).map_err(refused)
+}
+
+/// Reads a measure and its limit.
+fn what(measure: &str, limit: &str) -> Result<What, Refused> {
+    let least = f64::MIN_POSITIVE;
+    let refused = |needed: &'static str| move |found| (found, needed.to_owned());
+    let axis = || bound::<Degree>(limit, least..90.0).map_err(refused(AXES));
+    let share_of = |bad, or_unanswered, most| What::Share { bad, or_unanswered, most };
+    if let Some(event) = measure.strip_prefix("P(").and_then(|rest| rest.strip_suffix(')')) {
+        let bad = event_of(event.trim())?;
+        // An angle that is not there is not within.
+        return Ok(share_of(bad, matches!(bad, Bad::Angle(_)), share(limit)?));
+    }
+    if let Some(rank) = measure.strip_prefix('p').and_then(|rank| rank.parse::<f64>().ok()) {
+        if !(rank > 0.0 && rank < 100.0) {
+            return Err((
+                format!("`{measure}`"),
+                "a percentile above p0 and below p100, such as `p95`".to_owned(),
+            ));
+        }
+        return Ok(share_of(Bad::Axis(axis()?), true, (100.0 - rank) / 100.0));
+    }
+    match measure {
+        "rms" => axis().map(What::Rms),
+        "moved" => {
+            let most = bound::<Degree>(limit, least..).map_err(refused(ANGLES))?;
+            Ok(share_of(Bad::Moved(most), true, BEYOND))
+        }
+        "current" => Ok(share_of(Bad::Current(current(limit)?), true, BEYOND)),
+        "time" => {
+            let most = bound::<Second>(limit, least..).map_err(refused(TIMES))?;
+            Ok(share_of(Bad::Time(most), true, BEYOND))
+        }
+        "right_sector" => Ok(share_of(Bad::WrongSector, true, 1.0 - share(limit)?)),
+        "coverage" => share(limit).map(What::Coverage),
+        _ => Err((unknown(measure, &MEASURES), SHAPE.to_owned())),
+    }
+}
+
+/// Reads an event: what stands in `P(…)`.
+fn event_of(text: &str) -> Result<Bad, Refused> {
+    let least = f64::MIN_POSITIVE;
+    match text {
+        "wrong_pole" => return Ok(Bad::WrongPole),
+        "undetermined" | "failed" | "unanswered" => return Ok(Bad::Unanswered),
+        _ => {}
+    }
+    let needed = "wrong_pole, undetermined, `|e| > 5 deg`, `moved > 2 deg`, `current > 1.2 rated` or `time > 20 ms` in `P(…)`";
+    let (what, limit) = text.split_once('>').ok_or_else(|| (unknown(text, &EVENTS), needed.to_owned()))?;
+    let (what, limit) = (what.trim(), limit.trim());
+    let refused = |needed: &'static str| move |found| (found, needed.to_owned());
+    match what {
+        "|e|" => bound::<Degree>(limit, least..180.0)
+            .map(Bad::Angle)
+            .map_err(refused("an angle above 0 deg and below 180 deg, such as `5 deg`")),
+        "moved" => bound::<Degree>(limit, least..).map(Bad::Moved).map_err(refused(ANGLES)),
+        "current" => current(limit).map(Bad::Current),
+        "time" => bound::<Second>(limit, least..).map(Bad::Time).map_err(refused(TIMES)),
+        _ => Err((unknown(what, &EVENTS), needed.to_owned())),
+    }
+}
+
+fn unknown(word: &str, known: &[&str]) -> String {
+    standstill_scenario::quoted(word, known.iter().copied())
+}
+
+impl Current {
+    /// Returns the limit in A for a motor of this rated current.
+    pub(super) fn amperes(self, rated: f64) -> f64 {
+        match self {
+            Self::Amperes(amperes) => amperes,
+            Self::OfRated(factor) => factor * rated,
+        }
+    }
+}
+
+/// Returns true if a start ended without an answer.
+pub(super) fn is_unanswered(record: &Record) -> bool {
+    record.verdict() != Ending::Found
+}
+
+impl Bad {
+    /// Returns true if this counts against a start of a motor of this rated current.
+    pub(super) fn happened(self, record: &Record, rated: f64) -> bool {
+        let beyond = |value: Option<f64>, most: f64| value.is_some_and(|value| value.abs() > most);
+        match self {
+            Self::Unanswered => is_unanswered(record),
+            Self::WrongPole => record.pole_correct() == Some(false),
+            Self::Angle(most) => beyond(record.miss_deg(), most),
+            Self::Axis(most) => beyond(record.axis_miss_deg(), most),
+            Self::WrongSector => beyond(record.miss_deg(), 0.0),
+            Self::Moved(most) => record.rotor_moved_deg() > most,
+            Self::Current(most) => record.run.peak_current > most.amperes(rated),
+            Self::Time(most) => record.run.duration.seconds() > most,
+        }
+    }
+}
+
+impl fmt::Display for Current {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Amperes(amperes) => write!(f, "{amperes} A"),
+            Self::OfRated(factor) => write!(f, "{factor} times rated"),
+        }
+    }
+}
+
+impl fmt::Display for Bad {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unanswered => f.write_str("no answer"),
+            Self::WrongPole => f.write_str("wrong pole"),
+            Self::Angle(most) => write!(f, "|e| > {most}°"),
+            Self::Axis(most) => write!(f, "axis off by more than {most}°"),
+            Self::WrongSector => f.write_str("wrong sector"),
+            Self::Moved(most) => write!(f, "moved > {most}°"),
+            Self::Current(most) => write!(f, "current > {most}"),
+            Self::Time(most) => write!(f, "time > {} ms", rounded(*most, 3)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Demand, Refused> {
+        Demand::parse(text)
+    }
+
+    #[test]
+    fn law_limits_are_read_as_what_counts_against_a_start() {
+        let share = |bad, or_unanswered, most| What::Share { bad, or_unanswered, most };
+        let one = |text: &str| read(text).expect(text).what;
+        assert_eq!(one("rms <= 1 deg"), What::Rms(1.0));
+        assert_eq!(one("p95 ≤ 3°"), share(Bad::Axis(3.0), true, 0.05));
+        let What::Share { most, .. } = one("p99.9 <= 3 deg") else { panic!("a percentile") };
+        assert!((most - 1e-3).abs() < 1e-15);
+        assert_eq!(one("P(wrong_pole) <= 1e-6"), share(Bad::WrongPole, false, 1e-6));
+        // Not to know a pole is no answer, whatever the reason.
+        for name in ["undetermined", "failed", "unanswered"] {
+            assert_eq!(one(&format!("P({name}) <= 1 %")), share(Bad::Unanswered, false, 0.01));
+        }
+        assert_eq!(one("P(|e| > 5 deg)<=0.1 %"), share(Bad::Angle(5.0), true, 1e-3));
+        assert_eq!(one("P(moved > 2 deg) <= 1e-4"), share(Bad::Moved(2.0), false, 1e-4));
+        assert_eq!(one("moved <= 2 deg"), share(Bad::Moved(2.0), true, 0.01));
+        assert_eq!(one("current <= 1.2 rated"), share(Bad::Current(Current::OfRated(1.2)), true, 0.01));
+        assert_eq!(one("current <= 800 mA"), share(Bad::Current(Current::Amperes(0.8)), true, 0.01));
+        assert_eq!(one("time <= 20 ms"), share(Bad::Time(0.02), true, 0.01));
+        let What::Share { bad: Bad::WrongSector, most, .. } = one("right_sector >= 99 %") else {
+            panic!("a sector")
+        };
+        assert!((most - 0.01).abs() < 1e-15);
+        let covered = read("faults.phase-open: coverage >= 99 %").expect("a limit");
+        assert_eq!((covered.fault, covered.what), (Some(FaultMode::PhaseOpen), What::Coverage(0.99)));
+        let wrong = read("faults.phase-open: P(wrong_pole) <= 0.1 %").expect("a limit");
+        // With a fault, no answer is the right one; without, a demand is not met by keeping silent.
+        assert!(!wrong.is_guarded() && read("P(wrong_pole) <= 0.1 %").expect("a limit").is_guarded());
+        assert!(!read("P(undetermined) <= 1 %").expect("a limit").is_guarded());
+    }
+
+    #[test]
+    fn law_what_counts_is_said_in_the_units_of_its_limit() {
+        for (text, said) in [
+            ("time <= 5 ms", "time > 5 ms"),
+            ("current <= 1.2 rated", "current > 1.2 times rated"),
+            ("P(|e| > 5 deg) <= 1 %", "|e| > 5°"),
+            ("right_sector >= 99 %", "wrong sector"),
+        ] {
+            let What::Share { bad, .. } = read(text).expect(text).what else { panic!("{text}") };
+            assert_eq!(bad.to_string(), said);
+        }
+    }
+
+    #[test]
+    fn regress_what_is_no_limit_is_named_with_what_is() {
+        for (text, found, needed) in [
+            ("curent <= 1 A", "`curent` (did you mean `current`?)", "p95"),
+            ("rms < 1 deg", "`rms < 1 deg`", "`<=`"),
+            ("rms <= 1", "`1` without a unit", "90 deg"),
+            ("rms <= 100 deg", "`100 deg`", "90 deg"),
+            ("rms >= 1 deg", "`rms >= 1 deg`", "`<=` after rms"),
+            ("right_sector <= 99 %", "`right_sector <= 99 %`", "`>=` after right_sector"),
+            ("p100 <= 1 deg", "`p100`", "p95"),
+            ("P(wrong_pole) <= 0", "`0`", "above 0 and below 1"),
+            ("P(wrong_pole) <= 100 %", "`100 %`", "above 0 and below 1"),
+            ("P(wrongpole) <= 1 %", "did you mean `wrong_pole`", "undetermined"),
+            ("P(speed > 3) <= 1 %", "`speed`", "`moved > 2 deg`"),
+            ("current <= -1 rated", "`-1 rated`", "1.2 rated"),
+            ("time <= 3 A", "`3 A`", "20 ms"),
+            ("coverage >= 99 %", "`coverage >= 99 %`", "faults.phase-open"),
+            ("faults.phase_open: coverage >= 99 %", "did you mean `phase-open`", "contact-resistance"),
+            ("faults.phase-open coverage >= 99 %", "coverage", "a colon"),
+        ] {
+            let (what, allowed) = read(text).expect_err(text);
+            assert!(what.contains(found) && allowed.contains(needed), "{text}: {what} / {allowed}");
+        }
+    }
+}

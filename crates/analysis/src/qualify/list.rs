@@ -1,0 +1,358 @@
+//! A list of requirements: its file, and the cases in which each is judged.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use standstill_interface::Choice as _;
+use standstill_plant::Source;
+use standstill_quantity::Quantity;
+use standstill_quantity::unit::Share;
+use standstill_scenario::{Document, FileError, Origin, Plan};
+use toml::{Table, Value};
+
+use super::Case;
+use super::demand::{Bad, Demand, What};
+use crate::Demands;
+use crate::faults::{Allowed, Entry};
+use crate::subset::Effort;
+
+/// The file of requirements, as TOML has it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileTable {
+    confidence: Option<Quantity<Share>>,
+    trials: Option<u64>,
+    unanswered: Option<Quantity<Share>>,
+    odds: Option<String>,
+    #[serde(default)]
+    requirement: Vec<RequirementTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RequirementTable {
+    id: String,
+    text: String,
+    limit: String,
+    trials: Option<u64>,
+    motors: Option<Vec<Value>>,
+    errors: Option<Vec<Value>>,
+    temperatures: Option<Vec<Value>>,
+    #[serde(default)]
+    over: Table,
+}
+
+/// A requirement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Requirement {
+    /// Its name, which no other requirement of the list has.
+    pub id: String,
+    /// What it says, for people.
+    pub text: String,
+    /// Its limit as it is written.
+    pub limit: String,
+    /// Its limit.
+    pub demand: Demand,
+    /// Most trials in each of its cases.
+    pub trials: u64,
+    /// What it is judged over: for each entry its name in the file, the keys that take its values, and the values.
+    over: Vec<(String, Vec<String>, Vec<Value>)>,
+}
+
+/// A list of requirements, all of which share one probability of error.
+#[derive(Clone, Debug)]
+pub struct Requirements {
+    /// Probability that no verdict of the list is wrong.
+    pub confidence: f64,
+    /// Largest share of starts without an answer with which a probability of all starts is passed.
+    pub unanswered: f64,
+    /// Cost of odds, which decide where plain trials do not; none: they are not asked.
+    pub odds: Option<Effort>,
+    /// The requirements in their order.
+    pub list: Vec<Requirement>,
+    document: Document,
+}
+
+const CONFIDENCE: f64 = 0.95;
+const TRIALS: u64 = 100_000;
+/// Fewest trials that a requirement may have, and most: contributions to an rms are kept in memory.
+const FEWEST: u64 = 64;
+const MOST: u64 = 10_000_000;
+/// Most requirements of a list, and most cases of one.
+const MOST_REQUIREMENTS: usize = 1000;
+const MOST_CASES: usize = 1000;
+
+/// Shorthands of a requirement: name in the file, keys of the scenario.
+const MOTORS: (&str, &[&str]) = ("motors", &["motor"]);
+const ERRORS: (&str, &[&str]) = ("errors", &["errors"]);
+const TEMPERATURES: (&str, &[&str]) =
+    ("temperatures", &["rotor.winding_temperature", "rotor.magnet_temperature"]);
+
+impl Requirements {
+    /// Reads a file of requirements.
+    ///
+    /// # Errors
+    /// A file that cannot be read; a key or value that cannot be, with its line.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::of(Document::read(path)?)
+    }
+
+    /// Reads requirements from text; `path` names it in messages.
+    ///
+    /// # Errors
+    /// A key or value that cannot be, with its line.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+        Self::of(Document::parse(path, text)?)
+    }
+
+    fn of(document: Document) -> Result<Self, FileError> {
+        let file: FileTable = document.read_as()?;
+        let within = |key: &str, given: Option<Quantity<Share>>, usual: f64, needed: &str| {
+            let value = given.map_or(usual, Quantity::value);
+            let refused = || document.refuse(key, &format!("{value}"), needed);
+            if value > 0.0 && value < 1.0 { Ok(value) } else { Err(refused()) }
+        };
+        let confidence =
+            within("confidence", file.confidence, CONFIDENCE, "a share such as \"95 %\", below 100 %")?;
+        let usual = Demands::DEFAULT.without_angle;
+        let unanswered = within(
+            "unanswered",
+            file.unanswered,
+            usual,
+            "a share such as \"1 %\", above 0 % and below 100 %",
+        )?;
+        let odds = match file.odds.as_deref() {
+            None => Some(Effort::default()),
+            Some("off") => None,
+            Some(name) => Some(Effort::named(name).ok_or_else(|| {
+                document.refuse("odds", &format!("`{name}`"), &format!("off, {}", Effort::NAMES.join(", ")))
+            })?),
+        };
+        let trials = trials(&document, "trials", file.trials)?.unwrap_or(TRIALS);
+        let found = file.requirement.len();
+        if found == 0 || found > MOST_REQUIREMENTS {
+            let needed = format!("1 to {MOST_REQUIREMENTS}, each below a line [[requirement]]");
+            return Err(document.refuse("requirement", &format!("{found} requirements"), &needed));
+        }
+        let mut list: Vec<Requirement> = Vec::new();
+        for (number, table) in file.requirement.into_iter().enumerate() {
+            if let Some(first) = list.iter().position(|before| before.id == table.id) {
+                let found = format!("`{}`, which requirement {} has", table.id, first + 1);
+                return Err(document.refuse(
+                    &key(number, "id"),
+                    &found,
+                    "an id that no other requirement has",
+                ));
+            }
+            list.push(Requirement::of(&document, number, table, trials)?);
+        }
+        Ok(Self { confidence, unanswered, odds, list, document })
+    }
+
+    /// Makes the cases of all requirements on a scenario: each once, with what is claimed in it.
+    ///
+    /// # Errors
+    /// Values that make no scenario, or a limit that its method or drive cannot have, with the line of the requirement.
+    pub(super) fn cases(&self, plan: &Plan, document: &Document) -> Result<Vec<Case>, FileError> {
+        let mut cases: Vec<Case> = Vec::new();
+        for (number, requirement) in self.list.iter().enumerate() {
+            for settings in requirement.combinations() {
+                let known = cases.iter().position(|case| case.is(&settings, requirement.demand.fault));
+                let place = match known {
+                    Some(place) => place,
+                    None => {
+                        cases.push(self.case(plan, document, number, settings)?);
+                        cases.len() - 1
+                    }
+                };
+                self.check(number, &cases[place])?;
+                cases[place].claim(number, requirement, self.unanswered);
+            }
+        }
+        let claims: usize = cases.iter().map(|case| case.claims.len()).sum();
+        let alpha = (1.0 - self.confidence) / claims as f64;
+        for claim in cases.iter_mut().flat_map(|case| &mut case.claims) {
+            claim.alpha = alpha;
+        }
+        Ok(cases)
+    }
+
+    /// Makes the case of a requirement with these settings.
+    fn case(
+        &self,
+        plan: &Plan,
+        document: &Document,
+        number: usize,
+        settings: Vec<(String, Value)>,
+    ) -> Result<Case, FileError> {
+        let requirement = &self.list[number];
+        let place = |error: FileError| self.under(number, &settings, error);
+        let mut document = document.clone();
+        for (key, value) in &settings {
+            document.set_value(key, value.clone(), Origin::Option("a requirement")).map_err(place)?;
+        }
+        let mut plan = plan.changed(document.clone()).map_err(place)?;
+        let (mut without, mut entry) = (None, None);
+        if let Some(mode) = requirement.demand.fault {
+            let scenario = plan.scenario(0).map_err(place)?;
+            if let Some(needed) = mode.lacks(&scenario) {
+                let found = format!("the fault {}, which this drive cannot have", mode.name());
+                return Err(self.document.refuse(&key(number, "limit"), &found, needed));
+            }
+            let fault = Entry::usual(mode, &scenario, plan.file().faults.len());
+            (plan, without) = fault.plans(&plan, &document).map_err(place)?;
+            entry = Some(fault);
+        }
+        let assumed = document.data_sheet().map_err(place)?.entries();
+        let assumed = assumed.into_iter().filter(|entry| entry.source == Source::Assumed).collect();
+        let scenario = plan.scenario(0).map_err(place)?;
+        let allowed = Allowed::of(plan.file(), &scenario);
+        let rated = scenario.motor.rated_current;
+        let motor = scenario.motor.name.clone();
+        Ok(Case { settings, fault: entry, plan, without, rated, allowed, motor, assumed, claims: Vec::new() })
+    }
+
+    /// Refuses a limit that a case cannot have.
+    fn check(&self, number: usize, case: &Case) -> Result<(), FileError> {
+        let refuse =
+            |found: String, needed: &str| Err(self.document.refuse(&key(number, "limit"), &found, needed));
+        let method = case.plan.file().detector.name();
+        match self.list[number].demand.what {
+            What::Coverage(_) if case.without.is_none() => {
+                let found = format!("a coverage of {method}, which has no checks that could be switched off");
+                refuse(
+                    found,
+                    "a method with `detector.checks`, such as bipolar, or `P(wrong_pole)` with the fault",
+                )
+            }
+            What::Share { bad: Bad::WrongSector, .. } => {
+                let scenario = case.plan.scenario(0)?;
+                if scenario.foreign.is_some() || scenario.detector.half_sector().is_some() {
+                    return Ok(());
+                }
+                refuse(
+                    format!("right_sector of {method}, whose answers are angles"),
+                    "a limit of `|e|`, or a method that names sectors",
+                )
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Moves an error in a case to the line of the requirement, if it is about what the requirement sets.
+    fn under(&self, number: usize, settings: &[(String, Value)], error: FileError) -> FileError {
+        let of =
+            |key: &str| settings.iter().any(|(set, _)| key == set || key.starts_with(&format!("{set}.")));
+        let FileError::Key { key: wrong, .. } = &error else {
+            let at = key(number, "id");
+            return self.document.locate(FileError::Key {
+                place: String::new(),
+                key: at,
+                message: error.to_string(),
+            });
+        };
+        let own = self.list[number].over.iter().find(|(_, keys, _)| keys.iter().any(|set| set == wrong));
+        match own {
+            Some((name, ..)) => {
+                let message = error.to_string();
+                self.document.locate(FileError::Key { place: String::new(), key: key(number, name), message })
+            }
+            None if settings.is_empty() || !of(wrong) => error,
+            None => self.document.locate(FileError::Key {
+                place: String::new(),
+                key: key(number, "over"),
+                message: error.to_string(),
+            }),
+        }
+    }
+}
+
+/// Returns the path of a key of a requirement.
+fn key(number: usize, name: &str) -> String {
+    format!("requirement[{number}].{name}")
+}
+
+/// Checks a number of trials.
+fn trials(document: &Document, key: &str, given: Option<u64>) -> Result<Option<u64>, FileError> {
+    match given {
+        Some(trials) if !(FEWEST..=MOST).contains(&trials) => {
+            Err(document.refuse(key, &trials.to_string(), &format!("a whole number from {FEWEST} to {MOST}")))
+        }
+        given => Ok(given),
+    }
+}
+
+impl Requirement {
+    fn of(
+        document: &Document,
+        number: usize,
+        table: RequirementTable,
+        usual: u64,
+    ) -> Result<Self, FileError> {
+        let refuse =
+            |name: &str, found: &str, needed: &str| document.refuse(&key(number, name), found, needed);
+        if table.id.trim().is_empty() || table.id.chars().any(char::is_control) {
+            return Err(refuse("id", &format!("{:?}", table.id), "a name in a line, such as \"START-1\""));
+        }
+        let demand = Demand::parse(&table.limit)
+            .map_err(|(found, needed)| refuse("limit", &format!("{found} in `{}`", table.limit), &needed))?;
+        let mut over = Vec::new();
+        for ((name, keys), values) in
+            [(MOTORS, table.motors), (ERRORS, table.errors), (TEMPERATURES, table.temperatures)]
+        {
+            if let Some(values) = values {
+                over.push((name.to_owned(), keys.iter().map(|key| (*key).to_owned()).collect(), values));
+            }
+        }
+        for (name, value) in table.over {
+            let at = format!("over.{name}");
+            let Value::Array(values) = value else {
+                return Err(refuse(
+                    &at,
+                    &value.to_string(),
+                    "a list of its values, such as [\"locked\", \"free\"]",
+                ));
+            };
+            if ["seed", "trials", "limit", "stop_at", "axes", "tolerances", "design"]
+                .iter()
+                .any(|of| name.split('.').next() == Some(of))
+            {
+                return Err(refuse(
+                    &at,
+                    "a key of the run itself",
+                    "a key of the motor, the drive, the rotor or the detector",
+                ));
+            }
+            over.push((at, vec![name], values));
+        }
+        if let Some((name, ..)) = over.iter().find(|(.., values)| values.is_empty()) {
+            return Err(refuse(name, "an empty list", "at least one value"));
+        }
+        let cases: usize = over.iter().map(|(.., values)| values.len()).fold(1, usize::saturating_mul);
+        if cases > MOST_CASES {
+            return Err(refuse(
+                "limit",
+                &format!("{cases} combinations of what it is judged over"),
+                &format!("at most {MOST_CASES}"),
+            ));
+        }
+        let trials = trials(document, &key(number, "trials"), table.trials)?.unwrap_or(usual);
+        Ok(Self { id: table.id, text: table.text, limit: table.limit, demand, trials, over })
+    }
+
+    /// Returns the settings of each combination of what it is judged over.
+    fn combinations(&self) -> Vec<Vec<(String, Value)>> {
+        let mut all: Vec<Vec<(String, Value)>> = vec![Vec::new()];
+        for (_, keys, values) in &self.over {
+            let with = |settings: &Vec<(String, Value)>, value: &Value| {
+                let set = keys.iter().map(|key| (key.clone(), value.clone()));
+                settings.iter().cloned().chain(set).collect()
+            };
+            all = all
+                .iter()
+                .flat_map(|settings| values.iter().map(move |value| with(settings, value)))
+                .collect();
+        }
+        all
+    }
+}

@@ -1,0 +1,111 @@
+//! Rare events of a qualification: what subset simulation says where plain trials do not decide.
+
+use standstill_campaign::{Estimate, student_beyond};
+use standstill_numeric::{exp, ln};
+use standstill_scenario::FileError;
+
+use super::{Case, Requirements, Verdict};
+use crate::subset::{Effort, Settings};
+use crate::{Anatomy, Event, Halt, Odds, RUNS, Sector, Trials, Watch};
+
+/// What odds say of a claim. Their interval comes from the scatter between runs: an estimate, which no theorem bounds as the intervals
+/// of plain trials are bounded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rare {
+    /// The event.
+    pub event: Event,
+    /// Its probability, with the interval of `standstill odds` at 95 %.
+    pub probability: Estimate,
+    /// The interval at the claim's probability of an error.
+    pub ends: [f64; 2],
+    /// Number of trials.
+    pub trials: u64,
+    /// What makes the answer doubtful: with any of it nothing is passed.
+    pub alarms: Vec<String>,
+    /// Where and with which draws the event happens: the conditions that trigger it.
+    pub triggers: Vec<Sector>,
+    /// What that shows of the claim.
+    pub verdict: Verdict,
+}
+
+impl Rare {
+    /// Compares odds with the largest allowed probability. What has an alarm is not shown.
+    pub fn of(event: Event, odds: &Odds, most: f64, alpha: f64, triggers: Vec<Sector>) -> Self {
+        let Estimate { value, low, high } = odds.probability;
+        let freedom = f64::from(RUNS - 1);
+        let wider = student_beyond(freedom, alpha) / student_beyond(freedom, 0.05);
+        let end =
+            |end: f64| if end > 0.0 && value > 0.0 { value * exp(wider * ln(end / value)) } else { end };
+        let ends = [end(low), end(high).min(1.0)];
+        let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
+        let verdict = match () {
+            () if !alarms.is_empty() => Verdict::NotShown,
+            () if ends[1] <= most => Verdict::Passed,
+            () if ends[0] > most => Verdict::Failed,
+            () => Verdict::NotShown,
+        };
+        Self { event, probability: odds.probability, ends, trials: odds.trials, alarms, triggers, verdict }
+    }
+}
+
+/// Observer that keeps what belongs to a case apart from what belongs to others.
+struct Within<'a> {
+    watch: &'a dyn Watch,
+    case: String,
+}
+
+impl Watch for Within<'_> {
+    fn stopped(&self) -> bool {
+        self.watch.stopped()
+    }
+
+    fn did(&self, trials: u64) {
+        self.watch.did(trials);
+    }
+
+    fn came_to(&self, level: u32, probability: f64) {
+        self.watch.came_to(level, probability);
+    }
+
+    fn recall(&self, key: &str) -> Option<Vec<u8>> {
+        self.watch.recall(&format!("{}: {key}", self.case))
+    }
+
+    fn keep(&self, key: &str, bytes: &[u8]) {
+        self.watch.keep(&format!("{}: {key}", self.case), bytes);
+    }
+}
+
+/// Asks for the odds of what plain trials have left open in a case, event by event.
+pub(super) fn decide(
+    case: &mut Case,
+    requirements: &Requirements,
+    effort: Effort,
+    watch: &dyn Watch,
+    is_asked: &dyn Fn(usize) -> bool,
+) -> Result<(), Halt<FileError>> {
+    let mut known: Vec<(Event, Odds, Vec<Sector>)> = Vec::new();
+    let watch = Within { watch, case: case.options().join(" ") };
+    for number in 0..case.claims.len() {
+        let claim = &case.claims[number];
+        let event = requirements.list[claim.requirement].demand.event(case.rated);
+        let open = claim.plain == Verdict::NotShown && claim.open.is_none() && !claim.guards;
+        let Some(event) = event.filter(|_| open && is_asked(claim.requirement)) else { continue };
+        let place = match known.iter().position(|(of, ..)| *of == event) {
+            Some(place) => place,
+            None => {
+                let trials = Trials::new(&case.plan)?;
+                let seed = case.plan.file().seed;
+                let settings = Settings { seed, states: effort.states(), ..Settings::default() };
+                let odds = trials.odds(event, &settings, &watch, |_| {})?;
+                let anatomy = Anatomy::of(&trials, event, &odds.failures, &watch)?;
+                known.push((event, odds, anatomy.sectors));
+                known.len() - 1
+            }
+        };
+        let (_, odds, sectors) = &known[place];
+        let (most, alpha) = (claim.limit(), claim.alpha);
+        case.claims[number].rare = Some(Rare::of(event, odds, most, alpha, sectors.clone()));
+    }
+    Ok(())
+}

@@ -1,0 +1,220 @@
+//! Closed forms of single pulses: what the equations of a circuit give by hand, and the simulation of the same circuit.
+
+use standstill_interface::{Abc, Command, Leg, Nanos, Phase, Sampling, Stage};
+use standstill_inverter::{Bridge, Conduction, DcLink, GateTiming, Inverter, OpenLeg};
+use standstill_numeric::{cos, exp, exp_m1, ln, sin};
+use standstill_plant::{Core, EddyBranch, Linear, MagneticCircuit, Motor, Winding, built_in};
+use standstill_sim::{Case, ComparatorSettings, Event, SensorSettings, Sensors, TerminalSensor, Tolerance};
+
+use super::{Witness, WitnessError};
+use crate::bound::replay::{TERMINAL, TIME, replay, watched};
+
+/// Voltage of the link in V.
+const LINK: f64 = 550.0;
+/// Angle of the rotor in degrees at which lines are pulsed.
+const ANGLE_DEG: f64 = 43.2;
+const CLOSED: &str = "closed form";
+
+/// Returns the built-in motor of the paper.
+fn paper_motor() -> Result<Motor, WitnessError> {
+    built_in("paper-5k5")
+        .ok_or_else(|| WitnessError::Setting("there is no built-in motor paper-5k5".to_owned()))
+}
+
+/// Returns a linear motor of L_A 9.2 mH, L_B −2.1 mH and 1 Ω.
+///
+/// # Errors
+/// No built-in motor.
+pub fn line_motor() -> Result<Motor, WitnessError> {
+    let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
+    let core = Core::Linear(Linear::from_winding(&winding, 0.45));
+    let magnetics = MagneticCircuit::new(core).map_err(|error| WitnessError::Setting(error.to_string()))?;
+    Ok(Motor { resistance: 1.0, winding, magnetics, ..paper_motor()? })
+}
+
+/// Makes an inverter of ideal switches without dead time on a stiff link of 550 V.
+fn inverter(open_leg: OpenLeg) -> Inverter {
+    Inverter {
+        bridge: Bridge { open_leg, ..Bridge::default() },
+        gates: [GateTiming::default(); 3],
+        link: DcLink::stiff(LINK),
+        carrier_period: Nanos::from_micros(100),
+    }
+}
+
+fn case(motor: &Motor, open_leg: OpenLeg, angle_deg: f64) -> Case<'_> {
+    Case { start_angle: angle_deg.to_radians(), ..Case::new(motor, inverter(open_leg)) }
+}
+
+/// Pulse of 80 µs on the line from a to b, sampled at its end.
+fn pulse() -> Command<f64> {
+    let pulse = Nanos::from_micros(80);
+    Command::hold(Stage::line(Phase::A, Phase::B, pulse), Sampling::once(pulse))
+}
+
+/// The current in A at the end of a pulse of 80 µs on a line from rest, U/2R (1 − exp(−2R t/L)), with the third leg open or with diodes.
+///
+/// # Errors
+/// A run that could not go on.
+pub fn line_pulse(open_leg: OpenLeg) -> Result<Witness, WitnessError> {
+    let motor = line_motor()?;
+    let line = motor.winding.line_inductances(ANGLE_DEG.to_radians())[Phase::A];
+    let known = -LINK / 2.0 * exp_m1(-2.0 * 80e-6 / line);
+    let here = replay(&case(&motor, open_leg, ANGLE_DEG), &[pulse()])?.value[0][0];
+    let third = if open_leg == OpenLeg::Open { "open" } else { "with diodes" };
+    Ok(Witness::number(
+        format!("current of a line pulse from rest, third leg {third}"),
+        CLOSED,
+        [known, here],
+        1e-9 * known,
+        "A",
+    ))
+}
+
+/// The time in s at which all gates off have brought that current to zero: (i + U/2R) exp(−2R t/L) = U/2R.
+///
+/// # Errors
+/// A run that could not go on.
+pub fn gates_off() -> Result<Witness, WitnessError> {
+    let motor = line_motor()?;
+    let line = motor.winding.line_inductances(ANGLE_DEG.to_radians())[Phase::A];
+    let peak = -LINK / 2.0 * exp_m1(-2.0 * 80e-6 / line);
+    let known = 80e-6 + ln(peak / (LINK / 2.0) + 1.0) * line / 2.0;
+    let off = Stage::off(Nanos::from_micros(2320));
+    let command =
+        Command::sequence(Stage::line(Phase::A, Phase::B, Nanos::from_micros(80)), off, Sampling::NONE);
+    let trace = watched(&case(&motor, OpenLeg::Diodes, ANGLE_DEG), &[command]);
+    let blocked = trace.events.iter().find_map(|(time, event)| {
+        (*time > 80e-6 && matches!(event, Event::Conduction(Phase::A, Conduction::Blocked))).then_some(*time)
+    });
+    let figures = [known, blocked.unwrap_or(f64::NAN)];
+    Ok(Witness::number(
+        "time at which gates that are off have ended the current",
+        CLOSED,
+        figures,
+        1e-10,
+        "s",
+    ))
+}
+
+/// The current in A of a voltage step with eddy currents, V t/L + G V τ (1 − exp(−t/τ)), without resistance.
+///
+/// # Errors
+/// A run that could not go on.
+pub fn eddy_step() -> Result<Witness, WitnessError> {
+    let (tau, depth, time) = (50e-6, 0.2, 300e-6);
+    let mut motor = paper_motor()?.linearised();
+    motor.resistance = 0.0;
+    let branch = EddyBranch { time_constant: tau, d_depth: depth, q_depth: 0.0 };
+    motor.magnetics = motor.magnetics.clone().with_eddy_currents(Some(branch));
+    let inductance = motor.winding.d_axis_inductance();
+    let voltage = LINK * 2.0 / 3.0;
+    let known = voltage / inductance * (time - depth / (1.0 - depth) * tau * exp_m1(-time / tau));
+    let mut case = case(&motor, OpenLeg::Diodes, 0.0);
+    case.tolerance = Tolerance { flux: 1e-13 };
+    let end = Nanos::from_micros(300);
+    let stage = Stage { legs: Abc::new(Leg::High, Leg::Low, Leg::Low), duration: end };
+    let here = replay(&case, &[Command::hold(stage, Sampling::once(end))])?.value[0][0];
+    Ok(Witness::number(
+        "current of a voltage step with eddy currents",
+        CLOSED,
+        [known, here],
+        1e-9 * known,
+        "A",
+    ))
+}
+
+/// The time in s at which a comparator sees 8 A along a vector: the root of two exponentials, halved to the last bit.
+///
+/// # Errors
+/// A run that could not go on.
+pub fn threshold() -> Result<Witness, WitnessError> {
+    let (angle, level) = (1.1, 8.0);
+    let motor = paper_motor()?.linearised();
+    let current = |time: f64| {
+        let share = |inductance: f64, part: f64| {
+            let rate = -motor.resistance * time / inductance;
+            -part * part * (2.0 / 3.0) * LINK / motor.resistance * exp_m1(rate)
+        };
+        share(motor.winding.d_axis_inductance(), cos(angle))
+            + share(motor.winding.q_axis_inductance(), sin(angle))
+    };
+    let (mut low, mut high) = (0.0, 400e-6);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        *(if current(middle) < level { &mut low } else { &mut high }) = middle;
+    }
+    let tick = 1e-12;
+    let comparator = ComparatorSettings { timer: tick, ..SensorSettings::IDEAL.comparator };
+    let settings = SensorSettings { comparator, ..SensorSettings::IDEAL };
+    let case = Case {
+        sensors: Sensors::nominal(settings),
+        start_angle: angle,
+        ..Case::new(&motor, inverter(OpenLeg::Open))
+    };
+    let stage = Stage { legs: Abc::new(Leg::High, Leg::Low, Leg::Low), duration: Nanos::from_micros(400) };
+    let off = Stage::off(Nanos::from_micros(500));
+    let read = replay(&case, &[Command::until(level, stage, off, Sampling::once(Nanos::ZERO))])?;
+    let here = read.value.first().map_or(f64::NAN, |sample| sample[TIME]);
+    Ok(Witness::number("time of a comparator's trip at 8 A", CLOSED, [low, here], 50e-12, "s"))
+}
+
+/// The voltage in V of the open terminal 100 µs into a pulse on a line, U/2 + r U exp(−2R t/L) with r by saliency and angle.
+///
+/// # Errors
+/// A run that could not go on.
+pub fn open_terminal() -> Result<Witness, WitnessError> {
+    let (angle, time) = (0.55_f64, Nanos::from_micros(100));
+    let motor = paper_motor()?.linearised();
+    let k = motor.winding.saliency / motor.winding.mean_inductance;
+    let twice = 2.0 * (angle - (-30.0_f64).to_radians());
+    let lines = 1.0 + k * cos(twice);
+    let r = -(3.0_f64.sqrt() / 2.0) * k * sin(twice) / lines;
+    let rate = 2.0 * motor.resistance / (3.0 * motor.winding.mean_inductance * lines);
+    let known = LINK / 2.0 + r * LINK * exp(-rate * time.seconds());
+    let settings = SensorSettings { terminal: Some(TerminalSensor::IDEAL), ..SensorSettings::IDEAL };
+    let mut case = case(&motor, OpenLeg::Open, 0.0);
+    (case.start_angle, case.sensors, case.tolerance) =
+        (angle, Sensors::nominal(settings), Tolerance { flux: 1e-12 });
+    let stage = Stage::line(Phase::A, Phase::B, Nanos::from_micros(200));
+    let here = replay(&case, &[Command::hold(stage, Sampling::once(time))])?.value[0][TERMINAL + 2];
+    Ok(Witness::number("voltage of the open terminal during a line pulse", CLOSED, [known, here], 1e-6, "V"))
+}
+
+/// The current in A of a vector that a dead time makes 2 µs shorter: its leg turns on so much later. Volt-seconds that are gone, 2/3 U t_d/L, in
+/// a motor without resistance.
+///
+/// # Errors
+/// A run that could not go on.
+pub fn dead_time() -> Result<Witness, WitnessError> {
+    let (dead, on) = (2e-6, 80e-6);
+    let mut motor = paper_motor()?.linearised();
+    motor.resistance = 0.0;
+    let inductance = motor.winding.d_axis_inductance();
+    let known = LINK * (2.0 / 3.0) * (on - dead) / inductance;
+    let mut inverter = inverter(OpenLeg::Diodes);
+    inverter.gates = [GateTiming { dead_time: Nanos::from_micros(2), ..GateTiming::default() }; 3];
+    let low = Stage { legs: Abc::new(Leg::Low, Leg::Low, Leg::Low), duration: Nanos::from_micros(20) };
+    let vector = Stage { legs: Abc::new(Leg::High, Leg::Low, Leg::Low), duration: Nanos::from_micros(80) };
+    let command = Command::sequence(low, vector, Sampling::once(Nanos::from_micros(100)));
+    let here = replay(&Case::new(&motor, inverter), &[command])?.value[0][0];
+    Ok(Witness::number(
+        "current of a pulse that the dead time shortens",
+        CLOSED,
+        [known, here],
+        1e-9 * known,
+        "A",
+    ))
+}
+
+pub(super) fn all() -> Result<Vec<Witness>, WitnessError> {
+    Ok(vec![
+        line_pulse(OpenLeg::Open)?,
+        line_pulse(OpenLeg::Diodes)?,
+        gates_off()?,
+        dead_time()?,
+        eddy_step()?,
+        threshold()?,
+        open_terminal()?,
+    ])
+}

@@ -1,0 +1,149 @@
+//! What to do next about each requirement: how to judge it again, which start to look at, how many trials would show it.
+
+use standstill_analysis::qualify::{Case, Claim, Claimed, Verdict};
+use standstill_report::page::Block;
+
+use super::words::Words;
+use crate::commands::faults::in_a_line;
+use crate::shell::command_line::quoted;
+
+/// Most trials that a requirement may have.
+const MOST: u64 = 10_000_000;
+
+impl Words<'_> {
+    fn scenario(&self, of: &Case) -> String {
+        let keys = of.options().into_iter().map(|pair| format!(" -s {}", quoted(&pair)));
+        in_a_line(self.question) + &keys.collect::<String>()
+    }
+
+    /// Returns the command that judges a requirement again.
+    pub fn repeats(&self, number: usize) -> String {
+        let file = quoted(&self.requirements.to_string_lossy());
+        let id = quoted(&self.requirement(number).id);
+        let mut line = in_a_line(self.question);
+        // The file of requirements follows that of the scenario.
+        let scenario = quoted(&self.question.scenario.to_string_lossy());
+        line.insert_str(scenario.len(), &format!(" {file}"));
+        format!(
+            "standstill qualify {line} --only {id} --no-witness --out qualify-{}",
+            slug(&self.requirement(number).id)
+        )
+    }
+
+    /// Returns what to do about a requirement: in words, and the command.
+    pub fn advice(&self, number: usize) -> (String, Option<String>) {
+        let id = &self.requirement(number).id;
+        let Some((of, claim)) = self.binding(number) else { return (String::new(), None) };
+        match claim.verdict() {
+            Verdict::Passed => (format!("{id} passed; to judge it again:"), Some(self.repeats(number))),
+            Verdict::Failed => match claim.seen.worst {
+                Some((trial, _)) if claim.rare.is_none() => {
+                    // A scenario has so many trials, and no further one is shown.
+                    let more = trial >= of.plan().file().trials;
+                    let more = if more { format!(" -s trials={}", trial + 1) } else { String::new() };
+                    let scenario = self.scenario(of);
+                    let command =
+                        format!("standstill trace {scenario}{more} --trial {trial} --out trace-{}", slug(id));
+                    (format!("{id} failed; a start that counts against it:"), Some(command))
+                }
+                _ => (format!("{id} failed; to see what such a start looks like:"), self.odds(of, claim)),
+            },
+            Verdict::NotShown => self.open(id, of, claim),
+        }
+    }
+
+    fn odds(&self, of: &Case, claim: &Claim) -> Option<String> {
+        let event = claim.rare.as_ref()?.event.to_string();
+        Some(format!("standstill odds {} --event {} --effort high", self.scenario(of), quoted(&event)))
+    }
+
+    /// Returns what would show a requirement that is not shown.
+    fn open(&self, id: &str, of: &Case, claim: &Claim) -> (String, Option<String>) {
+        if claim.open.is_some() {
+            let command = format!("standstill magnetics {}", quoted(&of.motor));
+            return (
+                format!(
+                    "{id} is not shown, because the motor's data leave its poles open; measure which pole draws more current:"
+                ),
+                Some(command),
+            );
+        }
+        if let Some(rare) = claim.rare.as_ref().filter(|rare| !rare.alarms.is_empty()) {
+            let text = format!(
+                "{id} is not shown: odds have an alarm ({}), with which nothing is passed; with more effort:",
+                rare.alarms[0]
+            );
+            return (text, self.odds(of, claim));
+        }
+        if matches!(claim.claimed, Claimed::Undetected(_)) && claim.seen.of == 0 {
+            let mode = of.fault.as_ref().and_then(|fault| fault.mode).map_or("MODE", |mode| mode.name());
+            let text = format!(
+                "{id} is not shown: of {} starts none is dangerous even without the checks, so nothing is there to cover; require \
+                 `faults.{mode}: P(wrong_pole) <= 0.1 %` in its place",
+                claim.trials
+            );
+            return (text, None);
+        }
+        match claim.trials_needed() {
+            Some(needed) if needed <= MOST => {
+                // A fifth more than if all went on as it was.
+                let trials = (needed + needed / 5).min(MOST);
+                (
+                    format!(
+                        "{id} is not shown by {} trials; about {needed} would show it if they go on so: set trials = {trials} for it in {}",
+                        claim.trials,
+                        self.requirements.display()
+                    ),
+                    None,
+                )
+            }
+            Some(needed) => {
+                let rest = if claim.rare.is_some() || self.found.requirements.odds.is_some() {
+                    String::new()
+                } else {
+                    "; or set odds = \"normal\" there".to_owned()
+                };
+                (
+                    format!(
+                        "{id} is not shown by {} trials; it would take {needed}, more than the {MOST} that a requirement may have: state a weaker limit, or show it otherwise{rest}",
+                        claim.trials
+                    ),
+                    None,
+                )
+            }
+            None => (
+                format!(
+                    "{id} is not shown by {} trials, and what was seen is not below its limit: more trials would rather show that it fails",
+                    claim.trials
+                ),
+                None,
+            ),
+        }
+    }
+
+    /// Returns the blocks of what to do about the requirements that did not pass, and of how to judge one again.
+    pub fn next(&self) -> Vec<Block> {
+        let passed = |number: &usize| self.found.verdict(*number) == Verdict::Passed;
+        let mut blocks = Vec::new();
+        for number in self.asked.iter().filter(|number| !passed(number)) {
+            let (text, command) = self.advice(*number);
+            blocks.push(Block::Text(text));
+            blocks.extend(command.map(code));
+        }
+        if let Some(number) = self.asked.iter().find(|number| passed(number)).or_else(|| self.asked.first()) {
+            blocks.push(Block::Text("To judge one requirement again, as in the list:".to_owned()));
+            blocks.push(code(self.repeats(*number)));
+        }
+        blocks
+    }
+}
+
+fn code(command: String) -> Block {
+    Block::Code { caption: String::new(), text: command + "\n" }
+}
+
+/// Returns an id as a part of a folder's name.
+fn slug(id: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' };
+    id.chars().map(plain).take(40).collect()
+}

@@ -1,0 +1,84 @@
+//! Verdicts as JUnit XML, which build servers read: a failed requirement is a failure, one that is not shown an error, so that neither is
+//! green.
+
+use std::fmt::Write as _;
+
+use standstill_analysis::qualify::Verdict;
+
+use super::words::{Words, word};
+
+/// Returns the list of requirements as a test suite.
+pub fn suite(words: &Words<'_>) -> String {
+    let of = |verdict| words.asked.iter().filter(|number| words.found.verdict(**number) == verdict).count();
+    let counts = format!(
+        "tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"0\"",
+        words.asked.len(),
+        of(Verdict::Failed),
+        of(Verdict::NotShown)
+    );
+    let mut text = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"standstill qualify\" {counts}>\n  <testsuite name=\"requirements\" {counts}>\n"
+    );
+    for number in words.asked {
+        let requirement = &words.found.requirements.list[*number];
+        let (shown, _) = words.evidence(*number);
+        let (next, command) = words.advice(*number);
+        let [id, limit, said, shown] =
+            [&requirement.id, &requirement.limit, &requirement.text, &shown].map(|text| escaped(text));
+        let verdict = words.found.verdict(*number);
+        let _ = writeln!(text, "    <testcase classname=\"requirements\" name=\"{id}\">");
+        let kind = match verdict {
+            Verdict::Passed => None,
+            Verdict::Failed => Some("failure"),
+            Verdict::NotShown => Some("error"),
+        };
+        if let Some(kind) = kind {
+            let next = escaped(&[next, command.unwrap_or_default()].join(" "));
+            let _ = writeln!(
+                text,
+                "      <{kind} type=\"{}\" message=\"{limit}: {shown}\">{next}</{kind}>",
+                word(verdict)
+            );
+        }
+        let _ = writeln!(text, "      <system-out>{said}: {limit}: {shown}</system-out>\n    </testcase>");
+    }
+    text + "  </testsuite>\n</testsuites>\n"
+}
+
+/// Returns a text as it stands in XML, attributes included. Characters that XML does not have are replaced.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&apos;"),
+            '\t' | '\n' | '\r' => {
+                let _ = write!(out, "&#{};", u32::from(c));
+            }
+            c if c < ' ' || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_any_text_comes_back_from_the_xml() {
+        for text in ["a & b < c > \"d\" 'e'", "two\nlines\tand ]]> more", "<!-- -->&amp;", "µ° ≤ 日本"]
+        {
+            let xml = format!("<t a=\"{0}\">{0}</t>", escaped(text));
+            let document = roxmltree::Document::parse(&xml).expect(text);
+            let root = document.root_element();
+            assert_eq!((root.attribute("a"), root.text()), (Some(text), Some(text)));
+        }
+        let xml = format!("<t>{}</t>", escaped("bell \u{7} and \u{0}"));
+        assert!(roxmltree::Document::parse(&xml).is_ok());
+    }
+}

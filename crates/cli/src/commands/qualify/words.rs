@@ -1,0 +1,284 @@
+//! What a qualification says of each requirement.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+use standstill_analysis::qualify::{Case, Claim, Claimed, Qualification, Requirement, Verdict};
+use standstill_analysis::witness::Witness;
+use standstill_quantity::magnitude;
+use standstill_report::page::Sheet;
+
+use crate::answer::{Record, Records};
+use crate::arguments::Question;
+
+/// A qualification with what was asked.
+pub struct Words<'a> {
+    pub found: &'a Qualification,
+    /// Numbers of the requirements that are asked for.
+    pub asked: &'a [usize],
+    pub question: &'a Question,
+    /// File of the requirements.
+    pub requirements: &'a Path,
+}
+
+/// Returns a verdict in a word.
+pub const fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Passed => "passed",
+        Verdict::Failed => "failed",
+        Verdict::NotShown => "not shown",
+    }
+}
+
+/// Returns the settings of a case in words.
+pub fn case(case: &Case) -> String {
+    let text = |value: &toml::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let settings = case.settings.iter().map(|(key, value)| format!("{key}={}", text(value)));
+    let fault = case.fault.as_ref().and_then(|fault| fault.mode).map(|mode| format!("fault {}", mode.name()));
+    let all: Vec<String> = settings.chain(fault).collect();
+    if all.is_empty() { "the scenario".to_owned() } else { all.join(", ") }
+}
+
+/// Formats a share with three digits, in per cent where it is not tiny.
+pub fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent > 0.0 && percent < 0.01 {
+        return format!("{share:.1e}");
+    }
+    let decimals = magnitude(percent).map_or(0, |power| usize::try_from(2 - power).unwrap_or(0));
+    format!("{percent:.decimals$} %")
+}
+
+/// Formats an rms in degrees with three digits.
+fn degrees(value: f64) -> String {
+    let decimals = magnitude(value).map_or(0, |power| usize::try_from(2 - power).unwrap_or(0).min(6));
+    format!("{value:.decimals$}°")
+}
+
+/// Returns what was seen of a claim with its interval, in words.
+fn shown(claim: &Claim) -> String {
+    let seen = &claim.seen;
+    let [value, low, high] = claim.interval();
+    let text = match claim.claimed {
+        Claimed::Rms(_) => {
+            format!(
+                "rms {} of {} starts, {} to {}",
+                degrees(value),
+                seen.squares.len(),
+                degrees(low),
+                degrees(high)
+            )
+        }
+        Claimed::Share(bad, or_unanswered, _) => {
+            let or = if or_unanswered { " or no answer" } else { "" };
+            format!("{bad}{or}: {} of {} starts, {} to {}", seen.cases, seen.of, percent(low), percent(high))
+        }
+        Claimed::Undetected(_) if seen.of == 0 => {
+            "no start is dangerous without the method's checks".to_owned()
+        }
+        Claimed::Undetected(_) => {
+            let [least, most] = [percent(1.0 - high), percent(1.0 - low)];
+            format!("{} of {} dangerous starts detected, {least} to {most}", seen.of - seen.cases, seen.of)
+        }
+    };
+    let Some(rare) = &claim.rare else { return text };
+    let [low, high] = rare.ends;
+    let alarms: String = rare.alarms.iter().map(|alarm| format!("; alarm: {alarm}")).collect();
+    let odds = match rare.probability.value {
+        0.0 => format!("at most {high:.1e}"),
+        value => format!("{value:.1e} [{low:.1e}, {high:.1e}]"),
+    };
+    format!("{text}; odds: {odds}, an estimate{alarms}")
+}
+
+fn by(claim: &Claim) -> &'static str {
+    if claim.rare.is_some() { "odds" } else { "trials" }
+}
+
+impl Words<'_> {
+    pub fn requirement(&self, number: usize) -> &Requirement {
+        &self.found.requirements.list[number]
+    }
+
+    /// States the probability of an error.
+    pub fn confidence(&self) -> String {
+        let count = self.found.count();
+        let whole = 1.0 - self.found.requirements.confidence;
+        format!(
+            "At most {} probability that any of these verdicts is wrong, split evenly over {count} claims: each interval holds with {} \
+             whenever its trials ended; odds are estimates outside of that bound",
+            percent(whole),
+            percent(1.0 - whole / count as f64),
+        )
+    }
+
+    /// Returns the claim that decides a requirement: the first of those with the worst verdict.
+    pub fn binding(&self, number: usize) -> Option<(&Case, &Claim)> {
+        let worst = self.found.verdict(number);
+        self.found.claims(number).find(|(_, claim)| claim.verdict() == worst)
+    }
+
+    /// Returns a row of the table.
+    pub fn row(&self, number: usize) -> Vec<String> {
+        let requirement = self.requirement(number);
+        let (shown, trials) = self.evidence(number);
+        let verdict = word(self.found.verdict(number)).to_owned();
+        vec![requirement.id.clone(), verdict, requirement.limit.clone(), shown, trials.to_string()]
+    }
+
+    /// Returns what decides a requirement in words, and the trials of all its cases.
+    pub fn evidence(&self, number: usize) -> (String, u64) {
+        let claims: Vec<_> = self.found.claims(number).collect();
+        let trials =
+            claims.iter().filter(|(_, claim)| !claim.guards).map(|(_, claim)| claim.trials).sum::<u64>();
+        let odds: u64 =
+            claims.iter().filter_map(|(_, claim)| claim.rare.as_ref()).map(|rare| rare.trials).sum();
+        let Some((of, claim)) = self.binding(number) else { return (String::new(), trials) };
+        let mut text = shown(claim);
+        if !of.settings.is_empty() || of.fault.is_some() {
+            text = format!("{}: {text}", case(of));
+        }
+        if let Some(open) = &claim.open {
+            text = format!("{text}; {open}");
+        }
+        (text, trials + odds)
+    }
+
+    fn claim_json(&self, of: &Case, claim: &Claim) -> Value {
+        let [value, low, high] = claim.interval();
+        let odds = claim.rare.as_ref().map(|rare| {
+            json!({
+                "event": rare.event.to_string(),
+                "probability": rare.probability.value, "low_95": rare.probability.low, "high_95": rare.probability.high,
+                "low": rare.ends[0], "high": rare.ends[1], "trials": rare.trials, "alarms": rare.alarms,
+                "is": "an estimate by the scatter of independent runs, not a bound that is proved",
+            })
+        });
+        json!({
+            "case": of.options(), "motor": of.motor, "guards_answers": claim.guards, "verdict": word(claim.verdict()), "decided_by": by(claim),
+            "shown": shown(claim), "value": value, "low": low, "high": high, "at_most": claim.limit(),
+            "cases": claim.seen.cases, "of": claim.seen.of, "trials": claim.trials, "most_trials": claim.most,
+            "error_probability": claim.alpha, "trial": claim.seen.worst.map(|(trial, _)| trial),
+            "trials_needed": (claim.verdict() == Verdict::NotShown).then(|| claim.trials_needed()).flatten(),
+            "open": claim.open, "odds": odds,
+        })
+    }
+
+    /// Returns all verdicts as JSON.
+    pub fn json(&self) -> Value {
+        let of = |number: &usize| {
+            let requirement = self.requirement(*number);
+            let claims: Vec<Value> =
+                self.found.claims(*number).map(|(of, claim)| self.claim_json(of, claim)).collect();
+            let (next, command) = self.advice(*number);
+            json!({
+                "id": requirement.id, "text": requirement.text, "limit": requirement.limit,
+                "verdict": word(self.found.verdict(*number)), "claims": claims,
+                "next": next, "next_command": command, "repeats": self.repeats(*number),
+            })
+        };
+        let verdict =
+            self.asked.iter().map(|number| self.found.verdict(*number)).max().unwrap_or(Verdict::NotShown);
+        json!({
+            "verdict": word(verdict),
+            "confidence": self.found.requirements.confidence,
+            "claims": self.found.count(),
+            "requirements": self.asked.iter().map(of).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Returns a row for each claim.
+    pub fn records(&self) -> Records {
+        let mut rows = Vec::new();
+        for number in self.asked {
+            let requirement = self.requirement(*number);
+            for (of, claim) in self.found.claims(*number) {
+                let [value, low, high] = claim.interval();
+                rows.push(
+                    Record::default()
+                        .with("id", &requirement.id)
+                        .with("limit", &requirement.limit)
+                        .with("case", case(of))
+                        .with("guards_answers", claim.guards)
+                        .with("verdict", word(claim.verdict()))
+                        .with("decided_by", by(claim))
+                        .with("value", value)
+                        .with("low", low)
+                        .with("high", high)
+                        .with("at_most", claim.limit())
+                        .with("cases", claim.seen.cases)
+                        .with("of", claim.seen.of)
+                        .with("trials", claim.trials)
+                        .with("odds", claim.rare.as_ref().map(|rare| rare.probability.value))
+                        .with("odds_at_most", claim.rare.as_ref().map(|rare| rare.ends[1]))
+                        .with("trial", claim.seen.worst.map(|(trial, _)| trial)),
+                );
+            }
+        }
+        rows.into_iter().collect()
+    }
+
+    /// Returns the page to sign.
+    pub fn sheet(
+        &self,
+        headline: &str,
+        setting: &str,
+        manifest: &Value,
+        witnesses: Option<&[Witness]>,
+    ) -> Sheet {
+        let fact = |name: &str, of: &Value| {
+            (name.to_owned(), of.as_str().map_or_else(|| of.to_string(), str::to_owned))
+        };
+        let scenario = self.question.scenario.display();
+        let mut facts = vec![
+            ("Drive".to_owned(), setting.lines().next().unwrap_or_default().to_owned()),
+            (
+                "Scenario".to_owned(),
+                format!("{scenario} ({})", manifest["scenario"]["digest"].as_str().unwrap_or_default()),
+            ),
+            (
+                "Requirements".to_owned(),
+                format!(
+                    "{} ({})",
+                    self.requirements.display(),
+                    manifest["requirements"]["digest"].as_str().unwrap_or_default()
+                ),
+            ),
+            (
+                "Program".to_owned(),
+                format!(
+                    "Standstill {} ({}), numerics {}, ABI {}",
+                    manifest["program"]["version"].as_str().unwrap_or_default(),
+                    manifest["program"]["digest"].as_str().unwrap_or("no digest"),
+                    manifest["program"]["numerics"],
+                    manifest["program"]["abi"],
+                ),
+            ),
+            fact("Processor", &manifest["machine"]["processor"]),
+        ];
+        facts.push(("Witnesses".to_owned(), super::manifest::heard(witnesses)));
+        let rows = self.asked.iter().map(|number| {
+            let requirement = self.requirement(*number);
+            let (shown, trials) = self.evidence(*number);
+            [
+                requirement.id.clone(),
+                requirement.text.clone(),
+                requirement.limit.clone(),
+                format!("{shown} ({trials} trials)"),
+                word(self.found.verdict(*number)).to_owned(),
+            ]
+        });
+        Sheet {
+            title: "Qualification".to_owned(),
+            headline: headline.to_owned(),
+            facts,
+            columns: ["Id", "Requirement", "Limit", "Shown", "Verdict"],
+            rows: rows.collect(),
+            notes: vec![
+                self.confidence() + ".",
+                "A simulation shows what its model contains. What it leaves out, what of the motor is assumed, and the conditions of rare events are in the annexes of qualify.json and qualify.html, which belong to this page.".to_owned(),
+            ],
+            signatures: vec!["Prepared by".to_owned(), "Reviewed by".to_owned()],
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! `standstill witness`: closed forms, conservation laws and kept results, computed anew on this machine.
+
+use std::sync::atomic::AtomicBool;
+
+use serde_json::{Value, json};
+use standstill_analysis::witness::{Figure, Witness, WitnessError, all};
+use standstill_campaign::NUMERICS;
+use standstill_campaign::digests::DigestError;
+use standstill_report::page::{Block, Column, Section, Table, Tone};
+
+use crate::answer::{Answer, Record, Records, verdict};
+use crate::arguments::Witness as Options;
+use crate::error::Error;
+use crate::shell::Report;
+use crate::shell::interrupt::{self, INTERRUPTED};
+use crate::shell::progress;
+
+/// Why witnesses were not heard.
+pub enum Unheard {
+    Witness(WitnessError),
+    Folder(std::io::Error),
+}
+
+impl From<Unheard> for Error {
+    fn from(error: Unheard) -> Self {
+        match error {
+            Unheard::Witness(error) => Self::Witness(error),
+            Unheard::Folder(error) => Self::Write(std::env::temp_dir(), error),
+        }
+    }
+}
+
+/// Hears all witnesses, in a temporary folder for their files.
+pub fn hear(stop: &AtomicBool, hear: impl FnMut(&'static str)) -> Result<Vec<Witness>, Unheard> {
+    let folder = tempfile::tempdir().map_err(Unheard::Folder)?;
+    all(folder.path(), stop, hear).map_err(Unheard::Witness)
+}
+
+pub fn run(options: &Options) -> Result<Report, Error> {
+    let (stop, bar) = (interrupt::flag(), progress::working("witnesses"));
+    let found = hear(&stop, |group| bar.set_message(group));
+    bar.finish_and_clear();
+    match found {
+        Err(Unheard::Witness(WitnessError::Digest(DigestError::Stopped))) => {
+            let text = "Interrupted: not all witnesses were heard; begin again with\n  standstill witness\n"
+                .to_owned();
+            Ok(Report { text, code: INTERRUPTED })
+        }
+        Err(error) => Err(error.into()),
+        Ok(found) => Ok(report(&found, options.json)),
+    }
+}
+
+/// Returns what the witnesses say: code 1 if one of them does not hold.
+fn report(found: &[Witness], as_json: bool) -> Report {
+    let holding = found.iter().filter(|witness| witness.holds()).count();
+    let code = u8::from(holding < found.len());
+    if as_json {
+        return Report {
+            text: format!(
+                "{:#}\n",
+                json!({ "hold": code == 0, "numerics": NUMERICS, "witnesses": json(found) })
+            ),
+            code,
+        };
+    }
+    let tone = if code == 0 { Tone::Good } else { Tone::Bad };
+    let headline = format!("{holding} of {} witnesses hold on this machine", found.len());
+    let wrong = found
+        .iter()
+        .filter(|witness| !witness.holds())
+        .map(|witness| format!("does not hold: {}", witness.claim));
+    let mut details: Vec<String> = wrong.collect();
+    if code != 0 {
+        details.push("what this program computes here is not what it should be: report it with this output; trust no result of it".to_owned());
+    }
+    let blocks = vec![
+        Block::Table(table(found)),
+        Block::Text("docs/validation.md has what else is compared, with other programs too.".to_owned()),
+    ];
+    let sections =
+        vec![Section::new("Answer", std::iter::once(verdict(tone, headline, details)).chain(blocks))];
+    Report { text: Answer { sections, ..Answer::default() }.text(), code }
+}
+
+/// Returns a number for people.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
+        let digits = format!("{value:.8}");
+        return digits.trim_end_matches('0').trim_end_matches('.').to_owned();
+    }
+    format!("{value:.3e}")
+}
+
+/// Returns the table of witnesses.
+pub fn table(found: &[Witness]) -> Table {
+    let columns = [
+        Column::prose("claim"),
+        Column::word("known by").rank(1),
+        Column::word("known"),
+        Column::word("here"),
+        Column::word("within"),
+        Column::word("holds"),
+    ];
+    let rows = found.iter().map(|witness| {
+        let [known, here, within] = match &witness.figure {
+            Figure::Number { known, here, tolerance, unit } => [known, here]
+                .map(|value| format!("{} {unit}", number(*value)).trim_end().to_owned())
+                .into_iter()
+                .chain([format!("{tolerance:.1e}")])
+                .collect::<Vec<_>>()
+                .try_into()
+                .unwrap_or_default(),
+            Figure::Digest { known, here } => [known.clone(), here.clone(), "every bit".to_owned()],
+        };
+        let holds = if witness.holds() { "yes" } else { "NO" };
+        vec![witness.claim.clone(), witness.from.to_owned(), known, here, within, holds.to_owned()]
+    });
+    Table::new(columns).rows(rows)
+}
+
+/// Returns the witnesses as JSON.
+pub fn json(found: &[Witness]) -> Value {
+    let record = |witness: &Witness| {
+        let record = Record::default()
+            .with("claim", &witness.claim)
+            .with("known_by", witness.from)
+            .with("holds", witness.holds());
+        match &witness.figure {
+            Figure::Number { known, here, tolerance, unit } => {
+                record.with("known", known).with("here", here).with("tolerance", tolerance).with("unit", unit)
+            }
+            Figure::Digest { known, here } => record.with("known", known).with("here", here),
+        }
+    };
+    json!(found.iter().map(record).collect::<Records>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_one_witness_that_does_not_hold_is_named_and_ends_with_code_1() {
+        let of = |here: f64| Witness {
+            claim: "current of a pulse".to_owned(),
+            from: "closed form",
+            figure: Figure::Number { known: 1.33627, here, tolerance: 1e-9, unit: "A" },
+        };
+        let good = report(&[of(1.33627), of(1.33627)], false);
+        assert_eq!(good.code, 0);
+        assert!(good.text.contains("2 of 2 witnesses hold"), "{}", good.text);
+        for as_json in [false, true] {
+            let bad = report(&[of(1.33627), of(1.3363)], as_json);
+            assert_eq!(bad.code, 1);
+            assert!(bad.text.contains("current of a pulse") && bad.text.contains("1.3363"), "{}", bad.text);
+        }
+        assert!(report(&[of(1.3363)], false).text.contains("does not hold: current of a pulse"));
+    }
+}
