@@ -158,13 +158,10 @@ impl Requirements {
         for (number, requirement) in self.list.iter().enumerate() {
             for settings in requirement.combinations() {
                 let known = cases.iter().position(|case| case.is(&settings, requirement.demand.fault));
-                let place = match known {
-                    Some(place) => place,
-                    None => {
-                        cases.push(self.case(plan, document, number, settings)?);
-                        cases.len() - 1
-                    }
-                };
+                let place = known.unwrap_or(cases.len());
+                if known.is_none() {
+                    cases.push(self.case(plan, document, number, settings)?);
+                }
                 self.check(number, &cases[place])?;
                 cases[place].claim(number, requirement, self.unanswered);
             }

@@ -91,18 +91,16 @@ pub(super) fn decide(
         let event = requirements.list[claim.requirement].demand.event(case.rated);
         let open = claim.plain == Verdict::NotShown && claim.open.is_none() && !claim.guards;
         let Some(event) = event.filter(|_| open && is_asked(claim.requirement)) else { continue };
-        let place = match known.iter().position(|(of, ..)| *of == event) {
-            Some(place) => place,
-            None => {
-                let trials = Trials::new(&case.plan)?;
-                let seed = case.plan.file().seed;
-                let settings = Settings { seed, states: effort.states(), ..Settings::default() };
-                let odds = trials.odds(event, &settings, &watch, |_| {})?;
-                let anatomy = Anatomy::of(&trials, event, &odds.failures, &watch)?;
-                known.push((event, odds, anatomy.sectors));
-                known.len() - 1
-            }
-        };
+        let asked = known.iter().position(|(of, ..)| *of == event);
+        let place = asked.unwrap_or(known.len());
+        if asked.is_none() {
+            let trials = Trials::new(&case.plan)?;
+            let seed = case.plan.file().seed;
+            let settings = Settings { seed, states: effort.states(), ..Settings::default() };
+            let odds = trials.odds(event, &settings, &watch, |_| {})?;
+            let anatomy = Anatomy::of(&trials, event, &odds.failures, &watch)?;
+            known.push((event, odds, anatomy.sectors));
+        }
         let (_, odds, sectors) = &known[place];
         let (most, alpha) = (claim.limit(), claim.alpha);
         case.claims[number].rare = Some(Rare::of(event, odds, most, alpha, sectors.clone()));

@@ -13,7 +13,7 @@ fn motor(name: &str) -> Result<Motor, WitnessError> {
     built_in(name).ok_or_else(|| WitnessError::Setting(format!("there is no built-in motor {name}")))
 }
 
-fn setting(error: impl ToString) -> WitnessError {
+fn setting<E: std::fmt::Display>(error: &E) -> WitnessError {
     WitnessError::Setting(error.to_string())
 }
 
@@ -23,8 +23,8 @@ fn ledger(decay: Decay, name: &str) -> Result<Ledger, WitnessError> {
     scenario.drive.link.storage = Some(Storage { capacitance: 500e-6, source_resistance: 0.2 });
     let mut case = scenario.case(3);
     case.tolerance = Tolerance { flux: 1e-12 };
-    let mut detector = LineInductance::new(scenario.detector).map_err(setting)?;
-    run(&case, &mut detector, true, &mut NoProbe).ledger.ok_or_else(|| setting("a run without a ledger"))
+    let mut detector = LineInductance::new(scenario.detector).map_err(|error| setting(&error))?;
+    run(&case, &mut detector, true, &mut NoProbe).ledger.ok_or_else(|| setting(&"a run without a ledger"))
 }
 
 /// What the source gives is lost, stored or turned into motion: the imbalance over what was lost and moved.
@@ -42,7 +42,7 @@ fn agreement(method: MethodName) -> Result<Witness, WitnessError> {
     let mut case = scenario.case(5);
     case.sensors.settings.adc = None;
     case.sensors.settings.dc_link.adc = None;
-    let commands = record(&case, scenario.detector_for(&case).map_err(setting)?)?;
+    let commands = record(&case, scenario.detector_for(&case).map_err(|error| setting(&error))?)?;
     let mut tight = case.clone();
     tight.tolerance = Tolerance { flux: 1e-13 };
     let (here, known) = (replay(&case, &commands)?, replay_refereed(&tight, &commands)?);
@@ -66,7 +66,7 @@ fn paper(decay: Decay) -> Result<Witness, WitnessError> {
     for step in 0..12 {
         let angle = f64::from(step) * 0.55;
         let case = scenario.case_at(angle, Specimen { drive: 0, noise: 0 });
-        let mut detector = LineInductance::new(scenario.detector).map_err(setting)?;
+        let mut detector = LineInductance::new(scenario.detector).map_err(|error| setting(&error))?;
         let run = run(&case, &mut detector, false, &mut NoProbe);
         let error = Record { trial: 0, run }.axis_error_deg().unwrap_or(f64::NAN).abs();
         worst = if error.is_nan() { error } else { worst.max(error) };

@@ -46,7 +46,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let mut heard: Result<Option<Vec<Witness>>, Error> = Ok(None);
     let ended = asked.run(|| {
         found.judge(watched, &|number| asked_for.contains(&number), |of, case| {
-            bar.set_message(progress(of, case))
+            bar.set_message(progress(of, case));
         })?;
         if !options.no_witness {
             bar.set_message("witnesses");
@@ -65,7 +65,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let words = Words { found: &found, asked: &asked_for, question, requirements: path };
     let scenario = plan.scenario(0)?;
     let manifest = manifest::of(&plan, path, &digest, asked.identity())?;
-    asked.answer(&scenario, answer(&words, setting(plan.file(), &scenario), manifest, heard?.as_deref())?)
+    asked.answer(&scenario, answer(&words, setting(plan.file(), &scenario), manifest, heard?.as_deref()))
 }
 
 fn is_stop(error: &standstill_analysis::witness::WitnessError) -> bool {
@@ -106,7 +106,7 @@ fn answer(
     setting: String,
     manifest: serde_json::Value,
     witnesses: Option<&[Witness]>,
-) -> Result<Answer, Error> {
+) -> Answer {
     let found = words.found;
     let of = |verdict| words.asked.iter().filter(|number| found.verdict(**number) == verdict).count();
     let [passed, failed, open] = [Verdict::Passed, Verdict::Failed, Verdict::NotShown].map(of);
@@ -150,5 +150,5 @@ fn answer(
         ..answer
     };
     answer.sections.extend(manifest::sections(found, witnesses).into_iter().map(Section::aside));
-    Ok(answer)
+    answer
 }

@@ -81,12 +81,8 @@ fn law_a_probability_at_its_limit_is_seldom_decided_whenever_one_stops() {
 fn law_a_mean_at_its_limit_is_seldom_decided_whenever_one_stops() {
     const SEQUENCES: u64 = 400;
     let alpha = 0.1;
-    // Mostly small squares, and seldom the largest there is: the mean is 0.9 · 0.01/3 + 0.1 · 0.2 · … by the two parts.
-    let kinds: [(&str, fn(f64) -> f64, f64); 2] = [
-        ("seldom and large", |u| if u < 0.01 { 1.0 } else { 0.0 }, 0.01),
-        ("spread", |u| 0.04 * u * u, 0.04 / 3.0),
-    ];
-    for (what, of, most) in kinds {
+    let seldom: fn(f64) -> f64 = |u| if u < 0.01 { 1.0 } else { 0.0 };
+    for (what, of, most) in [("seldom and large", seldom, 0.01), ("spread", |u| 0.04 * u * u, 0.04 / 3.0)] {
         let mean = Mean { most, alpha };
         let mut decided = 0;
         for number in 0..SEQUENCES {

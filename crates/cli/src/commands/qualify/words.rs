@@ -83,12 +83,12 @@ fn shown(claim: &Claim) -> String {
     };
     let Some(rare) = &claim.rare else { return text };
     let [low, high] = rare.ends;
-    let alarms: String = rare.alarms.iter().map(|alarm| format!("; alarm: {alarm}")).collect();
+    let alarms: Vec<String> = rare.alarms.iter().map(|alarm| format!("; alarm: {alarm}")).collect();
     let odds = match rare.probability.value {
         0.0 => format!("at most {high:.1e}"),
         value => format!("{value:.1e} [{low:.1e}, {high:.1e}]"),
     };
-    format!("{text}; odds: {odds}, an estimate{alarms}")
+    format!("{text}; odds: {odds}, an estimate{}", alarms.concat())
 }
 
 fn by(claim: &Claim) -> &'static str {
@@ -144,7 +144,7 @@ impl Words<'_> {
         (text, trials + odds)
     }
 
-    fn claim_json(&self, of: &Case, claim: &Claim) -> Value {
+    fn claim_json(of: &Case, claim: &Claim) -> Value {
         let [value, low, high] = claim.interval();
         let odds = claim.rare.as_ref().map(|rare| {
             json!({
@@ -169,7 +169,7 @@ impl Words<'_> {
         let of = |number: &usize| {
             let requirement = self.requirement(*number);
             let claims: Vec<Value> =
-                self.found.claims(*number).map(|(of, claim)| self.claim_json(of, claim)).collect();
+                self.found.claims(*number).map(|(of, claim)| Self::claim_json(of, claim)).collect();
             let (next, command) = self.advice(*number);
             json!({
                 "id": requirement.id, "text": requirement.text, "limit": requirement.limit,
