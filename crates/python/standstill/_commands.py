@@ -434,7 +434,7 @@ def qualify(
 
 
 def witness(*, progress: Progress = None) -> dict[str, Any]:
-    """Closed forms, conservation laws and kept results, computed anew on this machine: about a minute."""
+    """Closed forms, conservation laws and kept results, computed anew on this machine: some seconds."""
     answer: dict[str, Any] = _answer("witness", None, progress)
     return answer
 

@@ -170,7 +170,7 @@ pub struct Qualify {
     /// Judge only the requirement of this id, as it is judged in the whole list; repeat it for several
     #[arg(long, value_name = "ID")]
     pub only: Vec<String>,
-    /// Leave out the witnesses of this machine, which take about a minute
+    /// Leave out the witnesses of this machine, which take some seconds
     #[arg(long)]
     pub no_witness: bool,
 }
