@@ -5,8 +5,8 @@ use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_numeric::Heading;
 use standstill_plant::{
-    Cogging, Core, EddyBranch, FluxMap, Friction, Harmonics, MagneticCircuit, Magnetics, MapPoint,
-    MapReport, MapSamples, Motor, Place, Temperature, built_in, built_in_names,
+    Cogging, Core, EddyBranch, FluxMap, Friction, Harmonics, MagneticCircuit, Magnetics, MapPoint, MapReport,
+    MapSamples, Motor, Place, Temperature, built_in, built_in_names,
 };
 use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Case, Faults, RotorState, SensorSettings, Sensors, Streams, Tolerance};

@@ -68,13 +68,6 @@ impl Words<'_> {
                 Some(command),
             );
         }
-        if let Some(rare) = claim.rare.as_ref().filter(|rare| !rare.alarms.is_empty()) {
-            let text = format!(
-                "{id} is not shown: odds have an alarm ({}), with which nothing is passed; with more effort:",
-                rare.alarms[0]
-            );
-            return (text, self.odds(of, claim));
-        }
         if matches!(claim.claimed, Claimed::Undetected(_)) && claim.seen.of == 0 {
             let mode = of.fault.as_ref().and_then(|fault| fault.mode).map_or("MODE", |mode| mode.name());
             let text = format!(
@@ -84,40 +77,40 @@ impl Words<'_> {
             );
             return (text, None);
         }
+        let text = format!("{id} is not shown by {} trials; {}", claim.trials, self.more(claim));
+        match claim.rare.as_ref().and_then(|rare| rare.alarms.first()) {
+            Some(alarm) => {
+                let text = format!(
+                    "{text}; odds have an alarm ({alarm}), with which nothing is passed; with more effort:"
+                );
+                (text, self.odds(of, claim))
+            }
+            None => (text, None),
+        }
+    }
+
+    /// Says how many trials would show a claim.
+    fn more(&self, claim: &Claim) -> String {
         match claim.trials_needed() {
             Some(needed) if needed <= MOST => {
                 // A fifth more than if all went on as it was.
-                let trials = (needed + needed / 5).min(MOST);
-                (
-                    format!(
-                        "{id} is not shown by {} trials; about {needed} would show it if they go on so: set trials = {trials} for it in {}",
-                        claim.trials,
-                        self.requirements.display()
-                    ),
-                    None,
+                let trials = rounded_up(needed + needed / 5).min(MOST);
+                let (needed, file) = (rounded_up(needed), self.requirements.display());
+                format!(
+                    "some {needed} would show it if they go on so: set trials = {trials} for it in {file}"
                 )
             }
             Some(needed) => {
-                let rest = if claim.rare.is_some() || self.found.requirements.odds.is_some() {
-                    String::new()
-                } else {
-                    "; or set odds = \"normal\" there".to_owned()
-                };
-                (
-                    format!(
-                        "{id} is not shown by {} trials; it would take {needed}, more than the {MOST} that a requirement may have: state a weaker limit, or show it otherwise{rest}",
-                        claim.trials
-                    ),
-                    None,
+                let asked = claim.rare.is_some() || self.found.requirements.odds.is_some();
+                let rest = if asked { "" } else { "; or set odds = \"normal\" there" };
+                format!(
+                    "it would take {}, and a requirement may have {MOST}: state a weaker limit, or show it otherwise{rest}",
+                    rounded_up(needed)
                 )
             }
-            None => (
-                format!(
-                    "{id} is not shown by {} trials, and what was seen is not below its limit: more trials would rather show that it fails",
-                    claim.trials
-                ),
-                None,
-            ),
+            None => {
+                "what was seen is not below its limit: more trials would rather show that it fails".to_owned()
+            }
         }
     }
 
@@ -138,6 +131,12 @@ impl Words<'_> {
     }
 }
 
+/// Rounds a number of trials up to two digits.
+fn rounded_up(trials: u64) -> u64 {
+    let unit = 10_u64.pow(trials.max(1).ilog10().saturating_sub(1));
+    trials.div_ceil(unit) * unit
+}
+
 fn code(command: String) -> Block {
     Block::Code { caption: String::new(), text: command + "\n" }
 }
@@ -146,4 +145,18 @@ fn code(command: String) -> Block {
 fn slug(id: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' };
     id.chars().map(plain).take(40).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_numbers_of_trials_are_rounded_up_to_two_digits() {
+        assert_eq!(
+            [0, 7, 99, 101, 6_164_480, 7_300_000].map(rounded_up),
+            [0, 7, 99, 110, 6_200_000, 7_300_000]
+        );
+        assert_eq!(slug("POLE <&1"), "POLE---1");
+    }
 }
