@@ -10,8 +10,8 @@ pub const NOT_MODELLED: [&str; 11] = [
     "slots beyond the harmonics of inductances (4θ) and magnet flux (5th, 7th) that the data sheet has; end effects; the depth to which \
      eddy currents reach, which are one branch for each axis",
     "shafts and gears that twist: the rotor is one inertia with friction, load, cogging and the play of a brake",
-    "slew rates of amplifiers, the charge that a converter takes from its source, disturbances from outside of the drive",
-    "comparators below legs, and the load of dividers beside a capacitance of the terminals",
+    "disturbances from outside of the drive, and what parts of it do to each other beyond the keys of the scenario",
+    "the load of dividers beside a capacitance of the terminals",
     "faults of the processor: memory, clock tree, program flow; a program that is built for another processor than the one that ran here",
     "anything after the angle is named: the start itself, sensors of position, brakes, the driven machine",
 ];

@@ -12,9 +12,9 @@ pub const GROUPS: [(&str, &[&str]); 6] = [
     ("Is my motor suited?", &["check", "lab", "init", "motors", "convert"]),
     ("My motor's numbers", &["fit", "magnetics"]),
     ("Starts, one or many", &["trace", "compare", "run", "sweep", "report", "explain"]),
-    ("Questions to a scenario", &["odds", "faults", "budget", "require", "tune", "bounds"]),
+    ("Questions to a scenario", &["odds", "faults", "qualify", "budget", "require", "tune", "bounds"]),
     ("Other tools and clusters", &["fmu", "slurm", "status", "merge"]),
-    ("About this program", &["reproduce", "schema", "completions", "man", "help"]),
+    ("About this program", &["reproduce", "witness", "schema", "completions", "man", "help"]),
 ];
 
 /// Columns of the list.
