@@ -96,7 +96,7 @@ fn table(title: &str, seeds: u64, case: impl Fn(u64) -> (Pulses, Scope, Start) +
         }
     }
     println!(
-        "  {:22} {:>10} {:>9} {:>10} {:>9} {:>6} {:>6}  told",
+        "  {:22} {:>10} {:>9} {:>10} {:>9} {:>6} {:>6}  identified",
         "", "bias", "deviation", "half width", "inside", "below", "above"
     );
     let fits: Vec<(&Fit, &Pulses, &Scope, usize)> = all
@@ -146,7 +146,7 @@ fn table(title: &str, seeds: u64, case: impl Fn(u64) -> (Pulses, Scope, Start) +
 /// Estimates of one parameter, beside its truth.
 #[derive(Default)]
 struct Seen {
-    told: u32,
+    identified: u32,
     /// Truths below and above the interval.
     beyond: [u32; 2],
     sum: f64,
@@ -156,7 +156,7 @@ struct Seen {
 
 impl Seen {
     fn add(&mut self, off: f64, [low, high]: [f64; 2]) {
-        self.told += 1;
+        self.identified += 1;
         self.beyond[0] += u32::from(0.0 < low);
         self.beyond[1] += u32::from(0.0 > high);
         (self.sum, self.squares) = (self.sum + off, self.squares + off * off);
@@ -164,18 +164,18 @@ impl Seen {
     }
 
     fn print(&self, name: &str) {
-        if self.told == 0 {
+        if self.identified == 0 {
             return;
         }
-        let n = f64::from(self.told);
+        let n = f64::from(self.identified);
         let bias = self.sum / n;
         let deviation = (self.squares / n - bias * bias).max(0.0).sqrt();
         let [below, above] = self.beyond;
         println!(
             "  {name:22} {bias:10.1e} {deviation:9.1e} {:10.1e} {:7.1} % {below:6} {above:6}  {}",
             self.width / n,
-            100.0 * f64::from(self.told - below - above) / n,
-            self.told
+            100.0 * f64::from(self.identified - below - above) / n,
+            self.identified
         );
     }
 }

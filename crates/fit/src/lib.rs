@@ -34,6 +34,7 @@ pub mod record;
 mod result;
 mod sheet;
 mod shunt;
+mod slopes;
 mod solve;
 mod start;
 mod truncated;
@@ -322,7 +323,7 @@ impl Work<'_> {
                 Some(spread) => (0..keep.len()).rev().find(|k| {
                     spread.half(&[(*k, 1.0)], free[keep[*k]]) > self.plausible(free[keep[*k]], point)
                 }),
-                None => self.least_told(sum, &keep),
+                None => self.least_identified(sum, &keep),
             };
             match wide {
                 Some(k) => drop(keep.remove(k)),
@@ -333,7 +334,7 @@ impl Work<'_> {
 
     /// Returns the last parameter that takes part in a null direction of the information matrix of the free parameters; none if
     /// the matrix is regular.
-    fn least_told(&self, sum: &Sum, keep: &[usize]) -> Option<usize> {
+    fn least_identified(&self, sum: &Sum, keep: &[usize]) -> Option<usize> {
         let places = self.places(sum, keep);
         let scale = scale_of(&sum.information, &places);
         if let Some(k) = (0..keep.len()).rev().find(|k| scale[*k].is_nan() || scale[*k] <= 0.0) {

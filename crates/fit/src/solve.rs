@@ -9,10 +9,10 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::parameters::{Parameter, Point};
-use super::pieces::{Edge, Piece};
+use super::pieces::Piece;
 use super::plant::{Frame, Sampled};
 use super::reading::Scatter;
-use super::record::{CHANNELS, Request};
+use super::record::CHANNELS;
 
 /// Data and free parameters of a fit.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ const NEIGHBOURS: usize = 40;
 const INTEGRATORS_ERROR: f64 = 2.0;
 
 /// Index of an unknown, and the derivative of each row's currents with respect to it.
-type Column = (usize, Vec<[f64; CHANNELS]>);
+pub type Column = (usize, Vec<[f64; CHANNELS]>);
 
 /// Score and information of one piece's readings.
 struct Part {
@@ -153,7 +153,9 @@ impl Problem {
         if slopes {
             let turns_on = self.turning_on(number);
             let by_edges = |p: &Parameter| *p == Parameter::DeadTime && turns_on.is_some();
-            let simulated = |p: &Parameter| p.is_of_plant() && !by_edges(p);
+            let of_others = self.has_switch_by_others(point);
+            let by_others = |p: &Parameter| *p == Parameter::SwitchResistance && of_others;
+            let simulated = |p: &Parameter| p.is_of_plant() && !by_edges(p) && !by_others(p);
             for (place, parameter) in self.free.iter().enumerate().filter(|(_, p)| simulated(p)) {
                 let step = parameter.step(point, &self.frame, piece.link);
                 difference(place, step, &|change| {
@@ -173,50 +175,13 @@ impl Problem {
             let delayed = self.of_edges(Parameter::Delay, piece, &columns, |_| true);
             let dead =
                 turns_on.and_then(|on| self.of_edges(Parameter::DeadTime, piece, &columns, |edge| on[edge]));
+            let switch = of_others.then(|| self.of_switch(&columns)).flatten();
             columns.extend(delayed);
             columns.extend(dead);
+            columns.extend(switch);
         }
         self.read(piece, point, scatter, &nominal, &columns, &mut part);
         Some(part)
-    }
-
-    /// Returns the derivatives with respect to a parameter that has the same effect as a shift of some edges, in a piece in which
-    /// every edge is an unknown: the sum of the derivatives of these edges. A delay of the channels is a shift of all edges, a dead
-    /// time one of the edges that turn legs on, so no reading tells the two apart. A derivative computed differently would: its
-    /// rounding errors differ from those of the edges.
-    fn of_edges(
-        &self,
-        parameter: Parameter,
-        piece: &Piece,
-        columns: &[Column],
-        shifts: impl Fn(usize) -> bool,
-    ) -> Option<Column> {
-        let place = self.free.iter().position(|free| *free == parameter)?;
-        let edges = || columns.iter().filter(|(place, _)| *place >= self.free.len());
-        if edges().count() < piece.edges.len() {
-            return None;
-        }
-        let mut all = vec![[0.0; CHANNELS]; piece.rows.len()];
-        for (_, column) in edges().filter(|(place, _)| shifts(self.edges[place - self.free.len()].1)) {
-            for (sum, one) in all.iter_mut().zip(column) {
-                for (sum, one) in sum.iter_mut().zip(one) {
-                    *sum += one;
-                }
-            }
-        }
-        Some((place, all))
-    }
-
-    /// Returns which edges of a piece turn legs on after all were off, if every other edge turns all off: then a dead time is a
-    /// shift of the former. None if some legs change while others conduct, or if not every edge is an unknown.
-    fn turning_on(&self, number: usize) -> Option<Vec<bool>> {
-        let piece = &self.pieces[number];
-        let off = [Request::Off; 3];
-        let before = std::iter::once(piece.first).chain(piece.edges.iter().map(|edge| edge.legs));
-        let turns_on: Vec<bool> = before.take(piece.edges.len()).map(|legs| legs == off).collect();
-        let are_all_unknown = self.edges.iter().filter(|(of, _)| *of == number).count() == piece.edges.len();
-        let is_plain = |(on, edge): (&bool, &Edge)| *on != (edge.legs == off);
-        (are_all_unknown && turns_on.iter().zip(&piece.edges).all(is_plain)).then_some(turns_on)
     }
 
     /// Adds the terms of a piece's rows.

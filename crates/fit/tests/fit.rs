@@ -162,7 +162,7 @@ fn cross_a_resistance_that_depends_on_drops_is_named_and_contains_the_truth() {
         assert!((not_identified(name).value - of_start).abs() < 1e-9, "{:?}", not_identified(name));
     }
     // So is saturation that is alike to both sides of the magnet, for 2.3 A do not show what 8 A do. Falls of 6.3 % along +d and
-    // −3.4 % along −d have γ = 0.0061, which alone makes 1.8 %. Neither fall along d is told, and their intervals contain the truth, a
+    // −3.4 % along −d have γ = 0.0061, which alone makes 1.8 %. Neither fall along d is identified, and their intervals contain the truth, a
     // core that does not saturate.
     let along_d = ["saturation.d", "saturation.minus_d"].map(not_identified);
     let mean = 0.5 * (along_d[0].value + along_d[1].value);

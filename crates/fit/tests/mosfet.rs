@@ -44,7 +44,7 @@ fn regress_the_witness_has_no_current_at_rest() {
     }
 }
 
-/// Currents depend on the winding's resistance plus a switch's and on the winding's plus a diode's: three numbers, of which two are told.
+/// Currents depend on the winding's resistance plus a switch's and on the winding's plus a diode's: three numbers, of which two are identified.
 #[test]
 fn regress_a_search_on_a_mosfet_drive_ends_and_its_intervals_hold() {
     let scope = Scope { interval: 0.51e-6, codes: 2048.0, ..Scope::of(32.0) };
@@ -181,6 +181,10 @@ fn cross_one_shunt_in_the_link_tells_the_motor() {
             assert!(estimate(&fit, name).identified && off < 2.0, "{seed} {name}: {off} half widths");
             held = [held[0] + usize::from(off <= 1.0), held[1] + 1];
         }
+        // What a switch has more, the winding has less: no reading knows either better than the switch's resistance was stated.
+        let [low, high] = estimate(&fit, "resistance").interval.expect("a value");
+        let stated = drive(&Bench::drawn(seed, Iron::Linear), seed).devices.switch_resistance;
+        assert!((high - low) / 2.0 > 0.98 * 0.5 * stated, "{seed}: {low} to {high}, {stated}");
         // A single channel has no gain beside another's.
         let gains = fit.parameters.iter().filter(|one| one.name.contains("gain")).count();
         assert!(gains == 1 && !estimate(&fit, "common_gain").identified);
