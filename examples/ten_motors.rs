@@ -9,8 +9,9 @@
 
 use std::path::{Path, PathBuf};
 
-use standstill_analysis::{Condition, Demands, Suitability, Suited};
+use standstill_analysis::{Condition, Demands, Effort, Suitability, Suited};
 use standstill_campaign::{Campaign, Summary};
+use standstill_interface::Choice as _;
 use standstill_scenario::{Document, Origin};
 
 type Error = Box<dyn std::error::Error>;
@@ -53,14 +54,14 @@ fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
     let document = Document::parse(Path::new("scenario"), &text)?;
     let demands = Demands::default();
     let began = processor_seconds();
-    let found = Suitability::of(&document, &demands, |_| {})?;
+    let found = Suitability::of(&document, &demands, Effort::Normal, |_| {})?;
     let seconds = processor_seconds() - began;
     let name = sheet.file_stem().unwrap_or_default().to_string_lossy();
     let verdict = match (&found.condition, found.suited()) {
         (Some(Condition::Saturation { least, most, .. }), _) => {
             format!("suited if saturation is {:.2} to {:.0} %", 100.0 * least, 100.0 * most)
         }
-        (_, Suited::No) => "not suited".to_owned(),
+        (_, Suited::No | Suited::Undecided) => found.suited().name().to_owned(),
         (Some(Condition::Pole), _) => "axis only".to_owned(),
         (None, _) => "suited".to_owned(),
     };

@@ -47,7 +47,7 @@ pub use event::{Event, EventError};
 pub use explain::{Cause, Explained};
 pub use standstill_odds::{Alarm, Estimator, Halt, Odds, PLAIN, RUNS, System, Watch, subset};
 pub use suitability::{
-    Advice, Alternative, CANDIDATES, Candidate, Condition, Confirmed, Demand, Demands, Margins, Progress,
-    Setting, Suitability, SuitabilityError, Suited, Way,
+    Advice, Alternative, CANDIDATES, Candidate, Condition, Confirmed, Demand, Demands, Effort, Margins,
+    Progress, Setting, Suitability, SuitabilityError, Suited, Way,
 };
 pub use trials::Trials;

@@ -23,36 +23,28 @@ mod search;
 mod starts;
 #[cfg(test)]
 mod tests;
+mod work;
 
 use standstill_campaign::{CampaignError, Summary};
-use standstill_detect::{Method, MethodName, Signature, Source};
+use standstill_detect::{Method, MethodName, Signature};
 use standstill_interface::choice;
 use standstill_plant::{Motor, PolarityPoint, PoleKnowledge};
 use standstill_scenario::{Document, FileError, Origin, Rotor};
 
 pub use advice::{Advice, Alternative, Way};
 pub use bench::Setting;
+pub use candidate::CANDIDATES;
 pub use condition::Condition;
 pub use confirm::Confirmed;
 pub use demands::Demands;
 pub use margins::{Demand, Margins};
+pub use work::Effort;
 
 use crate::bound::{Bound, BoundError};
 use bench::Bench;
 use search::Found;
 use thiserror::Error;
-
-/// Methods that are tried where the drive has their readings: those that need no separate test bench and finish within a fraction
-/// of a second. Six pulses are tried where a timer captures times: sampled, they read less than `bipolar` does from as many pulses.
-pub const CANDIDATES: [MethodName; 7] = [
-    MethodName::MaximumLikelihood,
-    MethodName::MaximumLikelihoodAdaptive,
-    MethodName::Bipolar,
-    MethodName::LineInductanceFast,
-    MethodName::HfiRotating,
-    MethodName::OpenTerminal,
-    MethodName::SixPulse,
-];
+use work::Allowance;
 
 /// A method with the best settings that were found for it.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,6 +104,8 @@ choice! {
         If = "suited-if",
         /// The motor is not suited with any settings.
         No = "not-suited",
+        /// No settings were found with the work that the check may do, and not all were tried.
+        Undecided = "not-decided",
         /// The data sheet gives both axes the same inductance, as sheets do that give one: there is no axis to judge.
         Unknown = "cannot-be-judged",
     }
@@ -147,6 +141,12 @@ pub struct Suitability {
     pub advice: Vec<Advice>,
     /// Ways to start the motor without these methods, where no change suffices.
     pub alternatives: Vec<Alternative>,
+    /// What was not tried for want of work, in words; more [`Effort`] tries it.
+    pub untried: Vec<String>,
+    /// True if what was not tried may suit the motor as it is.
+    pub is_undecided: bool,
+    /// Work that was done, in evaluations of the machine's equations: at most [`Effort::work`] and the last start.
+    pub work: u64,
 }
 
 /// Error of a suitability check that reached no verdict.
@@ -169,55 +169,86 @@ impl Suitability {
     /// method that was set by an override is the only candidate, and a state of the rotor that was set by an override is the only
     /// one judged.
     ///
+    /// No more work is done than `effort` allows, and the answer is the same on each machine: work is counted, not timed.
+    ///
     /// # Errors
     /// An invalid scenario, or one without a candidate.
     pub fn of(
         document: &Document,
         demands: &Demands,
+        effort: Effort,
         mut progress: impl FnMut(Progress<'_>),
     ) -> Result<Self, SuitabilityError> {
+        Self::within(document, demands, effort.work(), &mut progress)
+    }
+
+    /// Does at most this work.
+    fn within(
+        document: &Document,
+        demands: &Demands,
+        most: u64,
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Self, SuitabilityError> {
         let motor = document.motor()?;
-        let methods = methods(document, &motor, demands)?;
-        let hear: &mut dyn FnMut(Progress<'_>) = &mut progress;
+        let work = Allowance::new(most);
+        let methods = candidate::methods(document, &motor, demands, &work)?;
+        let mut untried = Vec::new();
         let open = motor.has_magnet() && motor.pole_knowledge().is_open();
         let is_salient = saliency_ratio(&motor) >= LEAST_SALIENCY;
         if open && is_salient && condition::saturating(document, 0.1).is_some() {
             let methods = condition::quick(&methods);
-            for most in condition::LARGEST {
-                if let Some(found) = Self::with_saturation(document, demands, &methods, most, hear)? {
-                    return Ok(found);
+            for (number, most) in condition::LARGEST.into_iter().enumerate() {
+                // The first range that is tried is the likeliest; the last part is for the axis alone.
+                let share = if number == 0 { 0.9 } else { 0.4 };
+                let (found, cut) = work
+                    .within(share, || Self::with_saturation(document, demands, &work, &methods, most, hear));
+                if let Some(found) = found? {
+                    return Ok(Self { work: work.done(), ..found });
+                }
+                if cut {
+                    untried.push(format!("a saturation of up to {:.0} %", 100.0 * most));
                 }
             }
         }
-        let bench = Bench::new(document, &motor, demands);
+        let bench = Bench::new(document, &motor, demands, &work);
         let (mut found, searched) = Self::judged(&bench, &methods, hear)?;
+        untried.append(&mut found.untried);
         if found.recommended.is_none() {
             let methods: Vec<_> = methods.into_iter().zip(&searched).collect();
-            found.advice = advice::tried(&bench, &methods, &found, hear)?;
+            found.advice = advice::tried(&bench, &methods, &found, &mut untried, hear)?;
             if found.advice.iter().all(|advice| advice.helps.is_none()) {
-                found.alternatives = advice::alternatives(&bench, &methods)?;
+                let (alternatives, cut) = work.within(1.0, || advice::alternatives(&bench, &methods));
+                found.alternatives = alternatives?;
+                if cut {
+                    untried.push("other ways to start".to_owned());
+                }
             }
         }
         found.condition = open.then_some(Condition::Pole);
-        Ok(found)
+        Ok(Self { untried, work: work.done(), ..found })
     }
 
     /// Checks a motor whose saturation is not given: finds the least saturation that suffices, up to `most`; none if `most` does
-    /// not suffice.
+    /// not suffice, or if no work is left.
     fn with_saturation(
         document: &Document,
         demands: &Demands,
+        work: &Allowance,
         methods: &[MethodName],
         most: f64,
         hear: &mut dyn FnMut(Progress<'_>),
     ) -> Result<Option<Self>, SuitabilityError> {
-        let Some(mut least) = condition::least_saturation(document, demands, methods, most, hear)? else {
+        let (least, cut) = work
+            .within(NARROWING, || condition::least_saturation(document, demands, work, methods, most, hear));
+        let Some(mut least) = least? else {
             return Ok(None);
         };
+        let smaller =
+            cut.then(|| format!("a saturation of less than {} %", standstill_quantity::rounded(least, 2)));
         // What few starts let pass may need a little more on many.
         for _ in 0..5 {
             let range = [least, most];
-            let found = condition::with_range(document, demands, range, |bench| {
+            let found = condition::with_range(document, demands, work, range, |bench| {
                 let (found, _) = Self::judged(bench, methods, hear)?;
                 Ok((found, condition::minus_d(bench.document)?))
             })?;
@@ -225,7 +256,11 @@ impl Suitability {
             if found.recommended.is_some() {
                 found.pole = PoleKnowledge::NotGiven;
                 found.condition = Some(Condition::Saturation { least, most, minus_d });
+                found.untried.extend(smaller);
                 return Ok(Some(found));
+            }
+            if found.is_undecided {
+                return Ok(None);
             }
             least = condition::rounded_up(1.12 * least).min(most);
         }
@@ -237,23 +272,23 @@ impl Suitability {
         methods: &[MethodName],
         hear: &mut dyn FnMut(Progress<'_>),
     ) -> Result<(Self, Vec<Found>), SuitabilityError> {
-        let mut candidates = Vec::new();
-        let mut found = Vec::new();
-        for method in methods {
-            hear(Progress::Method(*method));
-            let of_method = bench.search(*method)?;
-            let candidate = bench.candidate(*method, &of_method)?;
-            hear(Progress::Found(&candidate));
-            candidates.push(candidate);
-            found.push(of_method);
+        let mut untried = Vec::new();
+        let (searched, _) = bench.work.within(SEARCH, || bench.searched(methods, &mut untried, hear));
+        let (mut candidates, found) = searched?;
+        let (recommended, cut) =
+            bench.work.within(CONFIRMATION, || bench.recommended(&mut candidates, &found, hear));
+        let recommended = recommended?;
+        if recommended.is_none() && cut {
+            untried.push("more fresh starts of what was found".to_owned());
         }
-        let recommended = bench.recommended(&mut candidates, &found, hear)?;
         let plain = bench.scenario(&Setting::plain(methods[0]), Rotor::Locked)?;
         let known = plain.nameplate();
         let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
         let tried = bench.scenario(&tried, Rotor::Locked)?;
         let motor = bench.motor;
-        let is_bounded = tried.check().is_ok();
+        // An end of a range without settings is no answer, and the limit takes as long as a method.
+        let is_answer = recommended.is_some() || bench.upper_end.is_none();
+        let is_bounded = is_answer && tried.check().is_ok();
         let suitability = Self {
             saliency_ratio: saliency_ratio(motor),
             limit: if is_bounded { Bound::or_reason(&tried, ANGLES, None)?.0 } else { None },
@@ -265,11 +300,14 @@ impl Suitability {
             pulse_difference: PolarityPoint::of(&plain.motor.magnetics, 0.5 * plain.motor.rated_current)
                 .map_or(0.0, |point| point.difference()),
             most_current_a: bench.most_current,
+            is_undecided: recommended.is_none() && !untried.is_empty(),
             candidates,
             recommended,
             condition: None,
             advice: Vec::new(),
             alternatives: Vec::new(),
+            untried,
+            work: 0,
         };
         Ok((suitability, found))
     }
@@ -278,6 +316,8 @@ impl Suitability {
     pub fn suited(&self) -> Suited {
         match (&self.recommended, &self.condition) {
             (None, _) if !self.has_saliency() => Suited::Unknown,
+            // More settings cannot help where the poles are alike.
+            (None, _) if self.is_undecided && !self.poles_are_alike() => Suited::Undecided,
             (None, _) => Suited::No,
             (Some(_), Some(_)) => Suited::If,
             (Some(_), None) => Suited::Yes,
@@ -329,54 +369,18 @@ impl Suitability {
     }
 }
 
-/// Returns the candidate methods of a document.
-fn methods(
-    document: &Document,
-    motor: &Motor,
-    demands: &Demands,
-) -> Result<Vec<MethodName>, SuitabilityError> {
-    if document.origin("detector.method").is_some() {
-        return Ok(vec![document.load()?.detector.method()]);
-    }
-    let bench = Bench::new(document, motor, demands);
-    let (mut methods, mut unsuitable) = (Vec::new(), None);
-    for method in CANDIDATES {
-        for rotor in &bench.rotors {
-            match bench.scenario(&Setting::plain(method), *rotor) {
-                Err(error) if error.is_foreign_setting() => unsuitable = Some(error),
-                Err(error) => return Err(error.into()),
-                Ok(_) if methods.last() == Some(&method) => {}
-                Ok(scenario) if is_tried(method, &scenario.sources()) => methods.push(method),
-                Ok(_) => {}
-            }
-        }
-    }
-    match unsuitable {
-        Some(error) if methods.is_empty() => Err(error.into()),
-        _ if methods.is_empty() => {
-            // On a drive that reads nothing the document's method says what it needs.
-            document.scenario_of(motor)?;
-            Ok(vec![document.load()?.detector.method()])
-        }
-        _ => Ok(methods),
-    }
-}
-
-/// Returns whether a method is a candidate on a drive with these readings.
-fn is_tried(method: MethodName, there: &[Source]) -> bool {
-    let needed = match method {
-        MethodName::SixPulse => &[Source::CapturedTimes],
-        other => other.sources(),
-    };
-    Source::any_of(needed, there)
-}
-
 fn saliency_ratio(motor: &Motor) -> f64 {
     (motor.winding.saliency / motor.winding.mean_inductance).abs()
 }
 
 /// Saliency ratio |L_B| / L_A below which both axes have the same inductance.
 const LEAST_SALIENCY: f64 = 1e-3;
+
+/// Shares of the work that is left: for the search of the least saturation before its settings are confirmed, for the search of
+/// settings before the best are confirmed, and for the confirmation before changes are tried.
+const NARROWING: f64 = 0.6;
+const SEARCH: f64 = 0.5;
+const CONFIRMATION: f64 = 0.7;
 
 /// Number of angles for the Cramér–Rao limit: enough to show a harmonic of the winding.
 const ANGLES: usize = 16;

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use clap::{Args, Parser, Subcommand};
+use standstill_analysis::Effort;
 use standstill_campaign::NUMERICS;
 use standstill_detect::{Decay, MethodName, Signature};
 use standstill_foreign::ABI;
@@ -262,6 +263,10 @@ pub struct Check {
     /// Longest time of a detection in ms
     #[arg(long, value_name = "MS", default_value_t = 1000.0, value_parser = milliseconds(), allow_hyphen_values = true)]
     pub time: f64,
+    /// quick, normal or high: a quarter of a minute, a minute or a quarter of an hour of processor time at most, about; counted in work,
+    /// so that the answer is the same on each machine
+    #[arg(long, value_name = "EFFORT", default_value = "normal", value_parser = choice::<Effort>())]
+    pub effort: Effort,
     /// Scenario file for what is recommended [default: check-MOTOR.toml; with --json none]
     #[arg(long, value_name = "FILE.toml")]
     pub write: Option<PathBuf>,

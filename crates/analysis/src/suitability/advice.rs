@@ -52,22 +52,34 @@ pub struct Alternative {
 const STARTS: u64 = 200;
 const SLOW_STARTS: u64 = 24;
 
-/// Tries the changes that a drive's engineer can make, given the settings that were found for each method.
+/// Tries the changes that a drive's engineer can make, given the settings that were found for each method. Those for which no work
+/// is left are added to `untried`.
 pub(super) fn tried(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
     found: &Suitability,
+    untried: &mut Vec<String>,
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Vec<Advice>, SuitabilityError> {
     if !found.has_saliency() {
-        return Ok(salient(bench, &short(methods), hear)?.into_iter().collect());
+        let (advice, cut) = bench.work.within(1.0, || salient(bench, &short(methods), hear));
+        let advice = advice?;
+        if advice.is_none() && cut {
+            untried.push("larger values of L_q".to_owned());
+        }
+        return Ok(advice.into_iter().collect());
     }
     // No change of the drive makes the poles draw different currents.
     if found.poles_are_alike() {
         return Ok(Vec::new());
     }
-    let mut advice = changed(bench, methods, hear)?;
-    advice.extend(relaxed::tried(bench, methods, hear)?);
+    let mut advice = changed(bench, methods, untried, hear)?;
+    let (relaxed, cut) = bench.work.within(1.0, || relaxed::tried(bench, methods, hear));
+    let relaxed = relaxed?;
+    if relaxed.is_none() && cut {
+        untried.push("demands that would hold".to_owned());
+    }
+    advice.extend(relaxed);
     Ok(advice)
 }
 
@@ -78,36 +90,43 @@ fn short(methods: &[(MethodName, &Found)]) -> Vec<MethodName> {
     if short.is_empty() { methods.iter().map(|(method, _)| *method).collect() } else { short }
 }
 
-/// Tries changes of drive, sensors, rotor and current.
+/// Tries changes of drive, sensors, rotor and current, each with an equal share of the work that is left.
 fn changed(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
+    untried: &mut Vec<String>,
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Vec<Advice>, SuitabilityError> {
-    let mut advice = Vec::new();
     let short = short(methods);
     let mut changes = changes::changes(bench, &short);
     if changes.is_empty() {
-        return Ok(advice);
+        return Ok(Vec::new());
     }
+    let mut advice = Vec::new();
     // What does not help together does not help alone, so the last is the first.
     changes.rotate_right(1);
-    let mut together = true;
-    for change in changes {
-        let helps = if !together && change.is_finer() {
-            None
+    let (mut together, count) = (true, changes.len());
+    for (number, change) in changes.into_iter().enumerate() {
+        let (helps, cut) = if !together && change.is_finer() {
+            (None, false)
         } else {
             hear(Progress::Change(&change.words));
-            let helps = of_change(bench, &change, methods, &short)?;
-            together = helps.is_some() || change.keys.len() < 2 && together;
-            helps
+            // One part stays for the demands.
+            let share = 1.0 / (count - number + 1) as f64;
+            let (helps, cut) = bench.work.within(share, || of_change(bench, &change, methods, &short));
+            let helps = helps?;
+            together = helps.is_some() || cut || change.keys.len() < 2 && together;
+            (helps, cut)
         };
         let demands = change.current.map(|current| Demands { current_a: Some(current), ..*bench.demands });
-        advice.push(Advice { change: change.words, keys: change.keys, demands, helps });
+        let is_open = helps.is_none() && cut;
+        advice.push((is_open, Advice { change: change.words, keys: change.keys, demands, helps }));
     }
     // The simplest first.
     advice.rotate_left(1);
-    Ok(advice)
+    let (open, tried): (Vec<_>, Vec<_>) = advice.into_iter().partition(|(is_open, _)| *is_open);
+    untried.extend(open.into_iter().map(|(_, advice)| advice.change));
+    Ok(tried.into_iter().map(|(_, advice)| advice).collect())
 }
 
 /// Returns settings that meet the demands after a change.
@@ -122,7 +141,7 @@ fn of_change(
         document.set(key, value, Origin::CommandLine)?;
     }
     let demands = Demands { current_a: change.current.or(bench.demands.current_a), ..*bench.demands };
-    let mut changed = Bench::new(&document, bench.motor, &demands);
+    let mut changed = Bench::new(&document, bench.motor, &demands, bench.work);
     changed.has_pole = bench.has_pole;
     let helps = searched(&changed, short)?;
     let (None, Some(lifted)) = (&helps, change.lifts) else { return Ok(helps) };
@@ -173,7 +192,7 @@ fn salient(
         let change = keyed(&words, "motor.nameplate.L_q", value);
         let Some((document, motor)) = with_motor(bench.document, &change) else { return Ok(None) };
         hear(Progress::Change(&change.words));
-        let changed = Bench::new(&document, &motor, bench.demands);
+        let changed = Bench::new(&document, &motor, bench.demands, bench.work);
         if let Some(setting) = searched(&changed, methods)? {
             let Change { words, keys, .. } = change;
             return Ok(Some(Advice { change: words, keys, demands: None, helps: Some(setting) }));
@@ -199,7 +218,7 @@ pub(super) fn alternatives(
 ) -> Result<Vec<Alternative>, SuitabilityError> {
     let mut all = Vec::new();
     if bench.has_pole {
-        let mut axis = Bench::new(bench.document, bench.motor, bench.demands);
+        let mut axis = Bench::new(bench.document, bench.motor, bench.demands, bench.work);
         axis.has_pole = false;
         if let Some(setting) = searched(&axis, &short(methods))? {
             all.extend(axis.alternative(Way::Axis, setting)?);
@@ -208,7 +227,7 @@ pub(super) fn alternatives(
     // A rotor that is held does not turn.
     if bench.rotors.contains(&Rotor::Free) {
         let demands = Demands { movement_deg: 360.0, time_s: f64::INFINITY, ..*bench.demands };
-        let turning = Bench::new(bench.document, bench.motor, &demands);
+        let turning = Bench::new(bench.document, bench.motor, &demands, bench.work);
         all.extend(turning.alternative(Way::Alignment, Setting::plain(MethodName::DcAlignment))?);
     }
     Ok(all)

@@ -6,7 +6,8 @@ use standstill_plant::Motor;
 use standstill_scenario::{Document, FileError, Origin, Rotor, Scenario};
 
 use super::margins::Margins;
-use super::starts::Starts;
+use super::starts::{Starts, Stopped};
+use super::work::Allowance;
 use super::{Demands, SuitabilityError};
 
 /// A method with settings: keys of `[detector]` and their values, as a scenario file has them.
@@ -62,6 +63,8 @@ pub(super) struct Bench<'a> {
     pub document: &'a Document,
     pub motor: &'a Motor,
     pub demands: &'a Demands,
+    /// Work that may be done.
+    pub work: &'a Allowance,
     /// Largest phase current in A.
     pub most_current: f64,
     /// States of the rotor in which settings are judged.
@@ -74,19 +77,23 @@ pub(super) struct Bench<'a> {
     pub upper_end: Option<&'a Bench<'a>>,
 }
 
+/// Objection to settings whose starts were not run.
+const SPENT: &str = "not tried, as the work that this check may do is done";
+
 /// Offset from the scenario's seed of the search for settings. Other stages add larger offsets.
 pub(super) const SEARCH: u64 = 0;
 
 impl<'a> Bench<'a> {
     /// Makes the bench of a document. A state of the rotor that an override sets, such as a brake, is the only one that is
     /// judged.
-    pub fn new(document: &'a Document, motor: &'a Motor, demands: &'a Demands) -> Self {
+    pub fn new(document: &'a Document, motor: &'a Motor, demands: &'a Demands, work: &'a Allowance) -> Self {
         let state =
             document.origin("rotor.state").and_then(|_| document.load().ok()).map(|file| file.rotor.state());
         Self {
             document,
             motor,
             demands,
+            work,
             most_current: demands.current_a.unwrap_or(motor.rated_current),
             rotors: state.map_or(vec![Rotor::Locked, Rotor::Free], |state| vec![state]),
             has_pole: motor.has_magnet() && !motor.pole_knowledge().is_open(),
@@ -141,7 +148,7 @@ impl Bench<'_> {
     }
 
     /// Runs starts with these settings; `draws` is added to the seed of the search. The inner error is the reason why the
-    /// settings cannot be set up.
+    /// settings cannot be set up, or that no work is left.
     pub fn starts(
         &self,
         setting: &Setting,
@@ -149,19 +156,25 @@ impl Bench<'_> {
         draws: u64,
         trials: u64,
     ) -> Result<Result<Starts, String>, SuitabilityError> {
+        if !self.work.has(0) {
+            return Ok(Err(SPENT.to_owned()));
+        }
         let mut scenario = self.scenario(setting, rotor)?;
         scenario.seed = scenario.seed.wrapping_add(draws);
         if let Err(error) = scenario.check() {
             return Ok(Err(format!("it cannot be set up: {error}")));
         }
-        match Starts::of(&scenario, rotor, trials) {
+        match Starts::of(&scenario, rotor, trials, self.work) {
             Ok(starts) => Ok(Ok(starts)),
-            Err(CampaignError::Settings(error)) => Ok(Err(format!("it cannot be set up: {error}"))),
-            Err(error) => Err(error.into()),
+            Err(Stopped::Spent) => Ok(Err(SPENT.to_owned())),
+            Err(Stopped::Campaign(CampaignError::Settings(error))) => {
+                Ok(Err(format!("it cannot be set up: {error}")))
+            }
+            Err(Stopped::Campaign(error)) => Err(error.into()),
         }
     }
 
-    /// Tries settings on a few starts, with the rotor in the last of its states. None if they cannot be set up.
+    /// Tries settings on a few starts, with the rotor in the last of its states. None if they cannot be set up, or no work is left.
     pub fn look(&self, setting: Setting, trials: u64) -> Result<Option<Look>, SuitabilityError> {
         let Ok(starts) = self.starts(&setting, self.last_rotor(), SEARCH, trials)? else { return Ok(None) };
         let margins = self.margins(&[&starts]);

@@ -1,13 +1,27 @@
-//! Candidates: each method with its best settings, and the choice of the recommended one.
+//! Candidates: the methods that are tried, each with its best settings, and the choice of the recommended one.
 
 use standstill_campaign::Statistics;
-use standstill_detect::MethodName;
-use standstill_scenario::Rotor;
+use standstill_detect::{MethodName, Source};
+use standstill_plant::Motor;
+use standstill_scenario::{Document, Rotor};
 
 use super::bench::{Bench, SEARCH, Setting};
 use super::search::{Found, is_slow};
 use super::starts::{Spread, Starts};
-use super::{Candidate, Confirmed, Progress, SuitabilityError};
+use super::work::Allowance;
+use super::{Candidate, Confirmed, Demands, Progress, SuitabilityError};
+
+/// Methods that are tried where the drive has their readings: those that need no separate test bench and finish within a fraction
+/// of a second. Six pulses are tried where a timer captures times: sampled, they read less than `bipolar` does from as many pulses.
+pub const CANDIDATES: [MethodName; 7] = [
+    MethodName::MaximumLikelihood,
+    MethodName::MaximumLikelihoodAdaptive,
+    MethodName::Bipolar,
+    MethodName::LineInductanceFast,
+    MethodName::HfiRotating,
+    MethodName::OpenTerminal,
+    MethodName::SixPulse,
+];
 
 /// Number of starts of a candidate in each state of the rotor.
 const TRIALS: u64 = 200;
@@ -15,8 +29,84 @@ const TRIALS: u64 = 200;
 const FEW_TRIALS: u64 = 24;
 /// Largest number of settings of a method that are tried on fresh starts.
 const TRIED: usize = 3;
+/// Share of a method's work that is for looks at settings, before the starts of the best.
+const LOOKS: f64 = 0.8;
+
+/// Returns the candidate methods of a document.
+pub(super) fn methods(
+    document: &Document,
+    motor: &Motor,
+    demands: &Demands,
+    work: &Allowance,
+) -> Result<Vec<MethodName>, SuitabilityError> {
+    if document.origin("detector.method").is_some() {
+        return Ok(vec![document.load()?.detector.method()]);
+    }
+    let bench = Bench::new(document, motor, demands, work);
+    let (mut methods, mut unsuitable) = (Vec::new(), None);
+    for method in CANDIDATES {
+        for rotor in &bench.rotors {
+            match bench.scenario(&Setting::plain(method), *rotor) {
+                Err(error) if error.is_foreign_setting() => unsuitable = Some(error),
+                Err(error) => return Err(error.into()),
+                Ok(_) if methods.last() == Some(&method) => {}
+                Ok(scenario) if is_tried(method, &scenario.sources()) => methods.push(method),
+                Ok(_) => {}
+            }
+        }
+    }
+    match unsuitable {
+        Some(error) if methods.is_empty() => Err(error.into()),
+        _ if methods.is_empty() => {
+            // On a drive that reads nothing the document's method says what it needs.
+            document.scenario_of(motor)?;
+            Ok(vec![document.load()?.detector.method()])
+        }
+        _ => Ok(methods),
+    }
+}
+
+/// Returns whether a method is a candidate on a drive with these readings.
+fn is_tried(method: MethodName, there: &[Source]) -> bool {
+    let needed = match method {
+        MethodName::SixPulse => &[Source::CapturedTimes],
+        other => other.sources(),
+    };
+    Source::any_of(needed, there)
+}
 
 impl Bench<'_> {
+    /// Searches settings of each method, each with an equal share of the work that is left; those with long detections come last.
+    /// Methods of which not all settings were tried are added to `untried`.
+    pub fn searched(
+        &self,
+        methods: &[MethodName],
+        untried: &mut Vec<String>,
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<(Vec<Candidate>, Vec<Found>), SuitabilityError> {
+        let mut order: Vec<usize> = (0..methods.len()).collect();
+        order.sort_by_key(|number| is_slow(methods[*number]));
+        let mut all = Vec::new();
+        for (done, number) in order.into_iter().enumerate() {
+            let method = methods[number];
+            hear(Progress::Method(method));
+            let share = 1.0 / (methods.len() - done) as f64;
+            let (answer, cut) = self.work.within(share, || {
+                let (found, cut) = self.work.within(LOOKS, || self.search(method));
+                let found = found?;
+                Ok::<_, SuitabilityError>((self.candidate(method, &found)?, found, cut))
+            });
+            let (candidate, found, looks_cut) = answer?;
+            if cut || looks_cut {
+                untried.push(format!("more settings of {method}"));
+            }
+            hear(Progress::Found(&candidate));
+            all.push((number, candidate, found));
+        }
+        all.sort_by_key(|(number, ..)| *number);
+        Ok(all.into_iter().map(|(_, candidate, found)| (candidate, found)).unzip())
+    }
+
     /// Makes the candidate of a method from the best settings that were found.
     pub fn candidate(&self, method: MethodName, found: &Found) -> Result<Candidate, SuitabilityError> {
         let setting = found.looks.first().map_or_else(|| Setting::plain(method), |look| look.setting.clone());

@@ -8,6 +8,7 @@ use standstill_scenario::{Document, Origin};
 
 use super::bench::{Bench, Setting};
 use super::margins::Margins;
+use super::work::Allowance;
 use super::{Demands, Progress, SuitabilityError};
 
 /// Condition on the motor under which the verdict holds.
@@ -32,8 +33,11 @@ const SMALLEST: f64 = 0.005;
 pub(super) const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
 /// Ratio to which the search narrows the least fall.
 const FINENESS: f64 = 1.08;
-/// Number of starts of a look.
+/// Numbers of starts of a look, and of one before it.
 const LOOK: u64 = 64;
+const FEW: u64 = 16;
+/// Evidence for the pole, as a multiple of what a decision needs, below which in few starts more starts do not help.
+const HOPELESS: f64 = 0.6;
 
 /// Returns a document whose motor saturates by this share along +d, with the motor. None if the sheet has no key for it.
 pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, Motor)> {
@@ -51,37 +55,44 @@ pub(super) const KEY: &str = "motor.nameplate.saturation";
 pub(super) fn with_range<T>(
     document: &Document,
     demands: &Demands,
+    work: &Allowance,
     [least, most]: [f64; 2],
     mut ask: impl FnMut(&Bench<'_>) -> Result<T, SuitabilityError>,
 ) -> Result<Option<T>, SuitabilityError> {
     let [lower, upper] = [least, most].map(|share| saturating(document, share));
     let (Some((lower, lower_motor)), Some((upper, upper_motor))) = (lower, upper) else { return Ok(None) };
-    let mut end = Bench::new(&upper, &upper_motor, demands);
+    let mut end = Bench::new(&upper, &upper_motor, demands, work);
     end.most_saturation = Some(most);
-    let mut bench = Bench::new(&lower, &lower_motor, demands);
+    let mut bench = Bench::new(&lower, &lower_motor, demands, work);
     bench.upper_end = (most > least).then_some(&end);
     ask(&bench).map(Some)
 }
 
 /// Returns the least fall of L_d at which some method meets the demands, both there and at `most`, rounded up to two digits; none
-/// if `most` itself does not suffice.
+/// if `most` itself does not suffice. Where no work is left, the least that was found to suffice so far.
 pub(super) fn least_saturation(
     document: &Document,
     demands: &Demands,
+    work: &Allowance,
     methods: &[MethodName],
     most: f64,
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Option<f64>, SuitabilityError> {
+    // The most current flows at the largest fall, whatever the least: pulses that keep it there keep it everywhere.
+    let strongest = with_range(document, demands, work, [most; 2], |bench| {
+        let mut all = Vec::new();
+        for method in methods {
+            match bench.scenario(&Setting::plain(*method), bench.rotors[0]) {
+                Err(error) if error.is_foreign_setting() => {}
+                _ => all.extend(bench.strongest(*method)?),
+            }
+        }
+        Ok(all)
+    })?;
+    let Some(strongest) = strongest else { return Ok(None) };
     let mut suffices = |share: f64| -> Result<bool, SuitabilityError> {
         hear(Progress::Saturation(share));
-        let answer = with_range(document, demands, [share, most], |bench| {
-            for method in methods {
-                if bench.answers(*method)? {
-                    return Ok(true);
-                }
-            }
-            Ok(false)
-        })?;
+        let answer = with_range(document, demands, work, [share, most], |bench| bench.answers(&strongest))?;
         Ok(answer == Some(true))
     };
     let [mut low, mut high] = [SMALLEST, most];
@@ -91,7 +102,7 @@ pub(super) fn least_saturation(
     if suffices(low)? {
         return Ok(Some(low));
     }
-    while high / low > FINENESS {
+    while high / low > FINENESS && !work.is_cut() {
         let middle = (low * high).sqrt();
         if suffices(middle)? { high = middle } else { low = middle }
     }
@@ -130,16 +141,15 @@ pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {
 }
 
 impl Bench<'_> {
-    /// Returns true if a method meets the demands with the strongest allowed pulses or vectors.
-    fn answers(&self, method: MethodName) -> Result<bool, SuitabilityError> {
-        if self
-            .scenario(&Setting::plain(method), self.rotors[0])
-            .is_err_and(|error| error.is_foreign_setting())
-        {
-            return Ok(false);
-        }
+    /// Returns true if one of these settings meets the demands. Few starts leave out those that come nowhere near.
+    fn answers(&self, strongest: &[Setting]) -> Result<bool, SuitabilityError> {
         let enough = |margins: &Margins| margins.is_kept() && margins.pole.is_none_or(|pole| pole > 1.05);
-        'settings: for setting in self.strongest(method)? {
+        let hopeless = |margins: &Margins| margins.pole.is_some_and(|pole| pole < HOPELESS);
+        'settings: for setting in strongest {
+            let setting = self.signed(setting.clone())?;
+            if self.look(setting.clone(), FEW)?.is_none_or(|look| hopeless(&look.margins)) {
+                continue;
+            }
             for bench in self.ends() {
                 if !bench.look(setting.clone(), LOOK)?.is_some_and(|look| enough(&look.margins)) {
                     continue 'settings;

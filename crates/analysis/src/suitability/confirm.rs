@@ -165,7 +165,15 @@ impl Bench<'_> {
                 return Ok(Ok(starts));
             }
             trials = match trials {
-                _ if answers && counts && trials < COUNTED => COUNTED,
+                _ if answers && counts && trials < COUNTED => {
+                    if !self.work.has(starts.work / trials * COUNTED) {
+                        return Ok(Err(vec![format!(
+                            "{trials} fresh starts hold, and the {COUNTED} that show wrong poles to be rarer than {} % are more than this check may do",
+                            100.0 * self.demands.wrong_poles
+                        )]));
+                    }
+                    COUNTED
+                }
                 _ if trials == few => many,
                 _ => {
                     return Ok(Err(vec![format!(

@@ -34,7 +34,7 @@ pub(super) fn tried(
             let demands = relaxed(bench, look, factor);
             let Some(words) = words(bench.demands, &demands) else { break };
             hear(Progress::Change(&words));
-            let mut changed = Bench::new(bench.document, bench.motor, &demands);
+            let mut changed = Bench::new(bench.document, bench.motor, &demands, bench.work);
             changed.has_pole = bench.has_pole;
             if changed.confirm(&look.setting, 0)?.is_ok() {
                 let helps = Some(look.setting.clone());

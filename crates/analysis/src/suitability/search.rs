@@ -90,7 +90,7 @@ impl Bench<'_> {
 
     /// Sets the detector's pole signature. By default it is the one in pulses of half the rated current. If the poles do not
     /// differ there but do near rated current, the signature near rated current is set: the pulses will be as strong.
-    fn signed(&self, setting: Setting) -> Result<Setting, SuitabilityError> {
+    pub fn signed(&self, setting: Setting) -> Result<Setting, SuitabilityError> {
         let nameplate = self.scenario(&setting, Rotor::Locked)?.nameplate();
         let hidden = nameplate.pulse_signature == Signature::None && nameplate.signature != Signature::None;
         if !hidden || self.is_set("signature") || is_slow(setting.method) {

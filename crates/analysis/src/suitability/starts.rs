@@ -8,6 +8,7 @@ use standstill_detect::{Method, PolarityRule};
 use standstill_scenario::{Record, Rotor, Scenario, Verdict};
 
 use super::Demands;
+use super::work::{Allowance, of_start};
 use crate::event::evidence;
 
 /// Results of starts with the rotor in one state.
@@ -24,6 +25,22 @@ pub(super) struct Starts {
     pub evidence: Vec<f64>,
     /// How the evidence is distributed over starts.
     pub spread: Spread,
+    /// Work of these starts.
+    pub work: u64,
+}
+
+/// Reason why starts were not run to their end.
+pub(super) enum Stopped {
+    /// The work that may be done is done.
+    Spent,
+    /// The trials could not be run.
+    Campaign(CampaignError),
+}
+
+impl From<CampaignError> for Stopped {
+    fn from(error: CampaignError) -> Self {
+        Self::Campaign(error)
+    }
 }
 
 /// How a method's pole evidence is distributed over starts.
@@ -57,9 +74,14 @@ impl Spread {
 }
 
 impl Starts {
-    /// Runs this number of starts of a scenario.
-    pub fn of(scenario: &Scenario<Method<f64>>, rotor: Rotor, trials: u64) -> Result<Self, CampaignError> {
-        let mut statistics = Statistics::default();
+    /// Runs this number of starts of a scenario, as far as work is left.
+    pub fn of(
+        scenario: &Scenario<Method<f64>>,
+        rotor: Rotor,
+        trials: u64,
+        allowance: &Allowance,
+    ) -> Result<Self, Stopped> {
+        let (mut statistics, before) = (Statistics::default(), allowance.done());
         let (mut failures, mut evidence, mut longest_s) = (BTreeMap::new(), Vec::new(), 0.0_f64);
         let campaign = Campaign { scenario, trials, threads: None };
         campaign.run(&AtomicBool::new(false), |record| {
@@ -70,11 +92,16 @@ impl Starts {
                 *failures.entry(reason).or_insert(0) += 1;
             }
             evidence.extend(towards_north(record));
-            Ok::<(), CampaignError>(())
+            if allowance.spend(of_start(&record.run.work, &scenario.drive.bridge)) {
+                Ok(())
+            } else {
+                Err(Stopped::Spent)
+            }
         })?;
         evidence.sort_by(f64::total_cmp);
         let spread = Spread::of(scenario.detector);
-        Ok(Self { rotor, summary: statistics.summary(), failures, longest_s, evidence, spread })
+        let work = allowance.done() - before;
+        Ok(Self { rotor, summary: statistics.summary(), failures, longest_s, evidence, spread, work })
     }
 
     /// Returns the number of starts without an angle: given up, or not simulated to the end.

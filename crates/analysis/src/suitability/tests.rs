@@ -18,7 +18,13 @@ fn sheet(saturation: &str, keys: &[(&str, &str)]) -> Document {
 }
 
 fn found(document: &Document) -> Suitability {
-    Suitability::of(document, &Demands::default(), |_| {}).unwrap_or_else(|error| panic!("{error}"))
+    Suitability::of(document, &Demands::default(), Effort::Normal, |_| {})
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// As much work as it takes.
+const fn unbounded() -> Allowance {
+    Allowance::new(u64::MAX)
 }
 
 const BIPOLAR: (&str, &str) = ("detector.method", "bipolar");
@@ -42,7 +48,8 @@ fn regress_a_motor_that_a_longer_pulse_suits_is_suited() {
     assert_eq!(further.get("detector.pulse").and_then(|value| value.as_str()), Some(pulse.as_str()));
     // With half of the current nothing is found, and more current is what helps.
     let demands = Demands { current_a: Some(27.0), ..Demands::default() };
-    let weak = Suitability::of(&document, &demands, |_| {}).unwrap_or_else(|error| panic!("{error}"));
+    let weak = Suitability::of(&document, &demands, Effort::Normal, |_| {})
+        .unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(weak.suited(), Suited::No);
     assert!(weak.candidates[0].free.peak_current_a <= 27.0, "{:?}", weak.candidates[0]);
     let helps = |of: &Advice| of.helps.is_some();
@@ -67,18 +74,77 @@ fn regress_a_machine_of_two_kilowatts_is_suited_by_pulses_both_ways() {
     assert!(fresh.peak_current_a <= 4.9 && fresh.moved_deg <= 1.0, "{fresh:?}");
 }
 
+/// Work is counted, so this is not a matter of the machine: a check that may do a part of what it takes does that part, finds what it
+/// finds, never says "not suited" of what it has not tried, and names what is left.
+#[test]
+fn law_a_check_does_no_more_than_it_may_and_names_what_it_left_out() {
+    let demands = Demands::default();
+    let weak = Demands { current_a: Some(27.0), ..demands };
+    let document = sheet("saturation = \"5 %\"", &[BIPOLAR]);
+    for (demands, expected) in [(demands, Suited::Yes), (weak, Suited::No)] {
+        let within = |most: u64| {
+            Suitability::within(&document, &demands, most, &mut |_| {})
+                .unwrap_or_else(|error| panic!("{error}"))
+        };
+        let whole = within(u64::MAX);
+        assert_eq!((whole.suited(), &whole.untried), (expected, &Vec::new()), "{whole:?}");
+        assert!(whole.work < Effort::Normal.work(), "{}", whole.work);
+        // What a state of the rotor that is not judged shows is not a number.
+        let said = |of: &Suitability| format!("{:?} {:?} {:?}", of.candidates, of.recommended, of.untried);
+        let usual = within(Effort::Normal.work());
+        assert_eq!((said(&usual), usual.work), (said(&whole), whole.work));
+        let mut before = 0;
+        for part in [1000, 6] {
+            let most = whole.work / part;
+            let found = within(most);
+            assert_eq!(said(&found), said(&within(most)));
+            // A start that is under way ends: some thousand evaluations.
+            assert!(found.work >= before && found.work < most + 20_000, "{} of {most}", found.work);
+            before = found.work;
+            assert!(matches!(found.suited(), Suited::Undecided) || found.suited() == expected, "{found:?}");
+            let is_open = found.suited() == Suited::Undecided;
+            assert_eq!(found.is_undecided, is_open);
+            assert!(!(is_open && found.untried.is_empty()) && (part < 30 || is_open), "{found:?}");
+            // What is recommended holds as if all had been tried.
+            if let Some(fresh) = found.confirmed() {
+                assert!(fresh.peak_current_a <= 60.0 && fresh.without_angle_at_most <= 0.01, "{fresh:?}");
+            }
+        }
+    }
+}
+
+/// A part has its share of what is left, and its end ends no other part.
+#[test]
+fn law_a_part_of_the_work_has_its_share_and_no_more() {
+    let work = Allowance::new(1000);
+    assert!(work.spend(200));
+    let (done, cut) = work.within(0.5, || {
+        assert!(work.has(399) && !work.has(400) && work.is_cut());
+        let (inner, cut) = work.within(0.25, || work.spend(99) && !work.spend(1));
+        assert!(inner && cut && work.spend(200));
+        !work.spend(100)
+    });
+    assert!(done && cut && work.is_cut() && work.done() == 600 && work.has(399) && !work.has(400));
+    // A part that is not cut does not make the whole so.
+    let work = Allowance::new(1000);
+    assert_eq!(work.within(0.1, || work.spend(99)), (true, false));
+    assert!(!work.is_cut());
+}
+
 #[test]
 fn law_demands_are_relaxed_by_what_the_margins_say_and_then_hold() {
     let document = sheet("saturation = \"5 %\"", &[BIPOLAR, ("rotor.state", "free")]);
     let demands = Demands { movement_deg: 0.002, ..Demands::default() };
-    let weak = Suitability::of(&document, &demands, |_| {}).unwrap_or_else(|error| panic!("{error}"));
+    let weak = Suitability::of(&document, &demands, Effort::Normal, |_| {})
+        .unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(weak.suited(), Suited::No);
     let relaxed = weak.advice.iter().find_map(|of| of.demands.filter(|_| of.helps.is_some()));
     let relaxed = relaxed.unwrap_or_else(|| panic!("{:?}", weak.advice));
     assert!(relaxed.movement_deg > 0.002 && relaxed.movement_deg < 0.1, "{relaxed:?}");
     let demands = Demands { movement_deg: relaxed.movement_deg, ..demands };
     assert_eq!(relaxed, demands);
-    let again = Suitability::of(&document, &demands, |_| {}).unwrap_or_else(|error| panic!("{error}"));
+    let again = Suitability::of(&document, &demands, Effort::Normal, |_| {})
+        .unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(again.suited(), Suited::Yes, "{again:?}");
 }
 
@@ -89,7 +155,8 @@ fn regress_each_count_has_its_own_reason() {
     let document = sheet("saturation = \"5 %\"", &keys);
     let motor = document.motor().expect("a motor");
     let demands = Demands::default();
-    let bench = Bench::new(&document, &motor, &demands);
+    let work = unbounded();
+    let bench = Bench::new(&document, &motor, &demands, &work);
     let setting = Setting::plain(MethodName::Bipolar);
     let starts = bench.starts(&setting, Rotor::Free, bench::SEARCH, 200).expect("runs").expect("set up");
     let (failed, undetermined) = (starts.failed(), starts.summary.undetermined);
@@ -119,7 +186,8 @@ fn law_a_sheet_without_saturation_is_suited_from_some_saturation_on() {
     let at_the_most = sheet(&format!("saturation = \"{} %\"", 100.0 * most), &[BIPOLAR]);
     let motor = at_the_most.motor().expect("a motor");
     let demands = Demands::default();
-    let strained = Bench::new(&at_the_most, &motor, &demands);
+    let work = unbounded();
+    let strained = Bench::new(&at_the_most, &motor, &demands, &work);
     let starts = strained.starts(&candidate.setting, Rotor::Free, 100, 400).expect("runs").expect("set up");
     assert_eq!(strained.objections(&[&starts]), [""; 0]);
     assert!(starts.summary.peak_current_a > 1.01 * candidate.free.peak_current_a, "{starts:?}");
@@ -133,7 +201,8 @@ fn law_a_sheet_without_saturation_is_suited_from_some_saturation_on() {
     let demands = Demands::default();
     let document = sheet(&half, &[BIPOLAR]);
     let motor = document.motor().expect("a motor");
-    let bench = Bench::new(&document, &motor, &demands);
+    let work = unbounded();
+    let bench = Bench::new(&document, &motor, &demands, &work);
     let looks = bench.search(MethodName::Bipolar).expect("runs").looks;
     assert!(!looks.is_empty() && looks.iter().all(|look| !look.margins.is_kept()), "{looks:?}");
 }
@@ -162,7 +231,7 @@ fn law_only_methods_whose_readings_the_drive_has_are_tried() {
     let tried = |keys: &[(&str, &str)]| {
         let document = drive(keys);
         let motor = document.motor().expect("a motor");
-        methods(&document, &motor, &Demands::default())
+        candidate::methods(&document, &motor, &Demands::default(), &unbounded())
     };
     let names = |keys: &[(&str, &str)]| tried(keys).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(names(&[]), CANDIDATES[..5]);
@@ -186,8 +255,8 @@ fn law_what_is_recommended_runs_on_a_drive_without_current_sensors() {
         [(MethodName::OpenTerminal, TERMINALS, "pulse"), (MethodName::SixPulse, TIMER, "threshold")]
     {
         let document = drive(&[NO_CURRENTS, sensor]);
-        let suitability =
-            Suitability::of(&document, &demands, |_| {}).unwrap_or_else(|error| panic!("{error}"));
+        let suitability = Suitability::of(&document, &demands, Effort::Normal, |_| {})
+            .unwrap_or_else(|error| panic!("{error}"));
         let candidate = suitability.recommended().unwrap_or_else(|| panic!("{suitability:?}"));
         assert_eq!(candidate.method(), method);
         assert!(candidate.setting.keys.iter().any(|(set, _)| *set == key), "{:?}", candidate.setting);
@@ -212,7 +281,8 @@ fn law_the_least_evidence_of_a_normal_distribution_is_its_first_percentile() {
     let document = drive(&[NO_CURRENTS, TERMINALS]);
     let motor = document.motor().expect("a motor");
     let demands = Demands::default();
-    let bench = Bench::new(&document, &motor, &demands);
+    let work = unbounded();
+    let bench = Bench::new(&document, &motor, &demands, &work);
     let setting = Setting::plain(MethodName::OpenTerminal);
     let mut starts = bench.starts(&setting, Rotor::Locked, 0, 16).expect("runs").expect("set up");
     assert_eq!(starts.spread, starts::Spread::OverAngles);
@@ -229,7 +299,8 @@ fn law_a_sector_is_judged_by_its_own_demand() {
     let document = drive(&sector);
     let motor = document.motor().expect("a motor");
     let demands = Demands::default();
-    let bench = Bench::new(&document, &motor, &demands);
+    let work = unbounded();
+    let bench = Bench::new(&document, &motor, &demands, &work);
     let setting = Setting::plain(MethodName::SixPulse).with("threshold", "6 A");
     let starts = bench.starts(&setting, Rotor::Locked, bench::SEARCH, 200).expect("runs").expect("set up");
     let sectors = starts.summary.sectors.expect("sectors");

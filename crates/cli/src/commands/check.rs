@@ -54,7 +54,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         ..Demands::default()
     };
     let spinner = progress::spinner("check");
-    let found = Suitability::of(&document, &demands, |progress| {
+    let found = Suitability::of(&document, &demands, options.effort, |progress| {
         let (line, message) = heard(progress);
         if let Some(line) = line {
             // What is known so far stays on the terminal.
@@ -72,6 +72,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         errors: file.errors.0,
         sheet: &document.data_sheet()?,
         demands: &demands,
+        effort: options.effort,
         found: &found,
         keys: keys(options),
     };

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
-use standstill_analysis::{Demands, Suitability};
+use standstill_analysis::{Demands, Effort, Suitability};
 use standstill_lab::{Advice, Bench, Folder, Given, LabError, Server};
 use standstill_scenario::Document;
 
@@ -52,8 +52,8 @@ fn bench(options: &Options) -> Result<Bench, Error> {
 
 /// Returns the recommendation of `standstill check` for a scenario's motor and drive.
 fn advice(document: &Document) -> Result<Advice, String> {
-    let suitability =
-        Suitability::of(document, &Demands::default(), |_| ()).map_err(|error| error.to_string())?;
+    let suitability = Suitability::of(document, &Demands::default(), Effort::Normal, |_| ())
+        .map_err(|error| error.to_string())?;
     let (Some(candidate), Some(confirmed)) = (suitability.recommended(), suitability.confirmed()) else {
         let text = "`check` finds no method that suits this motor and drive: `standstill check` says what each lacks.";
         return Ok(Advice { keys: None, text: text.to_owned() });

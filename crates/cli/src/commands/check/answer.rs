@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
-use standstill_analysis::{Advice, Candidate, Condition, Demand, Demands, Setting, Suited};
+use standstill_analysis::{Advice, Candidate, Condition, Demand, Demands, Effort, Setting, Suited};
 
 use super::file::Written;
 use super::words::{Checked, settings};
@@ -20,7 +20,10 @@ pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
         lines.extend([
             String::new(),
             "Once the saturation is measured:".to_owned(),
-            format!("{} -s \"motor.nameplate.saturation=… %\"", again(asked, &[], asked.demands)),
+            format!(
+                "{} -s \"motor.nameplate.saturation=… %\"",
+                again(asked, &[], asked.demands, asked.effort)
+            ),
         ]);
     }
     lines.push(String::new());
@@ -46,6 +49,9 @@ pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
             lines.push(in_a_line(asked));
         }
     }
+    if !found.untried.is_empty() {
+        lines.extend(["Or try what was not tried:".to_owned(), further(asked)]);
+    }
     lines
 }
 
@@ -55,6 +61,9 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
     let helps = found.advice.iter().filter(|advice| advice.helps.is_some());
     let mut commands: Vec<String> = helps.map(|advice| changed(asked, advice)).collect();
     commands.extend(found.alternatives.iter().map(|other| with_settings(asked, &other.setting, &[])));
+    if !found.untried.is_empty() {
+        commands.push(further(asked));
+    }
     let mut head = "Go on with one of";
     if commands.is_empty() {
         head = "What no method can exceed with these sensors:";
@@ -71,15 +80,35 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
 
 /// Returns the command line of this `check` with a change that was tried.
 fn changed(asked: &Checked<'_>, advice: &Advice) -> String {
-    again(asked, &advice.keys, advice.demands.as_ref().unwrap_or(asked.demands))
+    again(asked, &advice.keys, advice.demands.as_ref().unwrap_or(asked.demands), asked.effort)
+}
+
+/// Returns the command line of this `check` with more work, or where none is more, of the method that came nearest.
+fn further(asked: &Checked<'_>) -> String {
+    let more = match asked.effort {
+        Effort::Quick => Effort::Normal,
+        Effort::Normal | Effort::High => Effort::High,
+    };
+    let worst = |candidate: &&Candidate| candidate.margins.map_or(0.0, |margins| margins.binding().1);
+    let nearest = asked.found.candidates.iter().max_by(|a, b| worst(a).total_cmp(&worst(b)));
+    let keys: Vec<_> = nearest
+        .filter(|_| asked.effort == more)
+        .map(|candidate| ("detector.method", candidate.method().name().to_owned()))
+        .into_iter()
+        .collect();
+    again(asked, &keys, asked.demands, more)
 }
 
 /// Returns the command line of this `check` with other keys, which take the place of those that were given, and other demands.
-fn again(asked: &Checked<'_>, keys: &[(&'static str, String)], demands: &Demands) -> String {
+fn again(asked: &Checked<'_>, keys: &[(&'static str, String)], demands: &Demands, effort: Effort) -> String {
     let kept = asked.keys.iter().filter(|(key, _)| !keys.iter().any(|(other, _)| other == key)).cloned();
     let all: Vec<_> =
         kept.chain(keys.iter().map(|(key, value)| ((*key).to_owned(), value.clone()))).collect();
-    format!("  standstill check {}{}{}", quoted(asked.named), set(&all), options(demands))
+    let effort = match effort {
+        Effort::Normal => String::new(),
+        other => format!(" --effort {}", other.name()),
+    };
+    format!("  standstill check {}{}{}{effort}", quoted(asked.named), set(&all), options(demands))
 }
 
 /// Returns the options of the demands that differ from the defaults.
@@ -231,6 +260,8 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         "recommended": recommended,
         "advice": advice,
         "alternatives": alternatives,
+        "untried": found.untried,
+        "work": { "done": found.work, "of": asked.effort.work() },
         "scenario": written.and_then(Written::path).map(|path| path.display().to_string()),
         "next": commands,
     })

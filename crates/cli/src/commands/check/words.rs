@@ -5,7 +5,7 @@ mod unsuited;
 
 use std::fmt::Write as _;
 
-use standstill_analysis::{Candidate, Condition, Demand, Demands, Setting, Suitability, Suited};
+use standstill_analysis::{Candidate, Condition, Demand, Demands, Effort, Setting, Suitability, Suited};
 use standstill_detect::Method;
 use standstill_plant::{DataSheet, Motor};
 use standstill_report::page::{Block, Column, Table, Tone};
@@ -21,6 +21,7 @@ pub struct Checked<'a> {
     pub errors: ErrorSet,
     pub sheet: &'a DataSheet,
     pub demands: &'a Demands,
+    pub effort: Effort,
     pub found: &'a Suitability,
     /// Keys set on the command line beside the motor or file.
     pub keys: Vec<(String, String)>,
@@ -35,6 +36,7 @@ impl Checked<'_> {
             Suited::Yes => (Tone::Good, "suited"),
             Suited::If => (Tone::Warning, "suited"),
             Suited::No => (Tone::Bad, "NOT suited"),
+            Suited::Undecided => (Tone::Warning, "not decided"),
             Suited::Unknown => (Tone::Bad, "cannot be judged"),
         }
     }
@@ -58,6 +60,14 @@ impl Checked<'_> {
         if found.suited() == Suited::Unknown {
             return format!(
                 "{}: detection of the {what} at standstill {}: the data sheet gives one inductance for both axes (error set {})",
+                self.motor.name,
+                self.word().1,
+                self.errors.name()
+            );
+        }
+        if found.suited() == Suited::Undecided {
+            return format!(
+                "{}: whether the {what} can be detected at standstill is {} (error set {}): no settings that were tried suffice, and not all were tried",
                 self.motor.name,
                 self.word().1,
                 self.errors.name()
@@ -106,9 +116,17 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
         blocks.extend(confirmed(found).map(Block::Text));
     }
     blocks.extend(unsuited::blocks(found));
+    blocks.extend(untried(asked).map(Block::Text));
     let caption = "How to go on".to_owned();
     blocks.push(Block::Code { caption, text: next.join("\n").trim_start().to_owned() + "\n" });
     blocks
+}
+
+/// Returns the sentence on what was not tried for want of work; none if all was tried.
+fn untried(asked: &Checked<'_>) -> Option<String> {
+    let (untried, effort) = (&asked.found.untried, asked.effort.name());
+    (!untried.is_empty())
+        .then(|| format!("Not tried, as the work of --effort {effort} was done: {}.", untried.join("; ")))
 }
 
 fn recommendation(candidate: &Candidate) -> String {

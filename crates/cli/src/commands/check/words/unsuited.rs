@@ -11,7 +11,7 @@ use super::{amperes, milliseconds, setting};
 pub fn blocks(found: &Suitability) -> Vec<Block> {
     let mut blocks = match found.suited() {
         Suited::Unknown => measured(found),
-        Suited::No => changes(found),
+        Suited::No | Suited::Undecided => changes(found),
         Suited::Yes | Suited::If => return Vec::new(),
     };
     if !found.alternatives.is_empty() {

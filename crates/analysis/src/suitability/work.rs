@@ -1,0 +1,115 @@
+//! The work that a check may do, so that its verdict takes about a minute of processor time at most.
+//!
+//! Work is counted in evaluations of the machine's equations and in instants at which something changes, never in time, so that a
+//! verdict does not depend on the speed or the load of a machine.
+
+use std::cell::Cell;
+
+use standstill_interface::choice;
+use standstill_inverter::Bridge;
+use standstill_sim::Work;
+
+choice! {
+    /// Work that a check may do. What it does not reach is listed in [`Suitability::untried`](super::Suitability::untried).
+    #[derive(Default)]
+    pub enum Effort {
+        /// A quarter of what is usual.
+        Quick = "quick",
+        /// At most about a minute of processor time.
+        Normal = "normal" default,
+        /// Sixteen times what is usual.
+        High = "high",
+    }
+}
+
+/// Number of segments and events that take as long as an evaluation of the equations. On the paper's motor a start of `bipolar` has 473
+/// evaluations and 372 segments and events and takes 162 µs; of `line-inductance-fast` 273, 125 and 90 µs; of rotating injection 10,315,
+/// 3,008 and 3.1 ms; of maximum likelihood 828, 1,123 and 420 µs (`standstill run paper-5k5 -s detector.method=M --trials 4000`,
+/// processor time on a busy machine).
+const PER_EVALUATION: u64 = 3;
+
+/// Evaluations that one takes as long as whose terminals have a capacitance, as in `field`: a start of `bipolar` on the paper's motor has 1,308
+/// of them there and takes 1,270 µs.
+const OF_TERMINALS: u64 = 4;
+
+/// Work of [`Effort::Normal`]: at 0.25 to 0.5 µs an evaluation at most a minute.
+const NORMAL: u64 = 100_000_000;
+
+impl Effort {
+    /// Returns the most work that a check may do, in evaluations of the machine's equations.
+    pub const fn work(self) -> u64 {
+        match self {
+            Self::Quick => NORMAL / 4,
+            Self::Normal => NORMAL,
+            Self::High => NORMAL * 16,
+        }
+    }
+}
+
+/// Returns the work of one start with this bridge, in evaluations of the equations without a capacitance of the terminals.
+pub(super) fn of_start(work: &Work, bridge: &Bridge) -> u64 {
+    let each = if bridge.terminal_capacitance > 0.0 { OF_TERMINALS } else { 1 };
+    each * work.derivatives + (work.segments + work.events) / PER_EVALUATION
+}
+
+/// What is left of the work that a check, or a part of it, may do.
+#[derive(Debug)]
+pub(super) struct Allowance {
+    done: Cell<u64>,
+    limit: Cell<u64>,
+    cut: Cell<bool>,
+}
+
+impl Allowance {
+    pub const fn new(most: u64) -> Self {
+        Self { done: Cell::new(0), limit: Cell::new(most), cut: Cell::new(false) }
+    }
+
+    /// Returns the work that was done.
+    pub const fn done(&self) -> u64 {
+        self.done.get()
+    }
+
+    /// Returns what is left.
+    const fn left(&self) -> u64 {
+        self.limit.get().saturating_sub(self.done.get())
+    }
+
+    /// Adds work that was done, and returns true if more may be done.
+    pub fn spend(&self, work: u64) -> bool {
+        self.done.set(self.done.get() + work);
+        self.has(0)
+    }
+
+    /// Returns true if as much work as this may be done; if not, a part of the check is cut.
+    pub fn has(&self, work: u64) -> bool {
+        let has = work < self.left();
+        if !has {
+            self.cut.set(true);
+        }
+        has
+    }
+
+    /// Does a part of the check with at most a share of what is left; the answer has whether the part was cut. The part around it is
+    /// cut then, too.
+    pub fn within<T>(&self, share: f64, part: impl FnOnce() -> T) -> (T, bool) {
+        let (limit, cut) = (self.limit.get(), self.cut.replace(false));
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a share of some billions"
+        )]
+        let most = (share * self.left() as f64) as u64;
+        self.limit.set(self.done.get() + most);
+        let done = part();
+        self.limit.set(limit);
+        let was_cut = self.cut.get();
+        self.cut.set(cut || was_cut);
+        (done, was_cut)
+    }
+
+    /// Returns true if the present part was cut.
+    pub const fn is_cut(&self) -> bool {
+        self.cut.get()
+    }
+}
