@@ -3,11 +3,13 @@
 mod records;
 
 use std::fmt::Write as _;
+use std::io::Write;
 use std::path::PathBuf;
 
 use serde_json::Value;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section, Tone};
+use standstill_table::TableError;
 
 pub use self::records::{Record, Records};
 use crate::error::Error;
@@ -54,7 +56,20 @@ pub struct Made<'a> {
     pub command: String,
     /// The question to be kept in a note beside the files, where their JSON does not contain it.
     pub asked: Option<NotedQuestion>,
+    /// Tables that are too long for memory; they come before all other files.
+    pub tables: Vec<TableFile<'a>>,
 }
+
+/// A file that is written row by row.
+pub struct TableFile<'a> {
+    /// Name of the file.
+    pub name: String,
+    /// Function that writes it.
+    pub rows: Box<Rows<'a>>,
+}
+
+/// Function that writes the rows of a table.
+type Rows<'a> = dyn Fn(&mut (dyn Write + Send)) -> Result<(), TableError> + 'a;
 
 impl Answer {
     /// Makes an answer with a verdict and blocks below it.
@@ -109,15 +124,21 @@ impl Answer {
 
     fn files(mut self, folder: &std::path::Path, json: &str, made: &Made<'_>) -> Result<Vec<String>, Error> {
         let names = self.names();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let tables = made.tables.iter().map(|table| table.name.as_str());
+        let all: Vec<&str> = tables.chain(names.iter().map(String::as_str)).collect();
         let mut output = match &made.asked {
-            Some(asked) => Output::answering(asked.clone(), folder, &names)?,
-            None => Output::create(folder, &names)?,
+            Some(asked) => Output::answering(asked.clone(), folder, &all)?,
+            None => Output::create(folder, &all)?,
         };
+        for TableFile { name, rows } in &made.tables {
+            let mut file = output.begin(name)?;
+            rows(&mut file).map_err(|error| Error::table(&folder.join(name), error))?;
+            output.close(name, file)?;
+        }
         if let Some(rows) = &self.csv {
-            let csv = rows.csv().map_err(Error::writing(&folder.join(names[0])))?;
-            output.file(names[0], &csv)?;
-            output.file(names[1], json.as_bytes())?;
+            let csv = rows.csv().map_err(Error::writing(&folder.join(&names[0])))?;
+            output.file(&names[0], &csv)?;
+            output.file(&names[1], json.as_bytes())?;
         }
         for (name, figure, _) in &self.figures {
             output.figure(name, figure)?;

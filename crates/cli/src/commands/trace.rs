@@ -1,27 +1,29 @@
 //! `standstill trace`: one trial of a campaign with all its waveforms.
 
+mod answer;
 mod overlay;
 pub mod specimen;
 mod verify;
 
-use serde_json::json;
+use std::io::Write;
+
 use standstill_detect::MethodName;
-use standstill_interface::Abc;
-use standstill_scenario::{Plan, ScenarioFile};
-use standstill_scenario::{Record, Scenario, Verdict};
-use standstill_sim::{Ledger, Run, Trace};
+use standstill_scenario::{Plan, Record};
+use standstill_sim::Trace;
 use standstill_table::{Columns, Format, Writer};
+
+use crate::answer::{Made, TableFile};
 
 use crate::arguments::{Source, Trace as Options};
 use crate::columns::traces::TraceTable;
 use crate::commands::question::{Identity, setting};
 use crate::doubts;
 use crate::error::Error;
-use crate::figures;
 use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
-use crate::shell::output::{Output, file_list};
+use crate::shell::command_line::typed_of;
+use crate::shell::setup::Setup;
 use crate::shell::{host, interrupt};
 
 /// Returns the plan of the trial's campaign, with the keys of `source` instead of the command line's.
@@ -65,26 +67,18 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     }
     let plan = plan(options, &options.source)?;
     let single = plan.single(options.point, options.trial)?;
-    let file = plan.file_at(options.point)?;
-    let scenario = &single.scenario;
-    doubts::warn(scenario);
+    doubts::warn(&single.scenario);
     let host = host::current();
-    let in_memory = host.as_ref().is_some_and(|host| !host.files);
-    let tables = TraceTable::ALL.map(|table| format!("{}.{}", table.name, options.format.name()));
-    let mut names: Vec<&str> = tables.iter().map(String::as_str).collect();
-    names.extend(["result.json", "waveform.svg", "waveform.png"]);
-    names.extend(options.verify.then_some("verify.csv"));
     let identity = Identity::new(&plan, [])?;
-    let asked = || {
-        let said = format!("{}, {}", setting(plan.file(), scenario), trial_of(options));
-        // The same trial in another format, or with its numerical error, is no other one.
-        let of = (&identity, options.point, options.trial);
-        NotedQuestion::new("trace", said, &of, options.force.force)
-    };
-    let output = if in_memory { None } else { Some(Output::answering(asked(), &options.out, &names)?) };
+    let said = format!("{}, {}", setting(plan.file(), &single.scenario), trial_of(options));
+    // The same trial in another format, or with its numerical error, is no other one.
+    let of = (&identity, options.point, options.trial);
+    let asked = NotedQuestion::new("trace", said, &of, options.force.force);
+    let in_memory = host.as_ref().is_some_and(|host| !host.files);
+    let folder = (!in_memory).then(|| options.out.clone());
 
     let case = single.case();
-    let (record, watched, trace) = scenario.traced(&case, true, f64::INFINITY)?;
+    let (record, watched, trace) = single.scenario.traced(&case, true, f64::INFINITY)?;
     if let Some(host) = &host {
         for table in TraceTable::of(&trace) {
             let mut columns = Columns::new(table.columns(&trace));
@@ -93,70 +87,49 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         }
     }
     let verified = options.verify.then(|| verify::numerical_error(&single)).transpose()?;
-    let mut result = result(&file, scenario, &record, &watched);
-    result["version"] = identity.of.version.as_str().into();
-    result["numerics"] = identity.of.numerics.into();
-    result["scenario"] = plan.text()?.into();
-    result["point"] = specimen::point_json(&plan, single.point);
-    result["trial"] = single.trial.into();
-    result["specimen"] = specimen::json(&case, &single.drawn);
-    if let Some(error) = &verified {
-        result["numerical_error"] = error.json();
-    }
-    let json = format!("{result:#}\n");
-    let code = u8::from(record.verdict() == Verdict::Error);
-    let Some(mut output) = output else {
-        return Ok(Report { text: json, code });
+    let file = plan.file_at(options.point)?;
+    let text = plan.text()?;
+    let one = answer::Traced {
+        options,
+        plan: &plan,
+        single: &single,
+        file: &file,
+        identity: &identity,
+        record: &record,
+        watched: &watched,
+        verified: verified.as_ref(),
     };
-    write(&mut output, options, &trace, &metadata(&identity, options.point, options.trial))?;
-    if let Some(error) = &verified {
-        output.file("verify.csv", error.csv().as_bytes())?;
-    }
-    output.file("result.json", json.as_bytes())?;
-    let about = title(&file, &record, options);
-    let figure = figures::detection(
-        &trace,
-        &about,
-        &setting(&file, scenario),
-        scenario.sensors.comparator.arrangement,
-        super::found(&record),
-    );
-    output.figure("waveform", &figure)?;
-    let files = output.finish()?;
-    if host.is_some() {
-        return Ok(Report { text: json, code });
-    }
-
-    let text = format!(
-        "{}\n{}{}{}{}\n{}",
-        setting(&file, scenario),
-        specimen::heading(&plan, &single),
-        summary(&record, &watched),
-        specimen::text(&case, &single.drawn),
-        verified.map_or_else(String::new, |error| error.text()),
-        file_list(&options.out, &files)
-    );
-    Ok(Report { text, code })
+    let metadata = metadata(&identity, options.point, options.trial);
+    let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
+    let varied = plan.file().axes.keys().cloned().collect();
+    let files = &identity.of.files;
+    let setup = Setup { place: &place, text: &text, files, fence: None, varied, others: Vec::new() };
+    let made = Made {
+        setup: Some(setup),
+        command: typed_of(options.source.scenario.as_deref()),
+        asked: Some(asked),
+        tables: TraceTable::of(&trace)
+            .map(|table| written(table, &trace, options.format, &metadata))
+            .collect(),
+        ..Made::default()
+    };
+    one.answer(&trace)?.report(folder, host.is_some(), &made)
 }
 
-/// Writes waveform and events, with the identity of their trial.
-fn write(
-    output: &mut Output,
-    options: &Options,
-    trace: &Trace,
-    of: &[(String, String)],
-) -> Result<(), Error> {
-    for table in TraceTable::of(trace) {
-        let name = format!("{}.{}", table.name, options.format.name());
-        let path = options.out.join(&name);
-        let failed = |error| Error::table(&path, error);
-        let mut file = output.begin(&name)?;
-        let mut writer = Writer::new(&mut file, options.format, table.columns(trace), of).map_err(failed)?;
-        table.rows(trace, options.format, &mut |row| writer.row(row)).map_err(failed)?;
-        writer.finish().map_err(failed)?;
-        output.close(&name, file)?;
-    }
-    Ok(())
+/// Returns a table of a trace as a file that is written row by row, with the identity of its trial.
+fn written<'a>(
+    table: TraceTable,
+    trace: &'a Trace,
+    format: Format,
+    of: &'a [(String, String)],
+) -> TableFile<'a> {
+    let name = format!("{}.{}", table.name, format.name());
+    let rows = Box::new(move |file: &mut (dyn Write + Send)| {
+        let mut writer = Writer::new(file, format, table.columns(trace), of)?;
+        table.rows(trace, format, &mut |row| writer.row(row))?;
+        writer.finish()
+    });
+    TableFile { name, rows }
 }
 
 /// Returns the metadata of files: program, scenario, point and trial.
@@ -164,15 +137,6 @@ fn metadata(identity: &Identity, point: usize, trial: u64) -> Vec<(String, Strin
     let place = [("point", point.to_string()), ("trial", trial.to_string())];
     let place = place.into_iter().map(|(key, value)| (key.to_owned(), value));
     identity.of.metadata().into_iter().chain(place).collect()
-}
-
-/// Returns the figure's title.
-fn title(file: &ScenarioFile, record: &Record, options: &Options) -> String {
-    let angle = match file.rotor.angle {
-        Some(angle) => angle.value().to_string(),
-        None => format!("{:.3}", record.start_angle_deg()),
-    };
-    format!("{}, rotor at {angle}°", trial_of(options))
 }
 
 /// Returns the phrase for the requested trial.
@@ -187,73 +151,4 @@ fn ended(record: &Record) -> String {
         (Some(angle), Some(error)) => format!("found {angle:.3}°, error {error:+.3}°"),
         _ => format!("{}: {}", record.verdict().name(), record.reason()),
     }
-}
-
-fn summary(record: &Record, watched: &Run<f64>) -> String {
-    let found = ended(record);
-    let work = watched.work;
-    format!(
-        "rotor at {:.3}°: {found}\nrotor moved {:.3}°, detection took {:.1} ms, largest phase current {:.2} A\n\
-         {} evaluations of the core, {} steps, {} segments, {} events; energy balance closes to {:.1e} J\n",
-        record.true_angle_deg(),
-        record.rotor_moved_deg(),
-        record.run.duration.seconds() * 1e3,
-        record.run.peak_current,
-        work.derivatives,
-        work.steps,
-        work.segments,
-        work.events,
-        watched.ledger.map_or(0.0, |ledger| ledger.imbalance()),
-    )
-}
-
-fn result<S>(
-    file: &ScenarioFile,
-    scenario: &Scenario<S>,
-    record: &Record,
-    watched: &Run<f64>,
-) -> serde_json::Value {
-    let run: &Run<f64> = &record.run;
-    let lines = |abc: Abc<f64>, factor: f64| {
-        let Abc([ab, bc, ca]) = abc;
-        json!({ "ab": ab * factor, "bc": bc * factor, "ca": ca * factor })
-    };
-    let f = record.findings();
-    json!({
-        "setup": super::setup_json(file, &scenario.motor),
-        "method": file.detector.name(),
-        "start_angle_deg": record.start_angle_deg(),
-        "true_angle_deg": record.true_angle_deg(),
-        "resolver_angle_deg": run.resolver_angle.to_degrees().rem_euclid(360.0),
-        "outcome": record.verdict().name(),
-        "reason": record.reason(),
-        "estimated_angle_deg": record.estimated_angle_deg(),
-        "axis_deg": record.axis_deg(),
-        "error_deg": record.error_deg(),
-        "pole_correct": record.pole_correct(),
-        "rotor_moved_deg": record.rotor_moved_deg(),
-        "duration_s": run.duration.seconds(),
-        "peak_current_A": run.peak_current,
-        "line_inductance_mH": f.line_inductance.map(|l| lines(l, 1e3)),
-        "line_resistance_ohm": f.line_resistance.map(|r| lines(r, 1.0)),
-        "L_A_mH": f.mean_inductance.map(|l| l * 1e3),
-        "L_B_mH": f.saliency.map(|l| l * 1e3),
-        "i_d_along_A": f.polarity.map(|p| p.along),
-        "i_d_against_A": f.polarity.map(|p| p.against),
-        "angle_deviation_deg": f.angle_deviation.map(f64::to_degrees),
-        "pole_error_probability": f.pole_error,
-        "pole_evidence_deviations": f.pole_evidence.map(|e| e.deviations),
-        "pole_evidence_needed": f.pole_evidence.map(|e| e.needed),
-        "sensor_gain": f.sensor_gain.map(|g| g.0),
-        "polarity_margin_A": f.polarity.map(|p| p.margin()),
-        "energy_J": watched.ledger.as_ref().map(energies),
-        "right_hand_sides": watched.work.derivatives,
-    })
-}
-
-/// Returns the energy balance of a run, in J, as JSON.
-fn energies(ledger: &Ledger) -> serde_json::Value {
-    let mut json = json!(ledger);
-    json["imbalance"] = ledger.imbalance().into();
-    json
 }

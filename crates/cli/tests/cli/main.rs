@@ -186,7 +186,15 @@ fn law_trace_writes_waveforms_events_and_result() {
     let output = standstill(&arguments, folder.path());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let out = folder.path().join("t");
-    let files = ["events.csv", "result.json", "verify.csv", "waveform.csv", "waveform.png", "waveform.svg"];
+    let files = [
+        "events.csv",
+        "result.json",
+        "trace.html",
+        "verify.csv",
+        "waveform.csv",
+        "waveform.png",
+        "waveform.svg",
+    ];
     assert_eq!(names(&out), files);
     let verify = fs::read_to_string(out.join("verify.csv")).expect("verify.csv");
     assert!(verify.lines().count() > 20);

@@ -54,7 +54,7 @@ pub fn made(run: &FinishedRun) -> Made<'_> {
     let facts =
         axes.into_iter().flatten().chain(facts).chain(doubt).map(|(name, value)| (name.to_owned(), value));
     let subtitle = setting(&run.file);
-    Made { setup: Some(setup), subtitle, facts: facts.collect(), command: commands(run), asked: None }
+    Made { setup: Some(setup), subtitle, facts: facts.collect(), command: commands(run), ..Made::default() }
 }
 
 /// Formats the number of trials, of a sweep at each point.

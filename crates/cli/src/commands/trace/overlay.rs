@@ -142,7 +142,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
             format!("{:.2}", record.run.peak_current),
             format!("{:.3}", record.rotor_moved_deg()),
         ]);
-        let mut result = super::result(file, &single.scenario, &record, &observed);
+        let mut result = super::answer::result(file, &single.scenario, &record, &observed);
         result["setting"] = name.as_str().into();
         result["scenario"] = text.as_str().into();
         results.push(result);

@@ -1,6 +1,7 @@
 //! Layers as traces, shapes and annotations.
 
 use super::super::layers::BAND_OPACITY;
+use super::super::reduce::thin;
 use super::super::style::{LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RING_RADIUS, RULE_DASHES, Style, WHITE};
 use super::super::{Axis, AxisScale, Layer, Panel, Ticks};
 use super::markup::{markup, quantity, template};
@@ -198,7 +199,7 @@ fn line(
     style: Style,
     shape: &str,
 ) {
-    let points = &place.placed(points.iter().copied())[..];
+    let points = &short(place.placed(points.iter().copied()), place.x_range)[..];
     let look = json!({"line": {
         "color": style.colour().css(), "width": LINE_WIDTH, "dash": dash(style.dashes()), "shape": shape,
     }, "connectgaps": false});
@@ -212,6 +213,14 @@ fn line(
             json!({"marker": {"symbol": "circle", "size": 2.0 * LINE_WIDTH, "color": style.colour().css()}});
         place.push(chart, label, scatter(place, &lone, "markers", look));
     }
+}
+
+/// Longest line that is kept point by point. A longer one, as of a trace of seconds, would make a page of a hundred megabytes.
+const LONGEST: usize = 20_000;
+
+/// Shortens a long line to first, last, least and largest value of each of so many columns that no more points are left.
+fn short(points: Vec<(f64, f64)>, (first, last): (f64, f64)) -> Vec<(f64, f64)> {
+    if points.len() <= LONGEST { points } else { thin(&points, (last - first) / (LONGEST / 4 - 1) as f64) }
 }
 
 /// Plotly takes lengths of strokes and gaps as CSS does.

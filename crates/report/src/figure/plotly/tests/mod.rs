@@ -48,6 +48,28 @@ fn law_steps_hold_until_the_next_point() {
     assert_eq!(data[0]["hovertemplate"], "%{y:.5~g} A<extra></extra>");
 }
 
+/// A trace of seconds has a million points; a page of them all would have a hundred megabytes.
+#[test]
+fn law_long_lines_keep_their_ends_extremes_and_gaps_in_few_points() {
+    let spike = |i: u32| match i {
+        123_456 => 9.0,
+        123_457 => -9.0,
+        200_000 => NONE,
+        i => f64::from(i % 7),
+    };
+    let points = |count: u32| (0..count).map(|i| (4.0 * f64::from(i) / f64::from(count), spike(i))).collect();
+    let of = |count| drawn(vec![Layer::Line { label: None, points: points(count), style: Style::Blue }]).0;
+    let values = |data: &[Value], name: &str| -> Vec<Option<f64>> {
+        data[0][name].as_array().expect("numbers").iter().map(Value::as_f64).collect()
+    };
+    assert_eq!(values(&of(20_000), "y").len(), 20_000);
+    let long = of(300_000);
+    let (x, y) = (values(&long, "x"), values(&long, "y"));
+    assert!((10_000..=20_004).contains(&x.len()), "{}", x.len());
+    assert!(x.is_sorted() && x[0] == Some(0.0) && *x.last().expect("points") > Some(3.9999));
+    assert!(y.contains(&Some(9.0)) && y.contains(&Some(-9.0)) && y.contains(&None));
+}
+
 #[test]
 fn law_many_points_are_small_and_translucent() {
     let points = |count: u32| (0..count).map(|i| (f64::from(i), 0.5)).collect::<Vec<_>>();
