@@ -100,11 +100,18 @@ c_part() {
     try page own-detector
 }
 
+# A page with each kind of chart and table, as its readers use it.
+gallery() {
+    cargo run --release -p standstill-report --example gallery "$target/pictures/gallery" \
+        && node tests/pages/check.mjs "$target/pictures/gallery/page.html" "$target/pictures/page"
+}
+
 # The lab in a headless Chromium, from its server and, where the target for WebAssembly is there, without one.
 lab_part() {
     local chromium=${CHROMIUM:-/usr/bin/chromium}
     if ! command -v npm >/dev/null || [ ! -x "$chromium" ]; then missing "npm and $chromium: the lab in a browser"; return; fi
     (cd tests/pages && npm ci --silent) || { failed+=("npm ci in tests/pages"); return; }
+    try gallery
     try node tests/pages/lab.mjs "$STANDSTILL" "$target/pictures/lab"
     if scripts/lab-static.sh "$target/site"; then
         try node tests/pages/lab.mjs static "$target/site" "$target/pictures/static" "$STANDSTILL"

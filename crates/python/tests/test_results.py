@@ -340,6 +340,35 @@ def test_law_a_trace_is_fitted_as_by_the_command_line(tmp_path: Path) -> None:
     assert [sheet.read_text() for sheet in sheets[0]] == [sheet.read_text() for sheet in sheets[1]] != []
 
 
+def test_law_failure_modes_are_those_of_the_command_line(tmp_path: Path) -> None:
+    """An open wire leaves one line to measure: no start. A weak magnet changes no inductance: nothing is detected, nothing wrong."""
+    scenario = '[detector]\nmethod = "bipolar"\n'
+    (tmp_path / "s.toml").write_text(scenario)
+    words = ["--mode", "phase-open", "--mode", "magnet-weak", "--method", "bipolar", "--trials", "30", "--out", "a", "--json"]
+    said = json.loads(command_line("faults", "s.toml", *words, cwd=tmp_path))
+    heard: list[tuple[int, int]] = []
+    modes = ["phase-open", "magnet-weak"]
+    answer = st.faults(
+        scenario, mode=modes, method="bipolar", trials=30, out=tmp_path / "b", progress=lambda *at: heard.append(at)
+    )
+    assert answer["rows"] == said["rows"] and answer["demand"] == said["demand"]
+    for name in ("faults.csv", "faults.json"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
+    rows = pd.read_csv(tmp_path / "b" / "faults.csv")
+    assert len(rows) == len(answer["rows"]) and set(rows["failure_mode"]) >= set(modes)
+    for row in answer["rows"]:
+        assert row["trials"] == 30 == row["right"] + row["wrong_pole"] + row["beyond_limit"] + row["detected"] + row["errors"]
+    effect = {row["failure_mode"]: row["effect"] for row in answer["rows"]}
+    assert effect["phase-open"] == "no start" and effect["magnet-weak"] == "none (latent)"
+    assert heard and heard[-1][0] == heard[-1][1]
+    # A mode that is none is refused with those that are.
+    with pytest.raises(st.Error, match="(?s)phase-opne.*phase-open"):
+        st.faults(scenario, mode="phase-opne", trials=2)
+    # Files of another question stay.
+    with pytest.raises(st.Error, match="--force|force"):
+        st.faults(scenario, mode="phase-open", trials=31, out=tmp_path / "b")
+
+
 INTERRUPTED = """
 import os, signal, sys, threading, time
 import standstill as st
