@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 
 use standstill_analysis::{Condition, Demands, Effort, Suitability, Suited};
 use standstill_campaign::{Campaign, Summary};
-use standstill_interface::Choice as _;
 use standstill_scenario::{Document, Origin};
 
 type Error = Box<dyn std::error::Error>;
