@@ -378,7 +378,7 @@ const LEAST_SALIENCY: f64 = 1e-3;
 
 /// Shares of the work that is left: for the search of the least saturation before its settings are confirmed, for the search of
 /// settings before the best are confirmed, and for the confirmation before changes are tried.
-const NARROWING: f64 = 0.6;
+const NARROWING: f64 = 0.7;
 const SEARCH: f64 = 0.5;
 const CONFIRMATION: f64 = 0.7;
 

@@ -32,8 +32,8 @@ const PER_EVALUATION: u64 = 3;
 /// of them there and takes 1,270 µs.
 const OF_TERMINALS: u64 = 4;
 
-/// Work of [`Effort::Normal`]: at 0.25 to 0.5 µs an evaluation at most a minute.
-const NORMAL: u64 = 100_000_000;
+/// Work of [`Effort::Normal`]: about a minute at 0.33 µs an evaluation.
+const NORMAL: u64 = 180_000_000;
 
 impl Effort {
     /// Returns the most work that a check may do, in evaluations of the machine's equations.
