@@ -28,9 +28,9 @@ choice! {
 /// processor time on a busy machine).
 const PER_EVALUATION: u64 = 3;
 
-/// Evaluations that one takes as long as whose terminals have a capacitance, as in `field`: a start of `bipolar` on the paper's motor has 1,308
-/// of them there and takes 1,270 µs.
-const OF_TERMINALS: u64 = 4;
+/// Evaluations that one takes as long as whose terminals have a capacitance, as in `field`: on the paper's motor a start of `bipolar` has 1,308
+/// of them there and takes 1,270 µs, and the check of a hub motor took 1.6 times as long per unit of work when this was four.
+const OF_TERMINALS: u64 = 7;
 
 /// Work of [`Effort::Normal`]: about a minute at 0.33 µs an evaluation.
 const NORMAL: u64 = 180_000_000;
