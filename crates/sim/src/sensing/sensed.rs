@@ -221,7 +221,10 @@ impl<V: Wide> Sensed<V> {
     #[inline(always)]
     fn slew(&mut self, taken: V::Mask, h: V, seen: [V; 3]) {
         let Some((output, rate)) = &mut self.slewing else { return };
-        let input = some!(&self.filters, filters => filters.output).unwrap_or(seen);
+        let mut input = seen;
+        if let Some(filters) = &self.filters {
+            input = filters.output;
+        }
         for k in 0..3 {
             let most = *rate * h;
             let next = input[k].greatest(output[k] - most).least(output[k] + most);
