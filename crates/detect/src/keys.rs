@@ -29,6 +29,7 @@ use core::fmt;
 
 use standstill_interface::{Nanos, Real};
 
+use crate::checks::Checks;
 use crate::settings::Source;
 
 /// A value of a key.
@@ -38,6 +39,8 @@ pub enum Value {
     Number(f64),
     /// Yes or no.
     Flag(bool),
+    /// Checks that are on.
+    Checks(Checks),
 }
 
 /// Kind of a key's values.
@@ -60,6 +63,8 @@ pub enum Kind {
     },
     /// Yes or no.
     Flag,
+    /// Checks that are on: all, none or a list of them.
+    Checks,
 }
 
 /// A key.
@@ -155,6 +160,9 @@ macro_rules! entries {
     (@kind Flag) => {
         Kind::Flag
     };
+    (@kind Checks) => {
+        Kind::Checks
+    };
     (@kind $unit:ident [$low:expr, $high:expr, $needed:literal] $reason:literal) => {
         Kind::Number {
             unit: unit::$unit.0,
@@ -210,8 +218,8 @@ macro_rules! method_keys {
                 because "half a carrier period has room for both", as "\"15 us\"";
             /// Whether an injection compensates dead time and drops.
             COMPENSATION = compensation: Flag, as "true";
-            /// Whether readings are checked against what whole parts can show: sensors that agree, inductances and a link as on the data sheet.
-            CHECKS = checks: Flag, as "false";
+            /// Which checks are on whether readings can be those of whole parts and of a rotor that stands: true for all, false for none, or a list.
+            CHECKS = checks: Checks, as "[\"link\", \"sensors\"]";
             /// Whether the dividers at the terminals are compared on an all-high vector first.
             COMPARISON = comparison: Flag, as "false";
             /// Current at which each of six pulses ends; without a timer, that for which it is made.
@@ -249,11 +257,12 @@ impl Value {
         Self::Number(f64::from(count))
     }
 
-    /// A number as such; of a flag 0 or 1.
+    /// A number as such; of a flag 0 or 1; of checks see [`Checks::number`].
     pub fn number(self) -> f64 {
         match self {
             Self::Number(number) => number,
             Self::Flag(flag) => f64::from(u8::from(flag)),
+            Self::Checks(checks) => checks.number(),
         }
     }
 
@@ -272,6 +281,14 @@ impl Value {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub(crate) fn count(self) -> u8 {
         self.number().clamp(0.0, 255.0) as u8
+    }
+
+    /// The checks; of a flag all or none.
+    pub(crate) fn checks(self) -> Checks {
+        match self {
+            Self::Checks(checks) => checks,
+            other => Checks::all(other.is_set()),
+        }
     }
 
     /// Whether a flag is set.

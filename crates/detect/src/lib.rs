@@ -6,6 +6,7 @@
 #![no_std]
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
+mod checks;
 mod commissioning;
 pub mod keys;
 mod method;
@@ -15,6 +16,7 @@ mod settings;
 #[cfg(test)]
 mod testing;
 
+pub use checks::{Check, Checks};
 pub use commissioning::{
     Commissioning, CommissioningError, CommissioningSettings, Correction, Deviations, Learnt,
 };

@@ -92,6 +92,8 @@ pub(crate) struct LineMotor {
     pub deviation: f64,
     pub offset: [f64; 3],
     pub gain: [f64; 3],
+    /// Resistance in Ω of each phase's contact.
+    pub contact: [f64; 3],
     /// τ in s of each sensor.
     pub lag: [f64; 3],
     /// How much later in s each phase is converted than the one before.
@@ -122,6 +124,7 @@ impl LineMotor {
             deviation: 0.0,
             offset: [0.0; 3],
             gain: [1.0; 3],
+            contact: [0.0; 3],
             lag: [0.0; 3],
             skew: 0.0,
             pick_up: [0.0, 1.0, 0.0],
@@ -156,7 +159,7 @@ impl LineMotor {
             let model = PulseModel {
                 on: self.dc_link - Self::DROP,
                 off: self.dc_link + Self::DROP,
-                resistance: 2.0 * Self::RESISTANCE,
+                resistance: 2.0 * Self::RESISTANCE + self.contact[from as usize] + self.contact[to as usize],
                 pulse: command.stage.duration.seconds(),
                 interval: command.sampling.interval.seconds(),
                 blank: 0.0,

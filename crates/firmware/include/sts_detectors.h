@@ -74,7 +74,8 @@ typedef struct sts_plate {
     uint64_t averaged_ns;       /* a reading is the mean of several conversions: from the first to the last of them; 0: of one */
 } sts_plate;
 
-/* A setting of a method, as in a scenario's table [detector]: its key, and its value in SI units (0 or 1 for no or yes). */
+/* A setting of a method, as in a scenario's table [detector]: its key, and its value in SI units (0 or 1 for no or yes; of
+ * "checks" also a sum of 2 link, 4 sensors, 8 inductance, 16 both-ways, 32 contact, 64 codes, 128 turning). */
 typedef struct sts_setting {
     const char *key;
     double value;
@@ -106,7 +107,11 @@ enum sts_reason {
     STS_DC_LINK_OUT_OF_RANGE = 33, /* the DC link is not as on the data sheet */
     STS_INDUCTANCE_OUT_OF_RANGE = 34, /* a line's inductance is not as on the data sheet */
     STS_DIRECTIONS_DIFFER = 35,    /* both ways of a line differ by more than the poles can make them */
-    STS_COARSE_TIMER = 36          /* no saliency found, because the timer's tick hides it */
+    STS_COARSE_TIMER = 36,         /* no saliency found, because the timer's tick hides it */
+    STS_ROTOR_TURNS = 37,          /* the rotor turns, and which way is unknown, as the pole is */
+    STS_ROTOR_TURNS_FORWARD = 38,  /* towards larger electrical angles */
+    STS_ROTOR_TURNS_BACKWARD = 39,
+    STS_CONTACT_RESISTIVE = 40     /* a phase has more resistance than the others */
 };
 
 /* Makes a detector of a method ("bipolar", "line-inductance-fast", …: standstill explain names them) in `state`.

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use standstill_detect::{
-    AnyDetector, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Place, Sensing, Settings as _,
+    AnyDetector, Checks, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Place, Sensing, Settings as _,
     SettingsError, Signature, Source, Value, keys,
 };
 use standstill_interface::Nanos;
@@ -131,6 +131,10 @@ pub fn detector<'a>(
         let key = keys::ALL.iter().find(|key| key.name == name).ok_or(Refused::Key(name))?;
         let value = match key.kind {
             Kind::Flag => Value::Flag(number != 0.0),
+            Kind::Checks => {
+                let needed = "0 for none, 1 for all, or a sum of 2 for link, 4 for sensors, 8 for inductance, 16 for both-ways, 32 for contact, 64 for codes, 128 for turning";
+                Value::Checks(Checks::numbered(number).ok_or(Refused::Value(name, needed))?)
+            }
             Kind::Number { range: [low, high], needed, .. } => {
                 if !(low..=high).contains(&number) {
                     return Err(Refused::Value(name, needed));

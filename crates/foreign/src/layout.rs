@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command as Process;
 
 use standstill_interface::abi::*;
-use standstill_interface::{Fault, Phase, Undetermined};
+use standstill_interface::{Fault, Phase, Rotation, Undetermined};
 
 /// The C name of each type and field with what Rust makes of it.
 fn layout() -> Vec<(String, usize)> {
@@ -100,7 +100,13 @@ fn layout() -> Vec<(String, usize)> {
         ),
         ("STS_DIRECTIONS_DIFFER", Fault::DirectionsDiffer { phase: Phase::A, apart: 0.0, allowed: 0.0 }),
         ("STS_COARSE_TIMER", Fault::CoarseTimer { ratio: 0.0, needed: 0.0, tick: 0.0, allowed: 0.0 }),
+        ("STS_CONTACT_RESISTIVE", Fault::ContactResistive { phase: Phase::A, found: 0.0, allowed: 0.0 }),
     ];
+    let ways = [("", None), ("_FORWARD", Some(Rotation::Forward)), ("_BACKWARD", Some(Rotation::Backward))];
+    all.extend(ways.map(|(end, way)| {
+        let fault = Fault::RotorTurns { speed: 0.0, allowed: 0.0, way };
+        (format!("STS_ROTOR_TURNS{end}"), failure_reason::<f64>(&fault) as usize)
+    }));
     all.extend(failed.map(|(name, fault)| (name.to_owned(), failure_reason::<f64>(&fault) as usize)));
     all
 }

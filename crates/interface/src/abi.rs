@@ -7,7 +7,7 @@ mod sample;
 
 use core::ffi::{c_char, c_void};
 
-use crate::{Fault, Undetermined};
+use crate::{Fault, Rotation, Undetermined};
 
 pub use sample::{sensed_code, sensed_of};
 
@@ -349,6 +349,10 @@ pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
         Fault::InductanceOutOfRange { .. } => 34,
         Fault::DirectionsDiffer { .. } => 35,
         Fault::CoarseTimer { .. } => 36,
+        Fault::RotorTurns { way: None, .. } => 37,
+        Fault::RotorTurns { way: Some(Rotation::Forward), .. } => 38,
+        Fault::RotorTurns { way: Some(Rotation::Backward), .. } => 39,
+        Fault::ContactResistive { .. } => 40,
         Fault::Own(own) => own.code,
     }
 }

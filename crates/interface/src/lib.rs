@@ -30,7 +30,7 @@ pub use choice::Choice;
 pub use command::{Command, Leg, Nanos, Sampling, Stage};
 pub use detector::{Detector, Step};
 pub use frames::{Abc, AlphaBeta, Dq, Phase};
-pub use outcome::{Fault, Findings, Outcome, Own, Polarity, PoleEvidence, Undetermined};
+pub use outcome::{Fault, Findings, Outcome, Own, Polarity, PoleEvidence, Rotation, Undetermined};
 pub use reading::{Capture, Counts, Reading, Sensed};
 pub use real::{Arithmetic, Real};
 

@@ -146,6 +146,15 @@ pub enum Undetermined<T> {
     Own(Own),
 }
 
+/// Direction in which a rotor turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rotation {
+    /// Towards larger electrical angles.
+    Forward,
+    /// Towards smaller ones.
+    Backward,
+}
+
 /// Why there is no angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault<T> {
@@ -209,6 +218,15 @@ pub enum Fault<T> {
         /// The limit.
         allowed: T,
     },
+    /// The rotor turns: across its axis pulses both ways differ by more than a magnet at rest makes them.
+    RotorTurns {
+        /// Electrical speed in rad/s by what the magnet induces, without its sign.
+        speed: T,
+        /// The speed in rad/s that noise and errors of the readings may look like.
+        allowed: T,
+        /// Its direction; none where the pole is open, without which it cannot be told.
+        way: Option<Rotation>,
+    },
     /// The current through the shunt in the DC link reached the end of its converter's range: an amplifier for one direction clips
     /// what diodes return to the link.
     LinkCurrentClipped,
@@ -251,6 +269,15 @@ pub enum Fault<T> {
         phase: Phase,
         /// Difference of the inductances, relative to their mean.
         apart: T,
+        /// The limit.
+        allowed: T,
+    },
+    /// A phase loses more than the others, as by a contact that is not tight.
+    ContactResistive {
+        /// The phase.
+        phase: Phase,
+        /// What it has more than the others, as a resistance in Ω.
+        found: T,
         /// The limit.
         allowed: T,
     },

@@ -25,7 +25,8 @@ fn control(key: &Key) -> Option<Control> {
     let (kind, unit, share, choices) = match key.values() {
         Values::Number { unit, share } => ("number", unit, share, Vec::new()),
         Values::Choice(choices) => ("choice", "", false, choices),
-        Values::Flag => ("flag", "", false, Vec::new()),
+        // The page switches all checks on or off; a list is for files.
+        Values::Flag | Values::List(_) => ("flag", "", false, Vec::new()),
         Values::Whole => ("whole", "", false, Vec::new()),
         Values::Text => return None,
     };

@@ -5,6 +5,7 @@
 //! example that `init` writes, the table in `docs/reference.md` and the panel of the lab. Rules between keys are code:
 //! `build.rs`, `link.rs`, `terminals.rs`.
 
+mod checks;
 mod detector;
 mod entry;
 mod inverter;
@@ -21,6 +22,7 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Degree, Share};
 use toml::Value;
 
+pub use self::checks::CheckList;
 pub use self::detector::DetectorTable;
 pub(crate) use self::detector::unworkable;
 use self::entry::number;
@@ -206,6 +208,7 @@ impl Scenario<Method<f64>> {
         match method.and_then(|name| methods::ALL.into_iter().find(|key| key.name == name)) {
             Some(method) => self.detector.get(method).map(|value| match value {
                 methods::Value::Flag(flag) => Value::Boolean(flag),
+                methods::Value::Checks(checks) => CheckList(checks).value(),
                 methods::Value::Number(value) => number(value),
             }),
             None => key(path).filter(|key| (key.applies)(self)).and_then(|key| (key.get)(self)),

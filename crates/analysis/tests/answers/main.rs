@@ -6,3 +6,4 @@ mod explained;
 mod motor;
 mod shares;
 mod simulated;
+mod turning;

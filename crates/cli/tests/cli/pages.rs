@@ -89,6 +89,10 @@ fn row(key: &standstill_scenario::Key) -> String {
             names.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
         }
         Values::Flag => "true or false".to_owned(),
+        Values::List(names) => {
+            let names: Vec<String> = names.iter().map(|(name, _)| format!("`{name}`")).collect();
+            format!("true, false or a list of {}", names.join(", "))
+        }
         Values::Whole => key.allowed().unwrap_or_default().to_owned(),
         Values::Text => "text or table".to_owned(),
     };

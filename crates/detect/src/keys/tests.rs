@@ -3,6 +3,7 @@ use std::string::ToString;
 use std::vec::Vec;
 
 use super::*;
+use crate::checks::Check;
 use crate::nameplate::{Comparing, Nameplate, Sensing};
 use crate::parts::polarity::{PolarityRule, SequentialSettings};
 use crate::settings::Settings;
@@ -23,7 +24,8 @@ fn other(key: &Key) -> Value {
         "deviation" => Value::Number(0.5),
         "window" => Value::Number(9e-6),
         "voltage" => Value::Number(40.0),
-        "compensation" | "comparison" | "timed" | "checks" => Value::Flag(false),
+        "compensation" | "comparison" | "timed" => Value::Flag(false),
+        "checks" => Value::Checks(Checks::ALL.without(Check::Turning)),
         "pairs" => Value::Flag(true),
         "sector" => Value::Number(30.0),
         other => panic!("{other} is not tried"),

@@ -18,11 +18,13 @@ use crate::method::Sequence;
 use crate::nameplate::{Nameplate, Place};
 use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::lines::line_directions;
+use crate::parts::losses::Losses;
 use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::link;
 use crate::parts::significance;
 use crate::parts::train::{GainComparison, Slot, Train};
+use crate::parts::turning;
 use crate::settings::{SettingsError, Source, require};
 
 /// Settings of the bipolar method.
@@ -57,7 +59,7 @@ impl<T: Real> BipolarSettings<T> {
 #[derive(Clone, Copy, Debug)]
 struct Sums<T> {
     pulses: T,
-    /// Mean inductance in H, and the sum of the squares of what is away from it in H².
+    /// Mean inductance in H, or difference of two, and the sum of the squares of what is away from it in H².
     mean: T,
     squares: T,
 }
@@ -79,7 +81,13 @@ pub struct Bipolar<T> {
     train: Train<T>,
     /// By line; backward, forward.
     sums: [[Sums<T>; 2]; 3],
+    /// Inductance in H of the first pulse of a pair both ways, and the relative differences of such pairs by line.
+    other_way: Option<T>,
+    differences: [Sums<T>; 3],
     gains: GainComparison<T>,
+    /// Sum of the voltages in V that drove the currents of all pulses.
+    volts: T,
+    losses: Losses<T>,
     findings: Findings<T>,
 }
 
@@ -95,7 +103,11 @@ impl<T: Real> Bipolar<T> {
             settings: settings.0,
             train: Train::leading(settings.0.train, settings.0.sensing.lead()),
             sums: [[none; 2]; 3],
+            other_way: None,
+            differences: [none; 3],
             gains: GainComparison::new(),
+            volts: T::zero(),
+            losses: Losses::new(),
             findings: Findings::default(),
         })
     }
@@ -130,12 +142,24 @@ impl<T: Real> Bipolar<T> {
             sensing.late(slot.line, self.train.derived)
         };
         let seconds = sensing.seen(self.risen(s.samples_on()) + late);
-        let inductance = (link(end)? - s.on_drop) * seconds / current;
+        let volts = link(end)? - s.on_drop;
+        self.volts = self.volts + volts;
+        self.losses.add(&self.train, slot, readings, volts)?;
+        let inductance = volts * seconds / current;
         // As with a link below the drops of the switches.
         if inductance <= T::zero() || !inductance.is_finite() {
             return Err(Fault::NotInductive(slot.phases().0));
         }
         self.sums[slot.line][usize::from(slot.forward)].add(inductance);
+        // Both ways of a line follow each other: what changes from round to round is not in their difference.
+        match self.other_way.take() {
+            Some(other) => {
+                let [back, forward] = if slot.forward { [other, inductance] } else { [inductance, other] };
+                let apart = T::of(2.0) * (back - forward) / (back + forward);
+                self.differences[slot.line].add(apart);
+            }
+            None => self.other_way = Some(inductance),
+        }
         Ok(())
     }
 
@@ -190,8 +214,17 @@ impl<T: Real> Bipolar<T> {
             }
         }
         let both = self.sums.map(|line| line.map(|sums| sums.mean));
-        s.plausibility.lines(&mut self.train.margin, both, &s.train)?;
+        s.plausibility.inductances(&mut self.train.margin, both, &s.train)?;
+        let volts = self.volts / (n * T::of(6.0));
+        let current =
+            volts * self.risen(s.train.samples_on()) * T::of(3.0) / (lines[0] + lines[1] + lines[2]);
+        let mut margin = self.train.margin;
         let derived = self.train.derived;
+        let early = T::of(self.train.lead.seconds()) + s.sensing.lag();
+        let late = core::array::from_fn(|k| s.sensing.late(k, derived) - early);
+        s.plausibility.contact(&mut margin, &self.losses, &self.train, lines, (volts, late))?;
+        s.plausibility.codes(&mut margin, &self.gains, &self.train)?;
+        self.train.margin = margin;
         let (_, saliency) = s.saliency(lines, ratios, derived, &mut self.findings);
         // Variance of a mean over n pulses' relative inductances, pooled.
         let freedom = (n - T::one()) * T::of(6.0);
@@ -206,11 +239,23 @@ impl<T: Real> Bipolar<T> {
         let [ab, bc, ca] = unknown;
         let gains = if below { (ab + bc + ca) / T::of(54.0) } else { T::zero() };
         // Of the mean of a line's two directions; equation (7) on relative errors: 0.408 ε / (|L_B|/L_A).
-        self.findings.angle_deviation =
-            Some((one * half + lags + gains).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio());
+        let axis = (one * half + lags + gains).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio();
+        self.findings.angle_deviation = Some(axis);
         // Of a difference of two means, in each component of the sum over three directions.
         let deviation = (T::of(1.5) * (T::of(2.0) * one + s.pole_variance(derived, unknown))).sqrt();
-        Ok(s.pole(&saliency, &Pointer { direction: pointer, deviation }))
+        let pointer = Pointer { direction: pointer, deviation };
+        let known = self.train.noise * half / (current * current);
+        let pairs = self.differences.iter().fold(T::zero(), |all, sums| all + sums.squares);
+        let pairs = pairs / (T::of(3.0) * (n - T::one())) * half;
+        // Variance of a pulse's inductance without what a rotor that turns adds to it, and not below what noise alone makes.
+        let still = (one * n).min(pairs).max(known) / n;
+        let across = (T::of(1.5) * (T::of(2.0) * still + s.pole_variance(derived, unknown))).sqrt();
+        let across = Pointer { deviation: across, ..pointer };
+        let margin = &mut self.train.margin;
+        s.check_standing(margin, (turning::AT_THE_END, volts), &across, (saliency.axis, axis))?;
+        // What a rotor that turns makes of both ways has its own name.
+        s.plausibility.directions(&mut self.train.margin, both, &s.train)?;
+        Ok(s.pole(&saliency, &pointer))
     }
 }
 
@@ -254,7 +299,7 @@ impl<T: Real> Keyed for BipolarSettings<T> {
         place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.0.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, Value::of, real),
-        place!(CHECKS, s => s.0.plausibility.on, Value::Flag, is_set),
+        place!(CHECKS, s => s.0.plausibility.checks, Value::Checks, checks),
     ];
 
     fn describe(&self, line: &mut Lines<'_>) {

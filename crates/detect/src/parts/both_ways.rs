@@ -2,7 +2,7 @@
 //!
 //! Methods differ in how they get the inductance of a line and its fall with the current from the samples.
 
-use standstill_interface::{Abc, Fault, Findings, Nanos, Phase, Reading, Real};
+use standstill_interface::{Abc, Angle, Fault, Findings, Nanos, Phase, Reading, Real};
 
 use super::lines::{Saliency, SaliencySign};
 use super::margin::Margin;
@@ -10,6 +10,8 @@ use super::plausibility::PlausibilitySettings;
 use super::polarity::{Pointer, Pole, Signature};
 use super::significance;
 use super::train::{Derived, GainComparison, PulseTrainSettings, Slot, Train};
+use super::turning::Standing;
+use crate::checks::Check;
 use crate::commissioning::Correction;
 use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::settings::{SettingsError, require, require_error, require_share};
@@ -110,9 +112,6 @@ impl<T: Real> BothWaysSettings<T> {
         slot: Slot,
         reading: &Reading<T>,
     ) -> Result<(), Fault<T>> {
-        if !self.plausibility.on {
-            return Ok(());
-        }
         self.plausibility.link(&mut train.margin, reading)?;
         if train.settings.place.switches() {
             return Ok(());
@@ -126,6 +125,23 @@ impl<T: Real> BothWaysSettings<T> {
         let allowed =
             train.settings.threshold + (self.plausibility.sensors + apart) * both.0.abs().max(both.1.abs());
         self.plausibility.sum(&mut train.margin, reading, both, idle, allowed)
+    }
+
+    /// Checks that the rotor stands, by what points along the magnet, relative to the inductance at the peak of the pulses, where a link of
+    /// so many volts drives the current and a method has this g of [`turning`].
+    pub(crate) fn check_standing(
+        &self,
+        margin: &mut Margin<T>,
+        (g, volts): (f64, T),
+        pointer: &Pointer<T>,
+        (axis, deviation): (Angle<T>, T),
+    ) -> Result<(), Fault<T>> {
+        if !self.plausibility.checks.has(Check::Turning) {
+            return Ok(());
+        }
+        let flux = self.plausibility.magnet_flux;
+        let standing = Standing::of(g, volts, flux, (self.signature, self.pole_error));
+        standing.check(margin, pointer, axis, deviation)
     }
 
     /// The pole, from what points along the magnet.
@@ -149,6 +165,7 @@ impl<T: Real> BothWaysSettings<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checks::Checks;
     use standstill_interface::Phase;
 
     #[test]
@@ -178,12 +195,15 @@ mod tests {
             pole_floor: 0.01_f64,
             sensing: Sensing::default(),
             plausibility: PlausibilitySettings {
-                on: true,
+                checks: Checks::ALL,
                 sensors: 0.1,
                 idle_is_blocked: true,
                 line: [1e-3, 1.0],
-                both_ways: 0.3,
+                rated_pulse: 400e-6,
+                saturates: 1.0,
+                both_ways: [0.1, 0.2],
                 dc_link: [100.0, 1000.0],
+                magnet_flux: 0.5,
             },
         };
         let ratios = [1e-5, 2e-5, 3e-5];

@@ -5,26 +5,34 @@
 
 use standstill_interface::{Fault, Phase, Reading, Real, Sensed};
 
+use super::losses::Losses;
 use super::margin::Margin;
-use super::train::{LINES, PulseTrainSettings};
-use crate::nameplate::Nameplate;
-use crate::settings::{SettingsError, require, require_positive};
+use super::train::{Derived, GainComparison, LINES, PulseTrainSettings, Train};
+use crate::checks::{Check, Checks};
+use crate::nameplate::{Nameplate, Place};
+use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
 /// The checks of a method by line pulses, and the limits of what whole parts may show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlausibilitySettings<T> {
-    /// Whether readings are checked.
-    pub on: bool,
+    /// Which checks are on.
+    pub checks: Checks,
     /// Largest sum of the currents that three sensors show, as a share of the line's.
     pub sensors: T,
     /// Whether the phase that is open during a pulse has no current, because its terminal stays between the rails.
     pub idle_is_blocked: bool,
-    /// Smallest and largest inductance in H of two phases in series in the pulses of the data sheet's motor.
+    /// Smallest and largest inductance in H of two phases in series of the data sheet's motor, without current.
     pub line: [T; 2],
-    /// Largest difference between a line's inductances forward and backward, as a share of their mean.
-    pub both_ways: T,
+    /// Pulse in s that raises the rated current, and the share of the inductance that its current leaves.
+    pub rated_pulse: T,
+    pub saturates: T,
+    /// Largest difference between a line's inductances forward and backward, as a share of their mean: by all parts of the drive, and by
+    /// what the poles differ in a pulse of that length.
+    pub both_ways: [T; 2],
     /// Smallest and largest voltage in V of the DC link.
     pub dc_link: [T; 2],
+    /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
+    pub magnet_flux: T,
 }
 
 /// Share by which a motor's inductances may differ from its data sheet, and the link from its nominal voltage.
@@ -35,12 +43,19 @@ const SHEET: f64 = 0.35;
 /// most (√3/4) (r − 1) / √r: half of it, where the rails are, at r = 3. Saturation leaves room below.
 const BLOCKED: f64 = 2.2;
 
+/// Largest mean square of what two sensors of a current differ by, beside a factor, as a multiple of the variance that the zeroing
+/// shows: some twenty readings scatter by chance by no more, in one of a hundred million starts.
+const SCATTER: f64 = 4.0;
+
+/// Share of the current, in rms, by which sensors may be uneven in a pulse: filters that differ, edges, bends.
+const UNEVEN: f64 = 0.005;
+
 impl<T: Real> PlausibilitySettings<T> {
     /// Limits for this motor and drive.
     ///
     /// Two sensors differ by their gains: eight deviations, and two per cent. A data sheet's inductance is good to a third; a core that
     /// saturates has less, as its rated pulse is shorter, and the drop across the resistance makes it look larger. One way of a line
-    /// saturates by what the poles differ at rated current.
+    /// saturates by what the poles differ at rated current. Both grow with pulses that are longer than the rated one.
     pub(crate) fn suited(drive: &Nameplate<T>) -> Self {
         let [least, most] = [
             drive.d_axis_inductance.min(drive.q_axis_inductance),
@@ -51,12 +66,15 @@ impl<T: Real> PlausibilitySettings<T> {
         let saturates = (T::of(drive.rated_pulse.seconds()) / linear).min(T::one());
         let [below, above] = [T::of(1.0 - SHEET), T::of(1.0 + SHEET)];
         Self {
-            on: true,
+            checks: Checks::ALL,
             idle_is_blocked: most < least * T::of(BLOCKED),
             sensors: T::of(0.02) + T::of(8.0) * drive.gain_tolerance,
-            line: [two * least * saturates * below, two * most * above],
-            both_ways: T::of(0.1) + two * drive.polarity_difference.abs(),
+            line: [two * least * below, two * most * above],
+            rated_pulse: T::of(drive.rated_pulse.seconds()),
+            saturates,
+            both_ways: [T::of(0.1), two * drive.polarity_difference.abs()],
             dc_link: [drive.dc_link * below, drive.dc_link * above],
+            magnet_flux: drive.magnet_flux,
         }
     }
 
@@ -64,17 +82,24 @@ impl<T: Real> PlausibilitySettings<T> {
         require_positive(self.sensors, "plausibility.sensors")?;
         require_positive(self.line[0], "plausibility.line")?;
         require(self.line[1] > self.line[0], "plausibility.line", "an upper limit above the lower one")?;
-        require_positive(self.both_ways, "plausibility.both_ways")?;
+        require_positive(self.rated_pulse, "plausibility.rated_pulse")?;
+        require_positive(self.saturates, "plausibility.saturates")?;
+        require_positive(self.both_ways[0], "plausibility.both_ways")?;
+        require_zero_or_more(self.both_ways[1], "plausibility.both_ways")?;
         require_positive(self.dc_link[0], "plausibility.dc_link")?;
         require(
             self.dc_link[1] > self.dc_link[0],
             "plausibility.dc_link",
             "an upper limit above the lower one",
-        )
+        )?;
+        require_zero_or_more(self.magnet_flux, "plausibility.magnet_flux")
     }
 
     /// Checks the link's voltage in a reading.
     pub(crate) fn link(&self, margin: &mut Margin<T>, reading: &Reading<T>) -> Result<(), Fault<T>> {
+        if !self.checks.has(Check::Link) {
+            return Ok(());
+        }
         let [low, high] = self.dc_link;
         margin.at_least(reading.dc_link, low);
         margin.at_most(reading.dc_link, high);
@@ -96,7 +121,8 @@ impl<T: Real> PlausibilitySettings<T> {
         allowed: T,
     ) -> Result<(), Fault<T>> {
         // What follows from the other two agrees with them.
-        if Phase::ALL.iter().any(|phase| reading.sensed[*phase] != Sensed::Measured) {
+        let derived = Phase::ALL.iter().any(|phase| reading.sensed[*phase] != Sensed::Measured);
+        if derived || !self.checks.has(Check::Sensors) {
             return Ok(());
         }
         let mut holds = |apart: T| {
@@ -107,35 +133,95 @@ impl<T: Real> PlausibilitySettings<T> {
         if self.idle_is_blocked { holds(idle.abs()) } else { Ok(()) }
     }
 
+    /// Smallest and largest inductance in H of a line in pulses of so many seconds, and the largest difference of both ways. A rated
+    /// pulse saturates as the data sheet says, a longer one as a core of which each ampere takes as much again, at most four fifths in all; a
+    /// shorter one is given the room of the rated one.
+    fn of_pulse(&self, pulse: T) -> ([T; 2], T) {
+        let times = (pulse / self.rated_pulse).max(T::one());
+        let saturates = (T::one() - (T::one() - self.saturates) * times).max(self.saturates.min(T::of(0.2)));
+        ([self.line[0] * saturates, self.line[1]], self.both_ways[0] + self.both_ways[1] * times)
+    }
+
+    /// Checks that no phase has more resistance than the others, see [`Losses::check`].
+    pub(crate) fn contact(
+        &self,
+        margin: &mut Margin<T>,
+        losses: &Losses<T>,
+        train: &Train<T>,
+        lines: [T; 3],
+        shown: (T, [T; 3]),
+    ) -> Result<(), Fault<T>> {
+        // Where the third leg's diodes take a part of the current, lines differ by it.
+        let on = self.checks.has(Check::Contact) && self.idle_is_blocked;
+        if on { losses.check(margin, train, lines, shown) } else { Ok(()) }
+    }
+
+    /// Checks that the two sensors of each line differ by a factor and by noise alone. A bit of a code that is always set or clear
+    /// makes steps, which no factor takes away.
+    pub(crate) fn codes(
+        &self,
+        margin: &mut Margin<T>,
+        gains: &GainComparison<T>,
+        train: &Train<T>,
+    ) -> Result<(), Fault<T>> {
+        // One shunt has no second sensor, and neither has a line of two.
+        let both =
+            train.settings.place == Place::InLine && train.derived == Derived::None && self.idle_is_blocked;
+        if !both || !self.checks.has(Check::Codes) {
+            return Ok(());
+        }
+        for (apart, current) in gains.residuals() {
+            let systematic = current * T::of(UNEVEN);
+            let allowed = (train.noise * T::of(SCATTER) + systematic * systematic).sqrt();
+            margin.at_most(apart, allowed);
+            if apart > allowed {
+                return Err(Fault::SensorsDisagree { apart, allowed });
+            }
+        }
+        Ok(())
+    }
+
     /// Checks the inductances in H of the three lines, backward and forward, which pulses of `train` have shown.
-    pub(crate) fn lines(
+    pub(crate) fn inductances(
         &self,
         margin: &mut Margin<T>,
         lines: [[T; 2]; 3],
         train: &PulseTrainSettings<T>,
     ) -> Result<(), Fault<T>> {
-        if !self.on {
+        if !self.checks.has(Check::Inductance) {
             return Ok(());
         }
-        let [low, high] = self.line;
+        let ([low, high], _) = self.of_pulse(T::of(train.pulse.seconds()));
         // A current that a resistance bends looks like one of a larger inductance: x / (1 − e⁻ˣ) of it, x = R t / L.
         let x = train.resistance * T::of(2.0) * T::of(train.pulse.seconds()) / low;
         let high = high * (T::one() + x / T::of(2.0) + x * x / T::of(12.0));
         for (k, [back, forward]) in lines.into_iter().enumerate() {
-            let mean = (back + forward) / T::of(2.0);
-            margin.at_least(mean, low);
-            margin.at_most(mean, high);
-            if !(mean >= low && mean <= high) {
-                return Err(Fault::InductanceOutOfRange {
-                    phase: LINES[k].0,
-                    found: mean,
-                    allowed: [low, high],
-                });
+            let found = (back + forward) / T::of(2.0);
+            margin.at_least(found, low);
+            margin.at_most(found, high);
+            if !(found >= low && found <= high) {
+                return Err(Fault::InductanceOutOfRange { phase: LINES[k].0, found, allowed: [low, high] });
             }
-            let apart = (forward - back).abs() / mean;
-            margin.at_most(apart, self.both_ways);
-            if apart > self.both_ways || !apart.is_finite() {
-                return Err(Fault::DirectionsDiffer { phase: LINES[k].0, apart, allowed: self.both_ways });
+        }
+        Ok(())
+    }
+
+    /// Checks that these inductances in H, backward and forward, differ by no more than the poles can make them.
+    pub(crate) fn directions(
+        &self,
+        margin: &mut Margin<T>,
+        lines: [[T; 2]; 3],
+        train: &PulseTrainSettings<T>,
+    ) -> Result<(), Fault<T>> {
+        if !self.checks.has(Check::BothWays) {
+            return Ok(());
+        }
+        let (_, allowed) = self.of_pulse(T::of(train.pulse.seconds()));
+        for (k, [back, forward]) in lines.into_iter().enumerate() {
+            let apart = T::of(2.0) * (forward - back).abs() / (back + forward);
+            margin.at_most(apart, allowed);
+            if apart > allowed || !apart.is_finite() {
+                return Err(Fault::DirectionsDiffer { phase: LINES[k].0, apart, allowed });
             }
         }
         Ok(())

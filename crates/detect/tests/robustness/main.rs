@@ -53,6 +53,7 @@ fn law_margin<T: Real>(outcome: &Outcome<T>) {
             Fault::NoCurrent { peak: value, needed: limit }
             | Fault::NoSaliency { ratio: value, needed: limit }
             | Fault::RotorMoves { angle: value, allowed: limit }
+            | Fault::RotorTurns { speed: value, allowed: limit, .. }
                 if ordinary(value, limit) =>
             {
                 true

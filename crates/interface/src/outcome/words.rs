@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{Fault, Undetermined};
+use super::{Fault, Rotation, Undetermined};
 use crate::Real;
 
 impl<T> Undetermined<T> {
@@ -34,6 +34,9 @@ impl<T> Fault<T> {
             Self::NotInductive(_) => "a line that is no inductance",
             Self::DidNotFollow { .. } => "not applicable: the rotor did not follow",
             Self::RotorMoves { .. } => "the rotor moves",
+            Self::RotorTurns { way: None, .. } => "the rotor turns",
+            Self::RotorTurns { way: Some(Rotation::Forward), .. } => "the rotor turns forward",
+            Self::RotorTurns { way: Some(Rotation::Backward), .. } => "the rotor turns backward",
             Self::TerminalClipped => "terminal voltage clipped by the ADC",
             Self::TerminalHidden => "terminal voltage seen by no divider",
             Self::NoVoltage => "too little voltage across a line",
@@ -42,6 +45,7 @@ impl<T> Fault<T> {
             Self::DcLinkOutOfRange { .. } => "DC link not as on the data sheet",
             Self::InductanceOutOfRange { .. } => "inductance not as on the data sheet",
             Self::DirectionsDiffer { .. } => "both ways of a line differ",
+            Self::ContactResistive { .. } => "a phase has more resistance than the others",
             Self::UnexpectedReadings => "unexpected readings",
             Self::Own(own) => own.text,
         }
@@ -112,6 +116,14 @@ impl<T: Real> fmt::Display for Fault<T> {
                     "the rotor moves: pulses see axes {angle:.1}° apart where {allowed:.1}° are allowed"
                 )
             }
+            Self::RotorTurns { speed, allowed, .. } => {
+                let [speed, allowed] = [*speed, *allowed].map(T::to_double);
+                write!(
+                    f,
+                    "{}: what its magnet induces is that of {speed:.3} rad/s (electrical) where readings leave room for {allowed:.3}",
+                    self.name()
+                )
+            }
             Self::LinkCurrentClipped => write!(f, "current of the DC link clipped by the ADC"),
             Self::LinkCurrentHidden => {
                 write!(f, "current of the DC link read before its amplifier has settled")
@@ -138,6 +150,14 @@ impl<T: Real> fmt::Display for Fault<T> {
                 write!(
                     f,
                     "both ways of the line from phase {} differ by {apart:.1} % where {allowed:.1} % are allowed",
+                    phase.letter()
+                )
+            }
+            Self::ContactResistive { phase, found, allowed } => {
+                let [found, allowed] = [*found, *allowed].map(T::to_double);
+                write!(
+                    f,
+                    "phase {} has {found:.3} Ω more than the others where {allowed:.3} Ω are allowed",
                     phase.letter()
                 )
             }

@@ -7,6 +7,7 @@ use standstill_detect::{Kind, Method, MethodName, SettingsError, Signature, keys
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Ampere, Degree, Hertz, One, Second, Share, Volt};
 
+use super::checks::CheckList;
 use super::{Range, TIME, Table, Values, Written, table};
 use crate::PoleRule;
 use crate::document::FileError;
@@ -51,6 +52,9 @@ impl Written for Config {
 macro_rules! field {
     (Flag) => {
         bool
+    };
+    (Checks) => {
+        CheckList
     };
     ($unit:ident) => {
         Quantity<$unit>
@@ -102,7 +106,7 @@ const fn of_method(key: &keys::Key) -> Option<Range> {
             let range = Range::new(low, high, needed, reason);
             Some(if whole { range.whole() } else { range })
         }
-        Kind::Flag => None,
+        Kind::Flag | Kind::Checks => None,
     }
 }
 
@@ -134,7 +138,10 @@ impl DetectorTable {
         // In the order in which they are set.
         keys::ALL.into_iter().filter_map(move |key| {
             let value = values.get(key.name)?;
-            Some((key, value.number().map_or_else(|| keys::Value::Flag(value.flag()), keys::Value::Number)))
+            let checks = value.checks().map(keys::Value::Checks);
+            let other =
+                || value.number().map_or_else(|| keys::Value::Flag(value.flag()), keys::Value::Number);
+            Some((key, checks.unwrap_or_else(other)))
         })
     }
 

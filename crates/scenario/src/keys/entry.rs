@@ -43,6 +43,8 @@ pub enum Values {
     Choice(Vec<(&'static str, &'static str)>),
     /// True or false.
     Flag,
+    /// True, false or a list of some of these names, each with a sentence about it.
+    List(Vec<(&'static str, &'static str)>),
     /// Integers.
     Whole,
     /// A text or a table: a file, a class, or settings of a library.

@@ -102,6 +102,7 @@ fn other(key: &Key, now: Option<&Value>) -> Value {
             name.expect("two choices")
         }
         Values::Flag => Value::Boolean(now != Some(&Value::Boolean(true))),
+        Values::List(names) => Value::Array(vec![names[0].0.into()]),
         Values::Text => panic!("{}: a text", key.path),
     }
 }

@@ -1,5 +1,6 @@
 //! Values in a file's tables, and fields of a scenario that numbers set.
 
+use standstill_detect::Checks;
 use standstill_interface::{Choice, Nanos};
 use standstill_quantity::{Dimension, Quantity, Scale, Unit, rounded};
 
@@ -16,6 +17,11 @@ pub(crate) trait Written {
     /// Returns true for a flag that is set.
     fn flag(&self) -> bool {
         false
+    }
+
+    /// Returns the checks that are on; none for a value that is no list of checks.
+    fn checks(&self) -> Option<Checks> {
+        None
     }
 
     /// Writes a number in the unit that the text `needed` of the range uses: 20 nF, not 0.02 µF, where nanofarads are allowed.

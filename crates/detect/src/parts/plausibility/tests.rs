@@ -1,6 +1,7 @@
 use standstill_interface::{Abc, Nanos, Sensed};
 
 use super::*;
+use crate::parts::train::Slot;
 use crate::testing::PLATE;
 
 fn limits() -> PlausibilitySettings<f64> {
@@ -57,7 +58,10 @@ fn law_a_link_beyond_its_data_sheet_is_one_of_a_wrong_sensor() {
 #[test]
 fn law_lines_are_those_of_the_data_sheet_within_a_third() {
     let (limits, train) = (limits(), PulseTrainSettings::suited(&PLATE, Nanos::from_micros(50)));
-    let check = |lines| limits.lines(&mut Margin::new(), lines, &train);
+    let check = |lines| {
+        limits.inductances(&mut Margin::new(), lines, &train)?;
+        limits.directions(&mut Margin::new(), lines, &train)
+    };
     // L_d + L_q = 28 mH, and its ends, 20 and 36 mH.
     assert_eq!(check([[28e-3; 2], [20e-3; 2], [36e-3; 2]]), Ok(()));
     // A data sheet that is ten per cent off.
@@ -71,4 +75,75 @@ fn law_lines_are_those_of_the_data_sheet_within_a_third() {
     assert_eq!(check([[24.5e-3, 31.5e-3], [28e-3; 2], [28e-3; 2]]), Ok(()));
     let found = check([[23e-3, 33e-3], [28e-3; 2], [28e-3; 2]]);
     assert!(matches!(found, Err(Fault::DirectionsDiffer { phase: Phase::A, .. })), "{found:?}");
+}
+
+#[test]
+fn law_a_factor_between_two_sensors_is_no_step_of_a_code() {
+    let settings = PulseTrainSettings::suited(&PLATE, Nanos::from_micros(50));
+    let mut train = Train::new(settings);
+    // 20 mA rms in each.
+    train.noise = 4e-4;
+    let mut noise = crate::testing::Noise::new(5);
+    let mut check = |gain: f64, bit: f64| {
+        let mut gains = GainComparison::new();
+        for n in 0..72_u16 {
+            let slot = Slot::of(n / 4);
+            let current = 0.875 * f64::from(n % 4 + 1);
+            // A bit that is always set is missing in half of the codes.
+            let stuck = if (current / bit).floor() % 2.0 == 0.0 { bit } else { 0.0 };
+            let first = current + 0.02 * noise.gauss();
+            let second = current * gain + stuck + 0.02 * noise.gauss();
+            gains.add(slot, if slot.forward { (first, second) } else { (second, first) });
+        }
+        limits().codes(&mut Margin::new(), &gains, &train)
+    };
+    for gain in [0.98, 1.0, 1.02] {
+        assert_eq!(check(gain, 1e-9), Ok(()), "{gain}");
+    }
+    let found = check(1.0, 0.4);
+    assert!(matches!(found, Err(Fault::SensorsDisagree { .. })), "{found:?}");
+    // A gain of a sensor that follows another has no codes of its own.
+    train.derived = Derived::One(Phase::C);
+    let mut gains = GainComparison::new();
+    for n in 0..6 {
+        gains.add(Slot::of(n), (3.0, 1.0 + f64::from(n)));
+    }
+    assert_eq!(limits().codes(&mut Margin::new(), &gains, &train), Ok(()));
+    train.derived = Derived::None;
+    assert!(limits().codes(&mut Margin::new(), &gains, &train).is_err());
+}
+
+#[test]
+fn analytic_what_is_no_factor_is_the_smaller_eigenvalue() {
+    let mut gains = GainComparison::new();
+    // (x, y) = t (1, 2)/√5 ± e (−2, 1)/√5 with t = 5 and e = 0.1.
+    for n in 0..4_u16 {
+        let (t, e) = (5.0, if n % 2 == 0 { 0.1 } else { -0.1 });
+        let root = 5.0_f64.sqrt();
+        gains.add(Slot { line: 1, forward: true }, ((t - 2.0 * e) / root, (2.0 * t + e) / root));
+    }
+    let [none, (apart, current), _] = gains.residuals();
+    // 4 · 0.01 over three degrees of freedom; half of 4 · 25.01.
+    assert!((apart - (0.04_f64 / 3.0).sqrt()).abs() < 1e-9, "{apart}");
+    assert!((current - (50.02_f64 / 3.0).sqrt()).abs() < 1e-9, "{current}");
+    assert_eq!(none, (0.0, 0.0));
+}
+
+#[test]
+fn analytic_limits_follow_the_pulse() {
+    // 2 · 10 mH · 7 A / 540 V = 259 µs of a linear motor: the rated pulse of 300 µs saturates nothing; one of 200 µs takes 22.9 %.
+    let saturating = Nameplate { rated_pulse: Nanos::from_micros(200), ..PLATE };
+    let limits = PlausibilitySettings::suited(&saturating);
+    let share = 200.0 / (20e-3 * 7.0 / 540.0 * 1e6);
+    let of = |micros: f64| limits.of_pulse(micros * 1e-6);
+    let close = |found: f64, wanted: f64| assert!((found / wanted - 1.0).abs() < 1e-9, "{found} {wanted}");
+    for (micros, saturates, times) in
+        [(100.0, share, 1.0), (200.0, share, 1.0), (300.0, 1.5 * share - 0.5, 1.5), (1000.0, 0.2, 5.0)]
+    {
+        let ([low, high], both) = of(micros);
+        close(low, 20e-3 * 0.65 * saturates);
+        close(high, 36e-3 * 1.35);
+        // The poles differ by a tenth at rated current.
+        close(both, 0.1 + 0.2 * times);
+    }
 }

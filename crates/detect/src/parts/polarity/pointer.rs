@@ -21,6 +21,15 @@ impl<T: Real> Pointer<T> {
         T::FRAC_PI_4()
     }
 
+    /// The north pole at one end of `axis` by the part of D along it alone, wherever D points otherwise; none where that part is too
+    /// small for a wrong pole to be as rare as `allowed`.
+    pub fn north(&self, axis: Angle<T>, signature: Signature, allowed: T) -> Option<Angle<T>> {
+        let deviations = self.direction.park(axis).d / self.deviation;
+        let evidence = signature.towards_north(PoleEvidence { deviations, needed: tail_beyond(allowed) })?;
+        let ahead = evidence.deviations > T::zero();
+        evidence.is_enough().then(|| if ahead { axis } else { axis.opposite() })
+    }
+
     /// The pole at one end of `axis`, allowing a wrong one with the probability `allowed`.
     pub fn read(&self, axis: Angle<T>, signature: Signature, allowed: T) -> Pole<T> {
         let on = self.direction.park(axis);

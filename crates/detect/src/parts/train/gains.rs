@@ -12,11 +12,15 @@ use super::{Derived, Slot};
 pub(crate) struct GainComparison<T> {
     /// Σ i² of each line's first and second phase, in A².
     squares: [[T; 2]; 3],
+    /// Σ of the products of both in A², and how many they are.
+    products: [T; 3],
+    count: [T; 3],
 }
 
 impl<T: Real> GainComparison<T> {
     pub fn new() -> Self {
-        Self { squares: [[T::zero(); 2]; 3] }
+        let zero = T::zero();
+        Self { squares: [[zero; 2]; 3], products: [zero; 3], count: [zero; 3] }
     }
 
     pub fn add(&mut self, slot: Slot, (from, to): (T, T)) {
@@ -24,6 +28,24 @@ impl<T: Real> GainComparison<T> {
         let [a, b] = &mut self.squares[slot.line];
         *a = *a + first * first;
         *b = *b + second * second;
+        self.products[slot.line] = self.products[slot.line] + first * second;
+        self.count[slot.line] = self.count[slot.line] + T::one();
+    }
+
+    /// What the two sensors of each line differ by in A rms, beside the factor between them, in each of the two; with the rms current.
+    /// Of pairs (x, y) that lie on a straight line but for noise, the smaller eigenvalue of Σ (x, y)(x, y)ᵀ is that noise's.
+    pub fn residuals(&self) -> [(T, T); 3] {
+        let two = T::of(2.0);
+        core::array::from_fn(|k| {
+            let ([a, b], ab) = (self.squares[k], self.products[k]);
+            let half = (a + b) / two;
+            let larger = half + ((a - b) / two).hypot(ab);
+            // The product of both is the determinant; half less the root would lose its digits.
+            let smaller =
+                if larger > T::zero() { (a * b - ab * ab).max(T::zero()) / larger } else { T::zero() };
+            let freedom = (self.count[k] - T::one()).max(T::one());
+            ((smaller / freedom).sqrt(), (half / freedom).sqrt())
+        })
     }
 
     /// r of each line and the variance that noise gives it, when a reading's has this variance in A². Infinite where a

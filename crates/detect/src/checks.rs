@@ -1,0 +1,101 @@
+//! The checks of methods by line pulses, each with its name: which of them are on.
+
+use standstill_interface::{Choice, choice};
+
+choice! {
+    /// A check whether readings can be those of the motor and the drive that the data sheets describe, with all parts whole.
+    pub enum Check {
+        /// The voltage of the DC link is that of the data sheet.
+        Link = "link",
+        /// The sensors of one current agree, and none shows a current where none can flow.
+        Sensors = "sensors",
+        /// The inductances of the lines are those of the data sheet.
+        Inductance = "inductance",
+        /// Pulses both ways of a line differ by no more than the poles can make them.
+        BothWays = "both-ways",
+        /// No phase has more resistance than the others.
+        Contact = "contact",
+        /// Two sensors of one current differ by their gains alone, code by code.
+        Codes = "codes",
+        /// The rotor stands still.
+        Turning = "turning",
+    }
+}
+
+/// Those that are on.
+///
+/// ```
+/// use standstill_detect::{Check, Checks};
+///
+/// let most = Checks::ALL.without(Check::Turning);
+/// assert!(most.has(Check::Link) && !most.has(Check::Turning));
+/// assert_eq!(most.iter().count() + 1, Check::ALL.len());
+/// assert_eq!(Checks::of(most.iter()), most);
+/// // As a number, for languages without such a type: 1 stands for all.
+/// assert_eq!(Checks::numbered(1.0), Some(Checks::ALL));
+/// assert_eq!(Checks::numbered(most.number()), Some(most));
+/// assert_eq!(Checks::numbered(0.5), None);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Checks(u16);
+
+impl Checks {
+    /// Every check.
+    pub const ALL: Self = Self(((1 << Check::ALL.len()) - 1) << 1);
+    /// No check.
+    pub const NONE: Self = Self(0);
+
+    /// These.
+    pub fn of(checks: impl IntoIterator<Item = Check>) -> Self {
+        Self(checks.into_iter().fold(0, |all, check| all | bit(check)))
+    }
+
+    /// All if `on`, or none.
+    pub const fn all(on: bool) -> Self {
+        if on { Self::ALL } else { Self::NONE }
+    }
+
+    /// All of these but one.
+    #[must_use]
+    pub const fn without(self, check: Check) -> Self {
+        Self(self.0 & !bit(check))
+    }
+
+    /// Whether a check is on.
+    pub const fn has(self, check: Check) -> bool {
+        self.0 & bit(check) != 0
+    }
+
+    /// Those that are on, in the order of [`Check::ALL`].
+    pub fn iter(self) -> impl Iterator<Item = Check> {
+        Check::ALL.into_iter().filter(move |check| self.has(*check))
+    }
+
+    /// As a number: 0 for none, or a sum of 2 for the first of [`Check::ALL`], 4 for the second, and so on.
+    pub fn number(self) -> f64 {
+        f64::from(self.0)
+    }
+
+    /// From a number as [`Self::number`] gives it, or from 1 for all; none for any other.
+    pub fn numbered(number: f64) -> Option<Self> {
+        if number == 1.0 {
+            return Some(Self::ALL);
+        }
+        (0..=Self::ALL.0).step_by(2).map(Self).find(|checks| checks.number() == number)
+    }
+
+    /// By names, of which each is a check.
+    ///
+    /// # Errors
+    /// The first name that is none.
+    pub fn named<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
+        names.into_iter().try_fold(Self::NONE, |all, name| {
+            <Check as Choice>::named(name).map(|check| Self(all.0 | bit(check))).ok_or(name)
+        })
+    }
+}
+
+/// The first bit is left to the number that stands for all.
+const fn bit(check: Check) -> u16 {
+    2 << check as u16
+}

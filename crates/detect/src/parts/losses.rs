@@ -1,0 +1,126 @@
+//! What the pulses of a line lose: the resistance of each phase, by rising and falling currents.
+//!
+//! A core without losses has a current for each flux. The flux of a pulse rises until t₁ and falls as steeply after it: so long before t₁
+//! and so long after it the current would be the same. What it falls short by is lost in resistance and devices:
+//! ```text
+//! L (i(t₁ − s) − i(t₁ + s)) = ΔU s + R ∫ i dt,    ∫ i dt = 2 î s (1 − s / (2 t₁))
+//! ```
+//! ΔU, the drops of the devices, an edge or a sample that is late, and what both ways of a turning magnet leave are alike in all lines:
+//! a contact in one phase is not. It adds to two lines, and nothing to the third.
+
+use standstill_interface::{Fault, Phase, Reading, Real};
+
+use super::margin::Margin;
+use super::train::{LINES, PulseTrainSettings, Slot, Train};
+use crate::nameplate::Place;
+
+/// Standard deviations up to which a difference is noise.
+const DEVIATIONS: f64 = 6.0;
+
+/// Share of all losses by which phases may differ: saturation makes those of a line look larger or smaller, and so do irons.
+const ALIKE: f64 = 0.35;
+
+/// Sums over the pulses of each line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Losses<T> {
+    /// What currents after the peak fall short by, in A.
+    short: [T; 3],
+    /// Currents at the peak in A.
+    peak: [T; 3],
+    pulses: [T; 3],
+}
+
+impl<T: Real> Losses<T> {
+    pub fn new() -> Self {
+        Self { short: [T::zero(); 3], peak: [T::zero(); 3], pulses: [T::zero(); 3] }
+    }
+
+    /// Samples before the peak with a counterpart while the current still falls: the drops of the devices end it earlier.
+    fn pairs(train: &PulseTrainSettings<T>, volts: T) -> usize {
+        let on = train.samples_on();
+        let until = (volts - train.on_drop) / (volts + train.off_drop) * T::of(0.95 * on as f64);
+        (1..on).take_while(|pair| T::of(*pair as f64) <= until).count()
+    }
+
+    /// Adds a pulse. Where rising and falling currents are read by different shunts, their gains would look like losses.
+    pub fn add(
+        &mut self,
+        train: &Train<T>,
+        slot: Slot,
+        readings: &[Reading<T>],
+        volts: T,
+    ) -> Result<(), Fault<T>> {
+        let s = &train.settings;
+        if s.place != Place::InLine {
+            return Ok(());
+        }
+        let (peak, k) = (s.samples_on() - 1, slot.line);
+        for pair in 1..=Self::pairs(s, volts) {
+            let [before, after] =
+                [train.current(slot, &readings[peak - pair])?, train.current(slot, &readings[peak + pair])?];
+            self.short[k] = self.short[k] + before - after;
+        }
+        self.peak[k] = self.peak[k] + train.current(slot, &readings[peak])?;
+        self.pulses[k] = self.pulses[k] + T::one();
+        Ok(())
+    }
+
+    /// With samples that show each line's current as it is so many seconds later: the resistance in Ω that would lose as much in each line of these inductances in H, devices and all, and its standard deviation by
+    /// noise; none without pairs of samples.
+    fn resistances(
+        &self,
+        train: &Train<T>,
+        lines: [T; 3],
+        (volts, late): (T, [T; 3]),
+    ) -> Option<([T; 3], T)> {
+        let s = &train.settings;
+        let pairs = Self::pairs(s, volts);
+        let interval = T::of(s.interval.seconds());
+        let t1 = T::of(s.pulse.seconds());
+        let (two, mut weight) = (T::of(2.0), T::zero());
+        for pair in 1..=pairs {
+            let apart = interval * T::of(pair as f64);
+            weight = weight + two * apart * (T::one() - apart / (two * t1));
+        }
+        let mean = |of: [T; 3]| (of[0] + of[1] + of[2]) / T::of(3.0);
+        let per_ampere = lines.map(|line| line / weight);
+        // A current that is read later has risen more before the peak, and fallen more after it.
+        let by_time = |k: usize| two * T::of(pairs as f64) * volts / lines[k] * late[k] * self.pulses[k];
+        let found = core::array::from_fn(|k| per_ampere[k] * (self.short[k] - by_time(k)) / self.peak[k]);
+        // Of two sensors each; of as many pulses as a line has.
+        let noise = (train.noise * T::of(pairs as f64) / mean(self.pulses)).sqrt();
+        let deviation = mean(per_ampere) * noise / (mean(self.peak) / mean(self.pulses));
+        (pairs > 0 && mean(self.pulses) > T::zero()).then_some((found, deviation))
+    }
+
+    /// Checks that the phases lose alike, in lines of these inductances in H at a link of so many volts, whose samples show each line's
+    /// current as it is so many seconds later.
+    pub fn check(
+        &self,
+        margin: &mut Margin<T>,
+        train: &Train<T>,
+        lines: [T; 3],
+        shown: (T, [T; 3]),
+    ) -> Result<(), Fault<T>> {
+        let Some((lost, deviation)) = self.resistances(train, lines, shown) else { return Ok(()) };
+        let (two, three) = (T::of(2.0), T::of(3.0));
+        let mean = (lost[0] + lost[1] + lost[2]) / three;
+        // A mean of two lines less a third: 3/2 of a line's variance.
+        let allowed = deviation * T::of(DEVIATIONS * 1.5_f64.sqrt()) + mean.abs() * T::of(ALIKE);
+        for (k, without) in lost.into_iter().enumerate() {
+            // The phase that the line does not have.
+            let phase = Phase::ALL.into_iter().find(|phase| *phase != LINES[k].0 && *phase != LINES[k].1);
+            let found = (mean * three - without) / two - without;
+            margin.at_most(found, allowed);
+            if let Some(phase) = phase
+                && found > allowed
+            {
+                return Err(Fault::ContactResistive { phase, found, allowed });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

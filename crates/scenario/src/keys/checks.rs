@@ -1,0 +1,116 @@
+//! The checks of a method as files have them: true for all, false for none, or a list of names.
+
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use standstill_detect::{Check, Checks};
+use standstill_interface::Choice;
+use toml::Value;
+
+use super::{Values, Written};
+
+/// The checks of a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CheckList(pub Checks);
+
+impl CheckList {
+    /// Returns true for all checks, false for none, or the list of their names.
+    pub(crate) fn value(self) -> Value {
+        match self.0 {
+            Checks::ALL => true.into(),
+            Checks::NONE => false.into(),
+            some => Value::Array(some.iter().map(|check| check.name().into()).collect()),
+        }
+    }
+}
+
+struct Read;
+
+impl<'de> Visitor<'de> for Read {
+    type Value = CheckList;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "true, false or a list of {}", <Check as Choice>::NAMES.join(", "))
+    }
+
+    fn visit_bool<E: Error>(self, all: bool) -> Result<CheckList, E> {
+        Ok(CheckList(Checks::all(all)))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<CheckList, A::Error> {
+        let mut all = Vec::new();
+        while let Some(name) = names.next_element::<String>()? {
+            all.push(name);
+        }
+        let checks = Checks::named(all.iter().map(String::as_str));
+        checks.map(CheckList).map_err(|wrong| Error::unknown_variant(wrong, <Check as Choice>::NAMES))
+    }
+}
+
+impl<'de> Deserialize<'de> for CheckList {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Read)
+    }
+}
+
+impl Serialize for CheckList {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.value().serialize(serializer)
+    }
+}
+
+impl JsonSchema for CheckList {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Checks".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let one = |check: &Check| serde_json::json!({ "type": "string", "const": check.name(), "description": check.about().trim() });
+        let names: Vec<_> = Check::ALL.iter().map(one).collect();
+        json_schema!({
+            "description": "True for all checks, false for none, or a list of those that are on.",
+            "anyOf": [{ "type": "boolean" }, { "type": "array", "items": { "oneOf": names } }],
+        })
+    }
+}
+
+impl Written for CheckList {
+    fn checks(&self) -> Option<Checks> {
+        Some(self.0)
+    }
+
+    fn values() -> Values {
+        Values::List(Check::ALL.iter().map(|check| (check.name(), check.about().trim())).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_checks_are_all_none_or_a_list_of_names() {
+        let read = |text: &str| {
+            let table: toml::Table = format!("x = {text}").parse().expect("TOML");
+            table["x"].clone().try_into::<CheckList>().map_err(|error| error.to_string())
+        };
+        let two = CheckList(Checks::of([Check::Link, Check::Turning]));
+        for (text, checks) in [
+            ("true", CheckList(Checks::ALL)),
+            ("false", CheckList(Checks::NONE)),
+            ("[]", CheckList(Checks::NONE)),
+            ("[\"turning\", \"link\", \"link\"]", two),
+        ] {
+            assert_eq!(read(text), Ok(checks), "{text}");
+            assert_eq!(checks.value().try_into(), Ok(checks), "{text}");
+        }
+        assert_eq!(two.value().to_string(), "[\"link\", \"turning\"]");
+        let wrong = read("[\"link\", \"lnik\"]").expect_err("no such check");
+        assert!(Check::ALL.iter().all(|check| wrong.contains(check.name())), "{wrong}");
+        for text in ["1", "\"link\"", "[1]"] {
+            assert!(read(text).is_err(), "{text}");
+        }
+    }
+}
