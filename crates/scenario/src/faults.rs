@@ -72,7 +72,10 @@ pub struct FaultTable {
     /// The size, such as `"2 Ω"`, or a list of two between which each trial draws one. Its unit is that of the mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub magnitude: Option<Between>,
-    /// Time after the start of the detection at which it breaks. Without it, before the detection.
+    /// Number of the detection's command, from 1, from whose begin `onset` counts, or a list of two between which each trial draws one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command: Option<Between>,
+    /// Time after the start of the detection, or of `command`, at which it breaks. Without both, before the detection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub onset: Option<Between>,
     /// Time after which it is whole again, as an intermittent contact. Without it, it stays broken.
@@ -89,7 +92,9 @@ pub struct FaultSettings {
     pub at: FaultPlace,
     /// Smallest and largest size, in SI units; zero for a fault without a size.
     pub size: [f64; 2],
-    /// Earliest and latest onset in s after the start of the detection.
+    /// First and last command from whose begin the onset counts; none: from the start of the detection.
+    pub command: Option<[u32; 2]>,
+    /// Earliest and latest onset in s after it.
     pub onset: [f64; 2],
     /// Time in s after which the part is whole again; infinite where it stays broken.
     pub lasts: f64,
@@ -160,6 +165,29 @@ impl FaultTable {
                 error("onset", &found, "a time from 0 to 20 s, or two of them, the earlier one first")
             })?,
         };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole, from 1 to a million"
+        )]
+        let command = match &self.command {
+            None => None,
+            Some(_) if !mode.may_begin() => {
+                let needed = format!("no such key: \"{name}\" is there before the detection");
+                return wrong("command", "a number", &needed);
+            }
+            Some(command) => {
+                let whole = |value: &Value| value.as_integer().map(|number| number as f64);
+                let numbers = command.numbers(whole, [1.0, 1e6]).map_err(|found| {
+                    error(
+                        "command",
+                        &found,
+                        "a whole number from 1 to 1000000, or two of them, the smaller one first",
+                    )
+                })?;
+                Some(numbers.map(|number| number as u32))
+            }
+        };
         let lasts = match self.lasts.map(Quantity::value) {
             None => f64::INFINITY,
             Some(_) if !mode.may_begin() => {
@@ -168,7 +196,7 @@ impl FaultTable {
             Some(lasts) if (1e-9..=LONGEST).contains(&lasts) => lasts,
             Some(lasts) => return wrong("lasts", &format!("{lasts} s"), "a time from 1 ns to 20 s"),
         };
-        Ok(FaultSettings { mode, at, size, onset, lasts })
+        Ok(FaultSettings { mode, at, size, command, onset, lasts })
     }
 }
 

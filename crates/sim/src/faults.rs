@@ -8,6 +8,8 @@ use std::fmt;
 use standstill_interface::Nanos;
 use standstill_inverter::Gate;
 
+use crate::trace::Health;
+
 /// Most faults that a case can have.
 pub const MOST_FAULTS: usize = 4;
 
@@ -56,11 +58,13 @@ pub enum Misreading {
     Offset(f64),
 }
 
-/// A broken part, from `from` until just before `until`, both since the start of the run.
+/// A broken part, from `from` until just before `until`, both since the start of the run, or since the begin of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
     /// The broken part.
     pub broken: Broken,
+    /// Number of the command, from 1, at whose begin both times start; none: at that of the run.
+    pub command: Option<u32>,
     /// Time at which it breaks.
     pub from: Nanos,
     /// Time at which it is whole again; `Nanos(u64::MAX)` for never.
@@ -70,12 +74,12 @@ pub struct Fault {
 impl Fault {
     /// Makes a fault that is there before the run begins, and stays.
     pub const fn lasting(broken: Broken) -> Self {
-        Self { broken, from: Nanos::ZERO, until: Nanos(u64::MAX) }
+        Self { broken, command: None, from: Nanos::ZERO, until: Nanos(u64::MAX) }
     }
 
     /// Returns whether the part is broken at a time in ns.
     pub(crate) fn is_there(&self, time: f64) -> bool {
-        self.from.0 as f64 <= time && time < self.until.0 as f64
+        self.command.is_none() && self.from.0 as f64 <= time && time < self.until.0 as f64
     }
 }
 
@@ -118,6 +122,9 @@ impl fmt::Display for Misreading {
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.broken)?;
+        if let Some(command) = self.command {
+            write!(f, ", from command {command} on")?;
+        }
         if self.from > Nanos::ZERO {
             write!(f, ", from {:.3} ms", self.from.seconds() * 1e3)?;
         }
@@ -170,10 +177,31 @@ impl Faults {
     /// Returns the next time in ns after `time` at which a part breaks or is whole again; infinite where there is none.
     pub fn next(&self, time: f64) -> f64 {
         self.iter()
+            .filter(|fault| fault.command.is_none())
             .flat_map(|fault| [fault.from, fault.until])
             .filter(|at| at.0 != u64::MAX && at.0 as f64 > time)
             .map(|at| at.0 as f64)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Iterates over the parts that break at a time in ns, and over those that are whole again.
+    pub(crate) fn changes(&self, time: f64) -> impl Iterator<Item = (Broken, Health)> {
+        let changes = |fault: Fault| {
+            [(fault.from, Health::Broken), (fault.until, Health::Whole)].map(|of| (fault.broken, of))
+        };
+        let all = self.iter().filter(|fault| fault.command.is_none()).flat_map(changes);
+        all.filter(move |(_, (at, _))| at.0 as f64 == time).map(|(broken, (_, health))| (broken, health))
+    }
+
+    /// Starts the times of the faults that wait for the command with this number. Returns whether there were any.
+    pub(crate) fn begin(&mut self, command: u32, start: Nanos) -> bool {
+        let mut any = false;
+        for fault in self.0.iter_mut().flatten().filter(|fault| fault.command == Some(command)) {
+            let until = if fault.until == Nanos(u64::MAX) { fault.until } else { start + fault.until };
+            *fault = Fault { command: None, from: start + fault.from, until, ..*fault };
+            any = true;
+        }
+        any
     }
 
     /// Returns by how much a command that is given at a time in ns reaches the gates later.

@@ -77,7 +77,7 @@ pub use sensing::{
     TerminalSensor, VoltageSensor,
 };
 pub use streams::{Draws, Purpose, Streams, Tape};
-pub use trace::{ComparatorState, Event, NoProbe, Own, Probe, Snapshot, Trace};
+pub use trace::{ComparatorState, Event, Health, NoProbe, Own, Probe, Snapshot, Trace};
 
 // What the sister crates need of each other.
 #[doc(hidden)]

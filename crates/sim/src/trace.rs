@@ -5,6 +5,7 @@ use std::fmt;
 use standstill_interface::{Phase, Reading};
 use standstill_inverter::{Conduction, Gate, Modes};
 
+use crate::faults::Broken;
 use crate::physics::motion::Motion;
 
 /// Snapshot of the machine at one time.
@@ -107,6 +108,15 @@ impl Snapshot {
     }
 }
 
+/// What a part is from an instant on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Health {
+    /// Broken.
+    Broken,
+    /// Whole again.
+    Whole,
+}
+
 /// An event at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
@@ -122,8 +132,8 @@ pub enum Event {
     LeftMap,
     /// A comparator tripped: that of this phase, phase a where one serves all.
     Trip(Phase),
-    /// A part broke, or is whole again.
-    Fault,
+    /// This part broke, or is whole again.
+    Fault(Broken, Health),
     /// The drive took a sample: all that it read.
     Sample(Reading<f64>),
 }

@@ -6,7 +6,7 @@ mod tests;
 use std::borrow::Cow;
 
 use standstill_interface::{Phase, Sensed};
-use standstill_sim::{Event, Trace};
+use standstill_sim::{Event, Health, Trace};
 use standstill_table::{Cell, Column, Format, Kind, TableError};
 
 /// Receiver of a table's rows.
@@ -246,7 +246,10 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
             Event::Sample(of) => {
                 ("sample", of.capture.map_or(Cell::Empty, |capture| letter(capture.comparator)), Cell::Empty)
             }
-            Event::Fault => ("fault", Cell::Empty, Cell::Empty),
+            Event::Fault(broken, health) => {
+                let is = if *health == Health::Whole { "whole again: " } else { "" };
+                ("fault", Cell::Empty, word(format!("{is}{broken}")))
+            }
             Event::Trip(phase) => ("trip", letter(*phase), Cell::Empty),
         };
         row.extend([name.into(), phase, end]);

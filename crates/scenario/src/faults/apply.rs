@@ -52,7 +52,7 @@ pub(crate) fn demagnetise(faults: &[FaultSettings], motor: Motor) -> Result<Moto
 
 impl FaultSettings {
     /// Breaks the part in the case of a trial.
-    fn apply(&self, case: &mut Case<'_>, [place, size, sign, onset]: [f64; 4]) {
+    fn apply(&self, case: &mut Case<'_>, [place, size, sign, onset]: [f64; 4], command: Option<u32>) {
         let between = |[low, high]: [f64; 2], share: f64| low + (high - low) * share;
         let size = between(self.size, size);
         let way = if sign < 0.5 { 1.0 } else { -1.0 };
@@ -138,7 +138,7 @@ impl FaultSettings {
             }
         };
         // A scenario has no more faults than a case.
-        case.faults.push(Fault { broken, from: Nanos::from_seconds(from), until });
+        case.faults.push(Fault { broken, command, from: Nanos::from_seconds(from), until });
     }
 }
 
@@ -149,6 +149,17 @@ pub(crate) fn apply(faults: &[FaultSettings], case: &mut Case<'_>, streams: Stre
     }
     let mut draws = streams.open(Purpose::Fault);
     for fault in faults {
-        fault.apply(case, [(); 4].map(|()| draws.uniform()));
+        let drawn = [(); 4].map(|()| draws.uniform());
+        let command = fault.command.map(|[first, last]| {
+            let count = f64::from(last - first + 1);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "at most some thousand commands"
+            )]
+            let later = (draws.uniform() * count) as u32;
+            (first + later).min(last)
+        });
+        fault.apply(case, drawn, command);
     }
 }

@@ -97,6 +97,34 @@ fn law_trials_draw_place_size_sign_and_onset() {
 }
 
 #[test]
+fn law_a_fault_may_wait_for_a_command_that_each_trial_draws() {
+    let text = "[[faults]]\nmode = \"phase-open\"\ncommand = [3, 6]\nonset = \"20 us\"\nlasts = \"50 us\"\n";
+    let scenario = scenario(text);
+    let mut counts = [0; 4];
+    for trial in 0..400 {
+        let faults = scenario.case(trial).faults;
+        let fault = faults.iter().next().expect("one");
+        counts[fault.command.expect("waits") as usize - 3] += 1;
+        assert_eq!((fault.from, fault.until), (Nanos(20_000), Nanos(70_000)));
+    }
+    // Five standard deviations of 400 draws among four: 43.
+    assert!(counts.iter().all(|count| (57..143).contains(count)), "{counts:?}");
+    for (line, needed) in [
+        ("command = 0", "from 1 to 1000000"),
+        ("command = [4, 3]", "the smaller one first"),
+        ("command = \"3\"", "whole number"),
+    ] {
+        let error =
+            plan(&text.replace("command = [3, 6]", line)).and_then(|plan| plan.scenario(0)).expect_err(line);
+        let error = error.to_string();
+        assert!(error.contains("faults[0].command") && error.contains(needed), "{error}");
+    }
+    let early = "[[faults]]\nmode = \"terminals-swapped\"\ncommand = 2\n";
+    let error = plan(early).and_then(|plan| plan.scenario(0)).expect_err("there before").to_string();
+    assert!(error.contains("no such key"), "{error}");
+}
+
+#[test]
 fn law_a_fault_is_a_key() {
     let mut document = Document::parse(Path::new("s.toml"), "").expect("empty");
     for (key, value) in [

@@ -19,8 +19,8 @@ impl<'a> Control<'a> {
     ) -> Result<(), RunError> {
         let (lane, faults) = (self.lane, self.case.faults);
         self.breaks = faults.next(time);
-        if time > 0.0 {
-            self.event(time * 1e-9, Event::Fault);
+        for (broken, health) in faults.changes(time).filter(|_| time > 0.0) {
+            self.event(time * 1e-9, Event::Fault(broken, health));
         }
         let deaf = faults.at(time).any(|broken| broken == Broken::Deaf);
         let blanked = self.comparators.as_ref().is_some_and(|of| of.state() == ComparatorState::Blanked);

@@ -60,6 +60,8 @@ pub struct Control<'a> {
     pub(super) comparators: Option<Watching<'a>>,
     /// Time in ns of the next instant at which a part breaks or is whole again.
     pub(super) breaks: f64,
+    /// Commands so far, where parts break.
+    commands: u32,
     /// Whether no comparator trips at present.
     pub(super) deaf: bool,
     /// The readings of the last command.
@@ -106,6 +108,7 @@ impl<'a> Control<'a> {
             comparators: Watching::of(&case),
             deaf: false,
             breaks: if case.faults.is_empty() { NEVER } else { 0.0 },
+            commands: 0,
             readings,
             events: 0,
             counted_from: 0.0,
@@ -178,9 +181,15 @@ impl<'a> Control<'a> {
                 command = Command::hold(command.stage, Sampling::NONE);
             }
         }
-        let faults = &self.case.faults;
         let mut begins = start;
-        if !faults.is_empty() {
+        if !self.case.faults.is_empty() {
+            self.commands += 1;
+            if self.case.faults.begin(self.commands, start) {
+                let now = start.0 as f64;
+                self.breaks =
+                    if self.case.faults.at(now).next().is_some() { now } else { self.case.faults.next(now) };
+            }
+            let faults = &self.case.faults;
             begins = start + faults.late(start.0 as f64);
             command = limited(command, faults.most_duty(start.0 as f64));
         }

@@ -7,7 +7,7 @@ use standstill_interface::{Command, Leg, Nanos, Reading, Sampling, Sensed};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, Gate, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Motor, built_in};
 use standstill_sim::{
-    Adc, Broken, Case, Ended, Event, Fault, Faults, Misreading, NoProbe, Purpose, RotorState, Run,
+    Adc, Broken, Case, Ended, Event, Fault, Faults, Health, Misreading, NoProbe, Purpose, RotorState, Run,
     SensorSettings, Sensors, Streams, Trace, run,
 };
 
@@ -166,13 +166,42 @@ fn law_an_open_switch_ends_pulses_of_one_sign() {
     assert!(current(&[]) > 1.0 && current(&[open]) < 0.15, "{} {}", current(&[]), current(&[open]));
 }
 
+/// A wire that opens 30 µs after the begin of the third command, and closes 50 µs later.
+#[test]
+fn analytic_a_fault_that_waits_for_a_command_counts_from_its_begin() {
+    let motor = motor().linearised();
+    let [ab, ..] = lines(&motor, 0.7);
+    let r = 2.0 * motor.resistance;
+    let fault = Fault {
+        command: Some(3),
+        from: Nanos(30 * US),
+        until: Nanos(80 * US),
+        ..Fault::lasting(Broken::Wire(0))
+    };
+    let sampled =
+        |micros: u64, at: u64| Command::hold(stage([High, Low, Off], micros), Sampling::once(Nanos(at * US)));
+    let rest = pulse([Off, Off, Off], 700);
+    let commands = [sampled(100, 90), rest, sampled(100, 20), sampled(100, 80)];
+    let (readings, run) = play(&case(&motor, false, &[fault]), &commands);
+    let read: Vec<f64> = readings.iter().map(|read| read.current.0[0]).collect();
+    // As long after the begin of the first command nothing has broken; in the fourth the wire has been closed for as long as that.
+    for (found, time) in [(read[0], 90e-6), (read[2], 20e-6), (read[3], 100e-6)] {
+        let expected = line(LINK, ab, r, time);
+        assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0), "{found}, not {expected}");
+    }
+    assert!(read[1].abs() < 1e-9, "{}", read[1]);
+    // As the same times since the start of the run, to the bit.
+    let plain = Fault { command: None, from: Nanos(830 * US), until: Nanos(880 * US), ..fault };
+    assert_eq!(play(&case(&motor, false, &[plain]), &commands), (readings, run));
+}
+
 /// A contact that opens for a while: its current ends at once, and rises again from zero.
 #[test]
 fn analytic_an_intermittent_contact_begins_anew() {
     let motor = motor().linearised();
     let [ab, ..] = lines(&motor, 0.7);
     let (from, until) = (Nanos(100 * US), Nanos(150 * US));
-    let opens = |broken| [Fault { broken, from, until }];
+    let opens = |broken| [Fault { broken, command: None, from, until }];
     let r = 2.0 * motor.resistance;
     for usual in [false, true] {
         let case = case(&motor, usual, &opens(Broken::Wire(0)));
@@ -181,12 +210,12 @@ fn analytic_an_intermittent_contact_begins_anew() {
         let command = Command::hold(stage([High, Low, Off], 250), sampling);
         let mut script = Script::new([command]);
         run(&case, &mut script, false, &mut trace);
-        let times: Vec<f64> =
-            trace.events.iter().filter(|(_, event)| *event == Event::Fault).map(|(time, _)| *time).collect();
-        assert!(
-            times.len() == 2 && (times[0] - 100e-6).abs() + (times[1] - 150e-6).abs() < 1e-12,
-            "{times:?}"
-        );
+        let changes: Vec<(f64, Event)> =
+            trace.events.iter().filter(|(_, event)| matches!(event, Event::Fault(..))).copied().collect();
+        let [(opened, what), (closed, that)] = changes[..] else { panic!("{changes:?}") };
+        assert!((opened - 100e-6).abs() + (closed - 150e-6).abs() < 1e-12, "{changes:?}");
+        assert_eq!(what, Event::Fault(Broken::Wire(0), Health::Broken));
+        assert_eq!(that, Event::Fault(Broken::Wire(0), Health::Whole));
         let read = script.readings.iter().map(|read| read.current.0[0]).collect::<Vec<_>>();
         let expected = [line(LINK, ab, r, 99e-6), 0.0, line(LINK, ab, r, 49e-6)];
         for (read, expected) in read.iter().zip(expected) {
@@ -322,7 +351,7 @@ fn law_random_faults_leave_the_balance_whole() {
             .map(|_| pulse([(); 3].map(|()| [High, Low, Off, Duty(0.37)][pick(4)]), 40 + pick(160) as u64))
             .chain([pulse([Off; 3], 600)])
             .collect();
-        let case = case(&motor, number % 2 == 0, &[Fault { broken, from, until }]);
+        let case = case(&motor, number % 2 == 0, &[Fault { broken, command: None, from, until }]);
         let mut script = Script::new(&commands);
         let run = run(&case, &mut script, true, &mut NoProbe);
         assert!(matches!(run.ended, Ended::Outcome(_)), "{number} {broken:?}: {:?}", run.ended);
