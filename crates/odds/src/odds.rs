@@ -49,9 +49,14 @@ pub enum Alarm {
     Flat,
     /// All starts have the same distance from the event: the answer is the limit from the plain trials done so far.
     Constant,
-    /// No run reached the event, and the runs gave up at levels of this probability. That is no upper bound: a part of the event
-    /// that all runs missed may be more probable.
-    TooRare(f64),
+    /// No run reached the event.
+    TooRare {
+        /// Largest probability of the levels at which the runs gave up.
+        level: f64,
+        /// Upper end of the 95 % interval of these levels' probability. The event lies within the levels: it is no more probable, if the
+        /// runs missed no part of it, which each answer of runs that reach their event assumes, too.
+        at_most: f64,
+    },
     /// This number of simulations could not continue; they count as starts without the event.
     Errors(u64),
     /// This share of the faults is of kinds to which no margin leads.
@@ -91,9 +96,10 @@ impl fmt::Display for Alarm {
                 "all starts are equally far from the event, so nothing leads there: the bound is what the plain trials \
                  done until then carry"
             ),
-            Self::TooRare(level) => write!(
+            Self::TooRare { level, at_most } => write!(
                 f,
-                "not reached: the runs gave up at {level:.0e}, which bounds nothing; the bound is what their plain trials carry"
+                "not reached: the runs gave up at {level:.0e}. If they missed no part of the event, as every answer of runs assumes, it has a \
+                 probability of at most {at_most:.1e}; the bound above assumes nothing: it is what their plain trials carry"
             ),
             Self::Errors(count) => {
                 write!(f, "{count} simulations could not go on and count as starts without the event")
@@ -235,7 +241,13 @@ impl Odds {
             // The level at which the chains gave up does not bound the probability. The first levels' trials do: they are independent.
             let hits = runs.iter().map(|run| u64::from(run.plain_hits)).sum();
             probability = binomial_interval(hits, plain);
-            alarms.push(Alarm::TooRare(runs.iter().map(|run| run.probability).fold(0.0, f64::max)));
+            let levels = runs.iter().map(|run| run.probability);
+            let mean = levels.clone().sum::<f64>() / count;
+            let scatter = levels.clone().map(|level| power(level - mean, 2)).sum::<f64>() / (count - 1.0);
+            let all: Vec<&Run> = runs.iter().collect();
+            let judged = (scatter.sqrt() / mean).max(LEAST * expected(&all));
+            let at_most = mean * standstill_numeric::exp(student(count - 1.0) * judged / count.sqrt());
+            alarms.push(Alarm::TooRare { level: levels.fold(0.0, f64::max), at_most });
         } else if reached.iter().all(|run| run.levels == 1) {
             // Not rare: these are plain trials.
             let hits = reached.iter().map(|run| u64::from(run.plain_hits)).sum();

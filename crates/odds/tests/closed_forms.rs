@@ -181,7 +181,7 @@ fn analytic_what_is_not_rare_is_counted_and_what_never_happens_is_bounded() {
     assert!((never.probability.high / bound - 1.0).abs() < 1e-6, "{:?}", never.probability);
     assert_eq!((never.plain, never.probability.low), (32_000, 0.0));
     let level = never.alarms.iter().find_map(|alarm| match alarm {
-        Alarm::TooRare(level) => Some(*level),
+        Alarm::TooRare { level, .. } => Some(*level),
         _ => None,
     });
     assert!(level.is_some_and(|level| (1e-17..1e-15).contains(&level)), "{level:?}");

@@ -48,6 +48,17 @@ fn analytic_runs_make_their_mean_the_interval_of_their_spread_and_weights_by_the
 }
 
 #[test]
+fn analytic_an_event_that_no_run_reached_lies_within_the_levels_at_which_they_gave_up() {
+    // Levels of 1 and 3e-16: mean 2e-16, standard deviation √2 e-16; Student's t of one degree of freedom: 12.706.
+    let odds = Odds::of_runs(&Settings::default(), vec![run(1e-16, End::TooRare), run(3e-16, End::TooRare)]);
+    let [Alarm::TooRare { level, at_most }] = odds.alarms[..] else { panic!("{:?}", odds.alarms) };
+    let factor = (12.706_2 * 2.0_f64.sqrt() / 2.0 / 2.0_f64.sqrt()).exp();
+    assert!(level == 3e-16 && (at_most / (2e-16 * factor) - 1.0).abs() < 1e-4, "{at_most}");
+    // Without an assumption plain trials alone carry: none in 8,000.
+    assert!((odds.probability.high / 4.610e-4 - 1.0).abs() < 1e-3, "{:?}", odds.probability);
+}
+
+#[test]
 fn law_an_alarm_widens_the_interval() {
     let settings = Settings::default();
     let told = |all: &[f64]| {
