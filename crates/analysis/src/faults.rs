@@ -234,17 +234,20 @@ impl Entry {
     /// such checks.
     ///
     /// # Errors
-    /// A fault that the drive cannot have.
+    /// A fault that the drive cannot have, and a drive that is refused without the checks.
     pub fn plans(&self, plan: &Plan, document: &Document) -> Result<(Plan, Option<Plan>), FileError> {
         let mut broken = document.clone();
         for (key, value) in &self.keys {
             broken.set_value(key, value.clone(), Origin::Option("--mode"))?;
         }
         let mut unchecked = broken.clone();
-        unchecked.set_value(CHECKS, Value::Boolean(false), Origin::Option("--mode"))?;
-        // A library, a class of Python and methods without checks have no such key.
         let broken = plan.changed(broken)?;
-        Ok((broken, plan.changed(unchecked).ok()))
+        // A library, a class of Python and methods without checks have no such key.
+        if broken.scenario(0)?.value(CHECKS).is_none() {
+            return Ok((broken, None));
+        }
+        unchecked.set_value(CHECKS, Value::Boolean(false), Origin::Option("--mode"))?;
+        Ok((broken, Some(plan.changed(unchecked)?)))
     }
 }
 

@@ -156,6 +156,9 @@ pub struct Faults {
     /// Method; repeat it for several [default: the scenario's]
     #[arg(long, value_name = "METHOD", value_parser = choice::<MethodName>())]
     pub method: Vec<MethodName>,
+    /// Failure rates of modes, a TOML file of lines such as `phase-open = 20`, by which outcomes are summed up
+    #[arg(long, value_name = "FILE")]
+    pub rates: Option<PathBuf>,
     /// Trials of each mode with each method [default: 3000]
     #[arg(long, value_parser = whole::<u64>(1..=MOST_AT_A_VALUE), allow_hyphen_values = true)]
     pub trials: Option<u64>,

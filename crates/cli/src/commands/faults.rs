@@ -1,5 +1,7 @@
 //! `standstill faults`: what each failure mode leads to, by method: answers, wrong poles, and whether it is detected.
 
+mod rates;
+
 use std::fmt::Write as _;
 
 use serde_json::json;
@@ -9,6 +11,7 @@ use standstill_detect::MethodName;
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
 
+use self::rates::Rates;
 use super::each_once;
 use super::question::{Asked, document, plan, setting};
 use crate::answer::{Answer, Record, Records, verdict};
@@ -42,6 +45,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let file = plan.file();
     let trials = options.trials.unwrap_or(TRIALS);
     let allowed = Allowed::of(file, &scenario);
+    let rates = options.rates.as_deref().map(Rates::read).transpose()?;
     let methods: Vec<Option<MethodName>> = match &options.method[..] {
         [] => vec![None],
         given => each_once(given).into_iter().map(Some).collect(),
@@ -85,7 +89,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         return Ok(asked.interrupted(&format!("{} of {total} faults were studied", rows.len())));
     }
     let of_scenario = setting(file, &scenario);
-    asked.answer(&scenario, answer(of_scenario, &in_a_line(question), &rows, &left, allowed))
+    let answer = answer(of_scenario, &in_a_line(question), (&rows, rates.as_ref()), &left, allowed);
+    asked.answer(&scenario, answer)
 }
 
 /// Returns the scenario of a question with its keys, as on the command line.
@@ -161,7 +166,7 @@ impl Row {
         ]
     }
 
-    fn record(&self) -> Record {
+    fn record(&self, rate: Option<f64>) -> Record {
         let of = &self.counts;
         let coverage = of.coverage().unwrap_or(Estimate::UNKNOWN);
         Record::default()
@@ -188,6 +193,8 @@ impl Row {
             .with("worst_error_deg", of.worst.map(|worst| worst.error_deg))
             .with("worst_trial", of.worst.map(|worst| worst.trial))
             .with("reasons", json!(of.unanswered).to_string())
+            .with("rate", rate)
+            .with("wrong_pole_rate_at_most", rate.map(|rate| rate * of.wrong_pole_bound()))
     }
 
     /// Returns the effect of the fault in a word, as a failure-mode analysis has it.
@@ -218,7 +225,13 @@ fn percent(count: u64, total: u64) -> String {
     }
 }
 
-fn answer(setting: String, asked: &str, rows: &[Row], left: &[Left], allowed: Allowed) -> Answer {
+fn answer(
+    setting: String,
+    asked: &str,
+    (rows, rates): (&[Row], Option<&Rates>),
+    left: &[Left],
+    allowed: Allowed,
+) -> Answer {
     let wrong: Vec<&Row> = rows.iter().filter(|row| row.counts.wrong_pole_bound() > 1e-3).collect();
     let (of_wrong, faults) = (wrong.len(), rows.len());
     let (tone, headline) = if of_wrong == 0 {
@@ -233,10 +246,8 @@ fn answer(setting: String, asked: &str, rows: &[Row], left: &[Left], allowed: Al
         );
         (if seen > 0 { Tone::Bad } else { Tone::Warning }, text)
     };
-    let mut details = vec![format!(
-        "right: within {}° of the angle; unweighted: no table of failure rates was given",
-        allowed.error_deg
-    )];
+    let mut details = vec![format!("right: within {}° of the angle", allowed.error_deg)];
+    details.extend(weights(rows, rates));
     let worst = rows.iter().filter_map(|row| Some((row, row.counts.worst?)));
     let worst = worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()));
     let mut next = Vec::new();
@@ -261,7 +272,8 @@ fn answer(setting: String, asked: &str, rows: &[Row], left: &[Left], allowed: Al
     if errors > 0 {
         details.push(format!("{errors} starts could not be simulated to their end; they count as neither"));
     }
-    let records: Records = rows.iter().map(Row::record).collect();
+    let rate = |row: &Row| rates.and_then(|rates| rates.of(row.entry.mode));
+    let records: Records = rows.iter().map(|row| row.record(rate(row))).collect();
     let json = json!({
         "demand": { "error_deg": allowed.error_deg, "moved_deg": allowed.moved_deg, "current_A": allowed.current },
         "rows": records,
@@ -278,6 +290,20 @@ fn answer(setting: String, asked: &str, rows: &[Row], left: &[Left], allowed: Al
     let answer =
         Answer::new("faults", "What each failure mode leads to".to_owned(), setting, verdict, blocks);
     Answer { json, csv: Some(records), ..answer }
+}
+
+/// Returns the sums by the rates, and which modes have none or were not studied.
+fn weights(rows: &[Row], rates: Option<&Rates>) -> Vec<String> {
+    let Some(rates) = rates else {
+        return vec!["unweighted: --rates FILE takes a table of failure rates".to_owned()];
+    };
+    let mut lines: Vec<String> = rates.weighted(rows).iter().map(rates::Weighted::said).collect();
+    let [unstudied, without] = rates.missing(rows);
+    let listed =
+        |names: Vec<&str>, what: &str| (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")));
+    lines.extend(listed(unstudied, "rates of modes that were not studied, left out of the sums"));
+    lines.extend(listed(without, "modes without a rate, left out of the sums"));
+    lines
 }
 
 const LEGEND: [&str; 3] = [

@@ -1,0 +1,102 @@
+//! Failure rates of the modes, from a file: by which weights their outcomes are summed up.
+
+use std::path::Path;
+
+use standstill_interface::Choice as _;
+use standstill_scenario::{Document, FaultMode};
+use toml::Value;
+
+use super::Row;
+use crate::error::Error;
+
+/// Rates of modes, in any unit that is the same for all.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rates(Vec<(FaultMode, f64)>);
+
+/// What the rates of all modes with one method come to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weighted {
+    pub method: String,
+    /// Sum of the rates of the modes that were studied.
+    pub total: f64,
+    /// Of it, what leads to wrong poles, with the sum of the modes' upper bounds; to angles beyond the limit; to no answer.
+    pub wrong_pole: [f64; 2],
+    pub beyond: f64,
+    pub detected: f64,
+}
+
+impl Rates {
+    /// Reads a file of lines `mode = rate`.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text = standstill_files::read_text(path).map_err(|error| Error::Read(path.to_owned(), error))?;
+        let document = Document::parse(path, &text)?;
+        // It was TOML a moment before.
+        let table: toml::Table = text.parse().unwrap_or_default();
+        let rate = |(name, value): (&String, &Value)| {
+            let Some(mode) = FaultMode::named(name) else {
+                let needed = format!("a failure mode: {}", FaultMode::NAMES.join(", "));
+                return Err(document.refuse(name, "no failure mode of that name", &needed).into());
+            };
+            let number = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+            let rate = number.filter(|rate| rate.is_finite() && *rate >= 0.0);
+            let needed = "a failure rate: a number, zero or more, in the same unit for all modes";
+            rate.map(|rate| (mode, rate))
+                .ok_or_else(|| document.refuse(name, &value.to_string(), needed).into())
+        };
+        let rates: Vec<_> = table.iter().map(rate).collect::<Result<_, Error>>()?;
+        if rates.iter().all(|(_, rate)| *rate == 0.0) {
+            let needed = "at least one failure mode with a rate above zero, such as `phase-open = 20`";
+            return Err(document.refuse("phase-open", "no rates", needed).into());
+        }
+        Ok(Self(rates))
+    }
+
+    /// Returns the rate of a mode; none for one that the file does not have.
+    pub fn of(&self, mode: Option<FaultMode>) -> Option<f64> {
+        self.0.iter().find(|(of, _)| Some(*of) == mode).map(|(_, rate)| *rate)
+    }
+
+    /// Sums up the rows of each method.
+    pub fn weighted(&self, rows: &[Row]) -> Vec<Weighted> {
+        let mut all: Vec<Weighted> = Vec::new();
+        for row in rows {
+            let Some(rate) = self.of(row.entry.mode) else { continue };
+            let place = all.iter().position(|of| of.method == row.method).unwrap_or_else(|| {
+                let method = row.method.clone();
+                all.push(Weighted { method, total: 0.0, wrong_pole: [0.0; 2], beyond: 0.0, detected: 0.0 });
+                all.len() - 1
+            });
+            let (sum, of) = (&mut all[place], &row.counts);
+            let share = |count: u64| rate * count as f64 / of.trials as f64;
+            sum.total += rate;
+            sum.wrong_pole[0] += share(of.wrong_pole);
+            sum.wrong_pole[1] += rate * of.wrong_pole_bound();
+            sum.beyond += share(of.beyond);
+            sum.detected += share(of.detected());
+        }
+        all
+    }
+
+    /// Returns the names of the modes with a rate that no row has, and of those of the rows without a rate.
+    pub fn missing(&self, rows: &[Row]) -> [Vec<&'static str>; 2] {
+        let studied = |mode: FaultMode| rows.iter().any(|row| row.entry.mode == Some(mode));
+        let unstudied = self.0.iter().filter(|(mode, _)| !studied(*mode)).map(|(mode, _)| mode.name());
+        let without =
+            FaultMode::ALL.into_iter().filter(|mode| studied(*mode) && self.of(Some(*mode)).is_none());
+        [unstudied.collect(), without.map(FaultMode::name).collect()]
+    }
+}
+
+impl Weighted {
+    /// Returns the sums in a sentence.
+    pub fn said(&self) -> String {
+        let [wrong, most] =
+            self.wrong_pole.map(|rate| standstill_quantity::short((rate * 1e4).round() / 1e4));
+        let [total, beyond, detected] = [self.total, self.beyond, self.detected]
+            .map(|rate| standstill_quantity::short((rate * 1e4).round() / 1e4));
+        format!(
+            "weighted, {}: of {total}, {wrong} lead to a wrong pole (at most {most}, the sum of the 95 % bounds), {beyond} to an angle beyond the limit, {detected} to no answer",
+            self.method
+        )
+    }
+}
