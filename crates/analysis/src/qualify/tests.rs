@@ -201,7 +201,7 @@ fn law_odds_with_an_alarm_show_nothing_and_their_interval_has_the_claims_confide
     assert_eq!(passed.verdict, Verdict::Passed);
     assert_eq!(of(1e-7, Vec::new(), 1.6e-7).verdict, Verdict::NotShown, "within 1.5, beyond 2.27");
     assert_eq!(of(1e-7, Vec::new(), 1e-8).verdict, Verdict::Failed);
-    for alarm in [Alarm::TooRare(1e-16), Alarm::Flat, Alarm::Ancestors(2)] {
+    for alarm in [Alarm::TooRare { level: 1e-16, at_most: 1.2e-16 }, Alarm::Flat, Alarm::Ancestors(2)] {
         for most in [1e-6, 1e-8] {
             let found = of(1e-7, vec![alarm.clone()], most);
             assert_eq!((found.verdict, found.alarms.len()), (Verdict::NotShown, 1));
