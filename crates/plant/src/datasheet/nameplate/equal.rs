@@ -84,6 +84,7 @@ fn of_inductances([d, q]: [f64; 2], all: &mut Vec<EqualNumber>) {
 
 /// Peak flux linkage of a phase in Wb, and pole pairs where they are known.
 fn of_flux(flux: f64, pole_pairs: Option<f64>, all: &mut Vec<EqualNumber>) {
+    type Volts = VoltPerThousandRevolutionsPerMinute;
     let mut ways = Ways("magnet's flux", all);
     ways.key::<Weber>("magnet_flux", flux, "flux linkage of a phase, peak");
     ways.key::<Weber>("vesc_lambda", flux, "foc_motor_flux_linkage of a VESC");
@@ -91,7 +92,6 @@ fn of_flux(flux: f64, pole_pairs: Option<f64>, all: &mut Vec<EqualNumber>) {
     let Some(pole_pairs) = pole_pairs.filter(|_| flux > 0.0) else { return };
     let root = 3.0_f64.sqrt();
     let phase = flux * pole_pairs * 2.0 * PI * 1000.0 / 60.0;
-    type Volts = VoltPerThousandRevolutionsPerMinute;
     ways.key::<RevolutionsPerMinuteVolt>(
         "Kv",
         1000.0 / (root * phase),
