@@ -39,8 +39,19 @@ pub struct Answer {
     pub csv: Option<Records>,
     /// Further files: name and content.
     pub files: Vec<(&'static str, Vec<u8>)>,
+    /// Commands that go on from here: last lines of the text, and last section of the page's answer.
+    pub next: Vec<Next>,
     /// Exit code of the command.
     pub code: u8,
+}
+
+/// A command that goes on from an answer.
+#[derive(Clone, Debug)]
+pub struct Next {
+    /// Purpose of the command, such as `to see the worst start`.
+    pub purpose: String,
+    /// Command line.
+    pub command: String,
 }
 
 /// The origin of an answer.
@@ -91,6 +102,13 @@ impl Answer {
         self
     }
 
+    /// Adds a command that goes on from here, and its purpose.
+    #[must_use]
+    pub fn next(mut self, purpose: impl Into<String>, command: impl Into<String>) -> Self {
+        self.next.push(Next { purpose: purpose.into(), command: command.into() });
+        self
+    }
+
     /// Returns the text for terminals.
     pub fn text(&self) -> String {
         let mut text = String::new();
@@ -104,9 +122,15 @@ impl Answer {
     pub fn report(self, folder: Option<PathBuf>, as_json: bool, made: &Made<'_>) -> Result<Report, Error> {
         let (code, json) = (self.code, format!("{:#}\n", self.json));
         let mut text = if as_json { String::new() } else { self.text() };
+        let next = self.next.clone();
         if let Some(folder) = folder {
             let files = self.files(&folder, &json, made)?;
             let _ = write!(text, "\n{}", file_list(&folder, &files));
+        }
+        if !as_json && !next.is_empty() {
+            gap(&mut text);
+            text.push_str("What next:\n");
+            text.extend(next.iter().map(|Next { purpose, command }| format!("  {purpose}\n    {command}\n")));
         }
         Ok(Report { text: if as_json { json } else { text }, code })
     }
@@ -167,6 +191,10 @@ impl Answer {
         let facts: Vec<_> = heading.into_iter().chain(made.facts.iter().cloned()).collect();
         if let Some(first) = sections.first_mut().filter(|_| !facts.is_empty()) {
             first.blocks.push(Block::Facts(facts));
+        }
+        if !self.next.is_empty() {
+            let code = |Next { purpose, command }| Block::Code { caption: purpose, text: command + "\n" };
+            sections.push(Section::new("What next", self.next.into_iter().map(code)));
         }
         if let Some(setup) = &made.setup {
             sections.extend([setup.section(), setup.reproduce(&made.command)]);

@@ -77,7 +77,7 @@ impl From<Temperatures> for Temperature {
 }
 
 /// The seed, a shorthand for its key.
-#[derive(Clone, Copy, Debug, Args)]
+#[derive(Clone, Copy, Debug, Default, Args)]
 pub struct Seed {
     /// Seed of all random numbers [default: the scenario's, or 1]
     #[arg(long, value_parser = seed, allow_hyphen_values = true)]

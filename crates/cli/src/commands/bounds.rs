@@ -5,6 +5,7 @@ use standstill_analysis::{Bound, Bounds, informative};
 use standstill_detect::Source;
 use standstill_report::page::{Block, Column, Table, Tone};
 
+use super::question::given;
 use crate::answer::{Answer, Made, Record, Records, verdict};
 use crate::arguments::Bounds as Options;
 use crate::doubts;
@@ -83,7 +84,15 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     };
     let verdict = verdict(Tone::Neutral, headline, Vec::new());
     let answer = Answer::new("bounds", "Cramér–Rao limit".to_owned(), String::new(), verdict, blocks);
-    Answer { json, ..answer }.report(None, options.json, &Made::default())
+    let answer = Answer { json, ..answer };
+    let answer = match &options.source.scenario {
+        Some(path) => {
+            let again = given(&path.to_string_lossy(), &options.source.keys, options.seed);
+            answer.next("what the methods reach of it", format!("standstill compare {again}"))
+        }
+        None => answer.next("what the methods reach of it", "standstill compare"),
+    };
+    answer.report(None, options.json, &Made::default())
 }
 
 const TURNS: &str =

@@ -5,7 +5,7 @@ use standstill_analysis::{Budget, PAIRS, Source, TooFew, Trials, trials_of_budge
 use standstill_campaign::Estimate;
 use standstill_report::page::{Block, Column, Table, Tone};
 
-use super::question::{Asked, plan, setting};
+use super::question::{Asked, again, plan, setting};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Budget as Options;
 use crate::error::Error;
@@ -90,10 +90,11 @@ pub fn run(options: &Options) -> Result<Report, Error> {
             )));
         }
     };
-    asked.answer(trials.scenario(), answer(setting(plan.file(), trials.scenario()), &budget))
+    asked
+        .answer(trials.scenario(), answer(setting(plan.file(), trials.scenario()), &again(question), &budget))
 }
 
-fn answer(setting: String, budget: &Budget) -> Answer {
+fn answer(setting: String, asked: &str, budget: &Budget) -> Answer {
     let shares = shares(budget);
     let records: Records = shares.iter().map(Part::record).collect();
     let json = json!({
@@ -121,7 +122,27 @@ fn answer(setting: String, budget: &Budget) -> Answer {
     let answer = Answer::new("budget", "Where the error comes from".to_owned(), setting, verdict, blocks)
         .with("budget", of_shares, "Shares sum to one. Totals count an interaction with each source that has a part in it.")
         .with("over_angle", over_angle, "Mean squares, which add up: of the sources by themselves, the largest four, with 95 % intervals. Where a source has next to no part, an estimate may lie below zero.");
-    Answer { json, csv: Some(records), ..answer }
+    let answer = Answer { json, csv: Some(records), ..answer };
+    let Some(first) = shares.first() else { return answer };
+    let percent = (100.0 * first.share.value).round();
+    if standstill_scenario::keys().any(|key| key.path == first.source) {
+        // A fifth less error is less than a part with any share can take away at most times.
+        let limit = standstill_quantity::short(
+            format!("{:.1e}", 0.8 * budget.rms_deg.value).parse().unwrap_or(f64::NAN),
+        );
+        answer.next(
+            format!("{} makes {percent} % of it: how good must it be for a fifth less error?", first.source),
+            format!("standstill require {asked} --key {} --limit 'rms <= {limit} deg'", first.source),
+        )
+    } else {
+        answer.next(
+            format!(
+                "the largest part, {percent} %, is no part of the drive ({}): other methods",
+                first.source
+            ),
+            format!("standstill compare {asked}"),
+        )
+    }
 }
 
 fn table(shares: &[Part]) -> Table {

@@ -14,8 +14,9 @@ use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_sim::RunError;
 
 use self::cells::{Cell, Comparison};
+use super::question::given;
 use crate::answer::{Answer, Made, Record, Records, verdict};
-use crate::arguments::Compare;
+use crate::arguments::{Compare, Seed};
 use crate::doubts;
 use crate::error::Error;
 use crate::figures;
@@ -24,7 +25,7 @@ use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
 use crate::shell::progress;
-use crate::summary::{good_heading, good_interval, right, sectors_in_words};
+use crate::summary::{good, good_heading, good_interval, right, sectors_in_words};
 
 /// Number of angles, 22.5° apart, at which the Cramér–Rao limit is computed.
 const ANGLES: usize = 16;
@@ -246,7 +247,29 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     let answer =
         Answer::new("comparison", title, String::new(), verdict, blocks).with("comparison", figure, "");
     let answer = Answer { json: json!(records), csv: Some(records), code, ..answer };
+    let answer = if interrupted { answer } else { next(options, &entries, open, answer) };
     answer.report(Some(options.out.clone()), false, &Made { asked, ..Made::default() })
+}
+
+/// Adds the command that goes on: a look for settings where starts have no answer, one start of the best method otherwise.
+fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Answer {
+    let of = options.source.scenario.as_ref().map(|path| path.to_string_lossy().into_owned());
+    let of = of.or_else(|| options.motor.clone()).unwrap_or_else(|| "paper-5k5".to_owned());
+    let again = given(&of, &options.source.keys, Seed::default());
+    let answers = |entry: &Entry| good(&entry.summary, open);
+    let best = entries.iter().filter(|entry| open || entry.summary.wrong_poles == 0).max_by(|a, b| {
+        answers(a).total_cmp(&answers(b)).then(b.summary.rms_deg.value.total_cmp(&a.summary.rms_deg.value))
+    });
+    match best.filter(|best| answers(best) > 0.99) {
+        Some(best) => answer.next(
+            format!("one start of {}, which answers most and is the most exact of those", best.method),
+            format!("standstill trace {again} -s detector.method={} --out trace", best.method),
+        ),
+        None => answer.next(
+            "none answers 99 of 100 starts without a wrong pole as it is set: pulses and rounds with which one does",
+            format!("standstill check {again}"),
+        ),
+    }
 }
 
 fn blocks(entries: &[Entry], motor: &Motor) -> Vec<Block> {

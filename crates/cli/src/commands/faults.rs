@@ -2,8 +2,6 @@
 
 mod rates;
 
-use std::fmt::Write as _;
-
 use serde_json::json;
 use standstill_analysis::faults::{Allowed, Counts, Entry, study};
 use standstill_campaign::Estimate;
@@ -13,9 +11,9 @@ use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
 
 use self::rates::Rates;
 use super::each_once;
-use super::question::{Asked, document, plan, setting};
+use super::question::{Asked, again, document, plan, setting};
 use crate::answer::{Answer, Record, Records, verdict};
-use crate::arguments::{Faults as Options, Question};
+use crate::arguments::Faults as Options;
 use crate::error::Error;
 use crate::shell::Report;
 use crate::shell::command_line::quoted;
@@ -89,23 +87,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         return Ok(asked.interrupted(&format!("{} of {total} faults were studied", rows.len())));
     }
     let of_scenario = setting(file, &scenario);
-    let answer = answer(of_scenario, &in_a_line(question), (&rows, rates.as_ref()), &left, allowed);
+    let answer = answer(of_scenario, &again(question), (&rows, rates.as_ref()), &left, allowed);
     asked.answer(&scenario, answer)
-}
-
-/// Returns the scenario of a question with its keys, as on the command line.
-pub fn in_a_line(question: &Question) -> String {
-    let mut line = quoted(&question.scenario.to_string_lossy());
-    let keys =
-        question.keys.set.iter().map(|(key, value)| format!(" -s {}", quoted(&format!("{key}={value}"))));
-    line.extend(keys);
-    if let Some(library) = &question.keys.detector {
-        let _ = write!(line, " --detector {}", quoted(&library.to_string_lossy()));
-    }
-    if let Some(seed) = question.seed.seed {
-        let _ = write!(line, " --seed {seed}");
-    }
-    line
 }
 
 /// Returns the faults that are studied, the drive without one first, and those that it cannot have.
@@ -250,7 +233,7 @@ fn answer(
     details.extend(weights(rows, rates));
     let worst = rows.iter().filter_map(|row| Some((row, row.counts.worst?)));
     let worst = worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()));
-    let mut next = Vec::new();
+    let mut next = None;
     if let Some((row, worst)) = worst {
         let keys = row.entry.arguments().into_iter().map(|pair| format!(" -s {}", quoted(&pair)));
         let command = format!(
@@ -265,8 +248,7 @@ fn answer(
             row.fault(),
             worst.error_deg
         ));
-        next.push(Block::Text("To see the worst start:".to_owned()));
-        next.push(Block::Code { caption: String::new(), text: command + "\n" });
+        next = Some(("to see the worst start", command));
     }
     let errors: u64 = rows.iter().map(|row| row.counts.errors).sum();
     if errors > 0 {
@@ -285,11 +267,18 @@ fn answer(
         blocks.push(Block::Text("Faults that this drive cannot have:".to_owned()));
         blocks.push(Block::List(left.iter().map(of).collect()));
     }
-    blocks.extend(next);
     let verdict = verdict(tone, headline, details);
     let answer =
         Answer::new("faults", "What each failure mode leads to".to_owned(), setting, verdict, blocks);
-    Answer { json, csv: Some(records), ..answer }
+    let answer = Answer { json, csv: Some(records), ..answer };
+    let answer = match next {
+        Some((purpose, command)) => answer.next(purpose, command),
+        None => answer,
+    };
+    answer.next(
+        "how rare a wrong pole is without a fault",
+        format!("standstill odds {asked} --event wrong-pole"),
+    )
 }
 
 /// Returns the sums by the rates, and which modes have none or were not studied.

@@ -16,6 +16,7 @@ use crate::arguments::Magnetics;
 use crate::error::Error;
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
+use crate::shell::command_line::quoted;
 use crate::shell::interrupt;
 
 /// Number of current steps from zero to the largest current.
@@ -139,6 +140,18 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     }
     let asked = NotedQuestion::new("magnetics", subject.name.clone(), &survey, options.force.force);
     let answer = Answer { json: json::of(&subject, &survey), ..text::of(&subject, &survey) };
+    let answer = if subject.map.is_none() || options.motor.ends_with(".toml") {
+        let motor = quoted(&options.motor);
+        answer.next(
+            "which method finds this motor's rotor, with which pulses",
+            format!("standstill check {motor}"),
+        )
+    } else {
+        answer.next(
+            "a data sheet to fill in, whose [map] names this file (docs/own-motor-map.md)",
+            "standstill init --motor mine.toml",
+        )
+    };
     let folder = (!options.json).then(|| options.out.clone());
     answer.report(folder, options.json, &Made { asked: Some(asked), ..Made::default() })
 }

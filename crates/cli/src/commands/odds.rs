@@ -9,7 +9,7 @@ use standstill_analysis::{Anatomy, Event, RUNS, Trials, Watch};
 use standstill_report::figure::Figure;
 use standstill_sim::Tape;
 
-use super::question::{Asked, plan, setting};
+use super::question::{Asked, again, plan, setting};
 use crate::arguments::Odds as Options;
 use crate::error::Error;
 use crate::figures;
@@ -59,6 +59,23 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         let (figure, caption) = typical(&trials, tape, options.event, &setting)?;
         answer = answer.with("typical", figure, caption);
     }
+    let again = again(question);
+    let likely = odds.probability.value;
+    let answer = if likely > 1e-6 {
+        let needed = (10.0 / likely).ceil().max(1000.0);
+        answer.next(
+            "some ten such starts among plain trials, to be explained one by one",
+            format!("standstill run {again} --trials {needed}"),
+        )
+    } else if likely > 0.0 {
+        answer.next("which part of the drive makes the error", format!("standstill budget {again}"))
+    } else {
+        // None of a million is at most 3.7 in a million.
+        answer.next(
+            "plain trials bound it by 3.7 over their number",
+            format!("standstill run {again} --rows none --trials 1000000"),
+        )
+    };
     asked.answer(trials.scenario(), answer)
 }
 

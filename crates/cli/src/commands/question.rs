@@ -7,6 +7,7 @@ mod identity;
 pub use ends::{Key, allowed};
 pub use identity::Identity;
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use serde_json::json;
@@ -17,12 +18,12 @@ use standstill_scenario::Scenario;
 use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
 
 use crate::answer::{Answer, Made};
-use crate::arguments::{Question, default_folder};
+use crate::arguments::{Keys, Question, Seed, default_folder};
 use crate::doubts;
 use crate::error::Error;
 use crate::scenario::{self, Shorthands};
 use crate::shell::Report;
-use crate::shell::command_line::{command, to_resume};
+use crate::shell::command_line::{command, quoted, to_resume};
 use crate::shell::interrupt::INTERRUPTED;
 use crate::shell::output::{Output, remove_stale};
 use crate::shell::progress::Watched;
@@ -49,6 +50,24 @@ pub fn plan(question: &Question) -> Result<Plan, Error> {
     let plan = Plan::new(document)?;
     doubts::warn(&plan.scenario(0)?);
     Ok(plan)
+}
+
+/// Returns the scenario of a question with its keys and its seed, as on the command line.
+pub fn again(question: &Question) -> String {
+    given(&question.scenario.to_string_lossy(), &question.keys, question.seed)
+}
+
+/// Returns a scenario or a motor with keys and a seed, as on the command line.
+pub fn given(scenario: &str, keys: &Keys, seed: Seed) -> String {
+    let mut line = quoted(scenario);
+    line.extend(keys.set.iter().map(|(key, value)| format!(" -s {}", quoted(&format!("{key}={value}")))));
+    if let Some(library) = &keys.detector {
+        let _ = write!(line, " --detector {}", quoted(&library.to_string_lossy()));
+    }
+    if let Some(seed) = seed.seed {
+        let _ = write!(line, " --seed {seed}");
+    }
+    line
 }
 
 /// A question that is being answered.

@@ -23,6 +23,7 @@ use crate::arguments::Require as Options;
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
+use crate::shell::command_line::quoted;
 use crate::shell::values::shown;
 
 /// Factor by which the default range extends from the scenario's value in both directions.
@@ -143,7 +144,10 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     };
     found.refused.check(&found.judged)?;
     let scenario = plan.scenario(0)?;
-    asked.answer(&scenario, answer(setting(plan.file(), &scenario), &found, &edge))
+    asked.answer(
+        &scenario,
+        answer(setting(plan.file(), &scenario), &question::again(&options.question), &found, &edge),
+    )
 }
 
 /// Returns the range of a key: the requested one, or the default about the scenario's value.
@@ -221,7 +225,7 @@ fn stretched(
     (headline, details, if sure { Tone::Neutral } else { Tone::Warning })
 }
 
-fn answer(setting: String, asked: &EdgeSearch<'_>, found: &Found) -> Answer {
+fn answer(setting: String, again: &str, asked: &EdgeSearch<'_>, found: &Found) -> Answer {
     let key = &asked.bench.keys[0].0;
     let (from, to) = asked.search.range;
     let looked = format!("from {} to {}", shown(key, from), shown(key, to));
@@ -252,5 +256,29 @@ fn answer(setting: String, asked: &EdgeSearch<'_>, found: &Found) -> Answer {
     let title = format!("What {key} must be");
     let answer = Answer::new("require", title, setting, verdict(tone, headline, details), Vec::new());
     let code = u8::from(!matches!(found, Found::Stretch(_)));
-    Answer { json, csv: Some(asked.rows.clone()), code, ..answer.with("require", figure, caption) }
+    let answer =
+        Answer { json, csv: Some(asked.rows.clone()), code, ..answer.with("require", figure, caption) };
+    match found {
+        Found::Nowhere => {
+            answer.next("which part of the drive makes the error", format!("standstill budget {again}")).next(
+                "which settings of the detector keep the limits",
+                format!("standstill tune {again} --help"),
+            )
+        }
+        Found::Everywhere => answer.next(
+            "where the limits end lies beyond the values that were tried",
+            format!(
+                "standstill require {again} --key {key} --limit {} --between {}",
+                quoted(&limits.to_string()),
+                quoted(&format!("{}:{}", shown(key, to), shown(key, 30.0 * to)))
+            ),
+        ),
+        Found::Stretch(stretch) => match stretch.last() {
+            Some(edge) => answer.next(
+                "starts with this value",
+                format!("standstill run {again} -s {}", quoted(&format!("{key}={}", shown(key, edge.value)))),
+            ),
+            None => answer,
+        },
+    }
 }

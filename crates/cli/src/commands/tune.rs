@@ -18,7 +18,9 @@ use crate::arguments::Tune as Options;
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
+use crate::shell::command_line::quoted;
 use crate::shell::progress::Watched;
+use crate::shell::values::shown;
 
 /// Keys of the drive that a user can set, a timer's clock by its prescaler among them; all others are properties of its parts.
 const DRIVE: [&str; 6] = [
@@ -79,7 +81,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         return Ok(question.interrupted("the search was not complete"));
     };
     let scenario = plan.scenario(0)?;
-    question.answer(&scenario, answer(setting(plan.file(), &scenario), &asked, &tuned))
+    let again = question::again(&options.question);
+    question.answer(&scenario, answer(setting(plan.file(), &scenario), &again, &asked, &tuned))
 }
 
 /// Returns the keys and their ranges, checked at both ends.
@@ -171,7 +174,7 @@ fn measures_json(measures: &[(Measure, Estimate)]) -> Value {
     json!(measures.iter().map(one).collect::<IndexMap<String, Value>>())
 }
 
-fn answer(setting: String, asked: &Asked<'_>, tuned: &Tuned) -> Answer {
+fn answer(setting: String, again: &str, asked: &Asked<'_>, tuned: &Tuned) -> Answer {
     let (tone, headline) = words::headline(asked, tuned);
     let details = words::details(asked, tuned);
     // What breaks a limit is not there to copy.
@@ -223,5 +226,13 @@ fn answer(setting: String, asked: &Asked<'_>, tuned: &Tuned) -> Answer {
     let title = format!("Settings with the smallest {}", asked.goal.minimise);
     let answer = Answer::new("tune", title, setting, verdict(tone, headline, details), blocks);
     let code = u8::from(!tuned.limits.holds || tone == Tone::Bad);
-    Answer { json, csv: Some(records), code, ..answer.with("tune", figure, caption) }
+    let answer = Answer { json, csv: Some(records), code, ..answer.with("tune", figure, caption) };
+    if !found {
+        return answer.next("which part of the drive makes the error", format!("standstill budget {again}"));
+    }
+    let pairs = asked.ranges.iter().zip(&tuned.best.values);
+    let keys = pairs.map(|(range, value)| {
+        format!(" -s {}", quoted(&format!("{}={}", range.key, shown(&range.key, *value))))
+    });
+    answer.next("starts with these settings", format!("standstill run {again}{}", keys.collect::<String>()))
 }

@@ -40,7 +40,7 @@ fn law_a_guide_has_a_question_a_command_a_picture_and_what_comes_next() {
 }
 
 /// The words of a command line, with what stands in quotes as one.
-fn words(line: &str) -> Vec<String> {
+pub fn words(line: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut quote = None;
     for letter in line.chars() {

@@ -27,6 +27,7 @@ mod maps;
 mod methods;
 mod mistakes;
 mod nameplates;
+mod nexts;
 mod odds;
 mod pages;
 mod printed;

@@ -4,7 +4,7 @@ use standstill_analysis::qualify::{Case, Claim, Claimed, Verdict};
 use standstill_report::page::Block;
 
 use super::words::Words;
-use crate::commands::faults::in_a_line;
+use crate::commands::question::again;
 use crate::shell::command_line::quoted;
 
 /// Most trials that a requirement may have.
@@ -13,14 +13,14 @@ const MOST: u64 = 10_000_000;
 impl Words<'_> {
     fn scenario(&self, of: &Case) -> String {
         let keys = of.options().into_iter().map(|pair| format!(" -s {}", quoted(&pair)));
-        in_a_line(self.question) + &keys.collect::<String>()
+        again(self.question) + &keys.collect::<String>()
     }
 
     /// Returns the command that judges a requirement again.
     pub fn repeats(&self, number: usize) -> String {
         let file = quoted(&self.requirements.to_string_lossy());
         let id = quoted(&self.requirement(number).id);
-        let mut line = in_a_line(self.question);
+        let mut line = again(self.question);
         // The file of requirements follows that of the scenario.
         let scenario = quoted(&self.question.scenario.to_string_lossy());
         line.insert_str(scenario.len(), &format!(" {file}"));

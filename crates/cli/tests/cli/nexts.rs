@@ -1,0 +1,76 @@
+//! Each answer ends with a command that goes on, and the command is accepted.
+
+use std::fs;
+
+use super::guides::words;
+use super::{folder, standstill};
+
+#[test]
+fn law_each_answer_ends_with_a_command_that_is_accepted() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("s.toml"), "detector.method = \"line-inductance-fast\"\n").expect("written");
+    let scenario = ["s.toml", "-s", "sensors.noise=30 mA", "--seed", "4"];
+    let asked: [(&str, &[&str], &str); 8] = [
+        ("budget", &["--pairs", "100"], "standstill require"),
+        (
+            "require",
+            &["--key", "sensors.noise", "--limit", "rms <= 3 deg", "--most", "300"],
+            "standstill run",
+        ),
+        (
+            "require",
+            &["--key", "sensors.noise", "--limit", "rms <= 0.001 deg", "--most", "300", "--force"],
+            "standstill budget",
+        ),
+        (
+            "tune",
+            &["--vary", "detector.pulse=80us:150us", "--minimise", "rms", "--trials", "500", "--starts", "1"],
+            "-s 'detector.pulse=",
+        ),
+        ("odds", &["--event", "|e| > 1 deg"], "standstill run"),
+        ("faults", &["--mode", "current-gain", "--trials", "20"], "standstill odds"),
+        (
+            "compare",
+            &[
+                "--method",
+                "line-inductance-fast",
+                "--trials",
+                "20",
+                "--no-limit",
+                "--errors",
+                "default",
+                "--rotor",
+                "locked",
+            ],
+            "standstill trace",
+        ),
+        ("bounds", &["--angles", "1"], "standstill compare"),
+    ];
+    for (question, options, expected) in asked {
+        let output = standstill(&[&[question], &scenario[..], options].concat(), at);
+        let text = String::from_utf8(output.stdout).expect("text");
+        let next = text.split("What next:\n").nth(1);
+        let next =
+            next.unwrap_or_else(|| panic!("{question}: {text}{}", String::from_utf8_lossy(&output.stderr)));
+        assert!(next.contains(expected), "{question}: {next}");
+        let commands: Vec<&str> =
+            next.lines().filter_map(|line| line.strip_prefix("    standstill ")).collect();
+        assert!(!commands.is_empty(), "{question}: {next}");
+        for command in commands {
+            assert!(
+                command.contains("s.toml") && command.contains("'sensors.noise=30 mA'"),
+                "{question}: {command}"
+            );
+            let words = [words(command), vec!["--help".to_owned()]].concat();
+            let words: Vec<&str> = words.iter().map(String::as_str).collect();
+            let output = standstill(&words, at);
+            assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        }
+    }
+    // A page has them, too.
+    let page = fs::read_to_string(at.join("standstill-out/s-budget/budget.html")).expect("a page");
+    assert!(page.contains("What next") && page.contains("standstill require s.toml"));
+    let text = String::from_utf8(standstill(&["magnetics", "paper-5k5"], at).stdout).expect("text");
+    assert!(text.contains("What next:\n") && text.contains("standstill check paper-5k5"), "{text}");
+}
