@@ -41,14 +41,16 @@ cat >>"$work/docs/SUMMARY.md" <<PAGES
 [The lab](lab-here.md)
 [Gallery of the figures](gallery-here.md)
 [Python's functions](python-here.md)
-[The crates](rust-here.md)
 PAGES
 here() { printf '# %s\n\n<meta http-equiv="refresh" content="0; url=%s">\n\n[%s](%s)\n' "$2" "$3" "$2" "$3" >"$work/docs/$1-here.md"; }
 here lab "The lab" lab/index.html
 here gallery "Gallery of the figures" gallery/index.html
 here python "Python's functions" python/standstill.pyi.txt
-here rust "The crates" rust/index.html
-code='(crates|examples|benches|tests|scripts|LICENSE|THIRD-PARTY|CITATION)'
+if [ -z "$rustdoc" ]; then
+    echo "[The crates](rust-here.md)" >>"$work/docs/SUMMARY.md"
+    here rust "The crates" rust/index.html
+fi
+code='(crates|examples|benches|tests|scripts|LICENSE|THIRD-PARTY|CITATION|Cargo)'
 if [ -n "$home" ]; then named="[\\1](${home%/}/blob/main/\\3)"; else named='\1 (`\3`)'; fi
 find "$work/docs" -name '*.md' -exec sed -i -E \
     -e "s#\[([^][]*)\]\((\.\./)*(${code}[^)]*)\)#${named}#g" \
@@ -83,8 +85,9 @@ if [ -z "$rustdoc" ]; then
     cp -r "$target/doc" "$work/site/rust"
     printf '<meta http-equiv="refresh" content="0; url=standstill_sim/index.html">\n' >"$work/site/rust/index.html"
 fi
+[ "$size" -le 8192 ] || { echo "site.sh: the site has $size kB without rustdoc, needed at most 8192" >&2; exit 1; }
 touch "$work/site/.standstill-site"
-find "$out" -mindepth 1 -delete
+# What a host keeps beside the pages stays.
+find "$out" -mindepth 1 -maxdepth 1 ! -name .git ! -name CNAME -exec rm -rf {} +
 cp -r "$work/site/." "$out/"
 echo "the site is in $out: $size kB without rustdoc"
-[ "$size" -le 8192 ] || { echo "that is more than 8 MB" >&2; exit 1; }

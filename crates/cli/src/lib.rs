@@ -42,8 +42,13 @@ pub fn main() -> ExitCode {
     #[cfg(target_os = "linux")]
     standstill_foreign::keep_output();
     let mut words: Vec<OsString> = std::env::args_os().collect();
-    if words.len() == 1 {
-        words.extend(commands::begin::asked().into_iter().map(OsString::from));
+    if words.len() == 1
+        && let Some(chosen) = commands::begin::asked()
+    {
+        if chosen.is_empty() {
+            return ExitCode::SUCCESS;
+        }
+        words.extend(chosen.into_iter().map(OsString::from));
     }
     let outcome = arguments(words).and_then(|arguments| {
         let for_programs = prints_for_programs(&arguments.command);

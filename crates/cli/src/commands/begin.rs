@@ -2,6 +2,8 @@
 
 use std::io::{self, BufRead, IsTerminal as _, Write};
 
+use crate::shell::command_line::quoted;
+
 /// A thing that somebody has, and the command that begins with it.
 struct Begin {
     have: &'static str,
@@ -36,7 +38,7 @@ const BEGINS: [Begin; 6] = [
         have: "firmware in C that detects the rotor's position",
         file: Some(("Scenario file to write", "scenario.toml")),
         command: "init FILE",
-        next: "docs/firmware.md: cc -shared, then standstill run FILE --detector ./mine.so",
+        next: "compile your interrupt (docs/firmware.md), then standstill run FILE --detector ./mine.so",
     },
     Begin {
         have: "a scenario file",
@@ -52,12 +54,12 @@ const BEGINS: [Begin; 6] = [
     },
 ];
 
-/// Asks on the terminal; no words where there is none, or where nothing is chosen.
-pub fn asked() -> Vec<String> {
+/// Asks on the terminal: the words of a command, empty where nothing is chosen; none where there is no terminal to ask on.
+pub fn asked() -> Option<Vec<String>> {
     if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
-        return Vec::new();
+        return None;
     }
-    choose(&mut io::stdin().lock(), &mut io::stdout()).unwrap_or_default()
+    choose(&mut io::stdin().lock(), &mut io::stdout()).ok()
 }
 
 /// Asks for one of [`BEGINS`] and its file, and returns the words of its command; none where no answer is one.
@@ -85,17 +87,23 @@ fn choose(answers: &mut impl BufRead, out: &mut impl Write) -> io::Result<Vec<St
         if file.is_empty() {
             return Ok(Vec::new());
         }
+        // A file whose name begins so is none to the parser.
+        if file.starts_with('-') {
+            file.insert_str(0, "./");
+        }
     }
     let words: Vec<String> = chosen
         .command
         .split(' ')
         .map(|word| if word == "FILE" { file.clone() } else { word.to_owned() })
         .collect();
-    let shown: Vec<String> = words
-        .iter()
-        .map(|word| if word.contains(' ') { format!("'{word}'") } else { word.clone() })
-        .collect();
-    writeln!(out, "\n$ standstill {}\n(after it: {})\n", shown.join(" "), chosen.next)?;
+    let shown: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+    writeln!(
+        out,
+        "\n$ standstill {}\n(after it: {})\n",
+        shown.join(" "),
+        chosen.next.replace("FILE", &file)
+    )?;
     Ok(words)
 }
 

@@ -21,19 +21,23 @@ pub fn run(options: &Convert) -> Result<Report, Error> {
     let given = options.numbers.iter().map(|(key, value)| (key.as_str(), value.as_str()));
     let all = DataSheet::equal_numbers(given).map_err(Error::Motor)?;
     if options.json {
-        let number = |EqualNumber { quantity, key, value, text, meaning }: &EqualNumber| json!({ "quantity": quantity, "key": key, "value": value, "text": text, "meaning": meaning });
+        let number = |EqualNumber { quantity, key, value, unit, text, meaning }: &EqualNumber| json!({ "quantity": quantity, "key": key, "value": value, "unit": unit, "text": text, "meaning": meaning });
         let all: Vec<Value> = all.iter().map(number).collect();
         return Ok(Report { text: format!("{:#}\n", Value::Array(all)), code: 0 });
     }
     let is_given = |number: &EqualNumber| options.numbers.iter().any(|(key, _)| number.key == Some(key));
+    let stated = |number: &EqualNumber| {
+        let given = options.numbers.iter().find(|(key, _)| number.key == Some(key));
+        given.map(|(_, value)| value.as_str()).filter(|value| value.parse::<f64>().is_err())
+    };
     let rows = all.iter().map(|number| {
         let key = number.key.map_or_else(|| "–".to_owned(), str::to_owned);
         let meaning = number.meaning.to_owned() + if is_given(number) { " (given)" } else { "" };
-        vec![number.text.clone(), key, meaning]
+        vec![stated(number).unwrap_or(&number.text).to_owned(), key, meaning]
     });
     let columns = [Column::word("value"), Column::word("key"), Column::prose("meaning")];
     let text = Table::new(columns).rows(rows).text()
-        + "\n\nOne key of each number goes into [nameplate] of a data sheet; with – there is none. Go on with\n  \
+        + "\n\nOne way of giving each number goes into [nameplate] of a data sheet; where there is –, that way has no key. Go on with\n  \
            standstill init --motor mine.toml\n  standstill check mine.toml\n";
     Ok(Report { text, code: 0 })
 }

@@ -25,7 +25,16 @@ fn law_each_answer_ends_with_a_command_that_is_accepted() {
         ),
         (
             "tune",
-            &["--vary", "detector.pulse=80us:150us", "--minimise", "rms", "--trials", "500", "--starts", "1"],
+            &[
+                "--vary",
+                "detector.pulse=80us:150us",
+                "--minimise",
+                "rms",
+                "--trials",
+                "1000",
+                "--starts",
+                "1",
+            ],
             "-s 'detector.pulse=",
         ),
         ("odds", &["--event", "|e| > 1 deg"], "standstill run"),

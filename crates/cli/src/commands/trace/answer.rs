@@ -9,8 +9,8 @@ use standstill_sim::{Ledger, Run, Trace};
 use super::verify::NumericalError;
 use super::{ended, specimen, trial_of};
 use crate::answer::{Answer, verdict};
-use crate::arguments::Trace as Options;
-use crate::commands::question::{Identity, setting};
+use crate::arguments::{Seed, Trace as Options};
+use crate::commands::question::{Identity, given, setting};
 use crate::error::Error;
 use crate::figures;
 
@@ -63,7 +63,15 @@ impl Traced<'_> {
             figure,
             "Drag to zoom; the legend hides and shows.",
         );
-        Ok(Answer { json: result, files, code, ..answer })
+        let answer = Answer { json: result, files, code, ..answer };
+        let Some(scenario) = &options.source.scenario else {
+            return Ok(answer.next("methods side by side on this motor", "standstill compare"));
+        };
+        let again = given(&scenario.to_string_lossy(), &options.source.keys, Seed::default());
+        let method = options
+            .method
+            .map_or_else(String::new, |method| format!(" -s detector.method={}", method.name()));
+        Ok(answer.next("many starts like this one", format!("standstill run {again}{method}")))
     }
 
     /// Returns the whole answer as JSON.

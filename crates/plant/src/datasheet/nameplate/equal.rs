@@ -22,8 +22,10 @@ pub struct EqualNumber {
     pub quantity: &'static str,
     /// Its key in `[nameplate]`; none of ways that data sheets here do not take.
     pub key: Option<&'static str>,
-    /// Value in `unit`, or in SI where that is a prefix away.
+    /// Value in `unit`.
     pub value: f64,
+    /// Unit of the value: SI, V/krpm, rpm/V; empty of pure numbers.
+    pub unit: &'static str,
     /// Value with its unit, in six digits.
     pub text: String,
     /// Description of this way.
@@ -40,15 +42,15 @@ struct Ways<'a>(&'static str, &'a mut Vec<EqualNumber>);
 
 impl Ways<'_> {
     fn key<U: Unit>(&mut self, key: &'static str, value: f64, meaning: &'static str) {
-        self.push(Some(key), value, text(value, U::SYMBOL), meaning);
+        self.push(Some(key), value, U::SYMBOL, meaning);
     }
 
-    fn other(&mut self, value: f64, symbol: &str, meaning: &'static str) {
-        self.push(None, value, text(value, symbol), meaning);
+    fn other(&mut self, value: f64, symbol: &'static str, meaning: &'static str) {
+        self.push(None, value, symbol, meaning);
     }
 
-    fn push(&mut self, key: Option<&'static str>, value: f64, text: String, meaning: &'static str) {
-        self.1.push(EqualNumber { quantity: self.0, key, value, text, meaning });
+    fn push(&mut self, key: Option<&'static str>, value: f64, unit: &'static str, meaning: &'static str) {
+        self.1.push(EqualNumber { quantity: self.0, key, value, unit, text: text(value, unit), meaning });
     }
 }
 
@@ -66,16 +68,15 @@ fn of_inductances([d, q]: [f64; 2], all: &mut Vec<EqualNumber>) {
     let mut ways = Ways("inductance", all);
     ways.key::<Henry>("L_d", d, "of a phase, along the magnet");
     ways.key::<Henry>("L_q", q, "of a phase, across the magnet");
-    ways.key::<Henry>(
-        "L_line_to_line_min",
-        2.0 * d.min(q),
-        "between two terminals, least while the shaft turns",
-    );
-    ways.key::<Henry>(
-        "L_line_to_line_max",
-        2.0 * d.max(q),
-        "between two terminals, most while the shaft turns",
-    );
+    // Between two terminals nobody sees which axis the least belongs to: these keys take it for that of the magnet.
+    if d <= q {
+        let [least, most] = [2.0 * d, 2.0 * q];
+        ways.key::<Henry>("L_line_to_line_min", least, "between two terminals, least while the shaft turns");
+        ways.key::<Henry>("L_line_to_line_max", most, "between two terminals, most while the shaft turns");
+    } else {
+        ways.other(2.0 * q, Henry::SYMBOL, "between two terminals, least while the shaft turns (along q)");
+        ways.other(2.0 * d, Henry::SYMBOL, "between two terminals, most while the shaft turns (along d)");
+    }
     ways.key::<Henry>("vesc_L", 0.5 * (d + q), "foc_motor_l of a VESC; phase_inductance of an ODrive");
     ways.key::<Henry>("vesc_ld_lq_diff", q - d, "foc_motor_ld_lq_diff of a VESC");
     ways.other(1.5 * (d + q), Henry::SYMBOL, "of a winding in delta, mean over the angle");

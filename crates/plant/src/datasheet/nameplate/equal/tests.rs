@@ -69,6 +69,17 @@ fn analytic_a_hobby_motor_of_900_rpm_per_volt() {
 }
 
 #[test]
+fn regress_a_reluctance_motor_s_inductances_between_terminals_are_not_swapped_on_the_way_back() {
+    // Its d axis has the larger inductance; the keys of terminals take the least for L_d.
+    let all = of(&[("L_d", "10.1 mH"), ("L_q", "4.1 mH"), ("magnet_flux", "0 Wb")]).expect("numbers");
+    let keys: Vec<&str> = all.iter().filter_map(|number| number.key).collect();
+    assert!(!keys.iter().any(|key| key.starts_with("L_line_to_line")), "{keys:?}");
+    assert!(
+        all.iter().any(|number| number.meaning.contains("(along q)") && (number.value - 8.2e-3).abs() < 1e-9)
+    );
+}
+
+#[test]
 fn regress_numbers_that_say_nothing_are_refused_by_name() {
     for (given, said) in [
         (vec![("Kv", "900 rpm/V")], "`pole_pairs` is missing"),
