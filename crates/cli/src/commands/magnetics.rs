@@ -140,18 +140,19 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     }
     let asked = NotedQuestion::new("magnetics", subject.name.clone(), &survey, options.force.force);
     let answer = Answer { json: json::of(&subject, &survey), ..text::of(&subject, &survey) };
-    let answer = if subject.map.is_none() || options.motor.ends_with(".toml") {
-        let motor = quoted(&options.motor);
-        answer.next(
-            "which method finds this motor's rotor, with which pulses",
-            format!("standstill check {motor}"),
-        )
-    } else {
-        answer.next(
-            "a data sheet to fill in, whose [map] names this file (docs/own-motor-map.md)",
-            "standstill init --motor mine.toml",
-        )
-    };
+    let answer =
+        if subject.map.is_none() || Path::new(&options.motor).extension().is_some_and(|end| end == "toml") {
+            let motor = quoted(&options.motor);
+            answer.next(
+                "which method finds this motor's rotor, with which pulses",
+                format!("standstill check {motor}"),
+            )
+        } else {
+            answer.next(
+                "a data sheet to fill in, whose [map] names this file (docs/own-motor-map.md)",
+                "standstill init --motor mine.toml",
+            )
+        };
     let folder = (!options.json).then(|| options.out.clone());
     answer.report(folder, options.json, &Made { asked: Some(asked), ..Made::default() })
 }
