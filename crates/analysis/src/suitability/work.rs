@@ -100,7 +100,7 @@ impl Allowance {
             reason = "a share of some billions"
         )]
         let most = (share * self.left() as f64) as u64;
-        self.limit.set(self.done.get() + most);
+        self.limit.set(self.done.get().saturating_add(most));
         let done = part();
         self.limit.set(limit);
         let was_cut = self.cut.get();
