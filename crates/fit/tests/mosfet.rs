@@ -182,13 +182,13 @@ fn cross_one_shunt_in_the_link_tells_the_motor() {
             held = [held[0] + usize::from(off <= 1.0), held[1] + 1];
         }
         // While switches conduct, readings tell R + R_S, while diodes do, R + R_D: of R alone no more is known than from what was stated
-        // of both, each with a standard deviation of half its value.
+        // of both, each within half its value.
         let [low, high] = estimate(&fit, "resistance").interval.expect("a value");
         let devices = drive(&Bench::drawn(seed, Iron::Linear), seed).devices;
         let known =
             [devices.switch_resistance, devices.diode_resistance].map(|stated| 4.0 / (stated * stated));
-        let deviation = known.iter().sum::<f64>().sqrt().recip();
-        assert!((high - low) / 2.0 > 0.98 * 1.96 * deviation, "{seed}: {low} to {high}, {deviation}");
+        let half = known.iter().sum::<f64>().sqrt().recip();
+        assert!((high - low) / 2.0 > 0.98 * half, "{seed}: {low} to {high}, {half}");
         // A single channel has no gain beside another's.
         let gains = fit.parameters.iter().filter(|one| one.name.contains("gain")).count();
         assert!(gains == 1 && !estimate(&fit, "common_gain").identified);

@@ -113,7 +113,7 @@ mod tests {
             !html.contains("<script") && !html.contains("http://") && !html.contains("https://"),
             "{html}"
         );
-        assert_eq!(html.matches("&lt;script&gt;").count(), 7);
+        assert_eq!(html.matches("&lt;script&gt;").count(), 8);
         assert!(html.contains("<td class=\"failed\">failed</td>") && html.contains("rms &lt;= 1 deg"));
         for field in ["Name", "Date", "Signature", "Prepared by"] {
             assert!(html.contains(field), "{field}");
