@@ -3,8 +3,8 @@
 use core::fmt;
 
 use standstill_detect::{
-    AnyDetector, Checks, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Place, Sensing, Settings as _,
-    SettingsError, Signature, Source, Value, keys,
+    AnyDetector, Checks, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Place, Sensing,
+    Settings as _, SettingsError, Signature, Source, Value, keys,
 };
 use standstill_interface::Nanos;
 use standstill_interface::abi::{self, Plate};
