@@ -66,7 +66,7 @@ pub fn beside<T: Send + 'static>(
     // Shared with the calls without the interpreter, of which there is one at a time.
     let from = Mutex::new(from);
     let wait = |most| from.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(most);
-    let mut reported = None;
+    let mut reported: Option<(u64, u64)> = None;
     loop {
         match py.detach(|| wait(LOOK)) {
             Ok(done) => return Ok(done),
@@ -83,7 +83,9 @@ pub fn beside<T: Send + 'static>(
             Err(RecvTimeoutError::Timeout) => {}
         }
         let heard = py.check_signals().and_then(|()| {
-            let now = host.progress().filter(|now| Some(*now) != reported);
+            // Threads tell the bar how far they are in no order.
+            let further = |now: &(u64, u64)| reported.is_none_or(|(done, of)| now.1 != of || now.0 > done);
+            let now = host.progress().filter(further);
             if let (Some(progress), Some(now)) = (&progress, now) {
                 reported = Some(now);
                 progress.call1(py, now)?;

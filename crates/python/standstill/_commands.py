@@ -406,7 +406,7 @@ def faults(
 
 
 def qualify(
-    scenario: Scenario | Pathlike,
+    scenario: Source,
     requirements: Pathlike,
     /,
     *,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +13,11 @@ import numpy.typing as npt
 from ._standstill import Table
 
 
-class Columns(Mapping[str, npt.NDArray[Any]]):
+class Columns:
     """A table: its columns by their names, as in the files that the command line writes, and as many rows as ``len`` says.
 
     The arrays are views of one memory and cannot be written to. Empty cells are NaN in numbers and flags (flags are 1 and
-    0), and texts without characters. ``pandas.DataFrame(table)`` copies; ``pandas.DataFrame(dict(table), copy=False)``,
+    0), and texts without characters. ``table.to_pandas()``,
     ``polars.DataFrame(table)`` and ``pyarrow.table(table)`` read numbers where they are. Tables can be pickled and copied, so that
     pools of processes return them.
     """
@@ -43,9 +43,21 @@ class Columns(Mapping[str, npt.NDArray[Any]]):
         """How many rows there are, as of a data frame."""
         return 0 if self._table is None else len(self._table)
 
-    # Of arrays there is no one truth of being equal.
-    __eq__ = object.__eq__
-    __hash__ = object.__hash__
+    def keys(self) -> list[str]:
+        """The names of the columns."""
+        return self._names()
+
+    def values(self) -> Iterator[npt.NDArray[Any]]:
+        """The columns."""
+        return (self[name] for name in self)
+
+    def items(self) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+        """The columns with their names."""
+        return ((name, self[name]) for name in self)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """A column, or ``default`` where there is none of this name."""
+        return self[name] if name in self else default
 
     def _names(self) -> list[str]:
         return [] if self._table is None else self._table.keys()
@@ -59,14 +71,15 @@ class Columns(Mapping[str, npt.NDArray[Any]]):
         empty = column == "" if column.dtype == object else np.isnan(column) if column.dtype.kind == "f" else False
         return np.ma.MaskedArray(column, mask=empty)
 
+    def to_pandas(self) -> Any:
+        """A ``pandas.DataFrame`` that reads numbers where they are."""
+        import pandas  # type: ignore[import-untyped, unused-ignore]
+
+        return pandas.DataFrame(dict(self.items()), copy=False)
+
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
-        """A structured array, a field for each column; ``pandas.DataFrame`` reads it."""
-        if copy is False:
-            raise ValueError("columns stand one after the other: an array of rows is a copy")
-        rows = np.empty(len(self), dtype=[(name, self[name].dtype) for name in self])
-        for name in self:
-            rows[name] = self[name]
-        return rows if dtype is None else rows.astype(dtype)
+        """Columns are no array: without this error ``pandas.DataFrame(table)`` would make one column of their names."""
+        raise TypeError("a table is no array: use table['a column'], table.to_pandas() or pandas.DataFrame(dict(table))")
 
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
         """For programs that read Arrow."""

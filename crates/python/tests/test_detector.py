@@ -89,7 +89,7 @@ class Watches:
     def step(self, readings):
         if not self.begun:
             self.begun = True
-            assert readings.shape == (0, 6)
+            assert readings.shape == (0, 13)
             return self.command
         self.seen.append(readings.copy())
         return self.end
@@ -148,7 +148,8 @@ def test_law_a_pulse_until_a_threshold_ends_there_and_its_time_is_captured():
     assert again[6] == pytest.approx(2.5, abs=0.02) and np.isnan(again[10:12]).all()
     # A drive that has none of it says so.
     plain = readings(timed)[0]
-    assert np.isnan(plain[6:]).all()
+    # The last is a flag.
+    assert np.isnan(plain[6:12]).all() and plain[12] == 0.0
 
 
 def test_law_an_angle_that_it_names_is_judged():

