@@ -163,10 +163,6 @@ impl<'a> Trials<'a> {
         const LOST: f64 = 45.0;
         let towards = self.towards(event);
         let mut odds = Odds::of_event(&towards, &event.to_string(), settings, watch, done)?;
-        let errors = towards.errors.into_inner();
-        if errors > 0 {
-            odds.alarms.push(Alarm::Errors(errors));
-        }
         let lost = |record: &Record| record.axis_error_deg().is_some_and(|error| error.abs() > LOST);
         let unled = |record: &Record| record.findings().fault_margin.is_none_or(|margin| margin >= 0.0);
         let (share, aside): (_, fn(f64) -> Alarm) = match (event, odds.estimator) {
@@ -216,6 +212,10 @@ impl System for Towards<'_> {
         let errors = records.iter().filter(|record| record.verdict() == Verdict::Error).count();
         self.errors.fetch_add(errors as u64, Ordering::Relaxed);
         Ok(records.iter().map(|record| self.event.value(record)).collect())
+    }
+
+    fn lost(&self) -> u64 {
+        self.errors.load(Ordering::Relaxed)
     }
 }
 

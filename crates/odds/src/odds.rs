@@ -5,6 +5,8 @@ mod tests;
 
 use std::fmt;
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use standstill_campaign::{Estimate, binomial_interval, student};
 use standstill_numeric::power;
 use standstill_sim::Tape;
@@ -177,13 +179,28 @@ impl Odds {
         name: &str,
         settings: &Settings,
         watch: &dyn Watch,
+        done: impl FnMut(&Run),
+    ) -> Result<Self, Halt<S::Error>> {
+        let mut counting = Counting { system, watch, lost: 0 };
+        let mut odds = Self::counted(&mut counting, name, settings, done)?;
+        if counting.lost > 0 {
+            odds.alarms.push(Alarm::Errors(counting.lost));
+        }
+        Ok(odds)
+    }
+
+    fn counted<S: System>(
+        counting: &mut Counting<'_, S>,
+        name: &str,
+        settings: &Settings,
         mut done: impl FnMut(&Run),
     ) -> Result<Self, Halt<S::Error>> {
+        let (system, watch) = (counting.system, counting.watch);
         let mut runs: Vec<Run> = Vec::new();
         for number in 0..RUNS {
             let key = format!("{name}: run {number} with tapes of {settings:?}");
             let compute = || run(system, settings, number, watch);
-            let found = kept(watch, &key, |run: &Run| run.trials, compute)?;
+            let found = counting.kept(&key, |run: &Run| run.trials, compute)?;
             done(&found);
             let flat = found.end == End::Flat;
             runs.push(found);
@@ -197,7 +214,7 @@ impl Odds {
         }
         if runs.iter().filter(|run| run.end == End::Flat).count() * 2 > runs.len() {
             let spent = runs.iter().map(|run| run.trials).sum::<u64>();
-            let mut odds = plain(system, name, settings, watch)?;
+            let mut odds = plain(counting, name, settings)?;
             odds.trials += spent;
             return Ok(odds);
         }
@@ -365,18 +382,45 @@ fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
     alarms
 }
 
+/// A system whose trials that could not be carried out are counted, also those of results that were kept.
+struct Counting<'a, S> {
+    system: &'a S,
+    watch: &'a dyn Watch,
+    lost: u64,
+}
+
+impl<S: System> Counting<'_, S> {
+    /// Returns the result under this key, kept with the number of trials that were lost in it.
+    fn kept<T: Serialize + DeserializeOwned>(
+        &mut self,
+        key: &str,
+        trials: impl FnOnce(&T) -> u64,
+        compute: impl FnOnce() -> Result<T, Halt<S::Error>>,
+    ) -> Result<T, Halt<S::Error>> {
+        let system = self.system;
+        let counted = || {
+            let before = system.lost();
+            let found = compute()?;
+            Ok::<_, Halt<S::Error>>((found, system.lost() - before))
+        };
+        let (found, lost) = kept(self.watch, key, |(found, _)| trials(found), counted)?;
+        self.lost += lost;
+        Ok(found)
+    }
+}
+
 /// Computes the odds by counting plain trials.
 fn plain<S: System>(
-    system: &S,
+    counting: &mut Counting<'_, S>,
     name: &str,
     settings: &Settings,
-    watch: &dyn Watch,
 ) -> Result<Odds, Halt<S::Error>> {
+    let (system, watch) = (counting.system, counting.watch);
     // The first level of one run with as many states.
     let all = Settings { states: PLAIN, chain: PLAIN / 400, ..*settings };
     let key = format!("{name}: plain trials with tapes of {all:?}");
     let compute = || crate::subset::plain(system, &all, RUNS, watch);
-    let (hits, failures) = kept(watch, &key, |_| u64::from(PLAIN), compute)?;
+    let (hits, failures) = counting.kept(&key, |_: &(u64, Vec<Tape>)| u64::from(PLAIN), compute)?;
     let weight = 1.0 / failures.len().max(1) as f64;
     let failures = failures.into_iter().map(|tape| (weight, tape)).collect();
     Ok(Odds::of_plain(hits, u64::from(PLAIN), Alarm::Flat, failures))

@@ -35,7 +35,7 @@ const UNREAD: Purpose = Purpose::Design;
 const UNREAD_DRAWS: usize = 8;
 
 choice! {
-    /// Cost of an answer: states of a level.
+    /// Cost of an answer.
     #[derive(Default)]
     pub enum Effort {
         /// 1,000 states: a quarter of the trials, for an interval twice as wide; parts at other angles are lost sooner.

@@ -43,6 +43,11 @@ pub trait System: Sync {
     /// # Errors
     /// Draws of which no trial can be made.
     fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Self::Error>;
+
+    /// Returns how many of the values so far are those of trials that could not be carried out, which makes an answer doubtful.
+    fn lost(&self) -> u64 {
+        0
+    }
 }
 
 /// Observer of a computation, which may stop it.

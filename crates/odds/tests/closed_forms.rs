@@ -1,14 +1,16 @@
 //! Subset simulation of events whose probability has a closed form.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
+use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::sync::atomic::AtomicBool;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use standstill_numeric::exp;
 use standstill_odds::subset::{Effort, End, Settings, run};
-use standstill_odds::{Alarm, Estimator, Odds, PLAIN, System};
+use standstill_odds::{Alarm, Estimator, Odds, PLAIN, System, Watch};
 use standstill_sim::{Purpose, Streams, Tape};
 
 #[path = "systems/reliability.rs"]
@@ -134,6 +136,59 @@ fn law_the_answer_does_not_depend_on_threads() {
     assert_eq!(one, on(5));
     let other = run(&Any(&system), &Settings::default(), 4, &NEVER).expect("runs");
     assert_ne!(one.probability, other.probability, "runs are independent");
+}
+
+/// A mean of four draws, of which every thousandth trial is lost.
+struct Losing(AtomicU64);
+
+impl System for Losing {
+    type Error = Infallible;
+
+    fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Infallible> {
+        self.0.fetch_add(tapes.len() as u64, Ordering::Relaxed);
+        let value = |tape| {
+            let mut draws = Streams::taped(tape).open(Purpose::CurrentNoise);
+            (0..4).map(|_| draws.normal()).sum::<f64>() / 2.0 - 3.0
+        };
+        Ok(tapes.iter().map(value).collect())
+    }
+
+    fn lost(&self) -> u64 {
+        self.0.load(Ordering::Relaxed) / 1000
+    }
+}
+
+/// Keeps what is kept in memory.
+#[derive(Default)]
+struct Kept(Mutex<BTreeMap<String, Vec<u8>>>);
+
+impl Watch for Kept {
+    fn stopped(&self) -> bool {
+        false
+    }
+
+    fn did(&self, _: u64) {}
+
+    fn recall(&self, key: &str) -> Option<Vec<u8>> {
+        self.0.lock().expect("whole").get(key).cloned()
+    }
+
+    fn keep(&self, key: &str, bytes: &[u8]) {
+        self.0.lock().expect("whole").insert(key.to_owned(), bytes.to_vec());
+    }
+}
+
+#[test]
+fn regress_an_answer_of_kept_runs_has_the_alarm_of_trials_that_were_lost_in_them() {
+    let (watch, settings) = (Kept::default(), Settings { states: 1000, ..Settings::default() });
+    let answer = |system: &Losing| Odds::of(system, &settings, &watch, |_| {}).expect("runs");
+    let computed = answer(&Losing(AtomicU64::new(0)));
+    let fresh = Losing(AtomicU64::new(0));
+    let recalled = answer(&fresh);
+    assert_eq!(fresh.0.load(Ordering::Relaxed), 0, "nothing is computed again");
+    let lost = |odds: &Odds| odds.alarms.iter().find(|alarm| matches!(alarm, Alarm::Errors(_))).cloned();
+    assert!(lost(&computed).is_some());
+    assert_eq!(lost(&recalled), lost(&computed));
 }
 
 /// A quantity that is clipped: beyond one standard deviation nothing tells how near the event is.
