@@ -20,7 +20,7 @@ use toml::Value;
 
 pub use self::claim::{Claim, Claimed, Seen, Verdict};
 pub use self::demand::{Bad, Current, Demand, What};
-pub use self::list::{Requirement, Requirements};
+pub use self::list::{MOST_TRIALS, Requirement, Requirements};
 pub use self::not_modelled::NOT_MODELLED;
 use crate::faults::{Allowed, Entry, records};
 use crate::{Halt, Watch};
@@ -66,7 +66,10 @@ impl Case {
             What::Share { bad, or_unanswered, most } => Claimed::Share(bad, or_unanswered, most),
             What::Coverage(least) => Claimed::Undetected(1.0 - least),
         };
-        let about_poles = matches!(claimed, Claimed::Share(Bad::WrongPole | Bad::Angle(_), ..));
+        let about_poles = matches!(
+            claimed,
+            Claimed::Undetected(_) | Claimed::Share(Bad::WrongPole | Bad::Angle(_) | Bad::WrongSector, ..)
+        );
         let open = self.plan.pole_note().filter(|_| about_poles && self.plan.pole_is_open());
         let claim = |claimed, guards| Claim {
             requirement: number,

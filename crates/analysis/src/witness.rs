@@ -123,6 +123,12 @@ mod tests {
         for witness in found {
             assert!(witness.holds(), "{witness:?}");
             let Figure::Number { known, here, tolerance, unit } = witness.figure else { panic!("a number") };
+            // A tolerance that would let anything pass is none.
+            assert!(
+                known == 0.0 || tolerance < 0.2 * known.abs(),
+                "{}: {known} within {tolerance}",
+                witness.claim
+            );
             // A reference that is off by three tolerances, and a program that computes nothing.
             for (known, here) in
                 [(here + 3.0 * tolerance, here), (known, f64::NAN), (known, known + 3.0 * tolerance)]

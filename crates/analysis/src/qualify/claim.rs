@@ -171,7 +171,9 @@ impl Seen {
                 return;
             }
             Claimed::Share(bad, or_unanswered, _) => {
-                bad.happened(record, of.rated) || or_unanswered && silent
+                // With a fault a start need not have an answer, but one that could not be simulated shows nothing good.
+                let broke_down = of.fault.is_some() && silent && !is_detected(record);
+                bad.happened(record, of.rated) || or_unanswered && silent || broke_down
             }
             Claimed::Undetected(_) => {
                 if without.and_then(|record| of.allowed.danger(record)).is_none() {

@@ -81,7 +81,9 @@ const ANGLES: &str = "an angle above 0 deg, such as `1 deg`";
 const AXES: &str = "an angle above 0 deg and below 90 deg, beyond which no axis error is, such as `1 deg`";
 const TIMES: &str = "a time above 0 s, such as `20 ms`";
 const CURRENTS: &str = "a current above 0 A, such as `8 A`, or of the rated current, such as `1.2 rated`";
-const SHARES: &str = "a share above 0 and below 1, such as `1e-6` or `1 %`";
+const SHARES: &str = "a share of at least 1e-12, above 0 and below 1, such as `1e-6` or `1 %`";
+/// Least share: of smaller ones the functions that bets are made of have no digits left.
+const LEAST_SHARE: f64 = 1e-12;
 
 impl Demand {
     /// Parses a limit as a requirement has it. The error has the text that was found, and what is allowed in its place.
@@ -104,7 +106,7 @@ impl Demand {
         let halves = sides.iter().find_map(|(sign, most)| Some((rest.split_once(sign)?, *most)));
         let ((measure, limit), is_most) = halves.ok_or_else(|| (format!("`{rest}`"), SHAPE.to_owned()))?;
         let (measure, limit) = (measure.trim(), limit.trim());
-        let what = what(measure, limit)?;
+        let mut what = what(measure, limit)?;
         let at_most = !matches!(measure, "right_sector" | "coverage");
         if at_most != is_most {
             let sign = if at_most { "<=" } else { ">=" };
@@ -115,6 +117,18 @@ impl Demand {
                 format!("`{rest}`"),
                 "the fault that is covered, such as `faults.phase-open: coverage >= 99 %`".to_owned(),
             ));
+        }
+        if fault.is_some() {
+            match &mut what {
+                // A sector that is not named is not the right one.
+                What::Share { bad: Bad::WrongSector, .. } | What::Coverage(_) => {}
+                // With a fault no answer is the right answer.
+                What::Share { or_unanswered, .. } => *or_unanswered = false,
+                What::Rms(_) => {
+                    let needed = "a limit of which a start without an answer is no breach, such as `p95 <= 2 deg`: with a fault no answer is the right answer";
+                    return Err((format!("`{rest}`"), needed.to_owned()));
+                }
+            }
         }
         Ok(Self { fault, what })
     }
@@ -150,7 +164,9 @@ fn fault(name: &str) -> Result<FaultMode, Refused> {
 
 fn share(text: &str) -> Result<f64, Refused> {
     let value = text.parse::<Quantity<Share>>().ok().map(Quantity::value);
-    value.filter(|share| *share > 0.0 && *share < 1.0).ok_or_else(|| (format!("`{text}`"), SHARES.to_owned()))
+    value
+        .filter(|share| (LEAST_SHARE..1.0).contains(share))
+        .ok_or_else(|| (format!("`{text}`"), SHARES.to_owned()))
 }
 
 fn current(text: &str) -> Result<Current, Refused> {
@@ -319,6 +335,14 @@ mod tests {
         // With a fault, no answer is the right one; without, a demand is not met by keeping silent.
         assert!(!wrong.is_guarded() && read("P(wrong_pole) <= 0.1 %").expect("a limit").is_guarded());
         assert!(!read("P(undetermined) <= 1 %").expect("a limit").is_guarded());
+        for limit in ["P(|e| > 5 deg) <= 0.1 %", "moved <= 2 deg", "time <= 20 ms", "p95 <= 3 deg"] {
+            let of = |text: String| {
+                matches!(read(&text).expect(&text).what, What::Share { or_unanswered: true, .. })
+            };
+            assert!(of(limit.to_owned()) && !of(format!("faults.phase-open: {limit}")), "{limit}");
+        }
+        let sector = read("faults.current-gain: right_sector >= 99 %").expect("a limit").what;
+        assert!(matches!(sector, What::Share { or_unanswered: true, .. }));
     }
 
     #[test]
@@ -345,6 +369,8 @@ mod tests {
             ("right_sector <= 99 %", "`right_sector <= 99 %`", "`>=` after right_sector"),
             ("p100 <= 1 deg", "`p100`", "p95"),
             ("P(wrong_pole) <= 0", "`0`", "above 0 and below 1"),
+            ("P(wrong_pole) <= 3e-16", "`3e-16`", "at least 1e-12"),
+            ("faults.phase-open: rms <= 1 deg", "rms", "no answer is the right answer"),
             ("P(wrong_pole) <= 100 %", "`100 %`", "above 0 and below 1"),
             ("P(wrongpole) <= 1 %", "did you mean `wrong_pole`", "undetermined"),
             ("P(speed > 3) <= 1 %", "`speed`", "`moved > 2 deg`"),

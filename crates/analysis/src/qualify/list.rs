@@ -75,9 +75,10 @@ pub struct Requirements {
 
 const CONFIDENCE: f64 = 0.95;
 const TRIALS: u64 = 100_000;
-/// Fewest trials that a requirement may have, and most: contributions to an rms are kept in memory.
+/// Fewest trials of a requirement in a case.
 const FEWEST: u64 = 64;
-const MOST: u64 = 10_000_000;
+/// Most trials of a requirement in a case: contributions to an rms are kept in memory.
+pub const MOST_TRIALS: u64 = 10_000_000;
 /// Most requirements of a list, and most cases of one.
 const MOST_REQUIREMENTS: usize = 1000;
 const MOST_CASES: usize = 1000;
@@ -272,9 +273,11 @@ fn key(number: usize, name: &str) -> String {
 /// Checks a number of trials.
 fn trials(document: &Document, key: &str, given: Option<u64>) -> Result<Option<u64>, FileError> {
     match given {
-        Some(trials) if !(FEWEST..=MOST).contains(&trials) => {
-            Err(document.refuse(key, &trials.to_string(), &format!("a whole number from {FEWEST} to {MOST}")))
-        }
+        Some(trials) if !(FEWEST..=MOST_TRIALS).contains(&trials) => Err(document.refuse(
+            key,
+            &trials.to_string(),
+            &format!("a whole number from {FEWEST} to {MOST_TRIALS}"),
+        )),
         given => Ok(given),
     }
 }

@@ -297,3 +297,35 @@ fn regress_what_the_scenario_cannot_have_is_named_by_the_requirements_line() {
         assert!(parts.iter().all(|part| message.contains(part)), "{message}\n{parts:?}");
     }
 }
+
+#[test]
+fn law_odds_decide_what_trials_leave_open_case_by_case_and_resume_to_the_same() {
+    // What a start draws most, in 59 of 60 starts.
+    let (plan, _) = scenario(HEAD);
+    let one = plan.scenario(0).expect("a scenario");
+    let mut currents: Vec<f64> =
+        records(&plan, &one, 0..3000).expect("runs").iter().map(|record| record.run.peak_current).collect();
+    currents.sort_by(f64::total_cmp);
+    let limit = currents[2950];
+    let list = format!(
+        "odds = \"quick\"\ntrials = 64\n{}",
+        requirement(
+            "I",
+            &format!("P(current > {limit} A) <= 2 %"),
+            "over.\"inverter.dead_time\" = [\"2 us\", \"2.1 us\"]"
+        ),
+    );
+    let mut found = made(HEAD, &list);
+    let watch = Keeping::default();
+    judged(&mut found, &watch);
+    let claims: Vec<&Claim> = found.cases.iter().flat_map(|case| &case.claims).collect();
+    assert_eq!(claims.len(), 4);
+    assert!(claims.iter().all(|claim| claim.guards == claim.rare.is_none()), "guards are judged by trials");
+    let shares: Vec<f64> =
+        claims.iter().filter_map(|claim| Some(claim.rare.as_ref()?.probability.value)).collect();
+    // The same drives with another dead time draw another current.
+    assert!((shares[0] * 60.0 - 1.0).abs() < 0.5 && (shares[1] / shares[0] - 1.0).abs() > 0.1, "{shares:?}");
+    let mut again = made(HEAD, &list);
+    judged(&mut again, &watch);
+    assert_eq!(again.cases.iter().flat_map(|case| &case.claims).collect::<Vec<_>>(), claims);
+}

@@ -117,8 +117,13 @@ fn law_what_is_away_from_its_limit_is_decided_rightly() {
         assert!((3000..20_000).contains(&needed), "{needed}");
         assert_eq!(mean.trials_needed(&large), None);
     }
-    // Nothing but zeros: each multiplies the largest stake by 1 + m.
+    // Nothing but zeros: each multiplies the largest stake, 0.7, by 1 + m, which decides at 2/α.
+    let alone = (ln(2.0 / (0.7 * 0.01)) / ln_1p(1e-3)).ceil();
     let needed = mean.trials_needed(&[]).expect("some");
+    assert!((needed as f64 / alone - 1.0).abs() < 2e-3, "{needed} {alone}");
+    // The smallest limit that a list may have is not shown by rounding.
+    let tiny = Share { most: 1e-12, alpha: 0.003 };
+    assert!([64, 10_000, 10_000_000].into_iter().all(|trials| tiny.shown(0, trials).is_none()));
     let zeros = vec![0.0; usize::try_from(needed).expect("few")];
     assert_eq!(mean.shown(&zeros), Some(true));
     assert_eq!(mean.shown(&zeros[..zeros.len() * 9 / 10]), None);
