@@ -62,10 +62,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         let decided = asked_for.iter().filter(|number| found.verdict(**number) != Verdict::NotShown).count();
         return Ok(asked.interrupted(&format!("{decided} of {} requirements were decided", asked_for.len())));
     }
-    let words = Words { found: &found, asked: &asked_for, question, requirements: path };
+    let heard = heard?;
+    let silent = heard.iter().flatten().filter(|witness| !witness.holds()).collect();
+    let words = Words { found: &found, asked: &asked_for, question, requirements: path, silent };
     let scenario = plan.scenario(0)?;
     let manifest = manifest::of(&plan, path, &digest, asked.identity())?;
-    asked.answer(&scenario, answer(&words, setting(plan.file(), &scenario), manifest, heard?.as_deref()))
+    asked.answer(&scenario, answer(&words, setting(plan.file(), &scenario), manifest, heard.as_deref()))
 }
 
 fn is_stop(error: &standstill_analysis::witness::WitnessError) -> bool {
@@ -110,7 +112,7 @@ fn answer(
     let found = words.found;
     let of = |verdict| words.asked.iter().filter(|number| found.verdict(**number) == verdict).count();
     let [passed, failed, open] = [Verdict::Passed, Verdict::Failed, Verdict::NotShown].map(of);
-    let silent = witnesses.is_some_and(|all| all.iter().any(|witness| !witness.holds()));
+    let silent = !words.silent.is_empty();
     let (tone, code) = match () {
         () if failed > 0 || silent => (Tone::Bad, FAILED),
         () if open > 0 => (Tone::Warning, NOT_SHOWN),

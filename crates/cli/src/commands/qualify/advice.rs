@@ -1,14 +1,11 @@
 //! What to do next about each requirement: how to judge it again, which start to look at, how many trials would show it.
 
-use standstill_analysis::qualify::{Case, Claim, Claimed, Verdict};
+use standstill_analysis::qualify::{Case, Claim, Claimed, MOST_TRIALS, Verdict};
 use standstill_report::page::Block;
 
 use super::words::Words;
 use crate::commands::question::again;
 use crate::shell::command_line::quoted;
-
-/// Most trials that a requirement may have.
-const MOST: u64 = 10_000_000;
 
 impl Words<'_> {
     fn scenario(&self, of: &Case) -> String {
@@ -92,9 +89,9 @@ impl Words<'_> {
     /// Says how many trials would show a claim.
     fn more(&self, claim: &Claim) -> String {
         match claim.trials_needed() {
-            Some(needed) if needed <= MOST => {
+            Some(needed) if needed <= MOST_TRIALS => {
                 // A fifth more than if all went on as it was.
-                let trials = rounded_up(needed + needed / 5).min(MOST);
+                let trials = rounded_up(needed + needed / 5).min(MOST_TRIALS);
                 let (needed, file) = (rounded_up(needed), self.requirements.display());
                 format!(
                     "some {needed} would show it if they go on so: set trials = {trials} for it in {file}"
@@ -104,7 +101,7 @@ impl Words<'_> {
                 let asked = claim.rare.is_some() || self.found.requirements.odds.is_some();
                 let rest = if asked { "" } else { "; or set odds = \"normal\" there" };
                 format!(
-                    "it would take {}, and a requirement may have {MOST}: state a weaker limit, or show it otherwise{rest}",
+                    "it would take {}, and a requirement may have {MOST_TRIALS}: state a weaker limit, or show it otherwise{rest}",
                     rounded_up(needed)
                 )
             }

@@ -12,8 +12,8 @@ pub fn suite(words: &Words<'_>) -> String {
     let of = |verdict| words.asked.iter().filter(|number| words.found.verdict(**number) == verdict).count();
     let counts = format!(
         "tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"0\"",
-        words.asked.len(),
-        of(Verdict::Failed),
+        words.asked.len() + words.silent.len(),
+        of(Verdict::Failed) + words.silent.len(),
         of(Verdict::NotShown)
     );
     let mut text = format!(
@@ -41,6 +41,13 @@ pub fn suite(words: &Words<'_>) -> String {
             );
         }
         let _ = writeln!(text, "      <system-out>{said}: {limit}: {shown}</system-out>\n    </testcase>");
+    }
+    for witness in &words.silent {
+        let claim = escaped(&witness.claim);
+        let _ = writeln!(
+            text,
+            "    <testcase classname=\"witnesses\" name=\"{claim}\">\n      <failure type=\"witness\" message=\"does not hold on this machine\">standstill witness</failure>\n    </testcase>"
+        );
     }
     text + "  </testsuite>\n</testsuites>\n"
 }

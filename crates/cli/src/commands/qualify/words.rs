@@ -19,6 +19,8 @@ pub struct Words<'a> {
     pub question: &'a Question,
     /// File of the requirements.
     pub requirements: &'a Path,
+    /// Witnesses that do not hold on this machine: nothing is passed with one of them.
+    pub silent: Vec<&'a Witness>,
 }
 
 /// Returns a verdict in a word.
@@ -45,8 +47,35 @@ pub fn percent(share: f64) -> String {
     if percent > 0.0 && percent < 0.01 {
         return format!("{share:.1e}");
     }
-    let decimals = magnitude(percent).map_or(0, |power| usize::try_from(2 - power).unwrap_or(0));
-    format!("{percent:.decimals$} %")
+    // Near the whole the digits are those of what is missing, and no bound is rounded up.
+    let near = percent > 99.0 && percent < 100.0;
+    let digits = if near { magnitude(100.0 - percent) } else { magnitude(percent) };
+    let decimals = digits.map_or(0, |power| usize::try_from(2 - power).unwrap_or(0));
+    let shown = if near {
+        let scale = 10_f64.powi(i32::try_from(decimals).unwrap_or(0));
+        // But for the rounding of the product.
+        (percent * scale + 1e-6).floor() / scale
+    } else {
+        percent
+    };
+    format!("{shown:.decimals$} %")
+}
+
+#[cfg(test)]
+#[test]
+fn law_shares_keep_three_digits_at_both_ends_and_no_bound_is_rounded_to_the_whole() {
+    for (share, text) in [
+        (1.0, "100 %"),
+        (0.9997, "99.9700 %"),
+        (0.999_995, "99.999500 %"),
+        (0.999_999_6, "99.9999600 %"),
+        (0.5, "50.0 %"),
+        (0.0123, "1.23 %"),
+        (3e-6, "3.0e-6"),
+        (0.0, "0 %"),
+    ] {
+        assert_eq!(percent(share), text);
+    }
 }
 
 /// Formats an rms in degrees with three digits.
@@ -105,7 +134,7 @@ impl Words<'_> {
         let count = self.found.count();
         let whole = 1.0 - self.found.requirements.confidence;
         format!(
-            "At most {} probability that any of these verdicts is wrong, split evenly over {count} claims: each interval holds with {} \
+            "At most {} probability that any verdict by trials is wrong, split evenly over {count} claims: each interval holds with {} \
              whenever its trials ended; odds are estimates outside of that bound",
             percent(whole),
             percent(1.0 - whole / count as f64),
@@ -179,6 +208,7 @@ impl Words<'_> {
         };
         let verdict =
             self.asked.iter().map(|number| self.found.verdict(*number)).max().unwrap_or(Verdict::NotShown);
+        let verdict = if self.silent.is_empty() { verdict } else { Verdict::Failed };
         json!({
             "verdict": word(verdict),
             "confidence": self.found.requirements.confidence,
