@@ -222,9 +222,11 @@ impl<T: Real> Bipolar<T> {
         let derived = self.train.derived;
         let early = T::of(self.train.lead.seconds()) + s.sensing.lag();
         let late = core::array::from_fn(|k| s.sensing.late(k, derived) - early);
-        s.plausibility.contact(&mut margin, &self.losses, &self.train, lines, (volts, late))?;
-        s.plausibility.codes(&mut margin, &self.gains, &self.train)?;
+        let held = s.plausibility.contact(&mut margin, &self.losses, &self.train, lines, (volts, late));
+        let held = held.and_then(|()| s.plausibility.codes(&mut margin, &self.gains, &self.train));
+        // Also of a start that ends here.
         self.train.margin = margin;
+        held?;
         let (_, saliency) = s.saliency(lines, ratios, derived, &mut self.findings);
         // Variance of a mean over n pulses' relative inductances, pooled.
         let freedom = (n - T::one()) * T::of(6.0);

@@ -24,7 +24,8 @@ pub(crate) const AT_THE_END: f64 = 2.0;
 /// fits best is −(10/3) e L² / (U² t₁), which at the peak is −(10/3) e / U of the inductance.
 pub(crate) const BY_SLOPE: f64 = 10.0 / 3.0;
 
-/// Standard deviations of D_q up to which a rotor is taken to stand: by chance beyond in two of a billion starts.
+/// Standard deviations of D_q up to which a rotor is taken to stand: of a deviation that is known, by chance beyond in two of a billion
+/// starts; of one that three rounds of pulses estimate, in one of a thousand, were it not for the floors of that estimate.
 const DEVIATIONS: f64 = 6.0;
 
 /// Share of D along the magnet that may lie across it where the rotor stands: 8.5° askew.

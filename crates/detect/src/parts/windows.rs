@@ -61,13 +61,13 @@ impl<T: Real> WindowSettings<T> {
             "at least twice the dead time and `sensors.settle`, and the conversions of a sample: it lies in the middle, mirrored or not",
         )?;
         let lost = pwm.lost(self.dc_link);
-        // The leg in the middle has at most half of the voltage; all legs may lose or gain by dead time and drops.
+        // The leg in the middle has at most half of the voltage; an edge moves by as much as both may lose by dead time and drops.
         let half = T::of(0.5);
         let share = voltage / self.dc_link;
-        let beside = half - half * share - lost;
+        let beside = half - half * share - T::of(2.0) * lost;
         let room = T::of(pwm.carrier_period.seconds()) * half * beside;
         require(
-            T::of(self.length.seconds()) <= room && share + lost < half,
+            T::of(self.length.seconds()) <= room && share + T::of(2.0) * lost < half,
             "window",
             "short enough for both windows beside the leg in the middle: a lower `inverter.carrier`, `detector.voltage` or `sensors.settle` makes room",
         )

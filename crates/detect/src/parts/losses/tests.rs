@@ -29,11 +29,18 @@ fn analytic_a_contact_shows_its_resistance_and_its_phase() {
                 motor.contact[k] = contact;
                 let outcome = detect(Checks::ALL, &mut motor);
                 let Outcome::Failed {
-                    fault: Fault::ContactResistive { phase: found, found: more, .. }, ..
+                    fault: Fault::ContactResistive { phase: found, found: more, .. },
+                    findings,
                 } = outcome
                 else {
                     panic!("{degrees}: {outcome:?}")
                 };
+                // A start that fails lies beyond the limit of the check that it fails.
+                assert!(
+                    findings.fault_margin.is_some_and(|margin| margin < 0.0),
+                    "{:?}",
+                    findings.fault_margin
+                );
                 assert_eq!(found, phase);
                 // Saturation bends a line's losses by some per cent of all of them, which are 2.4 Ω and as much by devices.
                 assert!((more - contact).abs() < 0.08 * (contact + 4.0), "{degrees} {contact}: {more}");
