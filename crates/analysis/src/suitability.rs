@@ -38,7 +38,8 @@ pub use condition::Condition;
 pub use confirm::Confirmed;
 pub use demands::Demands;
 pub use margins::{Demand, Margins};
-pub use work::Effort;
+pub use standstill_odds::subset::Effort;
+pub use work::most as most_work;
 
 use crate::bound::{Bound, BoundError};
 use bench::Bench;
@@ -145,7 +146,7 @@ pub struct Suitability {
     pub untried: Vec<String>,
     /// True if what was not tried may suit the motor as it is.
     pub is_undecided: bool,
-    /// Work that was done, in evaluations of the machine's equations: at most [`Effort::work`] and the last start.
+    /// Work that was done, in evaluations of the machine's equations: at most [`most_work`] and the last start.
     pub work: u64,
 }
 
@@ -179,7 +180,7 @@ impl Suitability {
         effort: Effort,
         mut progress: impl FnMut(Progress<'_>),
     ) -> Result<Self, SuitabilityError> {
-        Self::within(document, demands, effort.work(), &mut progress)
+        Self::within(document, demands, most_work(effort), &mut progress)
     }
 
     /// Does at most this work.

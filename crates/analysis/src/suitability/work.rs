@@ -5,22 +5,9 @@
 
 use std::cell::Cell;
 
-use standstill_interface::choice;
 use standstill_inverter::Bridge;
+use standstill_odds::subset::Effort;
 use standstill_sim::Work;
-
-choice! {
-    /// Work that a check may do. What it does not reach is listed in [`Suitability::untried`](super::Suitability::untried).
-    #[derive(Default)]
-    pub enum Effort {
-        /// A quarter of what is usual.
-        Quick = "quick",
-        /// At most about a minute of processor time.
-        Normal = "normal" default,
-        /// Sixteen times what is usual.
-        High = "high",
-    }
-}
 
 /// Number of segments and events that take as long as an evaluation of the equations. On the paper's motor a start of `bipolar` has 473
 /// evaluations and 372 segments and events and takes 162 µs; of `line-inductance-fast` 273, 125 and 90 µs; of rotating injection 10,315,
@@ -28,21 +15,21 @@ choice! {
 /// processor time on a busy machine).
 const PER_EVALUATION: u64 = 3;
 
-/// Evaluations that one takes as long as whose terminals have a capacitance, as in `field`: on the paper's motor a start of `bipolar` has 1,308
-/// of them there and takes 1,270 µs, and the check of a hub motor took 1.6 times as long per unit of work when this was four.
+/// Evaluations that one takes as long as whose terminals have a capacitance, as in `field`, on the slowest motor that was measured: the check
+/// of a hub motor took 1.6 times as long per unit of work when this was four. On the paper's motor it is three (a start of `bipolar` has
+/// 1,308 of them and takes 1,270 µs), so a check there ends before the minute.
 const OF_TERMINALS: u64 = 7;
 
 /// Work of [`Effort::Normal`]: about a minute at 0.33 µs an evaluation.
 const NORMAL: u64 = 180_000_000;
 
-impl Effort {
-    /// Returns the most work that a check may do, in evaluations of the machine's equations.
-    pub const fn work(self) -> u64 {
-        match self {
-            Self::Quick => NORMAL / 4,
-            Self::Normal => NORMAL,
-            Self::High => NORMAL * 16,
-        }
+/// Returns the most work that a check of this effort may do, in evaluations of the machine's equations: normally about a minute of
+/// processor time, quickly a quarter of it, at most sixteen times as much.
+pub const fn most(effort: Effort) -> u64 {
+    match effort {
+        Effort::Quick => NORMAL / 4,
+        Effort::Normal => NORMAL,
+        Effort::High => NORMAL * 16,
     }
 }
 

@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
-use standstill_analysis::{Advice, Candidate, Condition, Demand, Demands, Effort, Setting, Suited};
+use standstill_analysis::{
+    Advice, Candidate, Condition, Demand, Demands, Effort, Setting, Suited, most_work,
+};
 
 use super::file::Written;
 use super::words::{Checked, settings};
@@ -261,7 +263,7 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         "advice": advice,
         "alternatives": alternatives,
         "untried": found.untried,
-        "work": { "done": found.work, "of": asked.effort.work() },
+        "work": { "done": found.work, "of": most_work(asked.effort) },
         "scenario": written.and_then(Written::path).map(|path| path.display().to_string()),
         "next": commands,
     })
