@@ -10,6 +10,7 @@ use toml::Value;
 
 use crate::arguments::{Axes, Keys, Load, PaperDecay, Seed, Setup, Source, Temperatures};
 use crate::error::Error;
+use crate::shell::command_line::quoted;
 use crate::shell::host;
 use crate::shell::terminal::tell;
 
@@ -40,6 +41,15 @@ impl Shorthands {
     /// Returns the given options and the keys that they set.
     pub fn given(&self) -> Vec<(&'static str, &'static str)> {
         self.0.iter().map(|(option, key, _)| (*option, *key)).collect()
+    }
+
+    /// Returns the keys that the options set, but for one, as `-s KEY=VALUE` for commands that do not have these options.
+    pub fn as_keys(&self, left_out: Option<&str>) -> String {
+        let key = |(_, key, value): &(&str, &str, Value)| {
+            let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            format!(" -s {}", quoted(&format!("{key}={value}")))
+        };
+        self.0.iter().filter(|(_, key, _)| Some(*key) != left_out).map(key).collect()
     }
 
     /// Adds `--load`.

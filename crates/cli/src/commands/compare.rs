@@ -253,18 +253,30 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
 
 /// Adds the command that goes on: a look for settings where starts have no answer, one start of the best method otherwise.
 fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Answer {
-    let of = options.source.scenario.as_ref().map(|path| path.to_string_lossy().into_owned());
-    let of = of.or_else(|| options.motor.clone()).unwrap_or_else(|| "paper-5k5".to_owned());
-    let again = given(&of, &options.source.keys, Seed::default());
+    let scenario = options.source.scenario.as_ref().map(|path| path.to_string_lossy().into_owned());
+    // A motor stands in the place of a scenario.
+    let left_out = scenario.is_none().then_some("motor");
+    let of = scenario.or_else(|| options.motor.clone()).unwrap_or_else(|| "paper-5k5".to_owned());
+    let again =
+        given(&of, &options.source.keys, Seed::default()) + &cells::conditions(options).as_keys(left_out);
     let answers = |entry: &Entry| good(&entry.summary, open);
     let best = entries.iter().filter(|entry| open || entry.summary.wrong_poles == 0).max_by(|a, b| {
         answers(a).total_cmp(&answers(b)).then(b.summary.rms_deg.value.total_cmp(&a.summary.rms_deg.value))
     });
     match best.filter(|best| answers(best) > 0.99) {
-        Some(best) => answer.next(
-            format!("one start of {}, which answers most and is the most exact of those", best.method),
-            format!("standstill trace {again} -s detector.method={} --out trace", best.method),
-        ),
+        Some(best) => {
+            // A library is named by its option already.
+            let is_method = MethodName::ALL.iter().any(|method| method.name() == best.method);
+            let method = if is_method { format!(" -s detector.method={}", best.method) } else { String::new() };
+            answer.next(
+                format!("one start of {}, which answers most and is the most exact of those", best.method),
+                format!(
+                    "standstill trace {again}{method} -s errors={} -s rotor.state={} --out trace",
+                    best.errors.name(),
+                    best.rotor.name()
+                ),
+            )
+        }
         None => answer.next(
             "none answers 99 of 100 starts without a wrong pole as it is set: pulses and rounds with which one does",
             format!("standstill check {again}"),

@@ -26,13 +26,18 @@ use crate::shell::command_line::typed_of;
 use crate::shell::setup::Setup;
 use crate::shell::{host, interrupt};
 
+/// Returns the options that are shorthands for keys, but for the angle of one start.
+fn shorthands(options: &Options) -> Shorthands {
+    Shorthands::default().setup(&options.setup).decay(options.decay).with(
+        "--method",
+        "detector.method",
+        options.method.map(MethodName::name),
+    )
+}
+
 /// Returns the plan of the trial's campaign, with the keys of `source` instead of the command line's.
 fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
-    let shorthands = Shorthands::default()
-        .setup(&options.setup)
-        .decay(options.decay)
-        .with("--method", "detector.method", options.method.map(MethodName::name))
-        .with("--angle", "rotor.angle", options.angle);
+    let shorthands = shorthands(options).with("--angle", "rotor.angle", options.angle);
     // What is shipped is set up for the paper's method.
     let keys = &source.keys.set;
     let names = |(key, _): &(String, String)| ["detector.method", "detector.library"].contains(&key.as_str());

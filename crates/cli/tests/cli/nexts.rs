@@ -83,3 +83,53 @@ fn law_each_answer_ends_with_a_command_that_is_accepted() {
     let text = String::from_utf8(standstill(&["magnetics", "paper-5k5"], at).stdout).expect("text");
     assert!(text.contains("What next:\n") && text.contains("standstill check paper-5k5"), "{text}");
 }
+
+#[test]
+fn regress_what_goes_on_from_a_trace_or_a_comparison_has_its_motor_its_errors_and_its_method() {
+    let folder = folder();
+    let at = folder.path();
+    let next = |words: &[&str]| {
+        let text = String::from_utf8(standstill(words, at).stdout).expect("text");
+        text.split("What next:\n").nth(1).unwrap_or_else(|| panic!("{words:?}: {text}")).to_owned()
+    };
+    let of_motor = next(&[
+        "trace",
+        "--motor",
+        "light-vehicle",
+        "--errors",
+        "none",
+        "--method",
+        "bipolar",
+        "--rotor",
+        "free",
+        "--angle",
+        "40",
+        "--out",
+        "a",
+    ]);
+    let expected =
+        "standstill run light-vehicle -s errors=none -s rotor.state=free -s detector.method=bipolar\n";
+    assert!(of_motor.ends_with(expected), "{of_motor}");
+    // The paper's method is that of a trace without a scenario, and not of a run without one.
+    let shipped = next(&["trace", "--angle", "40", "--out", "b"]);
+    assert!(shipped.ends_with("standstill run paper-5k5 -s detector.method=line-inductance\n"), "{shipped}");
+    fs::write(at.join("s.toml"), "detector.method = \"bipolar\"\n").expect("written");
+    let of_scenario = next(&["trace", "s.toml", "--errors", "none", "--seed", "4", "--out", "c"]);
+    assert!(of_scenario.ends_with("standstill run s.toml -s errors=none -s seed=4\n"), "{of_scenario}");
+    let compared = next(&[
+        "compare",
+        "s.toml",
+        "--method",
+        "bipolar",
+        "--errors",
+        "none",
+        "--rotor",
+        "free",
+        "--trials",
+        "4",
+        "--no-limit",
+        "--out",
+        "d",
+    ]);
+    assert!(compared.contains("-s detector.method=bipolar -s errors=none -s rotor.state=free"), "{compared}");
+}

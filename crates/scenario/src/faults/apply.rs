@@ -155,7 +155,7 @@ pub(crate) fn apply(faults: &[FaultSettings], case: &mut Case<'_>, streams: Stre
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
-                reason = "at most some thousand commands"
+                reason = "at most a million commands"
             )]
             let later = (draws.uniform() * count) as u32;
             (first + later).min(last)

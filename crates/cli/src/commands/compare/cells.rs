@@ -24,18 +24,23 @@ pub struct Cell {
     pub scenario: Scenario<Method<f64>>,
 }
 
+/// Returns the options that set keys of motor, rotor and trials, which any command takes.
+pub fn conditions(options: &Compare) -> Shorthands {
+    Shorthands::default()
+        .with("--motor", "motor", options.motor.clone())
+        .load(options.load)
+        .temperatures(options.temperature)
+        .seed(options.seed)
+}
+
 /// Makes the scenario that all cells have in common.
 fn document(options: &Compare) -> Result<Document, Error> {
     let pulse = options.pulse.map(|pulse| format!("{pulse} µs"));
-    let shorthands = Shorthands::default()
-        .with("--motor", "motor", options.motor.clone())
+    let shorthands = conditions(options)
         .with("--polarity", "detector.polarity", options.polarity.map(Choice::name))
         .with("--signature", "detector.signature", options.signature.map(Choice::name))
         .with("--pulse", "detector.pulse", pulse)
         .with("--uncompensated", "detector.compensation", options.uncompensated.then_some(false))
-        .load(options.load)
-        .temperatures(options.temperature)
-        .seed(options.seed)
         .trials(options.trials);
     scenario::document(&options.source, Shipped::Empty, shorthands)
 }

@@ -7,7 +7,7 @@ use standstill_scenario::{Plan, Record, Scenario, ScenarioFile, Single, Verdict}
 use standstill_sim::{Ledger, Run, Trace};
 
 use super::verify::NumericalError;
-use super::{ended, specimen, trial_of};
+use super::{ended, shorthands, specimen, trial_of};
 use crate::answer::{Answer, verdict};
 use crate::arguments::{Seed, Trace as Options};
 use crate::commands::question::{Identity, given, setting};
@@ -64,14 +64,21 @@ impl Traced<'_> {
             "Drag to zoom; the legend hides and shows.",
         );
         let answer = Answer { json: result, files, code, ..answer };
-        let Some(scenario) = &options.source.scenario else {
-            return Ok(answer.next("methods side by side on this motor", "standstill compare"));
-        };
-        let again = given(&scenario.to_string_lossy(), &options.source.keys, Seed::default());
-        let method = options
-            .method
-            .map_or_else(String::new, |method| format!(" -s detector.method={}", method.name()));
-        Ok(answer.next("many starts like this one", format!("standstill run {again}{method}")))
+        Ok(answer.next("many starts like this one", format!("standstill run {}", self.again())))
+    }
+
+    /// Returns the scenario of the trace with its keys and options, as `standstill run` takes it.
+    fn again(&self) -> String {
+        let Self { options, file, .. } = *self;
+        let (keys, seed) = (&options.source.keys, Seed::default());
+        if let Some(scenario) = &options.source.scenario {
+            return given(&scenario.to_string_lossy(), keys, seed) + &shorthands(options).as_keys(None);
+        }
+        let motor = options.setup.motor.as_deref().unwrap_or("paper-5k5");
+        let again = given(motor, keys, seed) + &shorthands(options).as_keys(Some("motor"));
+        // The method of a trace without a scenario is the paper's, that of a run without one is not.
+        let named = again.contains("detector.");
+        if named { again } else { again + " -s detector.method=" + file.detector.name() }
     }
 
     /// Returns the whole answer as JSON.
