@@ -248,9 +248,11 @@ impl<T: Real> Bipolar<T> {
         let pointer = Pointer { direction: pointer, deviation };
         let known = self.train.noise * half / (current * current);
         let pairs = self.differences.iter().fold(T::zero(), |all, sums| all + sums.squares);
-        let pairs = pairs / (T::of(3.0) * (n - T::one())) * half;
+        let of_pairs = T::of(3.0) * (n - T::one());
+        let pairs = pairs / of_pairs * half;
         // Variance of a pulse's inductance without what a rotor that turns adds to it, and not below what noise alone makes.
-        let still = (one * n).min(pairs).max(known) / n;
+        let still = turning::estimated(one * n, freedom).min(turning::estimated(pairs, of_pairs));
+        let still = still.max(known) / n;
         let across = (T::of(1.5) * (T::of(2.0) * still + s.pole_variance(derived, unknown))).sqrt();
         let across = Pointer { deviation: across, ..pointer };
         let margin = &mut self.train.margin;

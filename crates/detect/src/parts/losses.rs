@@ -20,29 +20,32 @@ const DEVIATIONS: f64 = 6.0;
 /// Share of all losses by which phases may differ: saturation makes those of a line look larger or smaller, and so do irons.
 const ALIKE: f64 = 0.35;
 
-/// Sums over the pulses of each line.
+/// Sums over the pairs of samples of each line's pulses. A link that a pulse shows lower may leave it a pair less than another one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Losses<T> {
     /// What currents after the peak fall short by, in A.
     short: [T; 3],
-    /// Currents at the peak in A.
-    peak: [T; 3],
-    pulses: [T; 3],
+    /// Twice the charge between the samples of each pair, ∫ i dt, in As: short by that, times R / L.
+    charge: [T; 3],
+    pairs: [T; 3],
 }
 
 impl<T: Real> Losses<T> {
     pub fn new() -> Self {
-        Self { short: [T::zero(); 3], peak: [T::zero(); 3], pulses: [T::zero(); 3] }
+        Self { short: [T::zero(); 3], charge: [T::zero(); 3], pairs: [T::zero(); 3] }
     }
 
-    /// Samples before the peak with a counterpart while the current still falls: the drops of the devices end it earlier.
+    /// Samples before the peak with a counterpart while the current still falls, where so many volts drive it: what the devices take from the
+    /// link before the peak and add to it after it ends the current earlier.
     fn pairs(train: &PulseTrainSettings<T>, volts: T) -> usize {
         let on = train.samples_on();
-        let until = (volts - train.on_drop) / (volts + train.off_drop) * T::of(0.95 * on as f64);
+        let falling = volts + train.on_drop + train.off_drop;
+        let until = volts / falling * T::of(0.95 * on as f64);
         (1..on).take_while(|pair| T::of(*pair as f64) <= until).count()
     }
 
-    /// Adds a pulse. Where rising and falling currents are read by different shunts, their gains would look like losses.
+    /// Adds a pulse that so many volts drive, the link less the drop of the switches. Where rising and falling currents are read by different
+    /// shunts, their gains would look like losses.
     pub fn add(
         &mut self,
         train: &Train<T>,
@@ -55,42 +58,35 @@ impl<T: Real> Losses<T> {
             return Ok(());
         }
         let (peak, k) = (s.samples_on() - 1, slot.line);
+        let (interval, t1) = (T::of(s.interval.seconds()), T::of(s.pulse.seconds()));
+        let two = T::of(2.0);
+        let highest = train.current(slot, &readings[peak])?;
         for pair in 1..=Self::pairs(s, volts) {
             let [before, after] =
                 [train.current(slot, &readings[peak - pair])?, train.current(slot, &readings[peak + pair])?];
+            let apart = interval * T::of(pair as f64);
             self.short[k] = self.short[k] + before - after;
+            self.charge[k] = self.charge[k] + highest * two * apart * (T::one() - apart / (two * t1));
+            self.pairs[k] = self.pairs[k] + T::one();
         }
-        self.peak[k] = self.peak[k] + train.current(slot, &readings[peak])?;
-        self.pulses[k] = self.pulses[k] + T::one();
         Ok(())
     }
 
-    /// With samples that show each line's current as it is so many seconds later: the resistance in Ω that would lose as much in each line of these inductances in H, devices and all, and its standard deviation by
-    /// noise; none without pairs of samples.
-    fn resistances(
-        &self,
-        train: &Train<T>,
-        lines: [T; 3],
-        (volts, late): (T, [T; 3]),
-    ) -> Option<([T; 3], T)> {
-        let s = &train.settings;
-        let pairs = Self::pairs(s, volts);
-        let interval = T::of(s.interval.seconds());
-        let t1 = T::of(s.pulse.seconds());
-        let (two, mut weight) = (T::of(2.0), T::zero());
-        for pair in 1..=pairs {
-            let apart = interval * T::of(pair as f64);
-            weight = weight + two * apart * (T::one() - apart / (two * t1));
+    /// With samples that show each line's current as it is so many seconds later, where so many volts drive it: the resistance in Ω that
+    /// would lose as much in each line of these inductances in H, devices and all, and its standard deviation by noise; none where a line
+    /// has no pair of samples.
+    fn resistances(&self, noise: T, lines: [T; 3], (volts, late): (T, [T; 3])) -> Option<([T; 3], T)> {
+        if self.pairs.iter().any(|pairs| *pairs < T::one()) {
+            return None;
         }
-        let mean = |of: [T; 3]| (of[0] + of[1] + of[2]) / T::of(3.0);
-        let per_ampere = lines.map(|line| line / weight);
+        let two = T::of(2.0);
+        let per_ampere: [T; 3] = core::array::from_fn(|k| lines[k] / self.charge[k]);
         // A current that is read later has risen more before the peak, and fallen more after it.
-        let by_time = |k: usize| two * T::of(pairs as f64) * volts / lines[k] * late[k] * self.pulses[k];
-        let found = core::array::from_fn(|k| per_ampere[k] * (self.short[k] - by_time(k)) / self.peak[k]);
-        // Of two sensors each; of as many pulses as a line has.
-        let noise = (train.noise * T::of(pairs as f64) / mean(self.pulses)).sqrt();
-        let deviation = mean(per_ampere) * noise / (mean(self.peak) / mean(self.pulses));
-        (pairs > 0 && mean(self.pulses) > T::zero()).then_some((found, deviation))
+        let by_time = |k: usize| two * self.pairs[k] * volts / lines[k] * late[k];
+        let found = core::array::from_fn(|k| per_ampere[k] * (self.short[k] - by_time(k)));
+        // Two currents of a pair, each the mean of two sensors.
+        let variance = |k: usize| per_ampere[k] * per_ampere[k] * noise * self.pairs[k];
+        Some((found, ((variance(0) + variance(1) + variance(2)) / T::of(3.0)).sqrt()))
     }
 
     /// Checks that the phases lose alike, in lines of these inductances in H at a link of so many volts, whose samples show each line's
@@ -102,7 +98,7 @@ impl<T: Real> Losses<T> {
         lines: [T; 3],
         shown: (T, [T; 3]),
     ) -> Result<(), Fault<T>> {
-        let Some((lost, deviation)) = self.resistances(train, lines, shown) else { return Ok(()) };
+        let Some((lost, deviation)) = self.resistances(train.noise, lines, shown) else { return Ok(()) };
         let (two, three) = (T::of(2.0), T::of(3.0));
         let mean = (lost[0] + lost[1] + lost[2]) / three;
         // A mean of two lines less a third: 3/2 of a line's variance.

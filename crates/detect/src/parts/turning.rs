@@ -13,6 +13,7 @@ use standstill_interface::{Angle, Fault, Real, Rotation};
 
 use super::margin::Margin;
 use super::polarity::{Pointer, Signature};
+use super::significance;
 
 /// g of a method that reads the current at the end of its pulses: i = (U ∓ e) t / L both ways.
 pub(crate) const AT_THE_END: f64 = 2.0;
@@ -24,8 +25,8 @@ pub(crate) const AT_THE_END: f64 = 2.0;
 /// fits best is −(10/3) e L² / (U² t₁), which at the peak is −(10/3) e / U of the inductance.
 pub(crate) const BY_SLOPE: f64 = 10.0 / 3.0;
 
-/// Standard deviations of D_q up to which a rotor is taken to stand: of a deviation that is known, by chance beyond in two of a billion
-/// starts; of one that three rounds of pulses estimate, in one of a thousand, were it not for the floors of that estimate.
+/// Standard deviations of D_q up to which a rotor is taken to stand: by chance beyond in two of a billion starts, where the deviation is
+/// known; see [`estimated`].
 const DEVIATIONS: f64 = 6.0;
 
 /// Share of D along the magnet that may lie across it where the rotor stands: 8.5° askew.
@@ -33,6 +34,12 @@ const ASKEW: f64 = 0.15;
 
 /// Ratio of D across the magnet to D along it up to which the latter tells north from south, hence forward from backward.
 const MOST_ACROSS: f64 = 4.0;
+
+/// The variance of which six deviations are as seldom exceeded by chance as those of an estimate with so many degrees of freedom may be,
+/// in one of a thousand starts: of few readings an estimate may by chance be far too small, see [`significance`].
+pub(crate) fn estimated<T: Real>(variance: T, freedom: T) -> T {
+    (significance::scattered(variance, freedom) / T::of(DEVIATIONS * DEVIATIONS)).max(variance)
+}
 
 /// The check whether the rotor stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
