@@ -85,7 +85,7 @@ pub struct Setting<S: 'static> {
     pub key: &'static Key,
     /// Its value as the settings are; none where they have no such thing as they are.
     pub get: fn(&S) -> Option<Value>,
-    /// Sets it; false where the settings have no such thing as they are.
+    /// Sets it; false where the settings have no such thing as they are, and for checks that are given as a number.
     pub set: fn(&mut S, Value) -> bool,
 }
 
@@ -283,11 +283,12 @@ impl Value {
         self.number().clamp(0.0, 255.0) as u8
     }
 
-    /// The checks; of a flag all or none.
-    pub(crate) fn checks(self) -> Checks {
+    /// The checks; of a flag all or none. A number is neither.
+    pub(crate) fn checks(self) -> Option<Checks> {
         match self {
-            Self::Checks(checks) => checks,
-            other => Checks::all(other.is_set()),
+            Self::Checks(checks) => Some(checks),
+            Self::Flag(all) => Some(Checks::all(all)),
+            Self::Number(_) => None,
         }
     }
 

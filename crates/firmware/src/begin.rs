@@ -3,7 +3,7 @@
 use core::fmt;
 
 use standstill_detect::{
-    AnyDetector, Checks, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Place, Sensing,
+    AnyDetector, Check, Checks, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Place, Sensing,
     Settings as _, SettingsError, Signature, Source, Value, keys,
 };
 use standstill_interface::Nanos;
@@ -18,6 +18,8 @@ pub enum Refused<'a> {
     Key(&'a str),
     /// A value of a key, which needs such.
     Value(&'a str, &'static str),
+    /// A value of a key that says which checks are on.
+    Checks(&'a str),
     /// A method that reads none of what the drive has.
     Readings(&'a str),
     /// The method's refusal.
@@ -30,6 +32,14 @@ impl fmt::Display for Refused<'_> {
             Self::Method(name) => write!(f, "no method \"{name}\""),
             Self::Key(key) => write!(f, "no setting `{key}` of this method"),
             Self::Value(key, needed) => write!(f, "setting `{key}` must be {needed}"),
+            Self::Checks(key) => {
+                write!(f, "setting `{key}` must be 0 for none, 1 for all, or a sum of ")?;
+                for (number, check) in Check::ALL.into_iter().enumerate() {
+                    let comma = if number == 0 { "" } else { ", " };
+                    write!(f, "{comma}{} for {}", Checks::of([check]).number(), check.name())?;
+                }
+                Ok(())
+            }
             Self::Readings(name) => write!(f, "\"{name}\" reads none of what sts_plate.readings has"),
             Self::Settings(error) => error.fmt(f),
         }
@@ -132,8 +142,7 @@ pub fn detector<'a>(
         let value = match key.kind {
             Kind::Flag => Value::Flag(number != 0.0),
             Kind::Checks => {
-                let needed = "0 for none, 1 for all, or a sum of 2 for link, 4 for sensors, 8 for inductance, 16 for both-ways, 32 for contact, 64 for codes, 128 for turning";
-                Value::Checks(Checks::numbered(number).ok_or(Refused::Value(name, needed))?)
+                Value::Checks(Checks::numbered(number).ok_or(Refused::Checks(name))?)
             }
             Kind::Number { range: [low, high], needed, .. } => {
                 if !(low..=high).contains(&number) {

@@ -35,7 +35,8 @@ const READY: u64 = 0x5354_4154_4544_4554;
 
 /// A zero-ended text; what is too long is cut.
 struct Text {
-    bytes: [u8; 128],
+    /// Longer than the longest reason.
+    bytes: [u8; 256],
     length: usize,
 }
 
@@ -78,7 +79,7 @@ pub unsafe extern "C" fn sts_begin(
     // it needs no end. All fields are written before it is used as a whole.
     unsafe {
         addr_of_mut!((*state).mark).write(0);
-        addr_of_mut!((*state).text).write(Text { bytes: [0; 128], length: 0 });
+        addr_of_mut!((*state).text).write(Text { bytes: [0; 256], length: 0 });
     }
     // SAFETY: so many settings of the caller, with their texts.
     let made = unsafe {

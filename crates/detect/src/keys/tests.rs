@@ -121,3 +121,19 @@ fn regress_every_rest_in_the_stated_range_works() {
         }
     }
 }
+
+#[test]
+fn regress_a_number_is_no_list_of_checks() {
+    for name in [MethodName::Bipolar, MethodName::MaximumLikelihood] {
+        let suited = Method::<f64>::suited(name, &PLATE);
+        let mut method = suited;
+        // 2 is the number of a check, 1 stands for all where there are numbers alone.
+        for number in [0.0, 1.0, 2.0, 0.5] {
+            assert!(!method.set(&CHECKS, Value::Number(number)), "{name} {number}");
+            assert_eq!(method, suited);
+        }
+        assert!(method.set(&CHECKS, Value::Flag(false)));
+        assert_eq!(method.get(&CHECKS), Some(Value::Checks(Checks::NONE)));
+        assert!(method.set(&CHECKS, Value::Flag(true)) && method == suited);
+    }
+}

@@ -64,24 +64,32 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         if current.norm() < s.least_current {
             return Err(Fault::NoCurrent { peak: current.norm(), needed: s.least_current });
         }
-        let mean = s.voltage_read() * s.mean_admittance() / s.frequency();
+        let frequency = s.frequency_read();
+        let mean = s.voltage * s.mean_admittance() / frequency;
         let sign = -s.saliency().factor::<T>();
         let (sine, cosine) = (sign * current.q, sign * (current.d - mean));
         let ratio = sine.hypot(cosine) / mean;
         // Of what resistance takes of I_d no saliency is made.
-        let reactance = s.frequency() / s.mean_admittance();
+        let reactance = frequency / s.mean_admittance();
         let resistive = s.resistance / reactance;
         let inductive = mean / (T::one() + resistive * resistive);
         let spread = noise / mean;
-        let doubt = s.doubt(dc_link, s.voltage, significance::of_pulsating_delays);
-        let variance = spread * spread * T::of(4.0 / 3.0) / samples + doubt;
+        // I_d is compared with what the data sheet expects, so that a gain in common looks like as much saliency.
+        let common = s.gain_tolerance * s.gain_tolerance;
+        let doubt = s.doubt(dc_link, s.voltage, common, significance::of_pulsating_delays);
+        let (zero, one) = (T::zero(), T::one());
+        let [along, across] =
+            [Dq::new(one, zero), Dq::new(zero, one)].map(|component| component.unpark(self.axis));
+        let noisy = s.noise_along(across, along);
+        let variance = spread * spread * (noisy + noisy) / samples + doubt;
         // More inductance makes less of this current only where it exceeds the resistance: Im 1/(R + jωL) has its extreme at
         // R = ωL, and beyond that the d-axis would be taken for the q-axis.
         let telling = (T::one() - resistive * resistive).max(T::zero());
         let evidence = telling * current.q.hypot(current.d - inductive) / inductive;
         significance::check(margin, ratio.min(evidence), significance::known(variance), s.least_saliency)?;
-        // I_q has a noise of σ √(2/3) √(2/n); δ is I_q over twice the saliency's current.
-        findings.angle_deviation = Some(noise * T::of(1.0 / 3.0).sqrt() / (samples.sqrt() * ratio * mean));
+        // I_q has a noise of σ √noisy √(2/n); δ is I_q over twice the saliency's current.
+        let half = noisy / T::of(2.0);
+        findings.angle_deviation = Some(noise * half.sqrt() / (samples.sqrt() * ratio * mean));
         let ahead = sine.atan2(cosine) / T::of(2.0);
         self.axis = Angle::from_radians(self.axis.radians() + ahead);
         self.measurements += 1;

@@ -70,20 +70,23 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
             return Err(Fault::NoCurrent { peak: positive, needed: s.least_current });
         }
         let mean = (s.d_axis_inductance + s.q_axis_inductance) / T::of(2.0);
-        let resistive = Complex::new(mean, s.resistance / s.frequency());
+        let frequency = s.frequency_read();
+        let resistive = Complex::new(mean, s.resistance / frequency);
         // Products of sums would leave the range of single precision before their arguments do.
         let unit = |z: Complex<T>| z.scale(T::one() / z.length());
         let product =
             (unit(self.negative) * unit(self.positive) * resistive).scale(-s.saliency().factor::<T>());
         // |N|/|P| = (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
         let ratio = negative / positive;
-        findings.mean_inductance = Some(s.voltage_read() / (positive * s.frequency() * T::of(1.5)));
-        // N has a noise of σ √(2/3)/√n in each component; half of its angle's.
+        findings.mean_inductance = Some(s.voltage / (positive * frequency * T::of(1.5)));
+        // N has a noise of σ √(2/3)/√n in each component; half of its angle's. So it has through one shunt: noise that is larger across
+        // the voltage than along it turns with the voltage, and N is taken against it.
         let spread = noise / positive;
         // What the devices take where a current is near zero lowers the voltage that drives it.
-        let impedance = (s.frequency() / s.mean_admittance()).hypot(s.resistance);
-        let driven = s.voltage_read().min(positive * impedance);
-        let doubt = s.doubt(dc_link, driven, significance::of_rotating_delays);
+        let impedance = (frequency / s.mean_admittance()).hypot(s.resistance);
+        let driven = s.voltage.min(positive * impedance);
+        // A gain that all currents have in common leaves N/P as it is.
+        let doubt = s.doubt(dc_link, driven, T::zero(), significance::of_rotating_delays);
         let variance = spread * spread * T::of(2.0 / 3.0) / samples + doubt;
         significance::check(margin, ratio, significance::known(variance), s.least_saliency)?;
         findings.angle_deviation = Some(noise * T::of(1.0 / 6.0).sqrt() / (samples.sqrt() * negative));

@@ -6,6 +6,7 @@
 //!           └─────────────────────────────────────────────────────────────────────────┘
 //! ```
 
+mod settings;
 #[cfg(test)]
 mod tests;
 
@@ -18,159 +19,13 @@ use standstill_interface::{
 use crate::keys::{self, Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
-use crate::parts::lines::SaliencySign;
 use crate::parts::margin::Margin;
-use crate::parts::modulation::ModulationSettings;
-use crate::parts::polarity::{PolaritySettings, PolarityTest};
-use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
-use crate::parts::significance;
-use crate::parts::windows::{self, WindowSettings};
-use crate::settings::{
-    SettingsError, Source, require, require_positive, require_share, require_zero_or_more,
-};
+use crate::parts::polarity::PolarityTest;
+use crate::parts::settle::{Settler, all_seen, link};
+use crate::parts::windows;
+use crate::settings::{SettingsError, Source};
 
-/// Settings of an injection.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InjectionSettings<T> {
-    /// PWM.
-    pub modulation: ModulationSettings<T>,
-    /// Amplitude in V of the injected voltage.
-    pub voltage: T,
-    /// Steps per cycle of the injected voltage, each a carrier period, or two of them with windows.
-    pub periods: u16,
-    /// Cycles before the measurement: over them a rotating vector grows, so that no direct current is left.
-    pub ramp: u16,
-    /// Cycles of one measurement.
-    pub cycles: u16,
-    /// Measurements one after the other; a pulsating injection turns to the angle found by the last.
-    pub iterations: u8,
-    /// Resistance of a phase in Ω.
-    pub resistance: T,
-    /// L_d in H, a rough value.
-    pub d_axis_inductance: T,
-    /// L_q in H, likewise.
-    pub q_axis_inductance: T,
-    /// |L_B| / L_A below which no angle is named.
-    pub least_saliency: T,
-    /// Standard deviation of the sensors' gains, relative: what may look like a saliency.
-    pub gain_tolerance: T,
-    /// Current in A that the injection must at least raise.
-    pub least_current: T,
-    /// Windows for the samples of one shunt in the DC link; each step of the voltage then lasts two carrier periods, the second one
-    /// mirrored. None: the phases have sensors.
-    pub windows: Option<WindowSettings<T>>,
-    /// The wait before it and before each vector of the polarity test.
-    pub settle: SettleSettings<T>,
-    /// The polarity test.
-    pub polarity: PolaritySettings<T>,
-}
-
-impl<T: Real> InjectionSettings<T> {
-    /// 500 Hz on a carrier of 10 kHz, a voltage that makes a quarter of the rated current (60 V on the paper's motor); 10 cycles of
-    /// ramp, 50 of measurement.
-    fn suited(drive: &Nameplate<T>) -> Self {
-        let windows = WindowSettings::suited(drive);
-        let cycle = T::of(drive.carrier_period.seconds() * 20.0);
-        let reactance = T::TAU() / cycle * (drive.d_axis_inductance + drive.q_axis_inductance) / T::of(2.0);
-        // PWM must be able to give it, with room for its compensation.
-        let voltage = (drive.rated_current * T::of(0.17) * reactance).min(drive.dc_link * T::of(0.4));
-        Self {
-            modulation: ModulationSettings::suited(drive),
-            voltage,
-            periods: if windows.is_some() { 10 } else { 20 },
-            windows,
-            ramp: 10,
-            cycles: 50,
-            iterations: 1,
-            resistance: drive.resistance,
-            d_axis_inductance: drive.d_axis_inductance,
-            q_axis_inductance: drive.q_axis_inductance,
-            least_saliency: T::of(0.02),
-            gain_tolerance: drive.gain_tolerance,
-            least_current: drive.rated_current * T::of(0.02),
-            settle: SettleSettings::suited(drive, 500, 400),
-            polarity: PolaritySettings::sequential(drive),
-        }
-    }
-
-    pub(crate) fn check(&self) -> Result<(), SettingsError> {
-        self.modulation.check()?;
-        require_positive(self.voltage, "voltage")?;
-        // Half periods of a cycle and cycles of a measurement are counted in 16 bits.
-        require((6..=10_000).contains(&self.periods), "periods", "from 6 to 10,000 a cycle")?;
-        require((1..=30_000).contains(&self.cycles), "cycles", "from 1 to 30,000")?;
-        require(self.ramp <= 30_000, "ramp", "at most 30,000")?;
-        require(self.iterations > 0, "iterations", "at least 1")?;
-        require_zero_or_more(self.resistance, "resistance")?;
-        require_positive(self.d_axis_inductance, "d_axis_inductance")?;
-        require_positive(self.q_axis_inductance, "q_axis_inductance")?;
-        require_share(self.least_saliency, "least_saliency")?;
-        require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
-        require_positive(self.least_current, "least_current")?;
-        require(
-            self.polarity.carrier_period == self.modulation.carrier_period,
-            "polarity.carrier_period",
-            "that of the modulation",
-        )?;
-        if let Some(windows) = &self.windows {
-            windows.check(&self.modulation, self.voltage)?;
-        }
-        self.settle.check()?;
-        self.polarity.check()
-    }
-
-    /// How long a step of the voltage lasts.
-    pub(crate) fn step(&self) -> Nanos {
-        self.modulation.carrier_period * if self.windows.is_some() { 2 } else { 1 }
-    }
-
-    /// ω in rad/s.
-    pub(crate) fn frequency(&self) -> T {
-        T::TAU() / T::of(self.step().seconds() * f64::from(self.periods))
-    }
-
-    /// cos and sin of the phase of the injected voltage when the current is read: at the end of a step, or with windows in its middle.
-    pub(crate) fn phase_read(&self, clock: Clock) -> AlphaBeta<T> {
-        self.phase(2 * clock.period + if self.windows.is_some() { 1 } else { 2 })
-    }
-
-    /// The voltage in V whose sine would make the current that is read of a winding without resistance. Of steps with half an angle x the
-    /// current in their middle is x cot x of that.
-    pub(crate) fn voltage_read(&self) -> T {
-        if self.windows.is_none() {
-            return self.voltage;
-        }
-        let half = T::TAU() / T::of(2.0 * f64::from(self.periods));
-        let (sin, cos) = half.sin_cos();
-        self.voltage * half * cos / sin
-    }
-
-    /// Y0 = ½ (1/L_d + 1/L_q) in 1/H.
-    pub(crate) fn mean_admittance(&self) -> T {
-        (T::one() / self.d_axis_inductance + T::one() / self.q_axis_inductance) / T::of(2.0)
-    }
-
-    /// Contribution of gains and modulation to the variance of each component of |L_B|/L_A e^{j2θ}, where `voltage` V drove the current
-    /// that was read; `of_delays` is what the legs' delays make of it.
-    pub(crate) fn doubt(&self, dc_link: T, voltage: T, of_delays: impl Fn(T, T, T, T) -> T) -> T {
-        let pwm = &self.modulation;
-        let [dead_time, period] = [pwm.dead_time, pwm.carrier_period].map(|time| T::of(time.seconds()));
-        significance::of_phases(self.gain_tolerance)
-            + significance::of_modulation(pwm.lost(dc_link) * dc_link, voltage)
-            + of_delays(dead_time, period, dc_link, voltage)
-    }
-
-    pub(crate) fn saliency(&self) -> SaliencySign {
-        SaliencySign::of(self.d_axis_inductance, self.q_axis_inductance)
-    }
-
-    /// cos and sin of the phase of the injected voltage, half steps after the start of a cycle.
-    pub(crate) fn phase(&self, half_periods: u16) -> AlphaBeta<T> {
-        let share = T::of(f64::from(half_periods) / (2.0 * f64::from(self.periods)));
-        let (sin, cos) = (T::TAU() * share).sin_cos();
-        AlphaBeta::new(cos, sin)
-    }
-}
+pub use settings::InjectionSettings;
 
 /// Where an injection is: steps of the voltage within cycles, cycles within a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -14,7 +14,7 @@
 //! the middle of the pair, whatever Γ, the motor's saliency in it, and whatever the shift. What is left is the drop R·i of the ripple.
 
 use standstill_interface::{
-    Abc, AlphaBeta, Command, Fault, Leg, Nanos, Phase, Reading, Real, Sampling, Stage,
+    Abc, AlphaBeta, Command, Fault, Leg, Nanos, Phase, Reading, Real, Sampling, Stage, choice,
 };
 
 use crate::nameplate::{Nameplate, Place};
@@ -36,13 +36,63 @@ pub struct WindowSettings<T> {
     pub shortest: Nanos,
     /// Nominal voltage of the link in V, by which there is room or not.
     pub dc_link: T,
+    /// The key that has the largest part in [`Self::shortest`].
+    pub binds: Bind,
+}
+
+choice! {
+    /// What makes windows long, as the key that says it.
+    pub enum Bind {
+        /// Readings are believed no earlier after an edge.
+        Settle = "sensors.settle",
+        /// What edges add to readings takes so long to decay.
+        PickUp = "sensors.pick_up_decay",
+        /// A leg moves by so much later than it is told to.
+        DeadTime = "inverter.dead_time",
+        /// A reading is the mean of several conversions.
+        Oversampling = "sensors.oversampling",
+    }
+}
+
+impl Bind {
+    /// What a window must be, and what makes room for it.
+    const fn words(self) -> [&'static str; 2] {
+        macro_rules! words {
+            ($key:literal) => {
+                [
+                    concat!("long enough for a sample in its middle, mirrored or not: `", $key, "` has the largest part in that"),
+                    concat!(
+                        "short enough for both windows beside the leg in the middle: a lower `inverter.carrier`, `detector.voltage` or `",
+                        $key,
+                        "` makes room"
+                    ),
+                ]
+            };
+        }
+        match self {
+            Self::Settle => words!("sensors.settle"),
+            Self::PickUp => words!("sensors.pick_up_decay"),
+            Self::DeadTime => words!("inverter.dead_time"),
+            Self::Oversampling => words!("sensors.oversampling"),
+        }
+    }
 }
 
 impl<T: Real> WindowSettings<T> {
     /// Windows of a drive with one shunt in its DC link; none for other drives.
     pub(crate) fn suited(drive: &Nameplate<T>) -> Option<Self> {
         let sensing = &drive.sensing;
-        let settled = Nanos::from_seconds(sensing.blank().to_double()).max(drive.dead_time) + MARGIN;
+        let blank = Nanos::from_seconds(sensing.blank().to_double());
+        let settled = blank.max(drive.dead_time) + MARGIN;
+        let binds = if sensing.averaged > settled * 2 {
+            Bind::Oversampling
+        } else if drive.dead_time > blank {
+            Bind::DeadTime
+        } else if sensing.blank_key() == Bind::PickUp.name() {
+            Bind::PickUp
+        } else {
+            Bind::Settle
+        };
         // Mirrored, what follows a sample precedes it.
         let length = settled * 2 + sensing.averaged;
         (sensing.place == Place::InLink).then_some(Self {
@@ -50,27 +100,26 @@ impl<T: Real> WindowSettings<T> {
             averaged: sensing.averaged,
             shortest: length,
             dc_link: drive.dc_link,
+            binds,
         })
     }
 
-    /// Whether half a carrier period has room for both windows about the leg in the middle, whatever the direction of `voltage` in V.
+    /// Largest voltage in V, whatever its direction, that leaves room for both windows about the leg in the middle in half a carrier
+    /// period; not positive where there is none.
+    ///
+    /// The leg in the middle has at most half of the voltage; an edge moves by as much as both may lose by dead time and drops.
+    pub(crate) fn room(&self, pwm: &ModulationSettings<T>) -> T {
+        let (half, two) = (T::of(0.5), T::of(2.0));
+        let left = half - two * pwm.lost(self.dc_link);
+        let window = two * T::of(self.length.seconds()) / T::of(pwm.carrier_period.seconds());
+        left.min(two * (left - window)) * self.dc_link
+    }
+
+    /// Whether the windows have their length and their room, with so many volts.
     pub(crate) fn check(&self, pwm: &ModulationSettings<T>, voltage: T) -> Result<(), SettingsError> {
-        require(
-            self.length >= self.shortest,
-            "window",
-            "at least twice the dead time and `sensors.settle`, and the conversions of a sample: it lies in the middle, mirrored or not",
-        )?;
-        let lost = pwm.lost(self.dc_link);
-        // The leg in the middle has at most half of the voltage; an edge moves by as much as both may lose by dead time and drops.
-        let half = T::of(0.5);
-        let share = voltage / self.dc_link;
-        let beside = half - half * share - T::of(2.0) * lost;
-        let room = T::of(pwm.carrier_period.seconds()) * half * beside;
-        require(
-            T::of(self.length.seconds()) <= room && share + T::of(2.0) * lost < half,
-            "window",
-            "short enough for both windows beside the leg in the middle: a lower `inverter.carrier`, `detector.voltage` or `sensors.settle` makes room",
-        )
+        let [long, short] = self.binds.words();
+        require(self.length >= self.shortest, "window", long)?;
+        require(voltage <= self.room(pwm), "window", short)
     }
 
     /// A carrier period of this voltage in V in which both windows are long enough, in the first half of the period or, mirrored, in the
@@ -179,148 +228,14 @@ pub(crate) fn phases<T: Real>([first, last]: [T; 2], order: [Phase; 3]) -> Abc<T
     currents
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const PWM: ModulationSettings<f64> = ModulationSettings {
-        carrier_period: Nanos::from_micros(100),
-        dead_time: Nanos::ZERO,
-        drop: 0.0,
-        inductance: 10e-3,
-        fade: 1e-6,
-    };
-
-    const WINDOWS: WindowSettings<f64> = WindowSettings {
-        length: Nanos::from_micros(8),
-        averaged: Nanos::from_micros(1),
-        shortest: Nanos::from_micros(8),
-        dc_link: 500.0,
-    };
-
-    /// Whether a leg is high at a time of a command of two stages.
-    fn is_high(command: &Command<f64>, phase: Phase, time: Nanos) -> bool {
-        let first = command.stage;
-        let (leg, time) = if time < first.duration {
-            (first.legs[phase], time)
-        } else {
-            (command.then.expect("two halves").legs[phase], time - first.duration)
-        };
-        match leg {
-            Leg::High => true,
-            Leg::Low => false,
-            Leg::Rise(at) => time >= at,
-            Leg::Fall(at) => time < at,
-            other => panic!("{other:?}"),
-        }
-    }
-
-    /// Integral in V s of the voltage vector from the begin of a command to a time in it, in steps of a nanosecond.
-    fn charge(command: &Command<f64>, until: Nanos) -> AlphaBeta<f64> {
-        let on = Phase::ALL.map(|phase| {
-            (0..until.0).filter(|time| is_high(command, phase, Nanos(*time))).count() as f64
-                * 1e-9
-                * WINDOWS.dc_link
-        });
-        Abc(on).clarke()
-    }
-
-    fn period(voltage: AlphaBeta<f64>, mirrored: bool) -> Command<f64> {
-        WINDOWS.period(&PWM, voltage, WINDOWS.dc_link, [Abc([0.0; 3]); 2], mirrored)
-    }
-
-    /// The last conversions of samples.
-    fn later(sampling: Sampling) -> Sampling {
-        Sampling { first: sampling.first + WINDOWS.averaged, ..sampling }
-    }
-
-    fn directions() -> impl Iterator<Item = AlphaBeta<f64>> {
-        (0..12).map(|n| (f64::from(n) * 0.53).sin_cos()).flat_map(|(sin, cos)| {
-            [0.0, 0.5, 30.0, 70.0].map(|volts| AlphaBeta::new(cos * volts, sin * volts))
-        })
-    }
-
-    #[test]
-    fn law_each_sample_lies_in_a_vector_of_one_leg_that_has_settled() {
-        for voltage in directions() {
-            let order = order(voltage);
-            for mirrored in [false, true] {
-                let command = period(voltage, mirrored);
-                assert_eq!(command.duration(), PWM.carrier_period);
-                let mut samples = [0, 1].map(|n| command.sampling.trigger(n));
-                if mirrored {
-                    samples.reverse();
-                }
-                for (sample, alone, high) in [(samples[0], order[0], true), (samples[1], order[2], false)] {
-                    // From the last edge on by which the amplifier settles, to the end of the window: 3.5 us, 1 us of conversions, 3.5 us.
-                    for time in (sample.0 - 3_500..sample.0 + 4_500).map(Nanos) {
-                        for phase in Phase::ALL {
-                            let wanted = (phase == alone) == high;
-                            assert_eq!(
-                                is_high(&command, phase, time),
-                                wanted,
-                                "{voltage:?} {mirrored} {phase:?} {time:?}"
-                            );
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn analytic_the_mean_voltage_is_as_ordered_and_mirrored_samples_show_the_middle() {
-        // Γ in 1/H of a salient motor that is turned by 25°, without resistance.
-        let (sin, cos) = 50_f64.to_radians().sin_cos();
-        let gamma = |of: AlphaBeta<f64>| {
-            let (mean, change) = (80.0, 20.0);
-            AlphaBeta::new(
-                (mean + change * cos) * of.alpha + change * sin * of.beta,
-                change * sin * of.alpha + (mean - change * cos) * of.beta,
-            )
-        };
-        let begin = AlphaBeta::new(0.7, -0.4);
-        let mut ripple = 0.0_f64;
-        for voltage in directions() {
-            let order = order(voltage);
-            let [first, second] = [false, true].map(|mirrored| period(voltage, mirrored));
-            let whole = charge(&first, PWM.carrier_period);
-            // A leg's time is in whole nanoseconds, of both halves.
-            let ordered = voltage * PWM.carrier_period.seconds();
-            assert!((whole - ordered).norm() < 2e-9 * WINDOWS.dc_link, "{voltage:?}: {whole:?}");
-            assert!((charge(&second, PWM.carrier_period) - whole).norm() < 1e-12);
-            let middle = begin + gamma(whole);
-            let at = |command: &Command<f64>, begin: AlphaBeta<f64>| {
-                [0, 1].map(|n| (begin + gamma(charge(command, command.sampling.trigger(n)))).phases())
-            };
-            // A conversion at the trigger, or in the mirrored period at the end of its span.
-            let second = Command { sampling: later(second.sampling), ..second };
-            let [one, two] = [at(&first, begin), at(&second, middle)];
-            let found = phases(
-                [(one[0][order[0]] + two[1][order[0]]) / 2.0, (one[1][order[2]] + two[0][order[2]]) / 2.0],
-                order,
-            );
-            ripple = ripple.max((one[0][order[0]] - middle.phases()[order[0]]).abs());
-            assert!(
-                (found.clarke() - middle).norm() < 2e-9 * WINDOWS.dc_link * 100.0,
-                "{voltage:?}: {found:?} {middle:?}"
-            );
-        }
-        // By one sample alone it would be off by the ripple.
-        assert!(ripple > 0.1, "{ripple} A");
-    }
-
-    #[test]
-    fn law_without_room_the_key_is_named() {
-        assert!(WINDOWS.check(&PWM, 60.0).is_ok());
-        // 50 us, of which the leg in the middle leaves a share of 0.5 - 30/500: 22 us.
-        let [fits, not] =
-            [21, 23].map(|micros| WindowSettings { length: Nanos::from_micros(micros), ..WINDOWS });
-        assert!(fits.check(&PWM, 60.0).is_ok());
-        assert_eq!(not.check(&PWM, 60.0).map_err(|error| error.setting), Err("window"));
-        let short = WindowSettings { length: Nanos::from_micros(7), ..WINDOWS };
-        let refused = short.check(&PWM, 60.0).expect_err("no time to settle");
-        assert!(refused.setting == "window" && refused.needed.contains("sensors.settle"));
-        assert!(WINDOWS.check(&PWM, 260.0).is_err());
-    }
+/// Variance of the component of such a current along a unit vector, as a share of that of one reading, while the voltage is along
+/// `voltage`: each of the two legs' currents is the mean of two readings.
+pub(crate) fn variance<T: Real>(voltage: AlphaBeta<T>, direction: AlphaBeta<T>) -> T {
+    let (zero, one) = (T::zero(), T::one());
+    let order = order(voltage);
+    let parts = [[one, zero], [zero, one]].map(|of_legs| phases(of_legs, order).clarke().dot(direction));
+    (parts[0] * parts[0] + parts[1] * parts[1]) / T::of(2.0)
 }
+
+#[cfg(test)]
+mod tests;

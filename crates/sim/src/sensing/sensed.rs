@@ -360,6 +360,9 @@ impl<V: Wide> Compute for Follow<'_, V> {
         if let Some(acquiring) = &mut sensed.acquiring {
             acquiring.filters.advance(taken, h, &passed.input, rings);
         }
+        if sensed.slewing.is_none() {
+            return;
+        }
         let mut at_end = [zero; 3];
         for k in 0..3 {
             let [a, b, c, d] = passed.input[k];
