@@ -298,6 +298,38 @@ fn analytic_a_slow_amplifier_shows_what_it_has_not_settled_from() {
     }
 }
 
+/// What an amplifier or a capacitor still has when the current is gone it goes on losing: in a straight line, or by e^(−t/τ).
+#[test]
+fn analytic_amplifiers_and_capacitors_go_on_while_no_current_flows() {
+    const ON: f64 = 20e-6;
+    // Its resistance makes the current fall faster than it rose.
+    let mut motor = reference_motor();
+    motor.resistance = 40.0;
+    let inductance = motor.winding.d_axis_inductance();
+    let (winding, slope) = (inductance / motor.resistance, 550.0 / (2.0 * inductance));
+    let gone = ON + winding * (2.0 - (-ON / winding).exp()).ln();
+    assert!(gone < 39.2e-6, "{gone}");
+    let at = |slew: f64, acquisition: f64, at: u64| {
+        let mut case = exact_case(&motor, ideal_inverter(OpenLeg::Diodes), 330.0);
+        case.sensors.settings.arrangement = Arrangement::DcLinkShunt;
+        case.sensors.settings.slew = slew;
+        case.sensors.settings.acquisition = acquisition;
+        let pulse = Stage::line(Phase::A, Phase::B, Nanos::from_micros(20));
+        let command = Command::sequence(pulse, Stage::off(Nanos::from_micros(60)), Sampling::once(Nanos(at)));
+        let mut script = Script::new(vec![command]);
+        run(&case, &mut script, false, &mut NoProbe);
+        script.readings[0].link_current
+    };
+    // Slower than the current: S t up to the edge, and as long down again.
+    let slew = 0.75 * slope;
+    for (time, should) in [(10_000, slew * 10e-6), (39_500, slew * 0.5e-6), (41_000, 0.0)] {
+        let read = at(slew, 0.0, time);
+        assert!((read - should).abs() < 2e-6, "{time} ns: {read} A, {should} A");
+    }
+    let [early, late] = [45_000, 50_000].map(|time| at(0.0, 5e-6, time));
+    assert!(early.abs() > 1e-3 && (late / early - (-1.0_f64).exp()).abs() < 1e-5, "{early} A, {late} A");
+}
+
 /// An amplifier with a slew rate goes from the current before an edge to the one after it in a straight line, with and without a filter
 /// in front of the limit.
 #[test]

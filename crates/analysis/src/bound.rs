@@ -6,7 +6,7 @@
 //! The readings are those that the drive has: currents of phases or of the DC link, voltages of terminals, and times that a timer
 //! captured at a comparator's trip.
 //!
-//! //! over p = (θ, L_A, L_B, R, V_D), with Gaussian noise of covariance C (Kay, *Fundamentals of Statistical Signal
+//! over p = (θ, L_A, L_B, R, V_D), with Gaussian noise of covariance C (Kay, *Fundamentals of Statistical Signal
 //! Processing: Estimation Theory*, 1993, section 3.9). The commands are those that the detector gives on the nominal
 //! plant; the same commands are then replayed on plants with one parameter changed either way. The hybrid bound has the
 //! errors of a specimen as further unknowns with Gaussian priors, whose information is added to J (Van Trees, *Detection,

@@ -205,47 +205,58 @@ fn driven(
     (shown, current)
 }
 
+const DEAD_TIME: Nanos = Nanos::from_micros(2);
+
+/// The current in A that a pair of periods shows, and that in its middle and at its end, of legs with [`DEAD_TIME`].
+fn pair(
+    pwm: &ModulationSettings<f64>,
+    voltage: AlphaBeta<f64>,
+    begin: AlphaBeta<f64>,
+) -> [AlphaBeta<f64>; 3] {
+    let order = order(voltage);
+    let rise = voltage * (pwm.carrier_period.seconds() / pwm.inductance);
+    let ends = [begin, begin + rise, begin + rise * 2.0].map(AlphaBeta::phases);
+    let ordered = |ends: [Abc<f64>; 2], mirrored| {
+        let command = WINDOWS.period(pwm, voltage, WINDOWS.dc_link, ends, mirrored);
+        Command { sampling: if mirrored { later(command.sampling) } else { command.sampling }, ..command }
+    };
+    let (one, middle) = driven(&ordered([ends[0], ends[1]], false), DEAD_TIME, begin);
+    let (two, end) = driven(&ordered([ends[1], ends[2]], true), DEAD_TIME, middle);
+    let [one, two] = [one, two].map(|shown| shown.map(AlphaBeta::phases));
+    let of_legs = [(one[0][order[0]] + two[1][order[0]]) / 2.0, (one[1][order[2]] + two[0][order[2]]) / 2.0];
+    [phases(of_legs, order).clarke(), middle, end]
+}
+
+/// Times are whole nanoseconds, three edges each way: A.
+const ROUNDING: f64 = 6e-9 * WINDOWS.dc_link * 100.0;
+
 /// Dead time delays the rises of legs whose current flows out of them and the falls of the others. Made good at each edge, it leaves the
 /// mean voltage, the mirrored period and the current in the middle as they are; made good by the mean of a period it would not.
 #[test]
 fn analytic_dead_time_that_is_made_good_at_each_edge_leaves_the_middle_as_it_is() {
-    let dead_time = Nanos::from_micros(2);
     // Currents that no ripple turns back.
     for begin in [AlphaBeta::new(3.0, 0.6), AlphaBeta::new(-3.0, -0.6)] {
         let mut off = 0.0_f64;
         for voltage in directions().filter(|voltage| voltage.norm() < 60.0) {
-            let order = order(voltage);
-            let found = |pwm: &ModulationSettings<f64>| {
-                let rise = voltage * (pwm.carrier_period.seconds() / pwm.inductance);
-                let ends = [begin, begin + rise, begin + rise * 2.0].map(AlphaBeta::phases);
-                let ordered = |ends: [Abc<f64>; 2], mirrored| {
-                    let command = WINDOWS.period(pwm, voltage, WINDOWS.dc_link, ends, mirrored);
-                    Command {
-                        sampling: if mirrored { later(command.sampling) } else { command.sampling },
-                        ..command
-                    }
-                };
-                let (one, middle) = driven(&ordered([ends[0], ends[1]], false), dead_time, begin);
-                let (two, end) = driven(&ordered([ends[1], ends[2]], true), dead_time, middle);
-                let [one, two] = [one, two].map(|shown| shown.map(AlphaBeta::phases));
-                let of_legs = [
-                    (one[0][order[0]] + two[1][order[0]]) / 2.0,
-                    (one[1][order[2]] + two[0][order[2]]) / 2.0,
-                ];
-                (phases(of_legs, order).clarke(), middle, end)
-            };
-            let (shown, middle, end) = found(&ModulationSettings { dead_time, ..PWM });
+            let [shown, middle, end] =
+                pair(&ModulationSettings { dead_time: DEAD_TIME, ..PWM }, voltage, begin);
             let expected = begin + gamma(voltage * PWM.carrier_period.seconds());
-            // Times are whole nanoseconds, three edges each way.
-            let rounding = 6e-9 * WINDOWS.dc_link * 100.0;
-            assert!((middle - expected).norm() < rounding, "{voltage:?}: {middle:?} {expected:?}");
-            assert!((end - middle * 2.0 + begin).norm() < rounding, "{voltage:?}: {end:?}");
-            assert!((shown - middle).norm() < rounding, "{voltage:?}: {shown:?} {middle:?}");
-            let (_, lost, _) = found(&PWM);
+            assert!((middle - expected).norm() < ROUNDING, "{voltage:?}: {middle:?} {expected:?}");
+            assert!((end - middle * 2.0 + begin).norm() < ROUNDING, "{voltage:?}: {end:?}");
+            assert!((shown - middle).norm() < ROUNDING, "{voltage:?}: {shown:?} {middle:?}");
+            let [_, lost, _] = pair(&PWM, voltage, begin);
             off = off.max((lost - expected).norm());
         }
         // Two microseconds of 500 V, 4/3 of it as a vector: 0.1 A.
         assert!(off > 0.09, "{off} A");
+    }
+    // Phase a turns from -0.12 A to 0.16 A between its rise and its fall, which are then both on time.
+    for sign in [1.0, -1.0] {
+        let (voltage, begin) = (AlphaBeta::new(30.0 * sign, 0.0), AlphaBeta::new(-0.12 * sign, 2.0));
+        let [_, middle, _] = pair(&ModulationSettings { dead_time: DEAD_TIME, ..PWM }, voltage, begin);
+        let expected = begin + gamma(voltage * PWM.carrier_period.seconds());
+        assert!((middle - expected).norm() < ROUNDING, "{sign}: {middle:?} {expected:?}");
+        assert!(begin.alpha * middle.alpha < 0.0);
     }
 }
 
