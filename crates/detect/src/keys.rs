@@ -298,6 +298,19 @@ impl Value {
     }
 }
 
+impl Checks {
+    /// These as a key's value.
+    #[allow(clippy::unnecessary_wraps, reason = "the form of a setting that may be missing")]
+    pub(crate) fn value(self) -> Option<Value> {
+        Some(Value::Checks(self))
+    }
+
+    /// Sets which are on; returns whether the value says it.
+    pub(crate) fn set_value(&mut self, value: Value) -> bool {
+        value.checks().map(|checks| *self = checks).is_some()
+    }
+}
+
 impl<S> Setting<S> {
     /// A setting that is always there.
     pub(crate) const fn new(

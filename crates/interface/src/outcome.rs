@@ -218,13 +218,13 @@ pub enum Fault<T> {
         /// The limit.
         allowed: T,
     },
-    /// The rotor turns: across its axis pulses both ways differ by more than a magnet at rest makes them.
+    /// The rotor turns: its magnet induces more than one at rest may seem to, or its axis is found further on than before.
     RotorTurns {
-        /// Electrical speed in rad/s by what the magnet induces, without its sign.
+        /// Electrical speed in rad/s by what the magnet induces or by two axes, without its sign.
         speed: T,
         /// The speed in rad/s that noise and errors of the readings may look like.
         allowed: T,
-        /// Its direction; none where the pole is open, without which it cannot be told.
+        /// Its direction; none where it follows from the pole, and that is open.
         way: Option<Rotation>,
     },
     /// The current through the shunt in the DC link reached the end of its converter's range: an amplifier for one direction clips

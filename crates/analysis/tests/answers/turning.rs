@@ -46,9 +46,8 @@ fn electrical(rpm: f64) -> f64 {
 
 #[test]
 fn analytic_a_method_names_speed_and_direction_of_a_rotor_that_turns() {
-    // A core that saturates has less inductance for what is induced than for the pulse, by up to a tenth here. The slope's g holds for
-    // samples without end, of pulses without resistance and saturation: it names 18 to 26 % too much.
-    for (method, [least, most]) in [("bipolar", [0.9, 1.1]), ("maximum-likelihood", [1.1, 1.35])] {
+    // A core that saturates has less inductance for what is induced than for the pulse, by up to a tenth here.
+    for (method, [least, most]) in [("bipolar", [0.9, 1.1]), ("maximum-likelihood", [0.9, 1.1])] {
         for rpm in [-60.0, -25.0, 25.0, 60.0] {
             let way = if rpm > 0.0 { Rotation::Forward } else { Rotation::Backward };
             let mut named = 0;
@@ -60,7 +59,7 @@ fn analytic_a_method_names_speed_and_direction_of_a_rotor_that_turns() {
                 named += u32::from(found.is_some());
             }
             // Maximum likelihood takes what its model does not explain for noise, and leaves the pole open.
-            let least = if method == "bipolar" { 16 } else { 0 };
+            let least = if method == "bipolar" { 12 } else { 0 };
             assert!(named >= least, "{method} {rpm}: {named} directions");
         }
     }
@@ -85,10 +84,11 @@ fn law_a_method_notices_before_its_error_exceeds_two_degrees() {
                 let all = starts("paper-5k5", method, errors, rpm, &[], 150);
                 let turning = all.iter().filter(|record| turns(record).is_some()).count();
                 let answered = all.iter().filter(|record| record.verdict() == Verdict::Found).count();
-                // At the border at most one in fifty answers, which is less than 3°; far beyond none.
+                // At the border at most one in fifty names an angle, which is less than 3° off, and others leave the pole open; far beyond
+                // none.
                 let few = if rpm.abs() > 50.0 { 0 } else { 3 };
                 assert!(
-                    answered <= few && turning >= 150 - 5 * few,
+                    answered <= few && turning >= 150 - 15 * few,
                     "{method} {errors} {rpm}: {turning} {answered}"
                 );
             }
@@ -98,6 +98,89 @@ fn law_a_method_notices_before_its_error_exceeds_two_degrees() {
             let others = [("detector.checks", "[\"link\", \"sensors\", \"inductance\", \"both-ways\"]")];
             let unnoticed = starts("paper-5k5", method, errors, 8.0, &others, 60);
             assert!(unnoticed.iter().all(|record| turns(record).is_none()), "{method}");
+        }
+    }
+}
+
+/// Each method with a speed in rpm at which at most one of thirty starts answers on `paper-5k5`, and the keys of its drive. Where a single
+/// phase carries next to no current of the vectors, the drive's dead time holds back what `line-inductance-fast` looks for up to some
+/// 30 rpm; the six pulses see it everywhere in two rounds.
+const NOTICES: [(&str, f64, &[(&str, &str)]); 6] = [
+    ("line-inductance-fast", 40.0, &[]),
+    ("subdivision", 12.0, &[]),
+    ("hfi-rotating", 3.5, &[]),
+    ("hfi-pulsating", 10.0, &[]),
+    ("open-terminal", 15.0, &[("sensors.terminals", "true")]),
+    ("six-pulse", 40.0, &[("sensors.timer", "0.32 us"), ("detector.rounds", "2")]),
+];
+
+#[test]
+fn law_every_method_notices_a_rotor_that_turns() {
+    for (method, rpm, keys) in NOTICES {
+        for rpm in [rpm, -rpm] {
+            let all = starts("paper-5k5", method, "default", rpm, keys, 30);
+            let answered = all.iter().filter_map(Record::error_deg).count();
+            assert!(answered <= 1, "{method} {rpm}: {answered} answers");
+            let found: Vec<_> = all.iter().filter_map(turns).collect();
+            assert!(found.len() >= 25, "{method} {rpm}: {} turn", found.len());
+            // A direction that is named is right, and so is the order of magnitude of the speed.
+            let way = if rpm > 0.0 { Rotation::Forward } else { Rotation::Backward };
+            for (speed, found) in found {
+                assert!(found.is_none_or(|found| found == way), "{method} {rpm}: {found:?}");
+                let ratio = speed / electrical(rpm.abs());
+                assert!((0.4..2.5).contains(&ratio), "{method} {rpm}: {ratio}");
+            }
+        }
+        // One that stands is not taken to turn, and the check can be left out.
+        let still = starts("paper-5k5", method, "default", 0.0, keys, 30);
+        assert!(still.iter().all(|record| turns(record).is_none()), "{method}");
+        let off = [keys, &[("detector.checks", "false")]].concat();
+        let unnoticed = starts("paper-5k5", method, "default", rpm, &off, 10);
+        assert!(unnoticed.iter().all(|record| turns(record).is_none()), "{method}");
+    }
+}
+
+/// Prints the table of docs/realism.md, "A rotor that turns": of each method, motor `paper-5k5`, by speed the rms error of the axes that are
+/// named, starts that say that the rotor turns or moves, that end otherwise without an axis, and wrong poles.
+/// `STANDSTILL_STARTS` is the number of starts, `STANDSTILL_METHODS` parts of the methods' names, `STANDSTILL_KEYS` more keys (`a=1;b=2`).
+#[test]
+#[ignore = "minutes"]
+fn table_of_methods_over_speed() {
+    let of = |name: &str, other: &str| std::env::var(name).unwrap_or_else(|_| other.to_owned());
+    let number: u64 = of("STANDSTILL_STARTS", "40").parse().expect("a number");
+    let (methods, errors) = (of("STANDSTILL_METHODS", ""), of("STANDSTILL_ERRORS", "default"));
+    let speeds = of("STANDSTILL_SPEEDS", "0,1,2,3,5,8,10,13,15,20,50,100,200");
+    let state = of("STANDSTILL_STATE", "driven");
+    let motor = of("STANDSTILL_MOTOR", "paper-5k5");
+    let more = of("STANDSTILL_KEYS", "");
+    for method in standstill_detect::MethodName::ALL {
+        if !methods.split(',').any(|part| method.name().contains(part)) {
+            continue;
+        }
+        for rpm in speeds.split(',') {
+            let timed = method == standstill_detect::MethodName::SixPulse;
+            let mut keys = vec![("sensors.terminals", "true"), ("rotor.state", state.as_str())];
+            if timed {
+                keys.push(("sensors.timer", "0.32 us"));
+            }
+            let rpm: f64 = rpm.parse().expect("a number");
+            keys.extend(more.split(';').filter_map(|key| key.split_once('=')));
+            if state != "driven" {
+                keys.push(("rotor.speed", "0 rpm"));
+            }
+            let all = starts(&motor, method.name(), &errors, rpm, &keys, number);
+            let errors_deg: Vec<f64> = all.iter().filter_map(Record::axis_error_deg).collect();
+            let rms = (errors_deg.iter().map(|e| e * e).sum::<f64>() / errors_deg.len() as f64).sqrt();
+            let turning = all.iter().filter(|record| turns(record).is_some()).count();
+            let wrong = all.iter().filter_map(Record::error_deg).filter(|error| error.abs() > 90.0).count();
+            let smallest =
+                all.iter().filter_map(|record| record.findings().fault_margin).fold(f64::INFINITY, f64::min);
+            println!(
+                "{method:28} {rpm:5} rpm {rms:7.2}\u{b0} answers {:4} turns {turning:4} other {:4} wrong {wrong:3} margin {smallest:.2} named {:.2} rad/s",
+                errors_deg.len(),
+                all.len() - errors_deg.len() - turning,
+                all.iter().filter_map(turns).map(|(speed, _)| speed).sum::<f64>() / turning as f64,
+            );
         }
     }
 }

@@ -124,7 +124,7 @@ fn regress_every_rest_in_the_stated_range_works() {
 
 #[test]
 fn regress_a_number_is_no_list_of_checks() {
-    for name in [MethodName::Bipolar, MethodName::MaximumLikelihood] {
+    for name in MethodName::ALL {
         let suited = Method::<f64>::suited(name, &PLATE);
         let mut method = suited;
         // 2 is the number of a check, 1 stands for all where there are numbers alone.

@@ -8,24 +8,30 @@
 //! given an angle all the same, if nobody looked: a magnet that turns from 90° to 0° sweeps its flux ψ across the β axis,
 //! and where the voltage there is a small constant u, `∫ (R i_β − u) dt = ψ_β(start) − ψ_β(end)`. u is what unequal legs
 //! leave of their compensation, a steady current in the end. Where the flux swept is far from ψ, the rotor did not follow
-//! and there is no angle.
+//! and there is no angle. One that something else turns does not stand at the end either: what its magnet induces makes a current
+//! that turns with it, where a rotor that stands leaves a constant one.
 
 #[cfg(test)]
 mod tests;
 
 use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Dq, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
+    Abc, AlphaBeta, Angle, Command, Dq, Fault, Findings, Nanos, Outcome, Reading, Real, Sensed, Step,
 };
 
+use crate::checks::{Check, Checks};
 use crate::keys::{Keyed, Setting, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
 use crate::parts::modulation::ModulationSettings;
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
+use crate::parts::turning;
 use crate::settings::{
     LONGEST, SettingsError, require, require_positive, require_share, require_zero_or_more,
 };
+
+/// Share of the current that is held by which it may vary where the rotor stands.
+const UNSTEADY: f64 = 0.005;
 
 /// Settings of the alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +46,8 @@ pub struct AlignmentSettings<T> {
     pub magnet_flux: T,
     /// Share of it that must be seen to sweep across the winding.
     pub least_sweep: T,
+    /// Which checks are on: whether the rotor stands at the end.
+    pub checks: Checks,
     /// Carrier periods from one command to the next.
     pub periods: u16,
     /// Commands over which the current grows.
@@ -71,6 +79,7 @@ impl<T: Real> AlignmentSettings<T> {
             resistance: drive.resistance + (drive.switch_drop[1] + drive.reverse_drop[1]) / T::of(2.0),
             magnet_flux: drive.magnet_flux,
             least_sweep: T::of(0.6),
+            checks: Checks::ALL,
             periods,
             ramp: 200,
             hold: 1000,
@@ -121,6 +130,10 @@ pub struct Alignment<T> {
     /// Sums of that current, in commands, over the second pull: of all of it and of the last third of its hold.
     total: T,
     steady: T,
+    /// Currents in A in the last third of the second hold: how many, their mean, the sum of the squares of what is away from it in A²; whether
+    /// one of them was seen by no sensor.
+    held: (T, AlphaBeta<T>, T),
+    derived: bool,
     findings: Findings<T>,
 }
 
@@ -141,6 +154,8 @@ impl<T: Real> Alignment<T> {
             across: zero,
             total: zero,
             steady: zero,
+            held: (zero, AlphaBeta::new(zero, zero), zero),
+            derived: false,
             findings: Findings::default(),
         })
     }
@@ -188,10 +203,35 @@ impl<T: Real> Alignment<T> {
             self.total = self.total + mean;
             if command >= self.settings.ramp + self.settings.hold - self.late() {
                 self.steady = self.steady + mean;
+                self.hold(AlphaBeta { alpha, beta });
+                self.derived |= reading.sensed.0.contains(&Sensed::Derived);
             }
         }
         self.across = across;
         Ok(())
+    }
+
+    fn hold(&mut self, current: AlphaBeta<T>) {
+        let (count, mean, squares) = self.held;
+        let count = count + T::one();
+        let apart = current - mean;
+        let mean = mean + apart * count.recip();
+        self.held = (count, mean, squares + apart.dot(current - mean));
+    }
+
+    /// Checks that the rotor stands at the end: the current that is held stays as it is but for noise. `e/R` is what a speed makes of it at
+    /// most, so that the speed named is a lower bound.
+    fn check_standing(&mut self) -> Result<(), Fault<T>> {
+        let s = &self.settings;
+        let (count, _, squares) = self.held;
+        if !s.checks.has(Check::Turning) || s.magnet_flux <= T::zero() || count < T::of(2.0) {
+            return Ok(());
+        }
+        let noise = self.settler.noise.deviation();
+        let scattered = (squares / (count - T::one())).sqrt();
+        let to_speed = s.resistance / s.magnet_flux;
+        let allowed = turning::held(noise, self.derived, count) + s.current * T::of(UNSTEADY);
+        turning::check_speed(&mut self.settler.margin, scattered * to_speed, allowed * to_speed, None)
     }
 
     /// The first command of a pull, once the last current is gone.
@@ -220,6 +260,7 @@ impl<T: Real> Alignment<T> {
         if s.magnet_flux <= T::zero() || swept < needed || swept > most || !swept.is_finite() {
             return Err(Fault::DidNotFollow { swept, needed });
         }
+        self.check_standing()?;
         let angle = Self::direction(true);
         Ok(Step::Done(Outcome::Found { angle, findings: self.findings }))
     }
@@ -267,8 +308,10 @@ impl<T: Real> Sequence<T> for Alignment<T> {
 impl<T: Real> Keyed for AlignmentSettings<T> {
     const TURNS_ROTOR: bool = true;
 
-    const SETTINGS: &'static [Setting<Self>] =
-        &[place!(COMPENSATION, s => s.modulation => compensation, set_compensation)];
+    const SETTINGS: &'static [Setting<Self>] = &[
+        place!(COMPENSATION, s => s.modulation => compensation, set_compensation),
+        place!(CHECKS, s => s.checks => value, set_value),
+    ];
 
     fn carrier(&self) -> Option<Nanos> {
         Some(self.modulation.carrier_period)

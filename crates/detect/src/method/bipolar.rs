@@ -303,7 +303,7 @@ impl<T: Real> Keyed for BipolarSettings<T> {
         place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.0.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, Value::of, real),
-        place!(CHECKS, s => s.0.plausibility => checks, set_checks),
+        place!(CHECKS, s => s.0.plausibility.checks => value, set_value),
     ];
 
     fn describe(&self, line: &mut Lines<'_>) {

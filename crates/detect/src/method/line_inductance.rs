@@ -8,21 +8,28 @@
 //!
 //! A pulse puts the DC link across two phases for `pulse`; then the current decays. Samples i1 before it, i2 at
 //! its end and i3 in the decay give R and L of the line by equation (10).
+//!
+//! What a magnet that turns induces in a line is in both intervals, and of the equation's two terms in that of R: it is read as a resistance that
+//! is more by it over the current. With fast decay it tells a rotor that turns fast; a slow one is noticed by the vectors.
 
 #[cfg(test)]
 mod tests;
 
-use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage, Step};
+use standstill_interface::{
+    Abc, AlphaBeta, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage, Step,
+};
 
+use crate::checks::Check;
 use crate::keys::{Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::{Nameplate, Place, Sensing};
-use crate::parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
+use crate::parts::lines::{Interval, Saliency, SaliencySign, line_directions, line_impedance};
 use crate::parts::margin::Margin;
-use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, Signature};
+use crate::parts::polarity::{Pointer, PolarityRule, PolaritySettings, PolarityTest, Signature};
 use crate::parts::settle::{SettleSettings, Settler, link, link_current, seen};
 use crate::parts::significance;
 use crate::parts::train::LINES;
+use crate::parts::turning::{self, Standing};
 use crate::settings::{
     Decay, LONGEST, SettingsError, Source, require, require_positive, require_share, require_zero_or_more,
 };
@@ -162,6 +169,8 @@ pub struct LineInductance<T> {
     /// Sums over the pulses of each line.
     inductance: Abc<T>,
     resistance: Abc<T>,
+    /// Sums in V of what each line's resistance has too much, times its current.
+    induced: [T; 3],
     /// Sum over the lines of the squares of L in H² that their pulses are away from the line's mean.
     scatter: T,
     /// Sum over the pulses of 2/(i2 − i1)² in 1/A²: the variance that the noise of single readings gives L, relative.
@@ -184,6 +193,7 @@ impl<T: Real> LineInductance<T> {
             initial: zero,
             inductance: zero,
             resistance: zero,
+            induced: [T::zero(); 3],
             scatter: T::zero(),
             by_readings: T::zero(),
             findings: Findings::default(),
@@ -273,6 +283,10 @@ impl<T: Real> LineInductance<T> {
         if inductance <= T::zero() {
             return Err(Fault::NotInductive(phase));
         }
+        let [rises, falls] = [rise.slope(), decay.slope()];
+        let current = (decay.mean() * rises - rise.mean() * falls) / (rises - falls);
+        let more = resistance - T::of(2.0) * s.polarity.resistance;
+        self.induced[line] = self.induced[line] + more * current;
         self.by_readings = self.by_readings + T::of(2.0) / ((i2 - i1) * (i2 - i1));
         let before = T::of(f64::from(pulse));
         if pulse > 0 {
@@ -313,7 +327,42 @@ impl<T: Real> LineInductance<T> {
         self.findings.saliency = Some(saliency.amplitude);
         let (needed, least) = (self.needed(&saliency), self.settings.least_saliency);
         significance::check(&mut self.settler.margin, saliency.ratio(), needed, least)?;
+        self.check_standing(&saliency)?;
         Ok(saliency)
+    }
+
+    /// Checks that the rotor stands, by what its magnet induces in the three lines, `√3 ωψ` across it: as a voltage it is half of what the
+    /// link leaves of the slopes of rise and decay. What devices take is alike in all lines.
+    fn check_standing(&mut self, saliency: &Saliency<T>) -> Result<(), Fault<T>> {
+        let s = &self.settings;
+        let on = s.polarity.checks.has(Check::Turning) && s.place() == Place::InLine;
+        // While the current circulates for milliseconds, its decay is no straight line.
+        if s.decay == Decay::Slow || !on {
+            return Ok(());
+        }
+        let (half, count) = (T::of(0.5), T::of(f64::from(s.pulses)));
+        let zero = AlphaBeta::new(T::zero(), T::zero());
+        let share = T::of(2.0 / 3.0) / count;
+        let induced = line_directions()
+            .into_iter()
+            .zip(self.induced)
+            .fold(zero, |sum, (direction, induced)| sum + direction * (induced * share));
+        let seconds = |time: Nanos| T::of(time.seconds());
+        let (noise, link) = (&self.settler.noise, self.settler.dc_link);
+        let current =
+            half * T::of(3.0) * saliency.mean / seconds(s.third_sample() - s.pulse) * noise.deviation();
+        let of_link = noise.of_link().0 * link * link * half;
+        let known = (current * current + of_link) / count;
+        let edges = half * link * T::of(significance::DELAY) * seconds(s.dead_time) / seconds(s.pulse);
+        let variance = turning::estimated(known, noise.freedom()) + edges * edges;
+        // In each component of two thirds of the sum over three directions.
+        let deviation = (variance * T::of(2.0 / 3.0)).sqrt();
+        let by_volt = T::of(3.0).sqrt();
+        // The pole is not known yet.
+        let (flux, signature, pole_error) = (s.polarity.magnet_flux, Signature::None, T::zero());
+        let standing = Standing { by_volt, flux, signature, pole_error };
+        let pointer = Pointer { direction: -induced, deviation };
+        standing.check(&mut self.settler.margin, &pointer, saliency.axis, T::zero())
     }
 
     /// Square of |L_B|/L_A that must be exceeded: noise as the pulses show it, or a single one by the readings without
@@ -374,6 +423,7 @@ impl<T: Real> Keyed for LineInductanceSettings<T> {
         place!(ROUNDS, s => s.pulses, Value::times, count),
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
+        place!(CHECKS, s => s.polarity.checks => value, set_value),
         place!(VECTOR_CURRENT, s => s.polarity.current, Value::of, real),
         place!(POLE_ERROR, s => s.polarity => pole_error, set_pole_error),
     ];

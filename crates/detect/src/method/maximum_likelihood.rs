@@ -266,7 +266,16 @@ impl<T: Real> MaximumLikelihood<T> {
                 deviation: pointer.deviation * relative * T::of(SCATTER),
             };
             let settings = &self.settings.pulses;
-            let volts = (turning::BY_SLOPE, self.dc_link);
+            // A slope goes with the square of its line's inductance, and lines across the magnet have more than the mean, or less.
+            let square = T::of(9.0) * plain.mean * plain.mean;
+            let more = line_directions().into_iter().zip(fit.inductance).fold(
+                T::zero(),
+                |sum, (line, inductance)| {
+                    let across = line.park(pole.angle).q;
+                    sum + across * across * inductance * inductance / square
+                },
+            );
+            let volts = (turning::BY_SLOPE, self.dc_link / (more * T::of(2.0 / 3.0)));
             settings.check_standing(&mut self.train.margin, volts, &pointer, (pole.angle, deviation))?;
         }
         Ok((pole, growth))

@@ -21,15 +21,23 @@
 //! β is positive where north draws more current. The template changes its sign with the pole, and only its sign and shape
 //! are used: no saturation has to be known but which pole draws more. Dividers whose gains differ by half a per cent
 //! fake as much: they are compared on an all-high vector first.
+//!
+//! A magnet of flux ψ that turns at ω induces `e = ωψ` across itself, in the third terminal and in the line that drives the current. Of both signs it
+//! leaves in the difference, where saturation leaves what is odd in x, what is even:
+//! ```text
+//!   r⁺ − r⁻ = −(3 ωψ/U) (1 + k) cos x / (1 + k cos 2x)
+//! ```
 
 mod settings;
 #[cfg(test)]
 mod tests;
 
 use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Phase, Reading, Real, Sampling, Sensed, Stage, Step,
+    Abc, AlphaBeta, Angle, Command, Dq, Fault, Findings, Leg, Phase, Reading, Real, Sampling, Sensed, Stage,
+    Step,
 };
 
+use crate::checks::Check;
 use crate::method::Sequence;
 use crate::parts::complex::{Complex, Turning as _};
 use crate::parts::lines::line_angles;
@@ -38,6 +46,7 @@ use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::{is_reading, link};
 use crate::parts::significance;
 use crate::parts::train::Slot;
+use crate::parts::turning::Standing;
 use crate::settings::SettingsError;
 
 pub use settings::OpenTerminalSettings;
@@ -330,6 +339,7 @@ impl<T: Real> OpenTerminal<T> {
         let k = sign * ratio;
         let rho = (one - k) / (one + k);
         let (mut product, mut square) = (T::zero(), T::zero());
+        let (mut turning, mut turning_square, mut mixed) = (T::zero(), T::zero(), T::zero());
         for (angle, difference) in line_angles::<T>().into_iter().zip(solution.differences) {
             let (sin, cos) = (angle - axis.radians()).sin_cos();
             let lines = one + k * (two * cos * cos - one);
@@ -338,6 +348,10 @@ impl<T: Real> OpenTerminal<T> {
             let template = -sin * (along + cross) / (lines * lines * lines);
             product = product + template * difference;
             square = square + template * template;
+            let induced = (one + k) * cos / lines;
+            turning = turning + induced * difference;
+            turning_square = turning_square + induced * induced;
+            mixed = mixed + induced * template;
         }
         let offset = s.offset * s.offset / voltage;
         let offsets = if s.comparison { T::of(1.5) } else { T::of(6.0) };
@@ -346,6 +360,24 @@ impl<T: Real> OpenTerminal<T> {
         let (sin, cos) = axis.radians().sin_cos();
         let direction = AlphaBeta::new(cos * along, sin * along);
         let pointer = Pointer { direction, deviation: (of_line / square).sqrt() };
+        if s.checks.has(Check::Turning) {
+            // Saturation and speed by least squares; the former in what it leaves where the latter leaves as much, so that noise has as
+            // much of each.
+            let left = turning_square - mixed * mixed / square;
+            let across_axis = (turning - mixed * along) / left;
+            let along_axis = (product - mixed * across_axis) / (square * left).sqrt();
+            let shown = Dq::new(along_axis, across_axis);
+            let deviation = (of_line / left).sqrt();
+            let shown = Pointer { direction: shown.unpark(axis), deviation };
+            let standing = Standing {
+                by_volt: T::of(3.0) / across,
+                flux: s.magnet_flux,
+                signature: s.signature,
+                pole_error: s.pole_error,
+            };
+            let of_axis = self.findings.angle_deviation.unwrap_or(T::zero());
+            standing.check(&mut self.margin, &shown, axis, of_axis)?;
+        }
         Ok(pointer.read(axis, s.signature, s.pole_error))
     }
 }

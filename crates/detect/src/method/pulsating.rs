@@ -10,9 +10,11 @@
 
 use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Real};
 
+use crate::checks::Check;
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionMethod, InjectionSettings};
 use crate::parts::margin::Margin;
 use crate::parts::significance;
+use crate::parts::turning;
 
 /// Settings of the pulsating injection.
 pub type PulsatingInjectionSettings<T> = InjectionMethod<T, Pulsating<T>>;
@@ -20,11 +22,19 @@ pub type PulsatingInjectionSettings<T> = InjectionMethod<T, Pulsating<T>>;
 /// The detector by pulsating injection.
 pub type PulsatingInjection<T> = Injection<T, Pulsating<T>>;
 
+/// Angle in rad that the last two corrections may have in common beside what the rotor has moved: 2°, where the inductances are as on the data sheet.
+const STEADY: f64 = 2.0 * turning::DEGREE;
+
+/// Measurements of which the last two correct what the rotor has moved, and no longer what was unknown.
+const FOUND: u8 = 5;
+
 /// A pulsating voltage along an axis that is corrected measurement by measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulsating<T> {
     axis: Angle<T>,
     measurements: u8,
+    /// The last two corrections in rad.
+    ahead: [T; 2],
     /// Sum of i sin ωt.
     sum: AlphaBeta<T>,
 }
@@ -32,7 +42,12 @@ pub struct Pulsating<T> {
 impl<T: Real> Demodulator<T> for Pulsating<T> {
     fn new() -> Self {
         let zero = T::zero();
-        Self { axis: Angle::from_radians(zero), measurements: 0, sum: AlphaBeta::new(zero, zero) }
+        Self {
+            axis: Angle::from_radians(zero),
+            measurements: 0,
+            ahead: [zero; 2],
+            sum: AlphaBeta::new(zero, zero),
+        }
     }
 
     /// 6 measurements of 10 cycles, of which the first two of each are left to settle.
@@ -93,6 +108,17 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         let ahead = sine.atan2(cosine) / T::of(2.0);
         self.axis = Angle::from_radians(self.axis.radians() + ahead);
         self.measurements += 1;
+        self.ahead = [self.ahead[1], ahead];
+        if s.polarity.checks.has(Check::Turning) && self.measurements >= s.iterations.max(FOUND) {
+            let deviation =
+                findings.angle_deviation.unwrap_or(T::zero()) * T::of(2.0).sqrt() * T::of(turning::FEW);
+            let one = s.step().seconds() * f64::from(s.periods) * f64::from(s.ramp + s.cycles);
+            // A rotor that turns is as far ahead each time; what is still being found shrinks, or changes its sign.
+            let [before, last] = self.ahead;
+            let alike = if before * last > T::zero() { before.abs().min(last.abs()) } else { T::zero() };
+            let moved = if last > T::zero() { alike + alike } else { -alike - alike };
+            turning::check_axis(margin, (moved, T::of(2.0 * one)), deviation, T::of(STEADY))?;
+        }
         Ok((self.measurements >= s.iterations).then_some(self.axis))
     }
 }

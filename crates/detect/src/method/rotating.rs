@@ -9,11 +9,13 @@
 
 use standstill_interface::{AlphaBeta, Angle, Fault, Findings, Real};
 
+use crate::checks::Check;
 use crate::keys::{Lines, Microseconds};
 use crate::parts::complex::{Complex, Turning};
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionMethod, InjectionSettings};
 use crate::parts::margin::Margin;
 use crate::parts::significance;
+use crate::parts::turning;
 
 /// Settings of the rotating injection.
 pub type RotatingInjectionSettings<T> = InjectionMethod<T, Rotating<T>>;
@@ -27,11 +29,13 @@ pub struct Rotating<T> {
     /// Sums of i e^{−jωt} and i e^{jωt}.
     positive: Complex<T>,
     negative: Complex<T>,
+    /// The second sum in the middle of the measurement.
+    middle: Complex<T>,
 }
 
 impl<T: Real> Demodulator<T> for Rotating<T> {
     fn new() -> Self {
-        Self { positive: Complex::zero(), negative: Complex::zero() }
+        Self { positive: Complex::zero(), negative: Complex::zero(), middle: Complex::zero() }
     }
 
     fn describe(s: &InjectionSettings<T>, line: &mut Lines<'_>) {
@@ -51,6 +55,9 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
 
     fn add(&mut self, s: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>) {
         let (current, phase) = (Complex::of(current), Complex::of(s.phase_read(clock)));
+        if clock.period == 0 && clock.cycle == s.ramp + s.cycles / 2 {
+            self.middle = self.negative;
+        }
         self.positive = self.positive + current * phase.conj();
         self.negative = self.negative + current * phase;
     }
@@ -89,7 +96,30 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         let doubt = s.doubt(dc_link, driven, T::zero(), significance::of_rotating_delays);
         let variance = spread * spread * T::of(2.0 / 3.0) / samples + doubt;
         significance::check(margin, ratio, significance::known(variance), s.least_saliency)?;
+        self.check_standing(s, noise, margin)?;
         findings.angle_deviation = Some(noise * T::of(1.0 / 6.0).sqrt() / (samples.sqrt() * negative));
         Ok(Some(Angle::from_radians(product.argument() / T::of(2.0))))
+    }
+}
+
+impl<T: Real> Rotating<T> {
+    /// Checks that both halves of the measurement see the same axis: N turns by twice the angle of the rotor.
+    fn check_standing(
+        &self,
+        s: &InjectionSettings<T>,
+        noise: T,
+        margin: &mut Margin<T>,
+    ) -> Result<(), Fault<T>> {
+        if !s.polarity.checks.has(Check::Turning) || s.cycles < 2 {
+            return Ok(());
+        }
+        let (half, two) = (T::of(f64::from(s.cycles / 2) * f64::from(s.periods)), T::of(2.0));
+        let [first, second] = [self.middle, self.negative - self.middle];
+        let ahead = (second * first.conj()).argument() / two;
+        let square = |z: Complex<T>| (half / z.length()) * (half / z.length());
+        let variance = noise * noise * T::of(2.0 / 3.0) / half * (square(first) + square(second));
+        let deviation = variance.sqrt() / two * T::of(turning::FEW);
+        let seconds = T::of(s.step().seconds() * f64::from(s.periods) * f64::from(s.cycles)) / two;
+        turning::check_axis(margin, (ahead, seconds), deviation, T::of(2.0 * turning::DEGREE))
     }
 }

@@ -35,12 +35,14 @@ use standstill_interface::{
     Stage, Step,
 };
 
+use crate::checks::Check;
 use crate::method::Sequence;
 use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::{largest, link, seen};
 use crate::parts::significance;
 use crate::parts::train::Derived;
+use crate::parts::turning::Standing;
 use crate::settings::SettingsError;
 pub use settings::SixPulseSettings;
 
@@ -98,6 +100,8 @@ pub struct SixPulse<T> {
     /// Pulses given.
     given: usize,
     pulses: [Pulses<T>; VECTORS],
+    /// Sum in V of the links' voltages.
+    volts: T,
     /// Phases without a sensor, as seen so far.
     derived: Derived,
     margin: Margin<T>,
@@ -116,6 +120,7 @@ impl<T: Real> SixPulse<T> {
             settings,
             given: 0,
             pulses: [Pulses { count: zero, mean: zero, squares: zero, time: zero }; VECTORS],
+            volts: zero,
             derived: Derived::None,
             margin: Margin::new(),
             findings: Findings::default(),
@@ -152,6 +157,7 @@ impl<T: Real> SixPulse<T> {
         if s.timed {
             let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
             let voltage = link(reading)?;
+            self.volts = self.volts + voltage;
             let Some(capture) = reading.capture else {
                 self.margin.at_least(T::zero(), T::one());
                 // What is known of the current is that it stayed below the threshold.
@@ -182,6 +188,7 @@ impl<T: Real> SixPulse<T> {
         let [end, after] = readings else { return Err(Fault::UnexpectedReadings) };
         let (phase, high) = alone(number);
         let voltage = link(end)?;
+        self.volts = self.volts + voltage;
         // What the sensors read without current; where a phase is derived, that of those from which it is.
         self.derived = self.derived.with(end);
         let read = seen(end, phase)?;
@@ -320,7 +327,33 @@ impl<T: Real> SixPulse<T> {
             .map_err(|fault| self.named(fault, needed, of_tick))?;
         let deviation = (of_pole + unknown + scatter + changing).sqrt();
         let pointer = Pointer { direction: first, deviation };
+        let of_axis = (of_axis + gains + scatter).sqrt() / (ratio * T::of(2.0));
+        // A core that saturates leaves a third harmonic, which says nothing of a current across the magnet. Of times all noise is known; between
+        // rounds they differ by what the rotor moves, too.
+        let noise = if s.timed { T::zero() } else { scatter };
+        let across = Pointer { deviation: (of_pole + noise + changing).sqrt(), ..pointer };
+        self.check_standing(&across, (axis, of_axis), s.saliency.factor::<T>() * ratio)?;
         Ok(self.in_sector(pointer.read(axis, s.signature, s.pole_error)))
+    }
+
+    /// Checks that the rotor stands, of an axis known to its standard deviation in rad and k = L_B/L_A. What the magnet induces raises no
+    /// current along itself and `ωψ/L_q` across it, as a share of Y times the vector's ⅔ U: `D_q = −(3/2) (1 + k) ωψ/U`. In a single round the saliency
+    /// turns from vector to vector, too, which adds to that or takes from it, by angle; a second one, backwards, does without.
+    fn check_standing(
+        &mut self,
+        pointer: &Pointer<T>,
+        (axis, of_axis): (Angle<T>, T),
+        k: T,
+    ) -> Result<(), Fault<T>> {
+        let s = &self.settings;
+        if !s.checks.has(Check::Turning) {
+            return Ok(());
+        }
+        let volts = self.volts / T::of(f64::from(s.rounds) * VECTORS as f64);
+        let by_volt = T::of(1.5) * (T::one() + k) / volts;
+        let (flux, signature, pole_error) = (s.magnet_flux, s.signature, s.pole_error);
+        let standing = Standing { by_volt, flux, signature, pole_error };
+        standing.check(&mut self.margin, pointer, axis, of_axis)
     }
 
     /// The answer as the middle of its sector, where sectors are asked for.

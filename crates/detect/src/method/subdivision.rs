@@ -11,8 +11,9 @@
 #[cfg(test)]
 mod tests;
 
-use standstill_interface::{AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Step};
+use standstill_interface::{AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Sensed, Step};
 
+use crate::checks::Check;
 use crate::keys::{Keyed, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
@@ -21,6 +22,7 @@ use crate::parts::margin::Margin;
 use crate::parts::polarity::{PolaritySettings, PolarityTest};
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
 use crate::parts::significance;
+use crate::parts::turning;
 use crate::settings::{SettingsError, require, require_positive, require_share, require_zero_or_more};
 
 /// Settings of the pulse subdivision.
@@ -66,6 +68,9 @@ impl<T: Real> SubdivisionSettings<T> {
     }
 }
 
+/// Angle in rad by which the vectors themselves may turn a free rotor from one to the opposite one: 4°.
+const PUSHED: f64 = 4.0 * turning::DEGREE;
+
 /// Vectors of the first round.
 const FIRST: usize = 12;
 
@@ -87,6 +92,9 @@ pub struct Subdivision<T> {
     settler: Settler<T>,
     /// Answers of the first round in A per V of the link.
     first: [T; FIRST],
+    /// Sums in A of the currents of opposite vectors of that round, and whether a sensor did not see one.
+    opposite: [AlphaBeta<T>; FIRST / 2],
+    derived: bool,
     /// Vectors given.
     given: usize,
     /// The best direction in rad and its answer; that of the round under way.
@@ -107,6 +115,8 @@ impl<T: Real> Subdivision<T> {
             state: State::Start,
             settler: Settler::new(settings.settle, true),
             first: [T::zero(); FIRST],
+            opposite: [AlphaBeta::new(T::zero(), T::zero()); FIRST / 2],
+            derived: false,
             given: 0,
             best: (T::zero(), T::neg_infinity()),
             centre: T::zero(),
@@ -129,7 +139,8 @@ impl<T: Real> Subdivision<T> {
         let Some(reading) = readings.last() else { return Err(Fault::UnexpectedReadings) };
         let direction = self.direction();
         let angle = Angle::from_radians(direction);
-        let current = PolaritySettings::direct_current(all_seen(reading)?, angle);
+        let seen = all_seen(reading)?;
+        let current = PolaritySettings::direct_current(seen, angle);
         let needed = self.settings.vector.least_current;
         self.settler.margin.at_least(current, needed);
         if current < needed || !current.is_finite() {
@@ -138,6 +149,9 @@ impl<T: Real> Subdivision<T> {
         let answer = current / link(reading)?;
         if self.given < FIRST {
             self.first[self.given] = answer;
+            let sum = &mut self.opposite[self.given % (FIRST / 2)];
+            *sum = *sum + seen.clarke();
+            self.derived |= reading.sensed.0.contains(&Sensed::Derived);
         }
         let score = -self.settings.saliency.factor::<T>() * answer;
         if score > self.best.1 {
@@ -146,6 +160,7 @@ impl<T: Real> Subdivision<T> {
         self.given += 1;
         if self.given == FIRST {
             self.check_saliency()?;
+            self.check_standing(link(reading)?)?;
         }
         if self.given >= FIRST && (self.given - FIRST).is_multiple_of(2) {
             self.centre = self.best.0;
@@ -174,6 +189,43 @@ impl<T: Real> Subdivision<T> {
             + significance::scattered(squares / freedom, freedom);
         let (ratio, least) = (self.harmonic(2.0).norm() / mean, self.settings.least_saliency);
         significance::check(&mut self.settler.margin, ratio, needed, least)
+    }
+
+    /// Checks that the rotor stands, by the currents of opposite vectors, six waits apart. Where the axis turns by δ meanwhile, the two leave
+    /// `−2 δ κ I e^{j(2θ − φ)}` of the mean current I, κ = (L_q − L_d)/(L_q + L_d). In the rotor's frame a core that saturates leaves
+    /// `A + B cos 2x` along the magnet and `C sin 2x` across it, x = φ − θ, and what the magnet induces, like an offset, a constant: the speed
+    /// is sought in what these leave of the six sums.
+    fn check_standing(&mut self, dc_link: T) -> Result<(), Fault<T>> {
+        const PAIRS: usize = FIRST / 2;
+        let s = &self.settings;
+        if !s.vector.checks.has(Check::Turning) || s.vector.magnet_flux <= T::zero() {
+            return Ok(());
+        }
+        let sign = -s.saliency.factor::<T>();
+        let second = self.harmonic(2.0) * (sign * dc_link);
+        let axis = Angle::from_radians(second.beta.atan2(second.alpha) / T::of(2.0));
+        let seconds = T::of((s.settle.wait + s.vector.duration()).seconds());
+        let by_speed = -T::of(2.0 * PAIRS as f64) * seconds * second.norm() * sign;
+        let x: [T; PAIRS] =
+            core::array::from_fn(|k| T::TAU() * T::of(k as f64 / FIRST as f64) - axis.radians());
+        let along = turning::beside(x.map(|x| x.sin() * by_speed), x.map(|x| (x + x).cos()));
+        let across = turning::beside(x.map(|x| x.cos() * by_speed), x.map(|x| (x + x).sin()));
+        let (mut product, mut square, mut all) = (T::zero(), T::zero(), T::zero());
+        for ((sum, along), across) in self.opposite.iter().zip(along).zip(across) {
+            let sum = sum.park(axis);
+            product = product + sum.d * along + sum.q * across;
+            square = square + along * along + across * across;
+            all = all + sum.d * sum.d + sum.q * sum.q;
+        }
+        let noise = self.settler.noise.deviation();
+        let variance = noise * noise * s.vector.by_reading() * T::of(2.0) / square;
+        let freedom = self.settler.noise.freedom();
+        let seconds = seconds * T::of(PAIRS as f64);
+        let ahead = product / square * seconds;
+        let deviation = turning::deviation(variance, freedom, self.derived) * seconds;
+        // An axis that is a little off leaves a share of what saturates.
+        let askew = (all / square).sqrt() * seconds * T::of(turning::UNEVEN);
+        turning::check_axis(&mut self.settler.margin, (ahead, seconds), deviation, T::of(PUSHED) + askew)
     }
 
     fn settle(&mut self) -> Command<T> {
@@ -229,6 +281,7 @@ impl<T: Real> Keyed for SubdivisionSettings<T> {
     const SETTINGS: &'static [Setting<Self>] = &[
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
+        place!(CHECKS, s => s.vector.checks => value, set_value),
         place!(VECTOR_CURRENT, s => s.vector.current, Value::of, real),
         place!(POLE_ERROR, s => s.vector => pole_error, set_pole_error),
     ];

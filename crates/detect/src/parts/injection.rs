@@ -245,6 +245,7 @@ impl<T: Real, D: Demodulator<T>> Keyed for InjectionMethod<T, D> {
     const SETTINGS: &'static [Setting<Self>] = &[
         place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, Value::of, real),
+        place!(CHECKS, s => s.0.polarity.checks => value, set_value),
         place!(VECTOR_CURRENT, s => s.0.polarity.current, Value::of, real),
         place!(POLE_ERROR, s => s.0.polarity => pole_error, set_pole_error),
         place!(VOLTAGE, s => s.0.voltage, Value::of, real),

@@ -18,11 +18,11 @@ pub struct Interval<T> {
 }
 
 impl<T: Real> Interval<T> {
-    fn mean(&self) -> T {
+    pub(crate) fn mean(&self) -> T {
         (self.begin + self.end) / T::of(2.0)
     }
 
-    fn slope(&self) -> T {
+    pub(crate) fn slope(&self) -> T {
         (self.end - self.begin) / self.duration
     }
 }

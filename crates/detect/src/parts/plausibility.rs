@@ -9,7 +9,6 @@ use super::losses::Losses;
 use super::margin::Margin;
 use super::train::{Derived, GainComparison, LINES, PulseTrainSettings, Train};
 use crate::checks::{Check, Checks};
-use crate::keys::Value;
 use crate::nameplate::{Nameplate, Place};
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
@@ -77,17 +76,6 @@ impl<T: Real> PlausibilitySettings<T> {
             dc_link: [drive.dc_link * below, drive.dc_link * above],
             magnet_flux: drive.magnet_flux,
         }
-    }
-
-    /// The checks as a key's value.
-    #[allow(clippy::unnecessary_wraps, reason = "the form of a setting that may be missing")]
-    pub(crate) fn checks(&self) -> Option<Value> {
-        Some(Value::Checks(self.checks))
-    }
-
-    /// Sets which checks are on; returns whether the value says it.
-    pub(crate) fn set_checks(&mut self, value: Value) -> bool {
-        value.checks().map(|checks| self.checks = checks).is_some()
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {

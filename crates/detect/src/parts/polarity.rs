@@ -18,13 +18,15 @@ mod settings;
 mod tests;
 
 use standstill_interface::{
-    Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real, Step,
+    Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real, Sensed, Step,
     Undetermined,
 };
 
+use crate::checks::Check;
 use crate::nameplate::Place;
 use crate::parts::margin::Margin;
 use crate::parts::settle::{Settler, all_seen, link, link_current};
+use crate::parts::turning::{Across, Winding};
 pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
 pub use settings::{PolarityRule, PolaritySettings, Signature};
@@ -126,6 +128,7 @@ pub(crate) struct PolarityTest<T> {
     against: T,
     sum: T,
     squares: T,
+    across: Across<T>,
 }
 
 impl<T: Real> PolarityTest<T> {
@@ -150,6 +153,7 @@ impl<T: Real> PolarityTest<T> {
             against: zero,
             sum: zero,
             squares: zero,
+            across: Across::new(),
         }
     }
 
@@ -181,7 +185,11 @@ impl<T: Real> PolarityTest<T> {
         Ok(match self.state {
             State::Settling { last } => match self.settler.step(readings)? {
                 Some(wait) => PolarityStep::Drive(wait),
-                None if last => PolarityStep::Decided(self.answer()),
+                None if last => {
+                    let pole = self.answer();
+                    self.check_standing(&pole)?;
+                    PolarityStep::Decided(pole)
+                }
                 None => {
                     self.state = State::Pushing;
                     let (direction, amplitude) = (self.direction(), self.amplitude);
@@ -217,7 +225,10 @@ impl<T: Real> PolarityTest<T> {
             let shown = |reading| Ok(link_current(reading)? - residual[Phase::A]);
             PolaritySettings::returned_current([shown(&readings[0])?, shown(last)?], direction)
         } else {
-            let current = PolaritySettings::direct_current(all_seen(last)?, direction);
+            let seen = all_seen(last)?;
+            let derived = last.sensed.0.contains(&Sensed::Derived);
+            self.across.add(slot == 1, seen.clarke().park(self.axis).q, derived);
+            let current = PolaritySettings::direct_current(seen, direction);
             // What the sensors read without current is their offset.
             if sequential { current - PolaritySettings::direct_current(residual, direction) } else { current }
         };
@@ -277,6 +288,32 @@ impl<T: Real> PolarityTest<T> {
         let known = variance <= T::of(BY_CHANCE) * least || pairs >= SCATTERED_PAIRS;
         let (mean, variance) = self.mean(sequential);
         known && sequential.evidence(mean, variance).is_enough()
+    }
+
+    /// Checks that the rotor stands, by what all vectors leave across the axis.
+    fn check_standing(&mut self, pole: &Pole<T>) -> Result<(), Fault<T>> {
+        let s = &self.settings;
+        // One shunt in the DC link shows no current across the axis; those below legs settle anew in each period, each from another current.
+        if !s.checks.has(Check::Turning) || s.place != Place::InLine {
+            return Ok(());
+        }
+        let winding = Winding {
+            duration: T::of(s.duration().seconds()),
+            resistance: s.resistance,
+            inductance: s.q_axis_inductance,
+            flux: s.magnet_flux,
+        };
+        let (pairs, two) = (T::of(f64::from(self.pairs())), T::of(2.0));
+        let (offset, waits) = self.settler.offset();
+        let across = self.across.without(offset.clarke().park(self.axis).q * pairs);
+        let noise = self.settler.noise.deviation();
+        let square = noise * noise * s.by_reading();
+        // Of a mean of two vectors, and of the offset.
+        let variance = square / two + square * pairs / waits.max(T::one());
+        let north =
+            pole.undetermined.is_none().then(|| pole.angle.difference(self.axis).abs() < T::FRAC_PI_2());
+        let noise = (variance, self.settler.noise.freedom());
+        across.check(&mut self.settler.margin, &winding, (pairs, self.settler.dc_link), noise, north)
     }
 
     fn answer(&self) -> Pole<T> {

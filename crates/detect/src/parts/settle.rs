@@ -142,6 +142,8 @@ pub(crate) struct Settler<T> {
     released: bool,
     /// The last currents in A of the last wait: offsets and what is left.
     pub residual: Abc<T>,
+    /// Sum of such currents over the waits, and their number.
+    residuals: (Abc<T>, T),
     /// DC link in V at the end of the last wait.
     pub dc_link: T,
     /// Noise of the sensors.
@@ -159,10 +161,17 @@ impl<T: Real> Settler<T> {
             waits: 0,
             released: fast,
             residual: Abc::new(zero, zero, zero),
+            residuals: (Abc::new(zero, zero, zero), zero),
             dc_link: zero,
             noise: Noise::new(),
             margin: Margin::new(),
         }
+    }
+
+    /// The mean in A of what the sensors read without current at the ends of the waits, and the number of these.
+    pub fn offset(&self) -> (Abc<T>, T) {
+        let (sum, waits) = self.residuals;
+        (sum.map(|sum| sum / waits.max(T::one())), waits)
     }
 
     /// Begins to wait.
@@ -190,6 +199,8 @@ impl<T: Real> Settler<T> {
         match (gone, self.released) {
             (true, true) => {
                 self.residual = residual;
+                let (sum, waits) = self.residuals;
+                self.residuals = (Abc(core::array::from_fn(|k| sum.0[k] + residual.0[k])), waits + T::one());
                 self.dc_link = readings.last().map_or(self.dc_link, |reading| reading.dc_link);
                 self.noise.add(readings, s.place);
                 Ok(None)

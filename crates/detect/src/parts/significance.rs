@@ -33,7 +33,7 @@ pub(crate) const SIGNIFICANT: f64 = 4.0;
 const CHANCE: f64 = 1e-3;
 
 /// Standard deviation of a leg's delay that a drive is trusted to have, as a share of its dead time: 100 ns of 2 µs.
-const DELAY: f64 = 0.05;
+pub(crate) const DELAY: f64 = 0.05;
 
 /// Remainder of dead time and drops by the clamping of currents near zero, which no compensation knows: measured on motors
 /// without saliency, 550 V and 12 V, as the saliency that they seem to have.

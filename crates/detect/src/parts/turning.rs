@@ -32,6 +32,9 @@ const DEVIATIONS: f64 = 6.0;
 /// Share of D along the magnet that may lie across it where the rotor stands: 8.5° askew.
 const ASKEW: f64 = 0.15;
 
+/// One degree in rad: by how much axes that were seen one after the other may differ where the rotor stands is stated in it.
+pub(crate) const DEGREE: f64 = core::f64::consts::PI / 180.0;
+
 /// Ratio of D across the magnet to D along it up to which the latter tells north from south, hence forward from backward.
 const MOST_ACROSS: f64 = 4.0;
 
@@ -82,13 +85,7 @@ impl<T: Real> Standing<T> {
         let on = pointer.direction.park(axis);
         let speed = on.q.abs() / (self.by_volt * self.flux);
         let allowed = self.allowed(on.d, pointer.deviation, deviation);
-        margin.at_most(speed, allowed);
-        // What is not a number is no speed; it ends a detection elsewhere.
-        if speed > allowed {
-            Err(Fault::RotorTurns { speed, allowed, way: self.way(pointer, axis) })
-        } else {
-            Ok(())
-        }
+        check_speed(margin, speed, allowed, self.way(pointer, axis))
     }
 
     /// Which way it turns; none where the pole stays open.
@@ -100,6 +97,142 @@ impl<T: Real> Standing<T> {
         let north = pointer.north(axis, self.signature, self.pole_error)?;
         let ahead = pointer.direction.park(north).q;
         Some(if ahead < T::zero() { Rotation::Forward } else { Rotation::Backward })
+    }
+}
+
+/// Deviations of an injection's noise that count as one: the few readings before it show it, and by chance as a third of what it is.
+pub(crate) const FEW: f64 = 3.0;
+
+/// What a vector has beside a constant and another vector.
+pub(crate) fn beside<T: Real, const N: usize>(of: [T; N], other: [T; N]) -> [T; N] {
+    let without_mean = |of: [T; N]| {
+        let mean = of.iter().fold(T::zero(), |sum, value| sum + *value) / T::of(N as f64);
+        of.map(|value| value - mean)
+    };
+    let (of, other) = (without_mean(of), without_mean(other));
+    let product = |a: [T; N], b: [T; N]| a.into_iter().zip(b).fold(T::zero(), |sum, (a, b)| sum + a * b);
+    let square = product(other, other);
+    let share = if square > T::zero() { product(of, other) / square } else { T::zero() };
+    core::array::from_fn(|k| of[k] - share * other[k])
+}
+
+/// Standard deviation that counts where noise with so many degrees of freedom has this variance with three sensors, or `derived`, with two.
+pub(crate) fn deviation<T: Real>(variance: T, freedom: T, derived: bool) -> T {
+    let sensors = T::of(if derived { BY_TWO } else { 1.0 });
+    (estimated(variance, freedom) * sensors).sqrt()
+}
+
+/// Checks that an axis has not moved: by how much it was ahead, in rad, so many seconds later, with its standard deviation, and by how much it
+/// may be beside that.
+pub(crate) fn check_axis<T: Real>(
+    margin: &mut Margin<T>,
+    (ahead, seconds): (T, T),
+    deviation: T,
+    apart: T,
+) -> Result<(), Fault<T>> {
+    let way = if ahead > T::zero() { Rotation::Forward } else { Rotation::Backward };
+    let allowed = apart + deviation * T::of(DEVIATIONS);
+    check_speed(margin, (ahead / seconds).abs(), allowed / seconds, Some(way))
+}
+
+/// The rms value in A by which so many readings of a constant current vector scatter at most, by sensors of this noise in A.
+pub(crate) fn held<T: Real>(noise: T, derived: bool, readings: T) -> T {
+    let sensors = T::of(if derived { BY_TWO } else { 1.0 });
+    // Both components of a vector, which three sensors read with two thirds of the noise's variance each.
+    let variance = noise * noise * sensors * T::of(4.0 / 3.0);
+    (variance * (T::one() + T::of(DEVIATIONS) / readings.sqrt())).sqrt()
+}
+
+/// Checks that a speed in rad/s is one that readings of a rotor at rest may look like.
+pub(crate) fn check_speed<T: Real>(
+    margin: &mut Margin<T>,
+    speed: T,
+    allowed: T,
+    way: Option<Rotation>,
+) -> Result<(), Fault<T>> {
+    margin.at_most(speed, allowed);
+    // What is not a number is no speed; it ends a detection elsewhere.
+    if speed > allowed { Err(Fault::RotorTurns { speed, allowed, way }) } else { Ok(()) }
+}
+
+/// What vectors along an axis and against it leave across it.
+///
+/// Opposite vectors drive opposite currents; what both leave across the axis in the same direction is induced: each `−ωψ/R (1 − e^(−Rt/L_q))`,
+/// `−ωψ t/L_q` without resistance, seen from the north pole. An axis that is askew leaves opposite ones.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Across<T> {
+    /// Sums in A of the current across the axis, by vectors along it and against it.
+    sums: [T; 2],
+    /// Whether a current was one that no sensor saw.
+    derived: bool,
+}
+
+/// Of an [`Across`]: the vectors' length in s, the winding's resistance in Ω and inductance in H across the magnet, its flux in Wb.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Winding<T> {
+    pub duration: T,
+    pub resistance: T,
+    pub inductance: T,
+    pub flux: T,
+}
+
+/// Voltage that legs may leave across the axis in the same direction both ways where the rotor stands, as a share of the link.
+const SAME_WAY: f64 = 0.001;
+
+/// Share of what vectors leave across an axis that is askew in opposite directions, which saturation may leave in the same: a core has less
+/// inductance across the magnet where a vector along it saturates it.
+pub(crate) const UNEVEN: f64 = 0.05;
+
+/// Variance of a current vector's components with two sensors in place of three, at most.
+const BY_TWO: f64 = 2.6;
+
+impl<T: Real> Across<T> {
+    pub fn new() -> Self {
+        Self { sums: [T::zero(); 2], derived: false }
+    }
+
+    /// Adds a vector along the axis or against it.
+    pub fn add(&mut self, against: bool, current: T, derived: bool) {
+        let sum = &mut self.sums[usize::from(against)];
+        *sum = *sum + current;
+        self.derived |= derived;
+    }
+
+    /// The same without this much of each sum.
+    pub fn without(self, offset: T) -> Self {
+        Self { sums: self.sums.map(|sum| sum - offset), ..self }
+    }
+
+    /// Checks as many vectors each way, from a link of so many volts; `noise` is the variance in A² of a component of a
+    /// vector's current and its degrees of freedom. `north` says whether the pole is that of the axis, if it is known.
+    pub fn check(
+        &self,
+        margin: &mut Margin<T>,
+        winding: &Winding<T>,
+        (pairs, volts): (T, T),
+        noise: (T, T),
+        north: Option<bool>,
+    ) -> Result<(), Fault<T>> {
+        if winding.flux <= T::zero() || pairs < T::one() {
+            return Ok(());
+        }
+        let (one, two) = (T::one(), T::of(2.0));
+        let [along, against] = self.sums.map(|sum| sum / pairs);
+        let same = (along + against) / two;
+        let x = winding.resistance * winding.duration / winding.inductance;
+        let rises = if x > T::of(1e-3) { -(-x).exp_m1() / x } else { one - x / two };
+        let by_volt = winding.duration / winding.inductance * rises;
+        let by_speed = by_volt * winding.flux;
+        let deviation = deviation(noise.0 / pairs, noise.1, self.derived);
+        let askew = (along - against).abs() / two * T::of(UNEVEN);
+        let allowed = deviation * T::of(DEVIATIONS) + by_volt * volts * T::of(SAME_WAY) + askew;
+        let way =
+            north.map(
+                |is_axis| {
+                    if (same < T::zero()) == is_axis { Rotation::Forward } else { Rotation::Backward }
+                },
+            );
+        check_speed(margin, same.abs() / by_speed, allowed / by_speed, way)
     }
 }
 

@@ -120,7 +120,7 @@ impl<T: Real> fmt::Display for Fault<T> {
                 let [speed, allowed] = [*speed, *allowed].map(T::to_double);
                 write!(
                     f,
-                    "{}: what its magnet induces is that of {speed:.3} rad/s (electrical) where readings leave room for {allowed:.3}",
+                    "{}: readings are those of {speed:.3} rad/s (electrical) where at rest they leave room for {allowed:.3}",
                     self.name()
                 )
             }

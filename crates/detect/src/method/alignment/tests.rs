@@ -19,6 +19,7 @@ const SETTINGS: AlignmentSettings<f64> = AlignmentSettings {
     resistance: 1.5,
     magnet_flux: 0.5,
     least_sweep: 0.6,
+    checks: Checks::ALL,
     periods: 10,
     ramp: 20,
     hold: 100,

@@ -155,7 +155,7 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
         place!(LEAST_SALIENCY, s => s.pulses.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.pulses.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.pulses.gain_tolerance, Value::of, real),
-        place!(CHECKS, s => s.pulses.plausibility => checks, set_checks),
+        place!(CHECKS, s => s.pulses.plausibility.checks => value, set_value),
         Setting::new(
             &keys::BANDWIDTH,
             |s| Some(Value::of(s.pulses.sensing.bandwidth.unwrap_or_else(T::zero))),

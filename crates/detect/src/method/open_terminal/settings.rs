@@ -2,6 +2,7 @@
 
 use standstill_interface::{Nanos, Real, Sampling};
 
+use crate::checks::Checks;
 use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
@@ -58,6 +59,10 @@ pub struct OpenTerminalSettings<T> {
     pub signature: Signature,
     /// Probability of a wrong pole that is allowed.
     pub pole_error: T,
+    /// Which checks are on: whether the rotor stands.
+    pub checks: Checks,
+    /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
+    pub magnet_flux: T,
     /// Corner frequency in Hz of the dividers' filters; none: no filter.
     pub bandwidth: Option<T>,
     /// From the first conversion of a sample to its last.
@@ -87,6 +92,8 @@ impl<T: Real> OpenTerminalSettings<T> {
             least_saliency: T::of(0.005),
             signature: drive.pulse_signature,
             pole_error: T::of(1e-6),
+            checks: Checks::ALL,
+            magnet_flux: drive.magnet_flux,
             bandwidth: dividers.bandwidth,
             averaged: drive.sensing.averaged,
         }
@@ -131,6 +138,7 @@ impl<T: Real> OpenTerminalSettings<T> {
         require_zero_or_more(self.resistance, "resistance")?;
         require_positive(self.line_inductance, "line_inductance")?;
         require(self.cross_saturation.is_finite(), "cross_saturation", "finite")?;
+        require_zero_or_more(self.magnet_flux, "magnet_flux")?;
         require_share(self.least_saliency, "least_saliency")?;
         require_error(self.pole_error, "pole_error")
     }
@@ -193,6 +201,7 @@ impl<T: Real> Keyed for OpenTerminalSettings<T> {
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
+        place!(CHECKS, s => s.checks => value, set_value),
         place!(COMPARISON, s => s.comparison, Value::Flag, is_set),
     ];
 

@@ -2,6 +2,7 @@
 
 use standstill_interface::{Angle, Nanos, Real};
 
+use crate::checks::Checks;
 use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::parts::lines::SaliencySign;
@@ -46,6 +47,10 @@ pub struct SixPulseSettings<T> {
     pub pole_error: T,
     /// Standard deviation of the current sensors' gains, relative.
     pub gain_tolerance: T,
+    /// Which checks are on: whether the rotor stands.
+    pub checks: Checks,
+    /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
+    pub magnet_flux: T,
     /// Width of the sectors in which the answer is given; zero: an angle between them.
     pub sector: Angle<T>,
     /// The sensors, with comparators and timer.
@@ -79,6 +84,8 @@ impl<T: Real> SixPulseSettings<T> {
             signature: drive.signature,
             pole_error: T::of(1e-4),
             gain_tolerance: drive.gain_tolerance,
+            checks: Checks::ALL,
+            magnet_flux: drive.magnet_flux,
             sector: Angle::from_radians(T::zero()),
             sensing: drive.sensing,
         };
@@ -148,6 +155,7 @@ impl<T: Real> SixPulseSettings<T> {
         require_share(self.least_saliency, "least_saliency")?;
         require_error(self.pole_error, "pole_error")?;
         require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
+        require_zero_or_more(self.magnet_flux, "magnet_flux")?;
         self.sensing.check()
     }
 
@@ -207,6 +215,7 @@ impl<T: Real> Keyed for SixPulseSettings<T> {
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
+        place!(CHECKS, s => s.checks => value, set_value),
         Setting::new(
             &keys::THRESHOLD,
             |s| Some(Value::of(s.threshold)),

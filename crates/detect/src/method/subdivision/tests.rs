@@ -4,6 +4,7 @@ use std::vec::Vec;
 use standstill_interface::{Detector, Leg, Outcome};
 
 use super::*;
+use crate::checks::Checks;
 use crate::nameplate::Place;
 use crate::parts::polarity::Signature;
 use crate::parts::polarity::{PolarityRule, SequentialSettings};
@@ -21,6 +22,9 @@ fn settings(saliency: SaliencySign, halvings: u8) -> SubdivisionSettings<f64> {
             signature: Signature::Normal,
             rule: PolarityRule::Sequential(SequentialSettings::new(0.1)),
             place: Place::InLine,
+            checks: Checks::ALL,
+            magnet_flux: 0.5,
+            q_axis_inductance: 18e-3,
             window: Nanos::ZERO,
         },
         d_axis_inductance: 10e-3,

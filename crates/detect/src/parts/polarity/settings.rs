@@ -5,6 +5,7 @@ use standstill_interface::{
 };
 
 use super::sequential::SequentialSettings;
+use crate::checks::Checks;
 use crate::keys::{Lines, Microseconds, Value};
 use crate::nameplate::{Nameplate, Place};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
@@ -74,6 +75,12 @@ pub struct PolaritySettings<T> {
     pub rule: PolarityRule<T>,
     /// Where the current sensors are. One shunt in the DC link shows a vector's current after it, when diodes return it to the link.
     pub place: Place,
+    /// Which checks are on: whether the rotor stands.
+    pub checks: Checks,
+    /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
+    pub magnet_flux: T,
+    /// L_q in H, a rough value.
+    pub q_axis_inductance: T,
     /// How long after a vector, with all gates off, that shunt is read first; once more after as long again.
     pub window: Nanos,
 }
@@ -99,6 +106,9 @@ impl<T: Real> PolaritySettings<T> {
             signature,
             rule,
             place: drive.sensing.place,
+            checks: Checks::ALL,
+            magnet_flux: drive.magnet_flux,
+            q_axis_inductance: drive.q_axis_inductance,
             // No jitter takes the first sample before the edge.
             window: drive.sensing.lead() + Nanos::from_micros(1),
         }
@@ -156,6 +166,8 @@ impl<T: Real> PolaritySettings<T> {
         )?;
         require_positive(self.least_current, "polarity.least_current")?;
         require_zero_or_more(self.least_margin, "polarity.least_margin")?;
+        require_zero_or_more(self.magnet_flux, "polarity.magnet_flux")?;
+        require_positive(self.q_axis_inductance, "polarity.q_axis_inductance")?;
         match &self.rule {
             PolarityRule::TwoVectors => Ok(()),
             PolarityRule::Sequential(settings) => settings.check(),
@@ -177,7 +189,7 @@ impl<T: Real> PolaritySettings<T> {
 
     /// Variance of i_d as a multiple of that of a reading: 2/3 by three independent sensors. One shunt in the link shows at least
     /// cos 30° of it, and the two readings that lead to the end of the vector have five times the variance of one.
-    pub(super) fn by_reading(&self) -> T {
+    pub(crate) fn by_reading(&self) -> T {
         T::of(if self.place == Place::InLink { 20.0 / 3.0 } else { 2.0 / 3.0 })
     }
 

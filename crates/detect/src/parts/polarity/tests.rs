@@ -7,6 +7,7 @@ use standstill_interface::{AlphaBeta, Leg, Nanos, Sampling};
 
 use super::sequential::{tail, tail_beyond};
 use super::*;
+use crate::checks::Checks;
 use crate::nameplate::Place;
 use crate::parts::settle::SettleSettings;
 use crate::testing::Noise;
@@ -25,6 +26,9 @@ fn settings(sequential: SequentialSettings<f64>) -> PolaritySettings<f64> {
         signature: Signature::Normal,
         rule: PolarityRule::Sequential(sequential),
         place: Place::InLine,
+        checks: Checks::ALL,
+        magnet_flux: 0.1,
+        q_axis_inductance: 1e-3,
         window: Nanos::ZERO,
     }
 }

@@ -109,3 +109,128 @@ fn regress_a_deviation_from_few_pulses_finds_no_speed_by_chance() {
     }
     assert!(turns <= 8, "{turns}");
 }
+
+#[test]
+fn analytic_opposite_vectors_show_what_the_magnet_induces_whatever_the_resistance() {
+    // A winding of 18 mH across a magnet of 0.5 Wb, vectors of 1 ms.
+    for resistance in [0.0_f64, 1e-5, 3.0, 40.0] {
+        let winding = Winding { duration: 1e-3, resistance, inductance: 18e-3, flux: FLUX };
+        for speed in [-25.0_f64, -6.0, 6.0, 25.0] {
+            let induced = if resistance > 0.0 {
+                -speed * FLUX / resistance * (1.0 - (-resistance * 1e-3 / 18e-3).exp())
+            } else {
+                -speed * FLUX * 1e-3 / 18e-3
+            };
+            // Seen from the other end of the axis the same current has the other sign.
+            for (is_north, seen) in [(true, induced), (false, -induced)] {
+                let mut across = Across::new();
+                for _ in 0..3 {
+                    // A sensor's offset, and an axis that is a little askew.
+                    across.add(false, seen + 0.05 + 0.1, false);
+                    across.add(true, seen + 0.05 - 0.1, false);
+                }
+                let found = |north: Option<bool>| {
+                    across.without(0.05 * 3.0).check(
+                        &mut Margin::new(),
+                        &winding,
+                        (3.0, VOLTS),
+                        (1e-4, 60.0),
+                        north,
+                    )
+                };
+                let Err(Fault::RotorTurns { speed: amount, allowed, way }) = found(Some(is_north)) else {
+                    panic!("{resistance} {speed}: {:?}", found(Some(is_north)))
+                };
+                assert!((amount / speed.abs() - 1.0).abs() < 1e-3, "{amount} {speed}");
+                assert!(allowed < 6.0, "{allowed}");
+                let wanted = if speed > 0.0 { Rotation::Forward } else { Rotation::Backward };
+                assert_eq!(way, Some(wanted), "{resistance} {speed} {is_north}");
+                assert!(matches!(found(None), Err(Fault::RotorTurns { way: None, .. })));
+            }
+        }
+    }
+}
+
+#[test]
+fn law_vectors_leave_room_for_noise_for_an_askew_axis_and_for_two_sensors() {
+    let winding = Winding { duration: 1e-3, resistance: 0.0, inductance: 18e-3, flux: FLUX };
+    let check = |same: f64, apart: f64, noise: f64, derived: bool| {
+        let mut across = Across::new();
+        across.add(false, same + apart, derived);
+        across.add(true, same - apart, derived);
+        let mut margin = Margin::new();
+        let found = across.check(&mut margin, &winding, (1.0, VOLTS), (noise * noise, 1e6), Some(true));
+        assert_eq!(found.is_err(), margin.smallest().is_some_and(|margin| margin < 0.0));
+        found.is_ok()
+    };
+    // A thousandth of 540 V for 1 ms across 18 mH, six deviations of 0.01 A, a twentieth of what is askew.
+    for (apart, noise, derived, allowed) in [
+        (0.0, 0.0, false, 0.03),
+        (0.0, 0.01, false, 0.09),
+        (0.4, 0.01, false, 0.11),
+        (0.0, 0.01, true, 0.03 + 0.06 * 2.6_f64.sqrt()),
+    ] {
+        assert!(check(allowed - 1e-3, apart, noise, derived), "{allowed}");
+        assert!(!check(allowed + 1e-3, apart, noise, derived), "{allowed}");
+    }
+    // No magnet, no vectors: nothing is known, and nothing said.
+    let none = Winding { flux: 0.0, ..winding };
+    let mut across = Across::new();
+    across.add(false, 5.0, false);
+    across.add(true, 5.0, false);
+    assert!(across.check(&mut Margin::new(), &none, (1.0, VOLTS), (0.0, 9.0), None).is_ok());
+    assert!(across.check(&mut Margin::new(), &winding, (0.0, VOLTS), (0.0, 9.0), None).is_ok());
+}
+
+#[test]
+fn law_an_axis_may_be_off_by_two_degrees_and_by_its_noise() {
+    let check = |degrees: f64, deviation: f64| {
+        check_axis(&mut Margin::new(), (degrees.to_radians(), 0.05), deviation.to_radians(), 2.0 * DEGREE)
+    };
+    assert!(check(1.9, 0.0).is_ok() && check(-1.9, 0.0).is_ok() && check(7.9, 1.0).is_ok());
+    let Err(Fault::RotorTurns { speed, allowed, way }) = check(-6.0, 0.0) else { panic!("6°") };
+    assert!(
+        (speed - 6.0_f64.to_radians() / 0.05).abs() < 1e-9
+            && (allowed - 2.0_f64.to_radians() / 0.05).abs() < 1e-9
+    );
+    assert_eq!(way, Some(Rotation::Backward));
+    assert!(matches!(check(9.0, 1.0), Err(Fault::RotorTurns { way: Some(Rotation::Forward), .. })));
+    assert!(check(f64::NAN, 0.0).is_ok());
+}
+
+#[test]
+fn analytic_what_is_beside_a_constant_and_a_vector_is_square_to_both() {
+    let of = [1.0, 4.0, -2.0, 0.5, 3.0, 7.0];
+    let other = [0.3, -1.0, 2.0, 2.5, 0.0, 1.0];
+    let left = beside(of, other);
+    let product = |a: [f64; 6], b: [f64; 6]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    assert!(product(left, [1.0; 6]).abs() < 1e-12 && product(left, other).abs() < 1e-12);
+    // What it had of both is all that is gone.
+    let gone: [f64; 6] = core::array::from_fn(|k| of[k] - left[k]);
+    assert!(beside(gone, other).iter().all(|value| value.abs() < 1e-12));
+    assert!(beside(of, [2.0; 6]).iter().zip(of).all(|(left, of)| (left - of + 2.25).abs() < 1e-12));
+}
+
+#[test]
+fn law_a_current_that_is_held_scatters_by_no_more_than_noise_of_its_sensors() {
+    let mut noise = Noise::new(3);
+    for derived in [false, true] {
+        let limit = held(0.02, derived, 300.0);
+        let beyond = (0..2000).filter(|_| {
+            let mut squares = 0.0;
+            for _ in 0..300 {
+                let mut read = [(); 3].map(|()| 0.02 * noise.gauss());
+                if derived {
+                    read[2] = -read[0] - read[1];
+                }
+                let vector = standstill_interface::Abc(read).clarke();
+                squares += vector.dot(vector);
+            }
+            (squares / 299.0).sqrt() > limit
+        });
+        assert_eq!(beyond.count(), 0, "{derived}");
+    }
+    // A sine of twice the noise is more.
+    let sine = (2.0 * 0.02_f64.powi(2) * 2.0 + 4.0 / 3.0 * 0.02_f64.powi(2)).sqrt();
+    assert!(sine > held(0.02, false, 300.0));
+}
