@@ -102,10 +102,12 @@ fn law_a_method_notices_before_its_error_exceeds_two_degrees() {
     }
 }
 
+type Keys = &'static [(&'static str, &'static str)];
+
 /// Each method with a speed in rpm at which at most one of thirty starts answers on `paper-5k5`, and the keys of its drive. Where a single
 /// phase carries next to no current of the vectors, the drive's dead time holds back what `line-inductance-fast` looks for up to some
 /// 30 rpm; the six pulses see it everywhere in two rounds.
-const NOTICES: [(&str, f64, &[(&str, &str)]); 6] = [
+const NOTICES: [(&str, f64, Keys); 6] = [
     ("line-inductance-fast", 40.0, &[]),
     ("subdivision", 12.0, &[]),
     ("hfi-rotating", 3.5, &[]),
