@@ -23,13 +23,13 @@ def main(path: str) -> None:
         stop_time=len(steps) * period,
         output_interval=period,
         input=legs,
-        start_values={"seed": 5, "rotor.draw_angle": False, "rotor.angle": 30.0},
-        output=["sampled.i_a", "count.i_a", "true.i_a", "true.angle"],
+        start_values={"seed": 5, "rotor.draw_angle": False, "rotor.angle": np.radians(30.0)},
+        output=["sampled.i_a", "count.i_a", "actual.i_a", "actual.angle"],
     )
     print("      t/µs  sampled i_a/A   code   true i_a/A")
     for row in result:
-        print(f"{row['time'] * 1e6:10.1f} {row['sampled.i_a']:14.4f} {row['count.i_a']:6d} {row['true.i_a']:12.4f}")
-    assert abs(result["true.i_a"]).max() > 0.1, "no current flowed"
+        print(f"{row['time'] * 1e6:10.1f} {row['sampled.i_a']:14.4f} {row['count.i_a']:6d} {row['actual.i_a']:12.4f}")
+    assert abs(result["actual.i_a"]).max() > 0.1, "no current flowed"
 
 
 if __name__ == "__main__":

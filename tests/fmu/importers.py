@@ -56,6 +56,7 @@ def by_fmpy(path, folder):
     slave = (FMU2Slave if second else FMU3Slave)(**of)
     real = slave.setReal if second else slave.setFloat64
     whole = slave.setInteger if second else slave.setInt32
+    chosen = slave.setInteger if second else slave.setInt64
     slave.instantiate()
     if second:
         slave.setupExperiment(startTime=0.0)
@@ -66,7 +67,7 @@ def by_fmpy(path, folder):
     seen = []
     for n in range(STEPS):
         for phase, (mode, duty) in zip("abc", legs(n)):
-            whole([reference[f"mode_{phase}"]], [mode])
+            chosen([reference[f"mode_{phase}"]], [mode])
             real([reference[f"duty_{phase}"]], [duty])
         slave.doStep(currentCommunicationPoint=n * PERIOD, communicationStepSize=PERIOD)
         seen.append((slave.getReal if second else slave.getFloat64)([reference[name] for name in OUTPUTS]))
@@ -94,7 +95,7 @@ def by_event_mode(path, folder):
         if n:
             seen.append(slave.getFloat64([reference[name] for name in OUTPUTS]))
         for phase, (mode, duty) in zip("abc", legs(n)):
-            slave.setInt32([reference[f"mode_{phase}"]], [mode])
+            slave.setInt64([reference[f"mode_{phase}"]], [mode])
             slave.setFloat64([reference[f"duty_{phase}"]], [duty])
         slave.updateDiscreteStates()
         slave.enterStepMode()
@@ -114,7 +115,7 @@ def told(path, folder):
     second = description.fmiVersion == "2.0"
     slave = (FMU2Slave if second else FMU3Slave)(**of)
     real, whole = (slave.getReal, slave.getInteger) if second else (slave.getFloat64, slave.getInt32)
-    get = {"Real": real, "Float64": real, "Integer": whole, "Int32": whole, "Boolean": slave.getBoolean}
+    get = {"Real": real, "Float64": real, "Integer": whole, "Int32": whole, "Enumeration": whole if second else slave.getInt64, "Boolean": slave.getBoolean}
     slave.instantiate()
     if second:
         slave.setupExperiment(startTime=0.0)
@@ -126,12 +127,12 @@ def told(path, folder):
         assert variable.unit != "deg", variable.name
     (slave.setReal if second else slave.setFloat64)([reference["rotor.angle"]], [1.0])
     slave.enterInitializationMode()
-    prefix = "true." if "true.angle" in reference else ""
+    prefix = "actual." if "actual.angle" in reference else ""
     (angle,) = real([reference[f"{prefix}angle"]])
     (draws,) = slave.getBoolean([reference["rotor.draw_angle"]])
     assert abs(angle - 1.0) < 0.02 and not draws, (angle, draws)
     if prefix:
-        link, sampled = real([reference["true.u_dc"], reference["sampled.u_dc"]])
+        link, sampled = real([reference["actual.u_dc"], reference["sampled.u_dc"]])
         assert abs(sampled - link) < 0.05 * link, (sampled, link)
     slave.exitInitializationMode()
     slave.terminate()

@@ -3,12 +3,17 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+use standstill_quantity::rounded;
+
 use crate::model::{Model, Part, Version};
 use crate::units;
-use crate::variables::{Kind, Role, Variable};
+use crate::variables::{Kind, MODES, Role, Variable};
 
-/// A text within an attribute.
-fn escaped(text: &str) -> String {
+/// The name of the enumeration of a leg's modes.
+const MODE: &str = "Mode";
+
+/// A text within an attribute, or between tags.
+pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for c in text.chars() {
         match c {
@@ -40,7 +45,7 @@ impl Variable {
         match self.kind {
             Kind::Real => format!("{value:?}"),
             Kind::Boolean | Kind::Clock => (value != 0.0).to_string(),
-            Kind::Integer => format!("{value}"),
+            Kind::Integer | Kind::Mode => format!("{value}"),
         }
     }
 
@@ -76,6 +81,7 @@ impl Variable {
             self.limits.filter(|_| self.kind != Kind::Boolean).map(|ends| self.written(ends[end]))
         };
         attributes(&[
+            ("declaredType", (self.kind == Kind::Mode).then(|| MODE.to_owned())),
             ("unit", unit.map(|unit| unit.name.to_owned())),
             ("displayUnit", unit.and_then(|unit| unit.shown).map(|(name, _)| name.to_owned())),
             ("min", limit(0)),
@@ -93,6 +99,7 @@ impl Kind {
             (Self::Real, Version::Three) => "Float64",
             (Self::Integer, Version::Two) => "Integer",
             (Self::Integer, Version::Three) => "Int32",
+            (Self::Mode, _) => "Enumeration",
             (Self::Boolean, _) => "Boolean",
             (Self::Clock, _) => "Clock",
         }
@@ -176,6 +183,7 @@ impl Model {
             &attributes(&abilities),
             "/>\n",
             &self.units(),
+            &self.types(version),
             "  <LogCategories><Category name=\"error\" description=\"What went wrong\"/></LogCategories>\n",
             &self.experiment(),
             "  <ModelVariables>\n",
@@ -212,7 +220,34 @@ impl Model {
         let step = self.period().seconds();
         // Whole steps of about 20 ms: the last one, too, is one that a drive takes.
         let stop = (0.02 / step).round().max(1.0) * step;
-        format!("  <DefaultExperiment startTime=\"0\" stopTime=\"{stop:?}\" stepSize=\"{step:?}\"/>\n")
+        format!(
+            "  <DefaultExperiment startTime=\"0\" stopTime=\"{stop:?}\" tolerance=\"{:?}\" stepSize=\"{step:?}\"/>\n",
+            rounded(self.tolerance, 0)
+        )
+    }
+
+    /// The enumeration of a leg's modes, where there are legs.
+    fn types(&self, version: Version) -> String {
+        if self.part == Part::Motor {
+            return String::new();
+        }
+        let mut items = String::new();
+        for (value, (name, about)) in MODES.iter().enumerate() {
+            let about = escaped(about);
+            let _ =
+                writeln!(items, "      <Item name=\"{name}\" value=\"{value}\" description=\"{about}\"/>");
+        }
+        let inside = match version {
+            Version::Two => {
+                format!(
+                    "    <SimpleType name=\"{MODE}\"><Enumeration>\n{items}    </Enumeration></SimpleType>\n"
+                )
+            }
+            Version::Three => {
+                format!("    <EnumerationType name=\"{MODE}\">\n{items}    </EnumerationType>\n")
+            }
+        };
+        format!("  <TypeDefinitions>\n{inside}  </TypeDefinitions>\n")
     }
 
     fn units(&self) -> String {

@@ -83,12 +83,12 @@ pub unsafe fn freed<C>(component: *mut C) {
     }
 }
 
-/// Values of variables of one kind.
+/// Values of variables of these kinds.
 ///
 /// # Safety
 /// Arrays of so many, or null.
 pub unsafe fn get<C: Component, T>(
-    kind: Kind,
+    kinds: &'static [Kind],
     from: fn(f64) -> T,
     (references, count, values): (*const u32, usize, *mut T),
 ) -> impl FnOnce(&mut C) -> Outcome {
@@ -96,18 +96,18 @@ pub unsafe fn get<C: Component, T>(
         // SAFETY: as the caller promises.
         let (references, values) = unsafe { (slice(references, count), slice_mut(values, count)) };
         for (reference, value) in references.iter().zip(values) {
-            *value = from(component.instance().get(*reference, kind)?);
+            *value = from(component.instance().get(*reference, kinds)?);
         }
         Ok(())
     }
 }
 
-/// Sets variables of one kind.
+/// Sets variables of these kinds.
 ///
 /// # Safety
 /// Arrays of so many, or null.
 pub unsafe fn set<C: Component, T: Copy>(
-    kind: Kind,
+    kinds: &'static [Kind],
     to: fn(T) -> f64,
     (references, count, values): (*const u32, usize, *const T),
 ) -> impl FnOnce(&mut C) -> Outcome {
@@ -115,7 +115,7 @@ pub unsafe fn set<C: Component, T: Copy>(
         // SAFETY: as the caller promises.
         let (references, values) = unsafe { (slice(references, count), slice(values, count)) };
         for (reference, value) in references.iter().zip(values) {
-            component.instance().set(*reference, kind, to(*value))?;
+            component.instance().set(*reference, kinds, to(*value))?;
         }
         Ok(())
     }

@@ -119,10 +119,16 @@ pub unsafe extern "C" fn fmi2FreeInstance(component: *mut Component) {
 
 type References = *const u32;
 
+/// The kinds that are whole numbers to this version.
+const WHOLE: [Kind; 2] = [Kind::Integer, Kind::Mode];
+
 exported! {
-    /// When the simulation begins.
-    fmi2SetupExperiment(_tolerance_defined: c_int, _tolerance: f64, start: f64, _stop_defined: c_int, _stop: f64) =>
-        |component| component.instance.set_start(start);
+    /// When the simulation begins, and how exact it has to be.
+    fmi2SetupExperiment(tolerance_defined: c_int, tolerance: f64, start: f64, _stop_defined: c_int, _stop: f64) =>
+        |component| {
+            component.instance.set_tolerance((tolerance_defined != 0).then_some(tolerance))?;
+            component.instance.set_start(start)
+        };
     /// To initialization mode.
     fmi2EnterInitializationMode() => |component| component.instance.enter_initialisation();
     /// To steps: here parameters that do not go together are refused.
@@ -135,22 +141,22 @@ exported! {
     fmi2Reset() => |component| { component.instance.reset(); Ok(()) };
     /// Values of numbers.
     fmi2GetReal(references: References, count: usize, values: *mut f64) =>
-        get(Kind::Real, |value| value, (references, count, values));
+        get(&[Kind::Real], |value| value, (references, count, values));
     /// Sets numbers.
     fmi2SetReal(references: References, count: usize, values: *const f64) =>
-        set(Kind::Real, |value| value, (references, count, values));
+        set(&[Kind::Real], |value| value, (references, count, values));
     /// Values of whole numbers.
     fmi2GetInteger(references: References, count: usize, values: *mut c_int) =>
-        get(Kind::Integer, whole, (references, count, values));
+        get(&WHOLE, whole, (references, count, values));
     /// Sets whole numbers.
     fmi2SetInteger(references: References, count: usize, values: *const c_int) =>
-        set(Kind::Integer, f64::from, (references, count, values));
+        set(&WHOLE, f64::from, (references, count, values));
     /// Values of flags.
     fmi2GetBoolean(references: References, count: usize, values: *mut c_int) =>
-        get(Kind::Boolean, whole, (references, count, values));
+        get(&[Kind::Boolean], whole, (references, count, values));
     /// Sets flags.
     fmi2SetBoolean(references: References, count: usize, values: *const c_int) =>
-        set(Kind::Boolean, |value| f64::from(u8::from(value != 0)), (references, count, values));
+        set(&[Kind::Boolean], |value| f64::from(u8::from(value != 0)), (references, count, values));
     /// A copy of all that changes.
     fmi2GetFMUstate(state: *mut *mut State) => get_state(state);
     /// Back to a copy.

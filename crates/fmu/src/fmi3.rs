@@ -110,8 +110,9 @@ type References = *const u32;
 
 exported! {
     /// To initialization mode.
-    fmi3EnterInitializationMode(_tolerance_defined: bool, _tolerance: f64, start: f64, _stop_defined: bool, _stop: f64) =>
+    fmi3EnterInitializationMode(tolerance_defined: bool, tolerance: f64, start: f64, _stop_defined: bool, _stop: f64) =>
         |component| {
+            component.instance.set_tolerance(tolerance_defined.then_some(tolerance))?;
             component.instance.set_start(start)?;
             component.instance.enter_initialisation()
         };
@@ -151,28 +152,39 @@ exported! {
     fmi3Reset() => |component| { component.instance.reset(); Ok(()) };
     /// Values of numbers.
     fmi3GetFloat64(references: References, count: usize, values: *mut f64, _all: usize) =>
-        get(Kind::Real, |value| value, (references, count, values));
+        get(&[Kind::Real], |value| value, (references, count, values));
     /// Sets numbers.
     fmi3SetFloat64(references: References, count: usize, values: *const f64, _all: usize) =>
-        set(Kind::Real, |value| value, (references, count, values));
+        set(&[Kind::Real], |value| value, (references, count, values));
     /// Values of whole numbers.
     fmi3GetInt32(references: References, count: usize, values: *mut i32, _all: usize) =>
-        get(Kind::Integer, whole, (references, count, values));
+        get(&[Kind::Integer], whole, (references, count, values));
     /// Sets whole numbers.
     fmi3SetInt32(references: References, count: usize, values: *const i32, _all: usize) =>
-        set(Kind::Integer, f64::from, (references, count, values));
+        set(&[Kind::Integer], f64::from, (references, count, values));
+    /// Values of enumerations.
+    fmi3GetInt64(references: References, count: usize, values: *mut i64, _all: usize) =>
+        get(&[Kind::Mode], |value| whole(value).into(), (references, count, values));
+    /// Sets enumerations.
+    fmi3SetInt64(references: References, count: usize, values: *const i64, _all: usize) =>
+        set(&[Kind::Mode], number, (references, count, values));
     /// Values of flags.
     fmi3GetBoolean(references: References, count: usize, values: *mut bool, _all: usize) =>
-        get(Kind::Boolean, |value| value != 0.0, (references, count, values));
+        get(&[Kind::Boolean], |value| value != 0.0, (references, count, values));
     /// Sets flags.
     fmi3SetBoolean(references: References, count: usize, values: *const bool, _all: usize) =>
-        set(Kind::Boolean, |value| f64::from(u8::from(value)), (references, count, values));
+        set(&[Kind::Boolean], |value| f64::from(u8::from(value)), (references, count, values));
     /// A copy of all that changes.
     fmi3GetFMUState(state: *mut *mut State) => get_state(state);
     /// Back to a copy.
     fmi3SetFMUState(state: *const State) => set_state(state);
     /// The end of a copy.
     fmi3FreeFMUState(state: *mut *mut State) => free_state(state);
+}
+
+#[allow(clippy::cast_precision_loss, reason = "what is no mode is refused, near one or not")]
+fn number(value: i64) -> f64 {
+    value as f64
 }
 
 /// Puts a value where the importer wants it, if it does.

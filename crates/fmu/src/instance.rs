@@ -18,6 +18,9 @@ const OFF: f64 = 2e-9;
 /// And relative to the time: the last digits of sums and products.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
+/// The finest tolerance: beyond it, what is rounded outweighs it.
+const FINEST: f64 = 1e-12;
+
 choice! {
     /// Where an instance is between its creation and its end.
     pub enum Phase {
@@ -43,6 +46,8 @@ pub(crate) struct State {
     /// By value reference.
     values: Vec<f64>,
     rig: Option<Rig>,
+    /// Relative to the flux at rated current, where the importer wants one.
+    tolerance: Option<f64>,
     start_time: f64,
     /// Time of the importer.
     time: f64,
@@ -98,6 +103,19 @@ impl Instance {
         Ok(())
     }
 
+    /// The numerical tolerance that the importer asks for: a step is never less exact than without one.
+    pub fn set_tolerance(&mut self, tolerance: Option<f64>) -> Outcome {
+        self.must_be(&[Phase::Instantiated], "the tolerance")?;
+        // Some importers say that there is one, and give 0.
+        if let Some(found) = tolerance.filter(|found| !(0.0..1.0).contains(found)) {
+            return Err(format!(
+                "tolerance: found {found}, needed a share from 0 to 1 of the flux at rated current"
+            ));
+        }
+        self.state.tolerance = tolerance.filter(|found| *found > 0.0);
+        Ok(())
+    }
+
     /// To initialization mode.
     pub fn enter_initialisation(&mut self) -> Outcome {
         self.must_be(&[Phase::Instantiated], "entering initialization mode")?;
@@ -128,7 +146,7 @@ impl Instance {
         Ok(())
     }
 
-    fn variable(&self, reference: u32, kind: Kind) -> Outcome<(usize, &crate::Variable)> {
+    fn variable(&self, reference: u32, kinds: &[Kind]) -> Outcome<(usize, &crate::Variable)> {
         let found = self.model.variables.get(reference as usize);
         let variable = found.ok_or_else(|| {
             format!(
@@ -136,18 +154,18 @@ impl Instance {
                 self.model.variables.len() - 1
             )
         })?;
-        if variable.kind != kind {
+        if !kinds.contains(&variable.kind) {
             return Err(format!(
-                "`{}`: read or written as {kind:?}, but it is {:?}",
-                variable.name, variable.kind
+                "`{}`: read or written as {:?}, but it is {:?}",
+                variable.name, kinds[0], variable.kind
             ));
         }
         Ok((reference as usize, variable))
     }
 
     /// Sets a parameter or an input.
-    pub fn set(&mut self, reference: u32, kind: Kind, value: f64) -> Outcome {
-        let (place, variable) = self.variable(reference, kind)?;
+    pub fn set(&mut self, reference: u32, kinds: &[Kind], value: f64) -> Outcome {
+        let (place, variable) = self.variable(reference, kinds)?;
         let name = &variable.name;
         if !variable.is_parameter() && !variable.is_input() {
             return Err(format!("`{name}`: it is no parameter and no input, and cannot be set"));
@@ -171,8 +189,8 @@ impl Instance {
     }
 
     /// The value of any variable.
-    pub fn get(&mut self, reference: u32, kind: Kind) -> Outcome<f64> {
-        let (place, variable) = self.variable(reference, kind)?;
+    pub fn get(&mut self, reference: u32, kinds: &[Kind]) -> Outcome<f64> {
+        let (place, variable) = self.variable(reference, kinds)?;
         let role = variable.role.clone();
         let output = matches!(role, Role::Sampled(_) | Role::True(_));
         if output && self.state.rig.is_none() {
@@ -213,7 +231,11 @@ impl Instance {
         if self.state.rig.is_none() {
             let mut trial = 0;
             let document = self.changed(&mut trial).map_err(|error| error.to_string())?;
-            let scenario = Model::scenario_of(&document).map_err(|error| error.to_string())?;
+            let mut scenario = Model::scenario_of(&document).map_err(|error| error.to_string())?;
+            if let Some(tolerance) = self.state.tolerance {
+                let flux = tolerance.max(FINEST) * self.model.flux;
+                scenario.tolerance.flux = scenario.tolerance.flux.min(flux);
+            }
             self.state.rig = Some(Rig::new(self.model.part, scenario, trial)?);
         }
         Ok(())
@@ -306,7 +328,7 @@ impl Instance {
 
     /// Whether this is the clock.
     pub fn is_clock(&self, reference: u32) -> bool {
-        self.variable(reference, Kind::Clock).is_ok()
+        self.variable(reference, &[Kind::Clock]).is_ok()
     }
 }
 
@@ -321,6 +343,7 @@ impl State {
             phase: Phase::Instantiated,
             values: model.variables.iter().map(|variable| variable.start.unwrap_or(0.0)).collect(),
             rig: None,
+            tolerance: None,
             start_time: 0.0,
             time: 0.0,
             tick: false,

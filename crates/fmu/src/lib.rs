@@ -16,6 +16,7 @@
 
 mod archive;
 mod description;
+mod documentation;
 mod exported;
 mod fmi2;
 mod fmi3;

@@ -77,6 +77,10 @@ pub struct Model {
     pub motor: String,
     /// Of the PWM carrier.
     period: Nanos,
+    /// Flux linkage at rated current in Wb, to which tolerances are relative.
+    pub(crate) flux: f64,
+    /// The numerical tolerance of a step, relative to it.
+    pub(crate) tolerance: f64,
 }
 
 /// Errors of an export.
@@ -121,7 +125,7 @@ impl Model {
         let resolver = document.get(RESOLVER).filter(|_| scenario.sensors.resolver.error > 0.0);
         if let (Part::Drive, Some(value)) = (part, resolver) {
             let found = format!("{value} in an FMU, which has no resolver");
-            let needed = "0 or no such key; its `true.angle` is without error";
+            let needed = "0 or no such key; its `actual.angle` is without error";
             return Err(document.refuse(RESOLVER, &found, needed).into());
         }
         if i32::try_from(file.seed).is_err() {
@@ -131,8 +135,12 @@ impl Model {
                 i32::MAX
             )));
         }
+        let flux =
+            motor.winding.d_axis_inductance().min(motor.winding.q_axis_inductance()) * motor.rated_current;
         Ok(Self {
             part,
+            flux,
+            tolerance: scenario.tolerance.flux / flux,
             variables: variables(part, &document, &packed, &scenario, &motor),
             packed,
             motor: motor.name.clone(),
@@ -187,7 +195,8 @@ impl Model {
         readable(self.period.seconds(), "s")
     }
 
-    /// Digest of the model: part, version of the program, and all that the resources say.
+    /// Digest of the model: part, version of the program, its variables, and all that the resources say. So a library that counts its
+    /// variables otherwise is refused.
     pub fn token(&self) -> String {
         // Fowler–Noll–Vo, twice.
         let hash = |basis: u64, bytes: &mut dyn Iterator<Item = u8>| {
@@ -196,9 +205,10 @@ impl Model {
         let words = [self.part.name(), env!("CARGO_PKG_VERSION"), &self.packed.text];
         let [high, low] = [0xcbf2_9ce4_8422_2325, 0x8422_2325_cbf2_9ce4].map(|basis| {
             let texts = words.iter().flat_map(|word| word.bytes().chain([0]));
+            let kinds = self.variables.iter().flat_map(|of| of.name.bytes().chain([of.kind as u8]));
             let files =
                 self.packed.files.iter().flat_map(|(name, bytes)| name.bytes().chain(bytes.iter().copied()));
-            hash(basis, &mut texts.chain(files))
+            hash(basis, &mut texts.chain(kinds).chain(files))
         });
         let [a, b, c] = [high >> 32, high >> 16 & 0xffff, high & 0xffff];
         format!("{{{a:08x}-{b:04x}-{c:04x}-{:04x}-{:012x}}}", low >> 48, low & 0xffff_ffff_ffff)

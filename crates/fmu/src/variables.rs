@@ -20,6 +20,8 @@ pub enum Kind {
     Real,
     /// Whole numbers of 32 bits.
     Integer,
+    /// One of [`MODES`], by its number.
+    Mode,
     /// Yes or no.
     Boolean,
     /// The PWM period, of FMI 3.0 only.
@@ -181,6 +183,15 @@ impl Variable {
     }
 }
 
+/// What a leg can be told: the items of the enumeration, each with what it says. The place of each is its number, as in `standstill.h`.
+/// No name is a keyword of Modelica or C.
+pub(crate) const MODES: [(&str, &str); 4] = [
+    ("off", "Both switches off"),
+    ("low", "Lower switch on"),
+    ("high", "Upper switch on"),
+    ("duty", "Upper switch on for the share that the duty says, next to the middle of the period"),
+];
+
 const SHARE: &str = "a share from 0 to 1";
 
 const PHASES: [char; 3] = ['a', 'b', 'c'];
@@ -227,7 +238,7 @@ fn phases(name: &str, about: &str, kind: Kind, role: impl Fn(usize) -> Role) -> 
 
 fn drive_inputs() -> Vec<Variable> {
     let about = "Leg {} in the next step: 0 both switches off, 1 lower on, 2 upper on, 3 duty";
-    let modes = phases("mode", about, Kind::Integer, Role::Mode);
+    let modes = phases("mode", about, Kind::Mode, Role::Mode);
     let about = "Share of the next step for which the upper switch of leg {} is on, if its mode is 3";
     let duties = phases("duty", about, Kind::Real, Role::Duty);
     let modes = modes.map(|mode| mode.start(0.0).limits([0.0, 3.0], "0, 1, 2 or 3"));
@@ -261,7 +272,7 @@ fn sampled() -> Vec<Variable> {
 
 fn truth(part: Part) -> Vec<Variable> {
     // A motor has nothing but what is true.
-    let prefix = if part == Part::Drive { "true." } else { "" };
+    let prefix = if part == Part::Drive { "actual." } else { "" };
     let output = |name: &str, about: &str, of, unit: &str| {
         Variable::new(&format!("{prefix}{name}"), about, Kind::Real, Role::True(of)).unit(unit)
     };
@@ -286,7 +297,7 @@ fn further(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
     let output = |name: &str, about: &str, kind, of| Variable::new(name, about, kind, Role::Sampled(of));
     let kinds = "0 measured, 2 at the end of its converter's range, 3 not seen";
     let about = "Current from the DC link into the bridge";
-    let current = Variable::new("true.i_link", about, Kind::Real, Role::True(Truth::LinkCurrent));
+    let current = Variable::new("actual.i_link", about, Kind::Real, Role::True(Truth::LinkCurrent));
     let mut all = vec![current.unit("A")];
     let sources = scenario.sources();
     if sources.contains(&Source::LinkCurrent) {

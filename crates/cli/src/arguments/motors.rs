@@ -38,9 +38,10 @@ pub struct Fmu {
     /// Replace another FMU of that name; without it, it stays
     #[arg(long)]
     pub force: bool,
-    /// The shared library that goes into it [default: the one beside the program]
+    /// A shared library that goes into it; once for each kind of machine that it is to run on [default: the one beside the program,
+    /// and those of the folder fmu-binaries there]
     #[arg(long, value_name = "FILE")]
-    pub binary: Option<PathBuf>,
+    pub binary: Vec<PathBuf>,
 }
 
 /// The contents of an FMU.

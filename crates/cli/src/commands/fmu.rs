@@ -46,19 +46,9 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     let version = if options.fmi == "3" { Version::Three } else { Version::Two };
     let model = Model::new(&document, part).map_err(|error| Error::Arguments(error.to_string()))?;
     no_idle_keys(&document, part, &given)?;
-    let path = binary(options)?;
-    let library = read_at_most(&path, MOST_BYTES).map_err(|error| Error::Read(path.clone(), error))?;
-    let library = Binary::of(library).map_err(|found| Error::Results {
-        path,
-        found,
-        needed: format!(
-            "the library of FMUs of standstill {}, which `cargo build --release` leaves beside the program as {}",
-            env!("CARGO_PKG_VERSION"),
-            Binary::name()
-        ),
-    })?;
+    let binaries = binaries(options)?;
     replaces_nothing_else(&options.out)?;
-    let content = pack(&model, version, &library).map_err(Error::writing(&options.out))?;
+    let content = pack(&model, version, &binaries).map_err(Error::writing(&options.out))?;
     // Equal questions give equal bytes.
     let there = read_at_most(&options.out, content.len() as u64);
     let other = there.map_or_else(|error| error.kind() != io::ErrorKind::NotFound, |there| there != content);
@@ -80,7 +70,7 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
         Part::Motor => "steps of any length".to_owned(),
     };
     let text = format!(
-        "{}: {} of {}, FMI {}, {} inputs, {} outputs, {} parameters; {steps}\n",
+        "{}: {} of {}, FMI {}, {} inputs, {} outputs, {} parameters; {steps}; for {}\n",
         options.out.display(),
         if part == Part::Drive { "drive" } else { "motor" },
         model.motor,
@@ -88,6 +78,7 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
         count(|v| v.is_input() && v.kind != standstill_fmu::Kind::Clock),
         count(standstill_fmu::Variable::is_output),
         count(standstill_fmu::Variable::is_parameter),
+        binaries.iter().map(Binary::machine).collect::<Vec<_>>().join(", "),
     );
     Ok(Report { text, code: 0 })
 }
@@ -118,11 +109,39 @@ fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
     Err(Error::InTheWay { path: out.to_owned(), is: "no FMU", needed: "another name, or an FMU to replace" })
 }
 
-/// Returns the path of the shared library for the FMU.
-fn binary(options: &Fmu) -> Result<PathBuf, Error> {
-    if let Some(path) = &options.binary {
-        return Ok(path.clone());
+/// Reads the shared libraries for the FMU: those that are named, or that beside the program with those of other kinds of machines.
+fn binaries(options: &Fmu) -> Result<Vec<Binary>, Error> {
+    let mut paths = options.binary.clone();
+    if paths.is_empty() {
+        paths.push(own()?);
+        let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;
+        paths.extend(Binary::others(&program));
     }
+    let mut all: Vec<Binary> = Vec::new();
+    for path in paths {
+        let library = read_at_most(&path, MOST_BYTES).map_err(|error| Error::Read(path.clone(), error))?;
+        let library = Binary::of(library).map_err(|found| Error::Results {
+            path: path.clone(),
+            found,
+            needed: format!(
+                "the library of FMUs of standstill {}, which `cargo build --release` leaves beside the program as {}, and \
+                 scripts/fmu-binaries.sh for other kinds of machines in fmu-binaries",
+                env!("CARGO_PKG_VERSION"),
+                Binary::name()
+            ),
+        })?;
+        if all.iter().any(|there| there.machine() == library.machine()) {
+            let found = format!("a second library for {}", library.machine());
+            let needed = "one for each kind of machine".to_owned();
+            return Err(Error::Results { path, found, needed });
+        }
+        all.push(library);
+    }
+    Ok(all)
+}
+
+/// Returns the path of the shared library for this machine.
+fn own() -> Result<PathBuf, Error> {
     let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;
     let places = Binary::beside(&program);
     // Cargo leaves one in either place, not always the same: the newer one is of what was compiled last.

@@ -77,7 +77,7 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
         ),
         (
             &["fmu", "paper-5k5", "-s", "sensors.resolver_error=2", "-o", "x.fmu"],
-            "set on the command line: `sensors.resolver_error`: found 2 in an FMU, which has no resolver, needed 0 or no such key; its `true.angle` is without error",
+            "set on the command line: `sensors.resolver_error`: found 2 in an FMU, which has no resolver, needed 0 or no such key; its `actual.angle` is without error",
         ),
         (
             &["fmu", "resolver.toml", "-o", "x.fmu"],

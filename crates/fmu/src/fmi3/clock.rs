@@ -11,7 +11,7 @@ use crate::variables::Kind;
 exported! {
     /// Whether the clock ticks now.
     fmi3GetClock(references: References, count: usize, values: *mut bool) =>
-        get(Kind::Clock, |value| value != 0.0, (references, count, values));
+        get(&[Kind::Clock], |value| value != 0.0, (references, count, values));
     /// The importer, which knows the time, lets the clock tick.
     fmi3SetClock(references: References, count: usize, values: *const bool) => |component| {
         for (reference, value) in slice(references, count).iter().zip(slice(values, count)) {

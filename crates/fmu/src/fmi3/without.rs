@@ -49,7 +49,6 @@ without! {
         fmi3GetInt16(References, usize, *mut i16, usize), fmi3SetInt16(References, usize, *const i16, usize),
         fmi3GetUInt16(References, usize, *mut u16, usize), fmi3SetUInt16(References, usize, *const u16, usize),
         fmi3GetUInt32(References, usize, *mut u32, usize), fmi3SetUInt32(References, usize, *const u32, usize),
-        fmi3GetInt64(References, usize, *mut i64, usize), fmi3SetInt64(References, usize, *const i64, usize),
         fmi3GetUInt64(References, usize, *mut u64, usize), fmi3SetUInt64(References, usize, *const u64, usize),
         fmi3GetString(References, usize, *mut *const c_char, usize),
         fmi3SetString(References, usize, *const *const c_char, usize),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::io::Read as _;
 use std::path::Path;
 
 use roxmltree::Document as Xml;
@@ -112,28 +113,56 @@ fn law_the_description_has_all_variables_with_units_limits_and_starts() {
 #[test]
 fn law_the_archive_has_what_importers_look_for_and_is_the_same_each_time() {
     let model = unpacked(FIELD, Part::Drive).model;
-    let library = Binary(std::fs::read(binary()).expect("there"));
-    for (version, folder) in [(Version::Two, "linux64"), (Version::Three, "x86_64-linux")] {
+    let library = Binary::of(std::fs::read(binary()).expect("there")).expect("ours");
+    for (version, [linux, windows, icon]) in [
+        (Version::Two, ["linux64", "win64", "model.png"]),
+        (Version::Three, ["x86_64-linux", "x86_64-windows", "terminalsAndIcons/icon.png"]),
+    ] {
         if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
             continue;
         }
-        let small = Binary(library.0[..1000].to_vec());
-        let bytes = pack(&model, version, &small).expect("packed");
-        assert_eq!(bytes, pack(&model, version, &small).expect("packed"));
+        let libraries = [library.clone(), made_up(WINDOWS)];
+        let bytes = pack(&model, version, &libraries).expect("packed");
+        assert_eq!(bytes, pack(&model, version, &libraries).expect("packed"));
         let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).expect("an archive");
         let names: Vec<String> = archive.file_names().map(|name| name.expect("UTF-8").into_owned()).collect();
-        let binary = format!("binaries/{folder}/standstill_drive.so");
-        for name in ["modelDescription.xml", "resources/standstill_drive.toml", binary.as_str()] {
+        let binary = format!("binaries/{linux}/standstill_drive.so");
+        let other = format!("binaries/{windows}/standstill_drive.dll");
+        let licence = "documentation/licenses/license.txt";
+        for name in
+            ["modelDescription.xml", "resources/standstill_drive.toml", &binary, &other, icon, licence]
+        {
             assert!(names.iter().any(|there| there == name), "{name}: {names:?}");
         }
-        assert_eq!(archive.by_name(&binary).expect("there").size(), 1000);
+        assert!(archive.by_name(&binary).expect("there").size() > 100_000);
+        let mut read = |name: &str| {
+            let mut bytes = Vec::new();
+            archive.by_name(name).expect("there").read_to_end(&mut bytes).expect("whole");
+            bytes
+        };
+        assert!(read(icon).starts_with(b"\x89PNG"));
+        let page = String::from_utf8(read("documentation/index.html")).expect("UTF-8");
+        for variable in model.variables.iter().filter(|of| of.kind != Kind::Clock && of.name != "time") {
+            assert!(page.contains(&format!("<code>{}</code>", variable.name)), "{}", variable.name);
+        }
+        for says in ["x86_64-linux, x86_64-windows", "80 µs", "8e-5", "<td>3</td><td>duty</td>"] {
+            assert!(page.contains(says), "{says}");
+        }
+        let root = include_str!("../../../../LICENSE-MIT");
+        assert!(
+            String::from_utf8(read(licence)).expect("UTF-8").ends_with(root),
+            "the licence is the repository's"
+        );
     }
 }
 
 #[test]
 fn law_only_this_crate_s_library_of_this_version_is_a_binary() {
     let library = std::fs::read(binary()).expect("there");
-    assert_eq!(Binary::of(library.clone()), Ok(Binary(library.clone())));
+    let ours = Binary::of(library.clone()).expect("ours");
+    if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
+        assert_eq!(ours.machine(), "x86_64-linux");
+    }
     let of = |bytes: &[u8]| Binary::of(bytes.to_vec()).expect_err("refused");
     if cfg!(target_os = "linux") {
         assert_eq!(of(b"trials = 3"), "no library: the file does not begin as one");
@@ -141,12 +170,141 @@ fn law_only_this_crate_s_library_of_this_version_is_a_binary() {
         let test = std::fs::read(std::env::current_exe().expect("a test")).expect("there");
         assert_eq!(of(&test), "a library without fmi2DoStep");
         assert!(of(&library[..library.len() / 2]).starts_with("a damaged library"));
+        assert_eq!(of(&headed(PROGRAM)), "a program for Windows, needed a library");
+        assert_eq!(of(b"MZ, and no more"), "a damaged file of Windows");
+        assert!(of(&headed(OLD_WINDOWS)).starts_with("a library for Windows on machine 332"));
     }
     let mark = format!("standstill_fmu={};", env!("CARGO_PKG_VERSION"));
     let place = library.windows(mark.len()).position(|there| there == mark.as_bytes()).expect("marked");
     let mut other = library;
     other[place + mark.len() - 2] ^= 1;
     assert_eq!(of(&other), "the library of another program, or of another version of this one");
+}
+
+/// Machine and whether it is a library, of a file of Windows.
+const WINDOWS: (u16, bool) = (0x8664, true);
+const WINDOWS_ARM: (u16, bool) = (0xaa64, true);
+const OLD_WINDOWS: (u16, bool) = (0x14c, true);
+const PROGRAM: (u16, bool) = (0x8664, false);
+
+/// A file with a header of Windows and what is looked for in a library.
+fn headed((machine, library): (u16, bool)) -> Vec<u8> {
+    let mut bytes = vec![0; 0x100];
+    bytes[..2].copy_from_slice(b"MZ");
+    bytes[0x3c] = 0x80;
+    bytes[0x80..0x82].copy_from_slice(b"PE");
+    bytes[0x84..0x86].copy_from_slice(&machine.to_le_bytes());
+    bytes[0x97] = if library { 0x20 } else { 0 };
+    bytes.extend_from_slice(
+        concat!("fmi2DoStep fmi3DoStep standstill_fmu=", env!("CARGO_PKG_VERSION"), ";").as_bytes(),
+    );
+    bytes
+}
+
+fn made_up(header: (u16, bool)) -> Binary {
+    Binary::of(headed(header)).expect("taken by its header")
+}
+
+/// One library for each kind of machine; FMI 2.0 has no name for Windows on Arm.
+#[test]
+fn law_an_fmu_has_one_library_for_each_kind_of_machine() {
+    let model = unpacked(FIELD, Part::Drive).model;
+    let (intel, arm) = (made_up(WINDOWS), made_up(WINDOWS_ARM));
+    assert_eq!([intel.machine(), arm.machine()], ["x86_64-windows", "aarch64-windows"]);
+    let names = |version, binaries: &[Binary]| {
+        let bytes = pack(&model, version, binaries).map_err(|error| error.to_string())?;
+        let archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).expect("an archive");
+        let names = archive.file_names().map(|name| name.expect("UTF-8").into_owned());
+        Ok::<_, String>(names.filter(|name| name.starts_with("binaries/")).collect::<Vec<_>>())
+    };
+    let both = [intel.clone(), arm.clone()];
+    assert_eq!(names(Version::Two, &both).expect("packed"), ["binaries/win64/standstill_drive.dll"]);
+    assert_eq!(names(Version::Three, &both).expect("packed").len(), 2);
+    let said = names(Version::Two, &[arm]).expect_err("refused");
+    assert_eq!(
+        said,
+        "FMI 2.0 has no name for aarch64-windows; needed: --fmi 3, or another machine's library by --binary"
+    );
+    let said = names(Version::Two, &[intel.clone(), intel]).expect_err("refused");
+    assert_eq!(said, "found two libraries for win64, needed one");
+}
+
+/// A name with `true` in it is none that a Modelica tool can make a component of.
+#[test]
+fn law_no_part_of_a_name_is_a_keyword_of_modelica_or_c() {
+    const MODELICA: &str = "algorithm and annotation block break class connect connector constant constrainedby der discrete each \
+        else elseif elsewhen encapsulated end enumeration equation expandable extends external false final flow for function if import \
+        impure in initial inner input loop model not operator or outer output package parameter partial protected public pure record \
+        redeclare replaceable return stream then true type when while within";
+    const C: &str = "auto bool break case char const continue default do double else enum extern float for goto if inline int long \
+        register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while true false \
+        nullptr class new delete this public private";
+    let keywords: BTreeSet<&str> = MODELICA.split_whitespace().chain(C.split_whitespace()).collect();
+    let shunt = format!(
+        "{FIELD}\ndetector.method = \"bipolar\"\nsensors.arrangement = \"dc-link-shunt\"\nsensors.terminals = true"
+    );
+    let mut tried = 0;
+    for (text, part) in [(FIELD, Part::Drive), (shunt.as_str(), Part::Drive), (FIELD, Part::Motor)] {
+        let model = unpacked(text, part).model;
+        for version in [Version::Two, Version::Three] {
+            let text = model.description(version);
+            let xml = Xml::parse(&text).expect("XML");
+            for node in
+                xml.descendants().filter(|node| node.has_attribute("name") && !node.has_tag_name("Unit"))
+            {
+                let name = node.attribute("name").expect("one");
+                // The names of its items and types, too; units and categories are texts.
+                if node.has_tag_name("DisplayUnit") || node.has_tag_name("Category") {
+                    continue;
+                }
+                for word in name.split('.') {
+                    let letters = word.starts_with(|c: char| c.is_ascii_alphabetic())
+                        && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+                    assert!(letters && !keywords.contains(word), "{name}");
+                    tried += 1;
+                }
+            }
+        }
+    }
+    assert!(tried > 500, "{tried}");
+}
+
+#[test]
+fn law_modes_are_an_enumeration_whose_numbers_are_those_of_the_header_for_c() {
+    let model = unpacked(FIELD, Part::Drive).model;
+    for version in [Version::Two, Version::Three] {
+        let text = model.description(version);
+        let xml = Xml::parse(&text).expect("XML");
+        let find = |name: &'static str| xml.descendants().filter(move |node| node.has_tag_name(name));
+        let items: Vec<_> =
+            find("Item").map(|item| (item.attribute("name").expect("one"), whole(item, "value"))).collect();
+        assert_eq!(items, [("off", 0), ("low", 1), ("high", 2), ("duty", 3)]);
+        let header = standstill_foreign::HEADER;
+        for (name, value) in &items {
+            let line = format!("    STS_{} = {value},", name.to_uppercase());
+            assert!(header.contains(&line), "{line}");
+        }
+        let typed: Vec<_> = find("Enumeration").filter_map(|node| node.attribute("declaredType")).collect();
+        assert_eq!(typed, ["Mode"; 3]);
+        let definition = if version == Version::Two { "SimpleType" } else { "EnumerationType" };
+        assert_eq!(find(definition).filter_map(|node| node.attribute("name")).collect::<Vec<_>>(), ["Mode"]);
+        assert_eq!(find("Enumeration").filter(|node| node.has_attribute("min")).count(), 3);
+    }
+    let motor = unpacked(FIELD, Part::Motor).model.description(Version::Two);
+    assert!(!motor.contains("TypeDefinitions"), "a motor has no legs");
+}
+
+/// A library that counts variables otherwise would read one in place of another.
+#[test]
+fn regress_the_token_is_of_the_variables_too() {
+    let mut model = unpacked(FIELD, Part::Drive).model;
+    let token = model.token();
+    model.variables.swap(10, 11);
+    assert_ne!(model.token(), token, "another order");
+    model.variables.swap(10, 11);
+    assert_eq!(model.token(), token);
+    model.variables[0].kind = Kind::Integer;
+    assert_ne!(model.token(), token, "another kind");
 }
 
 /// A dead time that a run refuses is none of an FMU, and none in its description.

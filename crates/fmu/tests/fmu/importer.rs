@@ -160,7 +160,7 @@ impl<'u> Slave<'u> {
             } else {
                 type Set = unsafe extern "C" fn(*mut c_void, *const u32, usize, *const c_int) -> c_int;
                 let name: &[u8] =
-                    if kind == standstill_fmu::Kind::Integer { b"fmi2SetInteger" } else { b"fmi2SetBoolean" };
+                    if kind == standstill_fmu::Kind::Boolean { b"fmi2SetBoolean" } else { b"fmi2SetInteger" };
                 self.library.get::<Set>(name).expect("there")(
                     self.component,
                     &raw const reference,
@@ -182,7 +182,7 @@ impl<'u> Slave<'u> {
             } else {
                 type Get = unsafe extern "C" fn(*mut c_void, *const u32, usize, *mut c_int) -> c_int;
                 let name: &[u8] =
-                    if kind == standstill_fmu::Kind::Integer { b"fmi2GetInteger" } else { b"fmi2GetBoolean" };
+                    if kind == standstill_fmu::Kind::Boolean { b"fmi2GetBoolean" } else { b"fmi2GetInteger" };
                 let (get, mut value) = (self.library.get::<Get>(name).expect("there"), -1);
                 (get(self.component, &raw const reference, 1, &raw mut value), f64::from(value))
             }
@@ -199,11 +199,16 @@ impl<'u> Slave<'u> {
 
     /// Tells when the simulation begins.
     pub fn start_at(&self, time: f64) -> c_int {
+        self.set_up(None, time)
+    }
+
+    /// Tells how exact a simulation has to be, and when it begins.
+    pub fn set_up(&self, tolerance: Option<f64>, time: f64) -> c_int {
         type Setup = unsafe extern "C" fn(*mut c_void, c_int, f64, f64, c_int, f64) -> c_int;
         // SAFETY: the function of the standard's header.
         unsafe {
             let setup = self.library.get::<Setup>(b"fmi2SetupExperiment").expect("there");
-            setup(self.component, 0, 0.0, time, 0, 0.0)
+            setup(self.component, c_int::from(tolerance.is_some()), tolerance.unwrap_or(0.0), time, 0, 0.0)
         }
     }
 

@@ -112,7 +112,7 @@ fn traced(sensors: &str) {
             trace.events.iter().filter(|(_, event)| matches!(event, Event::Sample(..))).collect();
         assert_eq!(samples.len(), steps as usize);
         let length = if whole { 80e-6 } else { 40e-6 };
-        assert_eq!(slave.get("true.angle"), trace.snapshots[0].angle);
+        assert_eq!(slave.get("actual.angle"), trace.snapshots[0].angle);
         let (mut largest, mut seen_of_link) = (0.0_f64, 0.0_f64);
         for n in 0..steps {
             set_legs(&slave, n);
@@ -135,13 +135,13 @@ fn traced(sensors: &str) {
             }
             let end = f64::from(n + 1) * length;
             let there = trace.snapshots.iter().rfind(|there| (there.time - end).abs() < 1e-12).expect("one");
-            assert_eq!(slave.get("true.i_a"), there.current[0], "{n}");
-            assert_eq!(slave.get("true.angle"), there.angle, "{n}");
-            assert_eq!(slave.get("true.torque"), there.torque, "{n}");
-            assert_eq!(slave.get("true.i_link"), there.link_current(), "{n}");
+            assert_eq!(slave.get("actual.i_a"), there.current[0], "{n}");
+            assert_eq!(slave.get("actual.angle"), there.angle, "{n}");
+            assert_eq!(slave.get("actual.torque"), there.torque, "{n}");
+            assert_eq!(slave.get("actual.i_link"), there.link_current(), "{n}");
         }
         assert!(sensors.is_empty() || seen_of_link > 0.3, "{seen_of_link} A in the link");
-        assert!(largest > 0.3 && slave.get("true.speed") != 0.0, "{largest}: something must happen");
+        assert!(largest > 0.3 && slave.get("actual.speed") != 0.0, "{largest}: something must happen");
     }
 }
 
@@ -199,8 +199,15 @@ fn law_a_parameter_counts_also_after_outputs_were_read() {
 #[test]
 fn law_a_state_comes_back_to_the_same_bits_and_instances_do_not_disturb_each_other() {
     let unpacked = unpacked(FIELD, Part::Drive);
-    let outputs =
-        ["sampled.i_a", "sampled.i_b", "true.i_a", "true.i_c", "true.angle", "true.speed", "true.torque"];
+    let outputs = [
+        "sampled.i_a",
+        "sampled.i_b",
+        "actual.i_a",
+        "actual.i_c",
+        "actual.angle",
+        "actual.speed",
+        "actual.torque",
+    ];
     let go = |slave: &Slave, steps: std::ops::Range<u32>| {
         let mut seen = Vec::new();
         for n in steps {
@@ -257,7 +264,7 @@ fn law_mistakes_are_errors_with_a_message() {
         ("sensors.noise", f64::NAN, "found NaN A"),
         ("mode_a", 4.0, "`mode_a`: found 4, needed 0, 1, 2 or 3"),
         ("duty_b", 1.1, "`duty_b`: found 1.1, needed a share from 0 to 1"),
-        ("true.i_a", 1.0, "no parameter and no input"),
+        ("actual.i_a", 1.0, "no parameter and no input"),
         ("seed", -1.0, "`seed`: found -1, needed a whole number from 0 to 2147483647"),
     ] {
         assert_eq!(slave.set(name, value), 3, "{name}");

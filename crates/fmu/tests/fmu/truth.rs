@@ -79,7 +79,7 @@ fn law_what_two_variables_say_of_one_thing_is_one_number() {
         let unpacked = unpacked(text, part);
         let slave = Slave::begun(&unpacked, &[]);
         let of = |name: &str| {
-            slave.get(&if part == Part::Drive { format!("true.{name}") } else { name.to_owned() })
+            slave.get(&if part == Part::Drive { format!("actual.{name}") } else { name.to_owned() })
         };
         assert!((slave.get("rotor.angle") - of("angle")).abs() < 1e-12, "{}", slave.get("rotor.angle"));
         assert_eq!([of("i_a"), of("i_b"), of("i_c"), of("speed")], [0.0; 4]);
@@ -148,7 +148,7 @@ fn regress_an_angle_that_is_set_is_where_the_rotor_stands() {
     let unpacked = unpacked("motor = \"paper-5k5\"\nseed = 7", Part::Drive);
     let of = |parameters: &[(&str, f64)]| {
         let slave = Slave::begun(&unpacked, parameters);
-        [slave.get("true.angle"), slave.get("rotor.angle"), slave.get("rotor.draw_angle")]
+        [slave.get("actual.angle"), slave.get("rotor.angle"), slave.get("rotor.draw_angle")]
     };
     let [drawn, start, _] = of(&[]);
     assert_eq!(of(&[]), [start, start, 1.0]);
@@ -232,4 +232,44 @@ fn law_a_rotor_that_is_locked_has_no_parameters_of_its_motion() {
         let of_motion = |of: &&standstill_fmu::Variable| matches!(&of.role, Role::Key(key) if key.starts_with("motor.rotor."));
         assert_eq!(unpacked.model.variables.iter().any(|of| of_motion(&of)), has, "{state}");
     }
+}
+
+/// A tolerance makes steps finer and never coarser: most importers pass one that is meant for models of seconds.
+#[test]
+fn law_a_tolerance_makes_a_simulation_finer_and_never_coarser() {
+    let unpacked = unpacked(FIELD, Part::Drive);
+    let with = |tolerance: Option<f64>| {
+        let slave = Slave::made(&unpacked);
+        assert_eq!(slave.set_up(tolerance, 0.0), 0, "{}", slave.said());
+        assert_eq!(
+            (slave.call("fmi2EnterInitializationMode"), slave.call("fmi2ExitInitializationMode")),
+            (0, 0)
+        );
+        outcome(&slave, &unpacked)
+    };
+    let should = with(None);
+    assert!(should.iter().any(|(name, value)| name == "actual.i_a" && value.abs() > 0.3), "{should:?}");
+    for coarse in [0.0, 1e-3, 1e-6] {
+        assert_eq!(with(Some(coarse)), should, "{coarse}");
+    }
+    let fine = with(Some(1e-10));
+    assert_ne!(fine, should);
+    let off = fine.iter().zip(&should).filter(|((name, _), _)| name.starts_with("actual.i_"));
+    let off = off.map(|((_, fine), (_, should))| (fine - should).abs()).fold(0.0, f64::max);
+    // 1e-9 Wb over 9 mH is 0.1 µA a step.
+    assert!(off > 0.0 && off < 1e-5, "{off} A");
+    for wrong in [-1e-6, 1.0, f64::NAN] {
+        let slave = Slave::made(&unpacked);
+        assert_eq!(slave.set_up(Some(wrong), 0.0), 3);
+        assert!(
+            slave.said().contains("needed a share from 0 to 1 of the flux at rated current"),
+            "{}",
+            slave.said()
+        );
+    }
+    let text = unpacked.model.description(Version::Two);
+    let xml = Xml::parse(&text).expect("XML");
+    let experiment = xml.descendants().find(|node| node.has_tag_name("DefaultExperiment")).expect("one");
+    let own: f64 = experiment.attribute("tolerance").expect("one").parse().expect("a number");
+    assert!(own > 1e-10 && own <= 1.0001e-8, "{own}");
 }
