@@ -30,6 +30,9 @@ pub fn run(options: &Slurm) -> Result<Report, Error> {
     Ok(Report { text: script(options, &here, &program), code: 0 })
 }
 
+/// How many shards one array has at most: Slurm's `MaxArraySize` is 1001 where a cluster sets no other, and numbers are below it.
+const BLOCK: u32 = 1000;
+
 /// Quotes a path for a shell.
 fn path(path: &Path) -> String {
     quoted(&path.to_string_lossy())
@@ -83,14 +86,16 @@ fn script(options: &Slurm, here: &Path, program: &Path) -> String {
 #   bash THIS-FILE
 # and, after `standstill status {shards}` named shards to submit again, with
 #   bash THIS-FILE --array=3,7-9
-# Options are handed on to sbatch. Shards go on where they ended; those that are done end at once.
-{directives}#SBATCH --array=1-{count}
-set -eu
+# Other options are handed on to sbatch, for the shards and for what puts them together. Shards go on where they ended; those that are
+# done end at once.
+{directives}set -eu
 standstill={program}
 shards={shards}
 
 if [ -n "${{SLURM_ARRAY_TASK_ID:-}}" ]; then
-    exec "$standstill" {command} --threads {cpus} --resume --out "$shards" --shard "$SLURM_ARRAY_TASK_ID/{count}"
+    # Behind the script's name: how many shards are before those of this array.
+    shard=$((SLURM_ARRAY_TASK_ID + ${{1:-0}}))
+    exec "$standstill" {command} --threads {cpus} --resume --out "$shards" --shard "$shard/{count}"
 fi
 
 if ! command -v sbatch >/dev/null; then
@@ -98,13 +103,58 @@ if ! command -v sbatch >/dev/null; then
     exit 2
 fi
 script=$(realpath "$0")
+array=1-{count}
+more=()
+while [ $# -gt 0 ]; do
+    case $1 in
+        --array=*) array=${{1#--array=}} ;;
+        --array | -a) array=${{2:?"$1: which shards?"}}; shift ;;
+        -a*) array=${{1#-a}} ;;
+        *) more+=("$1") ;;
+    esac
+    shift
+done
+# The numbers of an array are at most {BLOCK} (MaxArraySize of Slurm, unless a cluster sets another): shard {example} is number 3 of the
+# array that has {BLOCK} shards before it.
+limit=
+case $array in *%*) limit=%${{array#*%}}; array=${{array%%%*}} ;; esac
+arrays=()
+IFS=, read -ra parts <<<"$array"
+for part in "${{parts[@]}}"; do
+    if ! [[ $part =~ ^([0-9]{{1,7}})(-([0-9]{{1,7}})(:([1-9][0-9]{{0,6}}))?)?$ ]]; then
+        echo "--array: found '$part', needed shards such as 3,7-9" >&2
+        exit 2
+    fi
+    from=$((10#${{BASH_REMATCH[1]}})) last=$((10#${{BASH_REMATCH[3]:-$from}})) step=$((10#${{BASH_REMATCH[5]:-1}}))
+    if [ "$from" -lt 1 ] || [ "$last" -gt {count} ] || [ "$from" -gt "$last" ]; then
+        echo "--array: found '$part', needed shards from 1 to {count}" >&2
+        exit 2
+    fi
+    while [ "$from" -le "$last" ]; do
+        of=$(((from - 1) / {BLOCK})) end=$last
+        [ "$end" -le $(((of + 1) * {BLOCK})) ] || end=$(((of + 1) * {BLOCK}))
+        end=$((from + (end - from) / step * step))
+        words=$((from - of * {BLOCK}))
+        if [ "$end" -gt "$from" ]; then
+            words=$words-$((end - of * {BLOCK}))
+            [ "$step" = 1 ] || words=$words:$step
+        fi
+        arrays[of]=${{arrays[of]:+${{arrays[of]}},}}$words
+        from=$((end + step))
+    done
+done
 cd {here}
 mkdir -p "$shards"
-job=$(sbatch --parsable --output="$shards/%A_%a.log" "$@" "$script")
-merge=$(sbatch --parsable --job-name={name}-merge{merge_partition} --output="$shards/merge.log" \
-    --dependency="afterok:${{job%%;*}}" --kill-on-invalid-dep=yes \
+jobs=
+for of in "${{!arrays[@]}}"; do
+    job=$(sbatch --parsable --output="$shards/%A_%a.log" --array="${{arrays[of]}}$limit" ${{more[@]+"${{more[@]}}"}} "$script" $((of * {BLOCK})))
+    jobs=$jobs:${{job%%;*}}
+done
+merge=$(sbatch --parsable{merge_partition} ${{more[@]+"${{more[@]}}"}} --job-name={name}-merge --output="$shards/merge.log" \
+    --dependency="afterok$jobs" --kill-on-invalid-dep=yes \
     --wrap="exec $(printf '%q ' "$standstill" merge "$shards" --out {out}{format})")
-echo "submitted: shards as job ${{job%%;*}}, and job ${{merge%%;*}} to put them together in {out_plain}"
+jobs=${{jobs#:}}
+echo "submitted: shards as job ${{jobs//:/, }}, and job ${{merge%%;*}} to put them together in {out_plain}"
 "#,
         count = options.shards,
         shards_word =
@@ -115,6 +165,7 @@ echo "submitted: shards as job ${{job%%;*}}, and job ${{merge%%;*}} to put them 
         cpus = options.cpus,
         here = path(here),
         out_plain = options.out.display(),
+        example = BLOCK + 3,
     )
 }
 
@@ -154,13 +205,13 @@ mod tests {
         };
         let text = script(&options, Path::new("/home/a b"), Path::new("/opt/standstill"));
         for line in [
-            "#SBATCH --array=1-20\n",
             "#SBATCH --cpus-per-task=4\n",
             "#SBATCH --time=02:00:00\n",
             "#SBATCH --partition=short\n",
             "sweep 'it'\\''s mine.toml' -s 'sensors.noise=20 mA' --vary errors=default,harsh --isolate --rows none --threads 4 --resume",
             "cd '/home/a b'\n",
-            "--dependency=\"afterok:",
+            "array=1-20\n",
+            "--dependency=\"afterok$jobs\"",
         ] {
             assert!(text.contains(line), "{line}\n{text}");
         }

@@ -275,3 +275,80 @@ fn regress_a_run_that_a_rule_ended_is_extended_by_a_narrower_rule_or_none() {
         fs::remove_dir_all(path.join("short")).expect("gone");
     }
 }
+
+/// `sbatch` that writes down what it was given, and a number for each job.
+#[cfg(unix)]
+fn submitted(folder: &Path, options: &[&str]) -> (String, Vec<String>, Option<i32>) {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let bin = folder.join("bin");
+    fs::create_dir_all(&bin).expect("made");
+    let sbatch = "#!/bin/bash\nn=$(($(cat \"$LOG.n\" 2>/dev/null || echo 100) + 1)); echo $n >\"$LOG.n\"\nprintf '%s|' \"$@\" >>\"$LOG\"; echo >>\"$LOG\"\necho \"$n;cluster\"\n";
+    fs::write(bin.join("sbatch"), sbatch).expect("written");
+    fs::set_permissions(bin.join("sbatch"), fs::Permissions::from_mode(0o755)).expect("set");
+    let log = folder.join("submitted");
+    let _ = fs::remove_file(&log);
+    let _ = fs::remove_file(folder.join("submitted.n"));
+    let path = format!("{}:{}", bin.display(), std::env::var("PATH").expect("one"));
+    let output = Command::new("bash")
+        .arg("campaign.sh")
+        .args(options)
+        .env("PATH", path)
+        .env("LOG", &log)
+        .env_remove("SLURM_ARRAY_TASK_ID")
+        .current_dir(folder)
+        .output()
+        .expect("bash");
+    let said =
+        format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let lines = fs::read_to_string(&log).unwrap_or_default().lines().map(str::to_owned).collect();
+    (said, lines, output.status.code())
+}
+
+/// Options reached the shards alone, so that the job that merges them stayed without an account; and Slurm refuses an array of 2,500.
+#[test]
+#[cfg(unix)]
+fn regress_options_reach_the_merging_job_and_many_shards_are_several_arrays() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), "trials = 2500\n[detector]\nmethod = \"bipolar\"\n").expect("written");
+    let script = succeed(&["slurm", "s.toml", "--shards", "2500", "--out", "results"], path);
+    assert!(!script.contains("#SBATCH --array"), "{script}");
+    fs::write(path.join("campaign.sh"), script).expect("written");
+    let (said, jobs, code) = submitted(path, &["--account=motors", "--mem", "2G"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("shards as job 101, 102, 103, and job 104"), "{said}");
+    assert_eq!(jobs.len(), 4, "{jobs:?}");
+    for (job, (array, before)) in jobs.iter().zip([("1-1000", "0"), ("1-1000", "1000"), ("1-500", "2000")]) {
+        assert!(job.contains(&format!("|--array={array}|--account=motors|--mem|2G|")), "{job}");
+        assert!(job.ends_with(&format!("campaign.sh|{before}|")), "{job}");
+    }
+    assert!(jobs[3].contains("|--account=motors|--mem|2G|"), "{}", jobs[3]);
+    assert!(jobs[3].contains("|--dependency=afterok:101:102:103|"), "{}", jobs[3]);
+    // What is submitted again goes by the shards' own numbers, and is none of the merging job's options.
+    for option in [&["--array=3,999-1002,2003-2009:3%7"][..], &["-a", "3,999-1002,2003-2009:3%7"]] {
+        let (said, jobs, _) = submitted(path, &[option, &["--qos=low"]].concat());
+        let arrays: Vec<_> =
+            jobs.iter().flat_map(|job| job.split('|').filter(|word| word.starts_with("--array"))).collect();
+        assert_eq!(arrays, ["--array=3,999-1000%7", "--array=1-2%7", "--array=3-9:3%7"], "{said}");
+        assert!(jobs[3].contains("|--qos=low|") && !jobs[3].contains("array"), "{}", jobs[3]);
+    }
+    for (wrong, says) in [
+        ("--array=0-3", "found '0-3', needed shards from 1 to 2500"),
+        ("--array=2501", "found '2501', needed shards from 1 to 2500"),
+        ("--array=9-3", "found '9-3', needed"),
+        ("--array=three", "found 'three', needed shards such as 3,7-9"),
+    ] {
+        let (said, jobs, code) = submitted(path, &[wrong]);
+        assert!(said.contains(says) && jobs.is_empty() && code == Some(2), "{wrong}: {said}");
+    }
+    // The task itself.
+    let task = Command::new("bash")
+        .args(["campaign.sh", "2000"])
+        .env("SLURM_ARRAY_TASK_ID", "3")
+        .current_dir(path)
+        .output();
+    let task = task.expect("bash");
+    assert!(task.status.success(), "{}", String::from_utf8_lossy(&task.stderr));
+    assert_eq!(names(&path.join("results/shards")), ["shard-2003-of-2500.journal"]);
+}
