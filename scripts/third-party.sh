@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Writes THIRD-PARTY.md: the crates that the program contains, with their versions and licences; with `--check` it only
+# Writes THIRD-PARTY.md: the crates that the program, the library of FMUs and Python's package contain, with their versions
+# and licences; with `--check` it only
 # compares. Ends with code 1 where the file is out of date or a licence is not one of those that were agreed to.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -8,7 +9,10 @@ agreed='MIT|Apache-2.0|Apache-2.0 WITH LLVM-exception|BSD-2-Clause|BSD-3-Clause|
 
 # Name, version and licence, without our own crates. Cobyla has its licence as a text, which is MIT's.
 crates() {
-    cargo tree --locked -p standstill --edges normal --target all --format '{p}|{l}' --prefix none |
+    {
+        cargo tree --locked -p standstill --edges normal --target all --format '{p}|{l}' --prefix none
+        cargo tree --locked --manifest-path crates/python/Cargo.toml --edges normal --target all --format '{p}|{l}' --prefix none
+    } |
         sed -E 's/ \(\*\)$//; s/ \(proc-macro\)//; s/ v([0-9][^|]*)/|\1/; s/^(cobyla\|.*\|)$/\1MIT/' | grep -v '^standstill' | sort -u
 }
 
@@ -16,8 +20,8 @@ page() {
     cat <<'HEAD'
 # Third-party notices
 
-The program contains these crates, each under the licence beside it; a copy of each licence stands in the crate's source on
-crates.io. `scripts/third-party.sh` writes this list. The font and the chart library in figures and pages, with their licences, are named
+The program, the library in FMUs and Python's package contain these crates, some of them only one of the three, each under the licence
+beside it; a copy of each licence stands in the crate's source on crates.io. `scripts/third-party.sh` writes this list. The font and the chart library in figures and pages, with their licences, are named
 in [`crates/report/assets`](crates/report/assets/README.md).
 
 | crate | version | licence |

@@ -34,6 +34,8 @@ mod printed;
 mod products;
 mod qualified;
 mod questions;
+#[cfg(target_os = "linux")]
+mod releases;
 mod replaced;
 mod reports;
 mod requirements;
