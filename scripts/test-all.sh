@@ -43,11 +43,12 @@ wheel() {
     printf 'wheel: %s, %d bytes\n' "$(basename "$newest")" "$size"
     [ "$size" -le 4800000 ] || failed+=("a wheel of at most 4.8 MB")
     "$venv/bin/pip" install --quiet --force-reinstall --no-deps "$newest" || return 1
-    "$venv/bin/pip" install --quiet numpy pandas pyarrow polars scipy mypy pytest matplotlib 'dask[distributed]'
+    "$venv/bin/pip" install --quiet numpy pandas pyarrow polars scipy mypy pytest matplotlib nbclient ipykernel 'dask[distributed]'
 }
 
 python_part() {
     try "$venv/bin/python" -m pytest -q crates/python/tests
+    try inside_the_wheel
     (cd "$target" && exec "$venv/bin/python" -m pytest -q --doctest-modules --pyargs standstill) || failed+=("doctests")
     try "$venv/bin/mypy" --strict -p standstill
     try "$venv/bin/mypy" --strict --allow-untyped-defs --allow-untyped-calls examples/python/error_over_angle.py
@@ -57,6 +58,27 @@ python_part() {
     try page python
 }
 
+# What an installer and a type checker look for in the wheel.
+inside_the_wheel() {
+    local newest listed name
+    newest=$(ls -t "$target"/wheels/standstill-*.whl | head -1)
+    listed=$("$venv/bin/python" -m zipfile -l "$newest")
+    for name in licenses/LICENSE-MIT licenses/LICENSE-APACHE licenses/THIRD-PARTY.md standstill/py.typed standstill/_standstill.pyi METADATA; do
+        grep -q "$name" <<<"$listed" || { echo "the wheel has no $name" >&2; return 1; }
+    done
+    "$venv/bin/python" - "$newest" <<'PY'
+import email, sys, zipfile
+archive = zipfile.ZipFile(sys.argv[1])
+(name,) = [name for name in archive.namelist() if name.endswith(".dist-info/METADATA")]
+metadata = email.message_from_bytes(archive.read(name))
+assert metadata["License-Expression"] == "MIT OR Apache-2.0", metadata["License-Expression"]
+assert "Typing :: Typed" in metadata.get_all("Classifier"), metadata.get_all("Classifier")
+for licence in ("LICENSE-MIT", "LICENSE-APACHE", "THIRD-PARTY.md"):
+    (inside,) = [name for name in archive.namelist() if name.endswith("licenses/" + licence)]
+    assert archive.read(inside) == open(licence, "rb").read(), f"{inside} is not the repository's"
+PY
+}
+
 # The commands of a page as printed, with the programs that were built here.
 page() {
     PATH=$venv/bin:$target/release:$PATH CARGO_TARGET_DIR=$target/python scripts/run-page.sh "docs/$1.md"
@@ -64,6 +86,7 @@ page() {
 
 fmu_part() {
     if ! "$venv/bin/pip" install --quiet fmpy numpy; then missing "fmpy: importers of FMUs"; return; fi
+    try scripts/fmu-binaries.sh --try
     "$venv/bin/pip" install --quiet libcosimpy || missing "libcosimpy: a second importer of FMUs"
     try "$venv/bin/python" tests/fmu/importers.py "$STANDSTILL"
     try page fmi
