@@ -3,7 +3,7 @@
 #
 #     scripts/site.sh FOLDER [--without-rustdoc]
 #
-# With STANDSTILL_HOME, the address of the repository, pages link to its files; without it they name them. Needs mdbook (`cargo install mdbook --locked`) and the target wasm32-unknown-unknown (`rustup target add wasm32-unknown-unknown`).
+# With STANDSTILL_HOME, the address of the repository, pages link to its files; without it they name them. Needs python3, mdbook (`cargo install mdbook --locked`) and the target wasm32-unknown-unknown (`rustup target add wasm32-unknown-unknown`).
 # Look at it through a server, such as `python3 -m http.server --directory FOLDER`.
 set -euo pipefail
 out=${1:?usage: scripts/site.sh FOLDER [--without-rustdoc]}
@@ -64,17 +64,38 @@ scripts/lab-static.sh "$work/lab"
 mkdir "$work/gallery"
 cargo run --release --quiet -p standstill-report --example gallery -- "$work/gallery" >/dev/null
 
+# Fonts of the reader's own system: those of mdbook have half a megabyte.
+mkdir -p "$work/theme/fonts"
+: >"$work/theme/fonts/fonts.css"
 mdbook build --dest-dir "$work/site" "$work"
+# Half of the index repeats the text under the name of the path to a heading, and weights have sixteen digits.
+python3 - "$work"/site/searchindex-*.js <<'PY'
+import json, re, sys
+path = sys.argv[1]
+text = open(path, encoding="utf-8").read()
+begin, end = text.index("JSON.parse('") + len("JSON.parse('"), text.rindex("')")
+index = json.loads(re.sub(r"\\(.)", lambda found: found[1] if found[1] in "'\\" else found[0], text[begin:end]))
+fields = index["index"]["index"]
+assert {"body", "title", "breadcrumbs"} <= set(fields), fields.keys()
+fields["breadcrumbs"] = {"root": {"docs": {}, "df": 0}}
+short = json.dumps(index, ensure_ascii=False, separators=(",", ":"))
+short = re.sub(r'("tf":\d+\.\d\d)\d+', r"\1", short)
+text = text[:begin] + short.replace("\\", "\\\\").replace("'", "\\'") + text[end:]
+open(path, "w", encoding="utf-8").write(text)
+PY
 mv "$work/lab" "$work/site/lab"
 mkdir "$work/site/gallery" "$work/site/python"
 {
     printf '<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Gallery of the figures</title>'
-    printf '<style>body{font:16px sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem}img{max-width:100%%}</style><h1>Gallery of the figures</h1>'
+    printf '<style>body{font:16px sans-serif;max-width:60rem;margin:1rem auto;padding:0 1rem}img{max-width:100%%}h2,code{overflow-wrap:anywhere}</style><h1>Gallery of the figures</h1>'
     printf '<p>Made by <code>cargo run --release -p standstill-report --example gallery</code>. <a href="../index.html">Back</a></p>'
     for picture in "$work"/gallery/*.svg; do
         name=$(basename "$picture" .svg)
-        # Each of them repeats another figure with more points.
-        case $name in fine-*) continue ;; esac
+        # Each of them repeats the kind of another figure, with more points or panels.
+        case $name in
+            grid-heat_sensors.noise_inverter.dead_time | nine-wrong_poles_method.name | grid-sweep_sensors.noise) ;;
+            fine-* | grid-* | nine-* | run-* | scattered-* | large_errors-*) continue ;;
+        esac
         cp "$picture" "$work/site/gallery/"
         printf '<h2>%s</h2><img loading="lazy" src="%s.svg" alt="%s">\n' "$name" "$name" "$name"
     done
@@ -86,7 +107,7 @@ if [ -z "$rustdoc" ]; then
     cp -r "$target/doc" "$work/site/rust"
     printf '<meta http-equiv="refresh" content="0; url=standstill_sim/index.html">\n' >"$work/site/rust/index.html"
 fi
-[ "$size" -le 8192 ] || echo "site.sh: the site has $size kB without rustdoc, more than the 8192 that are wanted" >&2
+[ "$size" -le 8192 ] || { echo "site.sh: the site has $size kB without rustdoc, needed at most 8192: which files grew?" >&2; exit 1; }
 touch "$work/site/.standstill-site"
 # What a host keeps beside the pages stays.
 find "$out" -mindepth 1 -maxdepth 1 ! -name .git ! -name CNAME -exec rm -rf {} +
