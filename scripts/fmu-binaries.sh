@@ -17,8 +17,7 @@ if [ ! -d "$(rustc --print target-libdir --target $triple)" ]; then
     echo "the target is missing: rustup target add $triple" >&2
     exit 77
 fi
-# The linker of mingw drops no function that nothing calls; optimising over all crates does: a quarter of the size.
-CARGO_PROFILE_RELEASE_LTO=fat cargo build --release --locked -p standstill-fmu --target $triple
+cargo build --release --locked -p standstill-fmu --target $triple
 mkdir -p "$target/release/fmu-binaries"
 cp "$target/$triple/release/standstill_fmu.dll" "$target/release/fmu-binaries/x86_64-windows.dll"
 echo "x86_64-windows: $(stat -c %s "$target/release/fmu-binaries/x86_64-windows.dll") bytes in $target/release/fmu-binaries"
