@@ -75,13 +75,13 @@ impl Variable {
     }
 
     /// Unit, limits and start as attributes.
-    fn numbers(&self) -> String {
+    fn numbers(&self, version: Version) -> String {
         let unit = units::unit(&self.unit).filter(|unit| self.kind == Kind::Real && !unit.symbol.is_empty());
         let limit = |end: usize| {
             self.limits.filter(|_| self.kind != Kind::Boolean).map(|ends| self.written(ends[end]))
         };
         attributes(&[
-            ("declaredType", (self.kind == Kind::Mode).then(|| MODE.to_owned())),
+            ("declaredType", (self.kind == Kind::Mode && version == Version::Three).then(|| MODE.to_owned())),
             ("unit", unit.map(|unit| unit.name.to_owned())),
             ("displayUnit", unit.and_then(|unit| unit.shown).map(|(name, _)| name.to_owned())),
             ("min", limit(0)),
@@ -99,7 +99,9 @@ impl Kind {
             (Self::Real, Version::Three) => "Float64",
             (Self::Integer, Version::Two) => "Integer",
             (Self::Integer, Version::Three) => "Int32",
-            (Self::Mode, _) => "Enumeration",
+            // Importers of FMI 2.0 that know no enumerations, such as libcosim, set integers.
+            (Self::Mode, Version::Two) => "Integer",
+            (Self::Mode, Version::Three) => "Enumeration",
             (Self::Boolean, _) => "Boolean",
             (Self::Clock, _) => "Clock",
         }
@@ -145,7 +147,7 @@ impl Model {
                 Kind::Clock => {
                     format!(" intervalVariability=\"constant\" intervalDecimal=\"{period:?}\"")
                 }
-                _ => variable.numbers(),
+                _ => variable.numbers(version),
             };
             let kind = variable.kind.element(version);
             variables.push(if two {
@@ -226,9 +228,9 @@ impl Model {
         )
     }
 
-    /// The enumeration of a leg's modes, where there are legs.
+    /// The enumeration of a leg's modes, where there are legs and the version has enumerations that importers take.
     fn types(&self, version: Version) -> String {
-        if self.part == Part::Motor {
+        if self.part == Part::Motor || version == Version::Two {
             return String::new();
         }
         let mut items = String::new();
@@ -237,16 +239,7 @@ impl Model {
             let _ =
                 writeln!(items, "      <Item name=\"{name}\" value=\"{value}\" description=\"{about}\"/>");
         }
-        let inside = match version {
-            Version::Two => {
-                format!(
-                    "    <SimpleType name=\"{MODE}\"><Enumeration>\n{items}    </Enumeration></SimpleType>\n"
-                )
-            }
-            Version::Three => {
-                format!("    <EnumerationType name=\"{MODE}\">\n{items}    </EnumerationType>\n")
-            }
-        };
+        let inside = format!("    <EnumerationType name=\"{MODE}\">\n{items}    </EnumerationType>\n");
         format!("  <TypeDefinitions>\n{inside}  </TypeDefinitions>\n")
     }
 

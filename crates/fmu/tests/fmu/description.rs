@@ -269,29 +269,39 @@ fn law_no_part_of_a_name_is_a_keyword_of_modelica_or_c() {
     assert!(tried > 500, "{tried}");
 }
 
+/// In FMI 2.0 they are integers, for some importers, such as libcosim, set no enumeration.
 #[test]
-fn law_modes_are_an_enumeration_whose_numbers_are_those_of_the_header_for_c() {
+fn law_modes_are_an_enumeration_of_fmi_3_whose_numbers_are_those_of_the_header_for_c() {
     let model = unpacked(FIELD, Part::Drive).model;
-    for version in [Version::Two, Version::Three] {
-        let text = model.description(version);
-        let xml = Xml::parse(&text).expect("XML");
-        let find = |name: &'static str| xml.descendants().filter(move |node| node.has_tag_name(name));
-        let items: Vec<_> =
-            find("Item").map(|item| (item.attribute("name").expect("one"), whole(item, "value"))).collect();
-        assert_eq!(items, [("off", 0), ("low", 1), ("high", 2), ("duty", 3)]);
-        let header = standstill_foreign::HEADER;
-        for (name, value) in &items {
-            let line = format!("    STS_{} = {value},", name.to_uppercase());
-            assert!(header.contains(&line), "{line}");
-        }
-        let typed: Vec<_> = find("Enumeration").filter_map(|node| node.attribute("declaredType")).collect();
-        assert_eq!(typed, ["Mode"; 3]);
-        let definition = if version == Version::Two { "SimpleType" } else { "EnumerationType" };
-        assert_eq!(find(definition).filter_map(|node| node.attribute("name")).collect::<Vec<_>>(), ["Mode"]);
-        assert_eq!(find("Enumeration").filter(|node| node.has_attribute("min")).count(), 3);
+    let text = model.description(Version::Three);
+    let xml = Xml::parse(&text).expect("XML");
+    let find = |name: &'static str| xml.descendants().filter(move |node| node.has_tag_name(name));
+    let items: Vec<_> =
+        find("Item").map(|item| (item.attribute("name").expect("one"), whole(item, "value"))).collect();
+    assert_eq!(items, [("off", 0), ("low", 1), ("high", 2), ("duty", 3)]);
+    for (name, value) in &items {
+        let line = format!("    STS_{} = {value},", name.to_uppercase());
+        assert!(standstill_foreign::HEADER.contains(&line), "{line}");
     }
-    let motor = unpacked(FIELD, Part::Motor).model.description(Version::Two);
-    assert!(!motor.contains("TypeDefinitions"), "a motor has no legs");
+    let typed: Vec<_> = find("Enumeration").filter_map(|node| node.attribute("declaredType")).collect();
+    assert_eq!(typed, ["Mode"; 3]);
+    assert_eq!(
+        find("EnumerationType").filter_map(|node| node.attribute("name")).collect::<Vec<_>>(),
+        ["Mode"]
+    );
+    let text = model.description(Version::Two);
+    let xml = Xml::parse(&text).expect("XML");
+    let modes =
+        xml.descendants().filter(|node| node.attribute("name").is_some_and(|name| name.starts_with("mode_")));
+    let limits = modes.map(|node| {
+        let values = node.first_element_child().expect("values");
+        assert!(values.has_tag_name("Integer") && !values.has_attribute("declaredType"));
+        (number(values, "min"), number(values, "max"))
+    });
+    assert_eq!(limits.collect::<Vec<_>>(), [(Some(0.0), Some(3.0)); 3]);
+    for (part, version) in [(Part::Drive, Version::Two), (Part::Motor, Version::Three)] {
+        assert!(!unpacked(FIELD, part).model.description(version).contains("TypeDefinitions"));
+    }
 }
 
 /// A library that counts variables otherwise would read one in place of another.
