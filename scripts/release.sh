@@ -16,9 +16,8 @@ home=${STANDSTILL_HOME:-@HOME@}
 home=${home%/}
 # The oldest C library of Linux that the program and its wheel ask for.
 glibc=2.28
-# A target, and how its archive ends.
+# A target, and how its archive ends. None of musl: loading a detector in C needs the loader of glibc.
 targets='x86_64-unknown-linux-gnu tar.gz
-x86_64-unknown-linux-musl tar.gz
 aarch64-unknown-linux-gnu tar.gz
 x86_64-apple-darwin tar.gz
 aarch64-apple-darwin tar.gz
@@ -60,7 +59,7 @@ can() {
     local triple=$1
     if [ ! -d "$(rustc --print target-libdir --target "$triple")" ]; then missing "$triple: rustup target add $triple"; return 1; fi
     case $triple in
-        *-linux-gnu | aarch64-*-linux-*) command -v cargo-zigbuild >/dev/null || { missing "$triple: pip install ziglang cargo-zigbuild"; return 1; } ;;
+        *-linux-gnu) command -v cargo-zigbuild >/dev/null || { missing "$triple: pip install ziglang cargo-zigbuild"; return 1; } ;;
         *-windows-gnu) command -v x86_64-w64-mingw32-gcc >/dev/null || { missing "$triple: apt-get install gcc-mingw-w64-x86-64"; return 1; } ;;
         *-apple-*) [ "$(uname)" = Darwin ] || { missing "$triple: macOS (the workflow builds it)"; return 1; } ;;
     esac
@@ -76,7 +75,7 @@ compile() {
     esac
 }
 
-# The library of FMUs: its file as Cargo names it, and its name among those of other machines; none of a static program.
+# The library of FMUs: its file as Cargo names it, and its name among those of other machines.
 library() {
     case $1 in
         x86_64-unknown-linux-gnu) echo libstandstill_fmu.so x86_64-linux.so ;;
@@ -95,8 +94,7 @@ pack() {
     rm -rf "$folder"
     mkdir -p "$folder/fmu-binaries"
     cp "$target/$triple/release/standstill"{,.exe} "$folder/" 2>/dev/null || true
-    # A program of glibc and one of musl are on the same machines: the library of FMUs is the former's.
-    read -r file own <<<"$(library "${triple/-musl/-gnu}")"
+    read -r file own <<<"$(library "$triple")"
     if [ -f "$out/fmu-binaries/$own" ]; then cp "$out/fmu-binaries/$own" "$folder/$file"; fi
     for file in "$out"/fmu-binaries/*; do
         [ ! -f "$file" ] || [ "$(basename "$file")" = "$own" ] || cp "$file" "$folder/fmu-binaries/"
@@ -207,7 +205,6 @@ case $how in
             if ! can "$triple"; then continue; fi
             wants "$triple" || wants fmu || continue
             read -r file own <<<"$(library "$triple")"
-            [ -n "$file" ] || continue
             compile "$triple" -p standstill-fmu
             cp "$target/$triple/release/$file" "$out/fmu-binaries/$own"
         done <<<"$targets"
@@ -217,7 +214,7 @@ case $how in
         while read -r triple _; do
             wants "$triple" && can "$triple" >/dev/null || continue
             compile "$triple" -p standstill
-            case $triple in "$here" | "${here/-gnu/-musl}") built=$target/$triple/release/standstill ;; esac
+            case $triple in "$here") built=$target/$triple/release/standstill ;; esac
         done <<<"$targets"
         if [ -z "$built" ] && [ "$only" != wheels ]; then
             cargo build --release --locked -p standstill
