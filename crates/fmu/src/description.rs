@@ -97,10 +97,9 @@ impl Kind {
         match (self, version) {
             (Self::Real, Version::Two) => "Real",
             (Self::Real, Version::Three) => "Float64",
-            (Self::Integer, Version::Two) => "Integer",
+            // Some importers of FMI 2.0, such as libcosim, set no enumerations.
+            (Self::Integer | Self::Mode, Version::Two) => "Integer",
             (Self::Integer, Version::Three) => "Int32",
-            // Importers of FMI 2.0 that know no enumerations, such as libcosim, set integers.
-            (Self::Mode, Version::Two) => "Integer",
             (Self::Mode, Version::Three) => "Enumeration",
             (Self::Boolean, _) => "Boolean",
             (Self::Clock, _) => "Clock",

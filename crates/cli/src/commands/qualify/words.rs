@@ -52,7 +52,7 @@ pub fn percent(share: f64) -> String {
     let digits = if near { magnitude(100.0 - percent) } else { magnitude(percent) };
     let decimals = digits.map_or(0, |power| usize::try_from(2 - power).unwrap_or(0));
     let shown = if near {
-        let scale = 10_f64.powi(i32::try_from(decimals).unwrap_or(0));
+        let scale = (0..decimals).fold(1.0, |scale, _| 10.0 * scale);
         // But for the rounding of the product.
         (percent * scale + 1e-6).floor() / scale
     } else {
