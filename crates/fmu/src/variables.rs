@@ -20,7 +20,7 @@ pub enum Kind {
     Real,
     /// Whole numbers of 32 bits.
     Integer,
-    /// One of [`MODES`], by its number.
+    /// A mode of a leg, by its number.
     Mode,
     /// Yes or no.
     Boolean,
