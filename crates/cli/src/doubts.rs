@@ -4,6 +4,7 @@ use standstill_detect::Method;
 use standstill_plant::Motor;
 use standstill_quantity::listed;
 use standstill_scenario::{Key, Scenario, Usual, Values, keys};
+use standstill_sim::Arrangement;
 
 use crate::shell::host;
 use crate::shell::terminal::tell;
@@ -44,7 +45,25 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
         }
     }
     said.extend(short_pause(scenario));
+    said.extend(short_settling(scenario));
     said
+}
+
+/// Returns the warning on shunts whose amplifier may be under way when a drive believes it: at an edge a current begins or ends in a shunt
+/// below a leg; in that of the link it may be returned with the other sign, a jump of twice its size.
+fn short_settling(scenario: &Scenario<Method<f64>>) -> Option<String> {
+    let (sensors, dead_time) = (&scenario.sensors, scenario.drive.dead_time.seconds());
+    let jump = if sensors.arrangement == Arrangement::DcLinkShunt { 2.0 } else { 1.0 };
+    let needed = jump * scenario.motor.rated_current / sensors.slew;
+    let believed = dead_time + sensors.settle.seconds();
+    (sensors.slews() && believed < needed * (1.0 - 1e-9)).then(|| {
+        let [needed, believed, least] =
+            [needed, believed, needed - dead_time].map(|time| (time * 1e7 - 1e-6).ceil() / 10.0);
+        format!(
+            "sensors.slew is {}, by which an amplifier takes up to {needed} us after an edge at the motor's rated current, and a shunt is read after {believed} us: what is read too early is wrong, and nothing shows it; set at least `-s sensors.settle=\"{least} us\"`",
+            listed(&[sensors.slew], "A/s")
+        )
+    })
 }
 
 /// Returns the warning on six pulses that follow one another while a current is left.
@@ -113,6 +132,30 @@ mod tests {
                 let found = doubts(&format!("motor = \"{motor}\"\nerrors = \"{errors}\""));
                 assert_eq!(found, [""; 0], "{motor}, {errors}");
             }
+        }
+    }
+
+    #[test]
+    fn law_an_amplifier_that_slews_longer_than_it_is_waited_for_is_doubtful() {
+        let slews = |arrangement: &str, slew: &str, settle: &str| {
+            doubts(&format!(
+                "errors = \"default\"\nsensors.arrangement = \"{arrangement}\"\nsensors.slew = \"{slew}\"\nsensors.settle = \"{settle}\""
+            ))
+        };
+        // 16 A by 1 MA/s are 16 us, of which the dead time is 2 us; below the legs half of it.
+        for (arrangement, needed, least, less) in [
+            ("dc-link-shunt", "up to 16 us", "14 us", "13.8 us"),
+            ("low-side-shunts", "up to 8 us", "6 us", "5.8 us"),
+        ] {
+            let found = slews(arrangement, "1 MA/s", "3 us");
+            let [found] = &found[..] else { panic!("{found:?}") };
+            for part in [needed, "after 5 us", &format!("-s sensors.settle=\"{least}\""), "1 MA/s"] {
+                assert!(found.contains(part), "{found}");
+            }
+            assert!(slews(arrangement, "1 MA/s", least).is_empty());
+            assert!(!slews(arrangement, "1 MA/s", less).is_empty());
+            assert!(slews(arrangement, "4 MA/s", "3 us").is_empty());
+            assert!(slews(arrangement, "0", "3 us").is_empty());
         }
     }
 
