@@ -203,7 +203,14 @@ impl Suitability {
                 let share = if number == 0 { 0.9 } else { 0.4 };
                 let (found, cut) = work
                     .within(share, || Self::with_saturation(document, demands, &work, &methods, most, hear));
-                if let Some(found) = found? {
+                if let Some(mut found) = found? {
+                    if found.is_undecided {
+                        // A larger range does not help where a smaller one suffices on few starts.
+                        found
+                            .untried
+                            .push(format!("other ranges of saturation than up to {:.0} %", 100.0 * most));
+                        found.untried.push("changes of drive and demands".to_owned());
+                    }
                     return Ok(Self { work: work.done(), ..found });
                 }
                 if cut {
@@ -212,7 +219,7 @@ impl Suitability {
             }
         }
         let bench = Bench::new(document, &motor, demands, &work);
-        let (mut found, searched) = Self::judged(&bench, &methods, hear)?;
+        let (mut found, searched) = Self::judged(&bench, &methods, None, hear)?;
         untried.append(&mut found.untried);
         if found.recommended.is_none() {
             let methods: Vec<_> = methods.into_iter().zip(&searched).collect();
@@ -241,47 +248,84 @@ impl Suitability {
     ) -> Result<Option<Self>, SuitabilityError> {
         let (least, cut) = work
             .within(NARROWING, || condition::least_saturation(document, demands, work, methods, most, hear));
-        let Some(mut least) = least? else {
+        let Some((mut least, setting)) = least? else {
             return Ok(None);
         };
-        let smaller =
-            cut.then(|| format!("a saturation of less than {} %", standstill_quantity::rounded(least, 2)));
+        if least > NARROWEST * most {
+            return Ok(None);
+        }
+        let is_dear =
+            condition::with_range(document, demands, work, [least, most], |bench| bench.is_dear(&setting))?;
+        let is_dear = is_dear == Some(true);
+        if is_dear {
+            // More fresh starts than there is work for would be needed where the evidence is just enough.
+            least = condition::rounded_up(COMFORT * least).min(NARROWEST * most);
+        }
+        let smaller = (cut || is_dear)
+            .then(|| format!("a saturation of less than {} %", standstill_quantity::rounded(least, 2)));
         // What few starts let pass may need a little more on many.
         for _ in 0..5 {
             let range = [least, most];
             let found = condition::with_range(document, demands, work, range, |bench| {
-                let (found, _) = Self::judged(bench, methods, hear)?;
+                let (found, _) = Self::judged(bench, methods, Some(&setting), hear)?;
                 Ok((found, condition::minus_d(bench.document)?))
             })?;
             let Some((mut found, minus_d)) = found else { return Ok(None) };
+            found.pole = PoleKnowledge::NotGiven;
             if found.recommended.is_some() {
-                found.pole = PoleKnowledge::NotGiven;
                 found.condition = Some(Condition::Saturation { least, most, minus_d });
                 found.untried.extend(smaller);
                 return Ok(Some(found));
             }
             if found.is_undecided {
-                return Ok(None);
+                let share = standstill_quantity::rounded(least, 2);
+                found
+                    .untried
+                    .push(format!("more fresh starts of a saturation of {share} %, which suffices in few"));
+                return Ok(Some(found));
             }
-            least = condition::rounded_up(1.12 * least).min(most);
+            least = condition::rounded_up(1.12 * least);
+            if least > NARROWEST * most {
+                break;
+            }
         }
         Ok(None)
     }
 
+    /// Judges the best settings of each method. Where its search may take more work than is left, settings that are known to suffice
+    /// on few starts are confirmed before it.
     fn judged(
         bench: &Bench<'_>,
         methods: &[MethodName],
+        likely: Option<&Setting>,
         hear: &mut dyn FnMut(Progress<'_>),
     ) -> Result<(Self, Vec<Found>), SuitabilityError> {
         let mut untried = Vec::new();
-        let (searched, _) = bench.work.within(SEARCH, || bench.searched(methods, &mut untried, hear));
-        let (mut candidates, found) = searched?;
-        let (recommended, cut) =
-            bench.work.within(CONFIRMATION, || bench.recommended(&mut candidates, &found, hear));
-        let recommended = recommended?;
-        if recommended.is_none() && cut {
-            untried.push("more fresh starts of what was found".to_owned());
-        }
+        let first = match likely {
+            Some(setting) if bench.is_dear(setting)? => bench.confirmed_first(setting, hear)?,
+            _ => None,
+        };
+        let (candidates, found, recommended) = if let Some((candidate, looks, confirmed)) = first {
+            let own = candidate.method();
+            let others: Vec<_> = methods.iter().copied().filter(|method| *method != own).collect();
+            untried.push(format!("more settings of {own}"));
+            let (searched, _) = bench.work.within(SEARCH, || bench.searched(&others, &mut untried, hear));
+            let (mut candidates, mut found) = searched?;
+            let place = methods.iter().position(|method| *method == own).unwrap_or(0);
+            candidates.insert(place, candidate);
+            found.insert(place, looks);
+            (candidates, found, Some((place, confirmed)))
+        } else {
+            let (searched, _) = bench.work.within(SEARCH, || bench.searched(methods, &mut untried, hear));
+            let (mut candidates, found) = searched?;
+            let (recommended, cut) =
+                bench.work.within(CONFIRMATION, || bench.recommended(&mut candidates, &found, hear));
+            let recommended = recommended?;
+            if recommended.is_none() && cut {
+                untried.push("more fresh starts of what was found".to_owned());
+            }
+            (candidates, found, recommended)
+        };
         let plain = bench.scenario(&Setting::plain(methods[0]), Rotor::Locked)?;
         let known = plain.nameplate();
         let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
@@ -380,6 +424,10 @@ const LEAST_SALIENCY: f64 = 1e-3;
 /// Shares of the work that is left: for the search of the least saturation before its settings are confirmed, for the search of
 /// settings before the best are confirmed, and for the confirmation before changes are tried.
 const NARROWING: f64 = 0.7;
+/// Largest ratio of the ends of a range of saturation: of a narrower one no data sheet says that a motor lies in it.
+const NARROWEST: f64 = 0.8;
+/// Factor by which a saturation exceeds the least that suffices on few starts, where there is no work for many.
+const COMFORT: f64 = 1.15;
 const SEARCH: f64 = 0.5;
 const CONFIRMATION: f64 = 0.7;
 

@@ -6,7 +6,7 @@ use standstill_plant::Motor;
 use standstill_scenario::{Document, FileError, Origin, Rotor, Scenario};
 
 use super::margins::Margins;
-use super::starts::{Starts, Stopped};
+use super::starts::{self, Starts, Stopped};
 use super::work::Allowance;
 use super::{Demands, SuitabilityError};
 
@@ -187,7 +187,6 @@ impl Bench<'_> {
 
     /// Returns the objections to settings after these starts.
     pub fn objections(&self, starts: &[&Starts]) -> Vec<String> {
-        let of = |starts: &&Starts| starts.objections(self.demands, self.most_current, self.has_pole);
-        starts.iter().flat_map(of).collect()
+        starts::objections(starts, self.demands, self.most_current, self.has_pole)
     }
 }

@@ -6,6 +6,7 @@ use standstill_plant::Motor;
 use standstill_scenario::{Document, Rotor};
 
 use super::bench::{Bench, SEARCH, Setting};
+use super::margins::Demand;
 use super::search::{Found, is_slow};
 use super::starts::{Spread, Starts};
 use super::work::Allowance;
@@ -27,6 +28,8 @@ pub const CANDIDATES: [MethodName; 7] = [
 const TRIALS: u64 = 200;
 /// Number of starts of a candidate with continuous injection, which takes a hundred times as long.
 const FEW_TRIALS: u64 = 24;
+/// About the number of starts that a search of two methods and the confirmation of the best takes.
+const OF_A_JUDGEMENT: u64 = 8000;
 /// Largest number of settings of a method that are tried on fresh starts.
 const TRIED: usize = 3;
 /// Share of a method's work that is for looks at settings, before the starts of the best.
@@ -105,6 +108,30 @@ impl Bench<'_> {
         }
         all.sort_by_key(|(number, ..)| *number);
         Ok(all.into_iter().map(|(_, candidate, found)| (candidate, found)).unzip())
+    }
+
+    /// Returns true if searching and confirming settings that take as long as these may take more work than is left.
+    pub fn is_dear(&self, setting: &Setting) -> Result<bool, SuitabilityError> {
+        let starts = self.starts(setting, self.last_rotor(), SEARCH, FEW_TRIALS)?;
+        Ok(starts.is_ok_and(|starts| starts.work / FEW_TRIALS * OF_A_JUDGEMENT > self.work.left()))
+    }
+
+    /// Confirms settings before others are searched; none if they do not hold.
+    pub fn confirmed_first(
+        &self,
+        setting: &Setting,
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Option<(Candidate, Found, Confirmed)>, SuitabilityError> {
+        hear(Progress::Method(setting.method));
+        let Some(look) = self.look(setting.clone(), FEW_TRIALS)? else { return Ok(None) };
+        let found = vec![Found { looks: vec![look], stop: Some(Demand::Current) }];
+        let mut candidates = vec![self.candidate(setting.method, &found[0])?];
+        let recommended = self.recommended(&mut candidates, &found, hear)?;
+        let all = candidates.pop().zip(found.into_iter().next());
+        Ok(recommended.zip(all).map(|((_, confirmed), (candidate, looks))| {
+            hear(Progress::Found(&candidate));
+            (candidate, looks, confirmed)
+        }))
     }
 
     /// Makes the candidate of a method from the best settings that were found.

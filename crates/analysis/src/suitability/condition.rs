@@ -6,7 +6,7 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::Share;
 use standstill_scenario::{Document, Origin};
 
-use super::bench::{Bench, Setting};
+use super::bench::{Bench, Look, Setting};
 use super::margins::Margins;
 use super::work::Allowance;
 use super::{Demands, Progress, SuitabilityError};
@@ -38,6 +38,12 @@ const LOOK: u64 = 64;
 const FEW: u64 = 16;
 /// Evidence for the pole, as a multiple of what a decision needs, below which in few starts more starts do not help.
 const HOPELESS: f64 = 0.6;
+/// Evidence for the pole that suffices, as a multiple of what a decision needs.
+const ENOUGH: f64 = 1.05;
+/// Evidence of few starts, divided by that of other settings in many, below which these settings are left out.
+const FEW_TO_MANY: f64 = 0.85;
+/// Number of steps that are predicted from the evidence; then the range is halved.
+const PREDICTED: u32 = 6;
 
 /// Returns a document whose motor saturates by this share along +d, with the motor. None if the sheet has no key for it.
 pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, Motor)> {
@@ -68,8 +74,8 @@ pub(super) fn with_range<T>(
     ask(&bench).map(Some)
 }
 
-/// Returns the least fall of L_d at which some method meets the demands, both there and at `most`, rounded up to two digits; none
-/// if `most` itself does not suffice. Where no work is left, the least that was found to suffice so far.
+/// Returns the least fall of L_d at which some method meets the demands, both there and at `most`, rounded up to two digits, with the
+/// settings that do; none if `most` itself does not suffice. Where no work is left, the least that was found to suffice so far.
 pub(super) fn least_saturation(
     document: &Document,
     demands: &Demands,
@@ -77,7 +83,7 @@ pub(super) fn least_saturation(
     methods: &[MethodName],
     most: f64,
     hear: &mut dyn FnMut(Progress<'_>),
-) -> Result<Option<f64>, SuitabilityError> {
+) -> Result<Option<(f64, Setting)>, SuitabilityError> {
     // The most current flows at the largest fall, whatever the least: pulses that keep it there keep it everywhere.
     let strongest = with_range(document, demands, work, [most; 2], |bench| {
         let mut all = Vec::new();
@@ -90,23 +96,65 @@ pub(super) fn least_saturation(
         Ok(all)
     })?;
     let Some(strongest) = strongest else { return Ok(None) };
-    let mut suffices = |share: f64| -> Result<bool, SuitabilityError> {
+    let mut settings: Vec<Tried> = strongest.into_iter().map(Tried::new).collect();
+    let mut ask = |share: f64| -> Result<Sufficiency, SuitabilityError> {
         hear(Progress::Saturation(share));
-        let answer = with_range(document, demands, work, [share, most], |bench| bench.answers(&strongest))?;
-        Ok(answer == Some(true))
+        let answer =
+            with_range(document, demands, work, [share, most], |bench| bench.answers(&mut settings, share))?;
+        Ok(answer.unwrap_or_default())
     };
-    let [mut low, mut high] = [SMALLEST, most];
-    if !suffices(high)? {
-        return Ok(None);
-    }
-    if suffices(low)? {
-        return Ok(Some(low));
-    }
-    while high / low > FINENESS && !work.is_cut() {
+    let mut seen = ask(most)?;
+    let Some(mut sufficing) = seen.sufficing.take() else { return Ok(None) };
+    // The last share that was tried, and the ends of the range in which the least lies; the lower end is not tried at first.
+    let (mut tried, [mut low, mut high], mut low_is_tried) = (most, [SMALLEST, most], false);
+    let mut steps = 0..PREDICTED;
+    while !(work.is_cut() || low_is_tried && high <= low * FINENESS) {
         let middle = (low * high).sqrt();
-        if suffices(middle)? { high = middle } else { low = middle }
+        let lowest = if low_is_tried { low * FINENESS.sqrt() } else { low };
+        tried = if high <= low * FINENESS {
+            low
+        } else if seen.evidence > 0.1 && steps.next().is_some() {
+            // The poles' currents differ in proportion to the fall of L_d, and so does the evidence.
+            (ENOUGH * tried / seen.evidence).clamp(lowest, high / FINENESS.sqrt())
+        } else {
+            middle
+        };
+        seen = ask(tried)?;
+        match seen.sufficing.take() {
+            None => (low, low_is_tried) = (tried, true),
+            Some(setting) => (high, sufficing) = (tried, setting),
+        }
+        if high <= low {
+            return Ok(Some((low, sufficing)));
+        }
     }
-    Ok(Some(rounded_up(high)))
+    Ok(Some((rounded_up(high), sufficing)))
+}
+
+/// A setting of which it is asked whether it suffices, with the pole evidence of its last look and the saturation there.
+struct Tried {
+    setting: Setting,
+    evidence: Option<(f64, f64)>,
+}
+
+impl Tried {
+    const fn new(setting: Setting) -> Self {
+        Self { setting, evidence: None }
+    }
+
+    /// Returns the evidence that is expected at a saturation: about enough if nothing is known.
+    fn expected(&self, share: f64) -> f64 {
+        self.evidence.map_or(ENOUGH, |(at, evidence)| evidence * share / at)
+    }
+}
+
+/// Whether settings suffice at a saturation.
+#[derive(Default)]
+struct Sufficiency {
+    /// Settings that suffice.
+    sufficing: Option<Setting>,
+    /// The largest pole evidence that was seen, as a multiple of what a decision needs.
+    evidence: f64,
 }
 
 /// Rounds up to two significant digits.
@@ -141,22 +189,37 @@ pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {
 }
 
 impl Bench<'_> {
-    /// Returns true if one of these settings meets the demands. Few starts leave out those that come nowhere near.
-    fn answers(&self, strongest: &[Setting]) -> Result<bool, SuitabilityError> {
-        let enough = |margins: &Margins| margins.is_kept() && margins.pole.is_none_or(|pole| pole > 1.05);
-        let hopeless = |margins: &Margins| margins.pole.is_some_and(|pole| pole < HOPELESS);
-        'settings: for setting in strongest {
-            let setting = self.signed(setting.clone())?;
-            if self.look(setting.clone(), FEW)?.is_none_or(|look| hopeless(&look.margins)) {
-                continue;
+    /// Finds whether one of these settings meets the demands at a saturation, the most promising first. Few starts leave out those that
+    /// come nowhere near, or not as near as one that was too little.
+    fn answers(&self, settings: &mut [Tried], share: f64) -> Result<Sufficiency, SuitabilityError> {
+        let enough = |margins: &Margins| margins.is_kept() && margins.pole.is_none_or(|pole| pole > ENOUGH);
+        settings.sort_by(|a, b| b.expected(share).total_cmp(&a.expected(share)));
+        let mut seen = Sufficiency::default();
+        'settings: for tried in settings {
+            let setting = self.signed(tried.setting.clone())?;
+            let Some(few) = self.look(setting.clone(), FEW)? else { continue };
+            if let Some(pole) = few.margins.pole {
+                tried.evidence = Some((share, pole));
+                if pole < HOPELESS.max(FEW_TO_MANY * seen.evidence) {
+                    seen.evidence = seen.evidence.max(pole);
+                    continue;
+                }
             }
             for bench in self.ends() {
-                if !bench.look(setting.clone(), LOOK)?.is_some_and(|look| enough(&look.margins)) {
+                let Some(Look { margins, .. }) = bench.look(setting.clone(), LOOK)? else {
+                    continue 'settings;
+                };
+                // The poles differ the less the less the core saturates: the lower end has the least evidence.
+                if let (Some(pole), None) = (margins.pole, bench.most_saturation) {
+                    tried.evidence = Some((share, pole));
+                    seen.evidence = seen.evidence.max(pole);
+                }
+                if !enough(&margins) {
                     continue 'settings;
                 }
             }
-            return Ok(true);
+            return Ok(Sufficiency { sufficing: Some(setting), ..seen });
         }
-        Ok(false)
+        Ok(seen)
     }
 }

@@ -191,55 +191,101 @@ impl Starts {
     }
 
     /// Returns the objections to the method, each with its own reason.
-    pub fn objections(&self, demands: &Demands, most_current: f64, has_pole: bool) -> Vec<String> {
+    fn objections(&self, demands: &Demands, most_current: f64, has_pole: bool) -> Vec<Objection> {
         let mut objections = Vec::new();
-        let (summary, state) = (&self.summary, self.rotor.name());
+        let mut object = |about: &'static str, excess: f64, before: String, after: String| {
+            objections.push(Objection { about, excess, before, rotor: self.rotor, after });
+        };
+        let summary = &self.summary;
         let all = summary.trials as f64;
-        let failed = self.failed();
-        if failed as f64 > demands.without_angle * all {
-            objections.push(format!(
-                "{failed} of {all} without an angle, rotor {state}: {}",
-                self.failures_in_words()
-            ));
+        let [failed, undetermined] = [self.failed(), summary.undetermined];
+        let is_answered = failed as f64 <= demands.without_angle * all;
+        if !is_answered {
+            let why = format!(": {}", self.failures_in_words());
+            object("answers", failed as f64, format!("{failed} of {all} without an angle"), why);
         }
         // Of the few that have an axis where most have none, the error says nothing.
-        if failed as f64 <= demands.without_angle * all && summary.p95_deg.value > demands.error_deg {
+        if is_answered && summary.p95_deg.value > demands.error_deg {
             let beyond = if summary.sectors.is_some() { " beyond their sectors" } else { "" };
-            objections.push(format!(
-                "95 of 100 errors within {}°{beyond}, rotor {state}, where {}° are demanded",
-                summary.p95_deg.alone(),
-                demands.error_deg
-            ));
+            let p95 = summary.p95_deg;
+            let before = format!("95 of 100 errors within {}°{beyond}", p95.alone());
+            object("error", p95.value, before, format!(", where {}° are demanded", demands.error_deg));
         }
         if has_pole && summary.wrong_poles > 0 {
-            objections.push(format!("{} wrong poles in {all}, rotor {state}", summary.wrong_poles));
+            let wrong = summary.wrong_poles;
+            object("wrong poles", wrong as f64, format!("{wrong} wrong poles in {all}"), String::new());
         }
-        if has_pole && summary.undetermined as f64 > demands.without_angle * all {
-            let count = summary.undetermined;
-            objections.push(format!("pole undetermined in {count} of {all}, rotor {state}"));
+        if has_pole && undetermined as f64 > demands.without_angle * all {
+            let before = format!("pole undetermined in {undetermined} of {all}");
+            object("undetermined", undetermined as f64, before, String::new());
         }
         if self.rotor == Rotor::Free && summary.max_moved_deg > demands.movement_deg {
-            objections.push(format!(
-                "a free rotor moves by {:.2}° where {}° are allowed",
-                summary.max_moved_deg, demands.movement_deg
-            ));
+            let before = format!("a free rotor moves by {:.2}°", summary.max_moved_deg);
+            let after = format!(" where {}° are allowed", demands.movement_deg);
+            object(MOVEMENT, summary.max_moved_deg, before, after);
         }
+        let limited = |value: f64, most: f64, digits: usize, unit: &str| {
+            let text = |value: f64| standstill_quantity::number(digits, value);
+            (format!("{} {unit}", text(value)), format!(", where {} {unit} are allowed", text(most)))
+        };
         if summary.peak_current_a > most_current {
-            objections.push(format!(
-                "{} A, rotor {state}, where {} A are allowed",
-                standstill_quantity::number(2, summary.peak_current_a),
-                standstill_quantity::number(2, most_current)
-            ));
+            let (before, after) = limited(summary.peak_current_a, most_current, 2, "A");
+            object("current", summary.peak_current_a, before, after);
         }
         if self.longest_s > demands.time_s {
-            objections.push(format!(
-                "{} ms, rotor {state}, where {} ms are allowed",
-                standstill_quantity::number(0, self.longest_s * 1e3),
-                standstill_quantity::number(0, demands.time_s * 1e3)
-            ));
+            let (before, after) = limited(self.longest_s * 1e3, demands.time_s * 1e3, 0, "ms");
+            object("time", self.longest_s, before, after);
         }
         objections
     }
+}
+
+/// Subject of an objection that a rotor alone has that is free.
+const MOVEMENT: &str = "movement";
+
+/// A demand that starts do not meet.
+struct Objection {
+    /// Its subject.
+    about: &'static str,
+    /// Size by which objections of the same subject are compared.
+    excess: f64,
+    /// Text up to the state of the rotor, and behind it.
+    before: String,
+    rotor: Rotor,
+    after: String,
+}
+
+/// Returns the objections to a method after starts in several states of the rotor, in words: of several states with the same objection
+/// the figures of the worst.
+pub(super) fn objections(
+    starts: &[&Starts],
+    demands: &Demands,
+    most_current: f64,
+    has_pole: bool,
+) -> Vec<String> {
+    let mut all: Vec<(Objection, String)> = Vec::new();
+    for objection in starts.iter().flat_map(|of| of.objections(demands, most_current, has_pole)) {
+        match all
+            .iter_mut()
+            .find(|(other, _)| other.about == objection.about && other.rotor != objection.rotor)
+        {
+            Some((worst, too)) => {
+                let less = if objection.excess > worst.excess {
+                    std::mem::replace(worst, objection)
+                } else {
+                    objection
+                };
+                *too = format!(" ({} too)", less.rotor.name());
+            }
+            None => all.push((objection, String::new())),
+        }
+    }
+    let text = |(objection, too): (Objection, String)| {
+        let Objection { about, before, rotor, after, .. } = objection;
+        let rotor = if about == MOVEMENT { String::new() } else { format!(", rotor {}", rotor.name()) };
+        format!("{before}{rotor}{too}{after}")
+    };
+    all.into_iter().map(text).collect()
 }
 
 /// Evidence above which more gains nothing: 1.3 times what a decision needs, in 99 of 100 starts.

@@ -113,6 +113,35 @@ fn law_a_check_does_no_more_than_it_may_and_names_what_it_left_out() {
     }
 }
 
+/// Both states of the rotor object to the same thing: it is said once, with the figures of the worse.
+#[test]
+fn regress_an_objection_of_both_states_of_the_rotor_is_one() {
+    let document = sheet("saturation = \"5 %\"", &[BIPOLAR]);
+    let motor = document.motor().expect("a motor");
+    let demands = Demands { current_a: Some(10.0), error_deg: 1e-6, ..Demands::default() };
+    let work = unbounded();
+    let bench = Bench::new(&document, &motor, &demands, &work);
+    let of = |rotor| {
+        let setting = Setting::plain(MethodName::Bipolar).with("pulse", "30 us");
+        bench.starts(&setting, rotor, 0, 16).expect("runs").expect("set up")
+    };
+    let [locked, mut free] = [of(Rotor::Locked), of(Rotor::Free)];
+    let alone = bench.objections(&[&locked]);
+    assert!(alone.iter().all(|objection| objection.contains("rotor locked,")), "{alone:?}");
+    free.summary.peak_current_a = locked.summary.peak_current_a + 1.0;
+    free.summary.p95_deg.value = 0.5 * locked.summary.p95_deg.value;
+    let said = bench.objections(&[&locked, &free]);
+    let about =
+        |subject: &str| said.iter().find(|objection| objection.contains(subject)).expect("an objection");
+    assert_eq!(alone.len(), said.len(), "{said:?}");
+    assert!(about(" A,").contains("rotor free (locked too), where 10.00 A are allowed"), "{said:?}");
+    assert!(about("95 of 100").contains("rotor locked (free too), where 0.000001° are demanded"), "{said:?}");
+    // A movement is that of a free rotor alone.
+    free.summary.max_moved_deg = 3.0;
+    let moved = bench.objections(&[&locked, &free]);
+    assert!(moved.contains(&"a free rotor moves by 3.00° where 1° are allowed".to_owned()), "{moved:?}");
+}
+
 /// A part has its share of what is left, and its end ends no other part.
 #[test]
 fn law_a_part_of_the_work_has_its_share_and_no_more() {
@@ -176,10 +205,24 @@ fn regress_each_count_has_its_own_reason() {
 #[test]
 fn law_a_sheet_without_saturation_is_suited_from_some_saturation_on() {
     let document = sheet("", &[BIPOLAR]);
-    let suitability = found(&document);
+    let mut steps = 0;
+    let suitability = Suitability::within(&document, &Demands::default(), u64::MAX, &mut |progress| {
+        steps += usize::from(matches!(progress, Progress::Saturation(_)));
+    });
+    let suitability = suitability.unwrap_or_else(|error| panic!("{error}"));
+    // Evidence in proportion to the saturation predicts the least: halving 0.5 to 15 % until its ends are 8 % apart takes eight steps.
+    assert!((2..=6).contains(&steps), "{steps}");
     let Some(Condition::Saturation { least, most, minus_d }) = suitability.condition else {
         panic!("{suitability:?}")
     };
+    assert_eq!(suitability.untried, [""; 0]);
+    // With less work than a search takes, what suffices on few starts is confirmed first, with a little more saturation.
+    let hurried = Suitability::within(&document, &Demands::default(), suitability.work / 5 * 4, &mut |_| {});
+    let hurried = hurried.unwrap_or_else(|error| panic!("{error}"));
+    let Some(Condition::Saturation { least: more, .. }) = hurried.condition else { panic!("{hurried:?}") };
+    assert!((1.05..1.5).contains(&(more / least)), "{more} {least}");
+    assert!(hurried.untried.iter().any(|part| part.contains("saturation of less than")), "{hurried:?}");
+    assert!(hurried.work < suitability.work / 5 * 4 + 20_000, "{}", hurried.work);
     // The recommended pulses keep the current at both ends: with the most saturation they draw the most.
     let candidate = suitability.recommended().expect("recommended");
     let fresh = suitability.confirmed().expect("confirmed");

@@ -15,10 +15,11 @@ use standstill_sim::Work;
 /// processor time on a busy machine).
 const PER_EVALUATION: u64 = 3;
 
-/// Evaluations that one takes as long as whose terminals have a capacitance, as in `field`, on the slowest motor that was measured: the check
-/// of a hub motor took 1.6 times as long per unit of work when this was four. On the paper's motor it is three (a start of `bipolar` has
-/// 1,308 of them and takes 1,270 µs), so a check there ends before the minute.
-const OF_TERMINALS: u64 = 7;
+/// Number of evaluations without a capacitance of the terminals that take as long as one with it, as in `field`. With seven, a unit of
+/// work took 0.19 µs on a hub motor and 0.15 µs on the paper's motor, where units of checks without it took 0.36 to 0.56 µs
+/// (`standstill check hub-hoverboard -s errors=field --json` has the work, processor time on a machine with eight times as much to do as it has
+/// cores).
+const OF_TERMINALS: u64 = 4;
 
 /// Work of [`Effort::Normal`]: about a minute at 0.33 µs an evaluation.
 const NORMAL: u64 = 180_000_000;
@@ -58,7 +59,7 @@ impl Allowance {
     }
 
     /// Returns what is left.
-    const fn left(&self) -> u64 {
+    pub const fn left(&self) -> u64 {
         self.limit.get().saturating_sub(self.done.get())
     }
 

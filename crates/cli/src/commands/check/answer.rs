@@ -66,6 +66,12 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
     if !found.untried.is_empty() {
         commands.push(further(asked));
     }
+    // Settings that the user fixed were not searched.
+    let is_fixed = |key: &str| key.starts_with("detector.") && key != "detector.method";
+    let (fixed, keys): (Vec<_>, Vec<_>) = asked.keys.iter().cloned().partition(|(key, _)| is_fixed(key));
+    if !fixed.is_empty() {
+        commands.push(again(&Checked { keys, ..*asked }, &[], asked.demands, asked.effort));
+    }
     let mut head = "Go on with one of";
     if commands.is_empty() {
         head = "What no method can exceed with these sensors:";
