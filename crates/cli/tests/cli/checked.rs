@@ -114,7 +114,7 @@ fn law_no_verdict_ends_without_a_next_step() {
         alike["alternatives"].as_array().expect("a list").iter().map(|of| &of["way"]).collect();
     assert!(ways.contains(&&"axis-alone".into()), "{alike}");
     accepted(&alike, at);
-    let text = said(&standstill(&asked, at));
+    let text = said(&standstill(&[&asked, &["-s", "detector.pulse=20us"][..]].concat(), at));
     assert!(text.contains("Hall sensor") && !text.contains("were tried. Nor"), "{text}");
     // A sixteenth of rated current shows no pole: rated current does.
     let weak = answer(&[&["check", "paper-5k5", "--current", "0.5"][..], &BIPOLAR].concat(), at);

@@ -201,12 +201,13 @@ fn law_check_gives_a_verdict_with_reasons_and_its_code() {
     let next = suited["next"][0].as_str().expect("a command");
     assert!(next.starts_with("standstill run paper-5k5 ") && next.contains("detector.pulse="), "{next}");
     // Too light a rotor: every pulse turns it.
-    let (light, code) = json(&["check", "low-inertia", "-s", "detector.method=bipolar", "--json"]);
+    let method = ["-s", "detector.method=bipolar", "-s", "detector.rounds=3"];
+    let (light, code) = json(&[&["check", "low-inertia", "--json"], &method[..]].concat());
     assert_eq!((code, &light["suited"]), (Some(1), &Value::Bool(false)), "{light}");
     let objections = light["candidates"][0]["objections"].to_string();
     assert!(objections.contains("a free rotor moves by"), "{objections}");
     let folder = folder();
-    let output = standstill(&["check", "reluctance-6k7", "-s", "detector.method=bipolar"], folder.path());
+    let output = standstill(&[&["check", "reluctance-6k7"], &method[..]].concat(), folder.path());
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(0), "{text}");
     assert!(
@@ -221,7 +222,8 @@ fn law_check_gives_a_verdict_with_reasons_and_its_code() {
 fn law_check_writes_the_scenario_that_goes_on_and_replaces_nothing() {
     let folder = folder();
     let at = folder.path();
-    let check = ["check", "paper-5k5", "-s", "detector.method=bipolar"];
+    let fixed = ["-s", "detector.pulse=200us", "-s", "rotor.state=locked"];
+    let check = [&["check", "paper-5k5", "-s", "detector.method=bipolar"], &fixed[..]].concat();
     let text = |arguments: &[&str]| {
         let output = standstill(arguments, at);
         (String::from_utf8(output.stdout).expect("text"), output.status.code())
