@@ -340,6 +340,11 @@ impl<T: Real> LineInductance<T> {
         if s.decay == Decay::Slow || !on {
             return Ok(());
         }
+        // Where the saliency has more flux than the magnet, lines differ by what saturates in them as if by such a resistance.
+        let saliency_flux = T::of(3.0) * saliency.amplitude.abs() * s.polarity.current;
+        if saliency_flux > s.polarity.magnet_flux {
+            return Ok(());
+        }
         let (half, count) = (T::of(0.5), T::of(f64::from(s.pulses)));
         let zero = AlphaBeta::new(T::zero(), T::zero());
         let share = T::of(2.0 / 3.0) / count;

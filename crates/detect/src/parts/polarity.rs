@@ -304,6 +304,11 @@ impl<T: Real> PolarityTest<T> {
             flux: s.magnet_flux,
         };
         let (pairs, two) = (T::of(f64::from(self.pairs())), T::of(2.0));
+        // Where the saliency has more flux than the magnet, what an askew axis leaves across it by saturation is more than what is induced.
+        let along = (self.amplitude / s.current - s.resistance / two) * winding.duration;
+        if (winding.inductance - along).abs() * s.current > winding.flux {
+            return Ok(());
+        }
         let (offset, waits) = self.settler.offset();
         let across = self.across.without(offset.clarke().park(self.axis).q * pairs);
         let noise = self.settler.noise.deviation();
