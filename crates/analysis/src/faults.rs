@@ -90,7 +90,7 @@ pub struct Counts {
     pub wrong_pole: u64,
     /// Starts without an answer, by their reasons.
     pub unanswered: BTreeMap<String, u64>,
-    /// Of these, starts with an axis whose pole stays open.
+    /// Number of the unanswered starts with an axis whose pole stays undetermined.
     pub undetermined: u64,
     /// Starts that the simulation could not end: neither an answer nor a detection.
     pub errors: u64,
@@ -100,7 +100,7 @@ pub struct Counts {
     pub overcurrent: u64,
     /// Starts with a dangerous answer where the method's checks are off: beyond the demanded error, or with the wrong pole.
     pub dangerous: u64,
-    /// Of these, the starts without an answer where its checks are on.
+    /// Number of these that end without an answer where the method's checks are on.
     pub caught: u64,
     /// Sum of the durations in s of starts without an answer: the time until a fault is noticed.
     pub reaction: f64,

@@ -142,7 +142,7 @@ pub struct Suitability {
     pub advice: Vec<Advice>,
     /// Ways to start the motor without these methods, where no change suffices.
     pub alternatives: Vec<Alternative>,
-    /// What was not tried for want of work, in words; more [`Effort`] tries it.
+    /// Parts of the check that were left out because its work was used up, in words; with more [`Effort`] they are done.
     pub untried: Vec<String>,
     /// True if what was not tried may suit the motor as it is.
     pub is_undecided: bool,

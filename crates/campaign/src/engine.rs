@@ -43,7 +43,7 @@ pub(crate) struct Engine<'a, T: Trials> {
     trials: &'a T,
     pool: ThreadPool,
     pace: Pace,
-    /// Those that the last block touched; their neighbours come next.
+    /// The points that the last block touched; their neighbours come next.
     points: BTreeMap<usize, T::Point>,
 }
 

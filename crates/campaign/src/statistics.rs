@@ -165,7 +165,8 @@ pub struct Statistics {
     /// Sums of the errors' first, second, fourth and sixth powers.
     powers: [Sum; 4],
     magnitudes: Magnitudes,
-    /// Counts of answers that are sectors. Journals have them behind the statistics, so that those of before can be read.
+    /// Counts of answers that are sectors. Journals store them after the statistics, so that journals written before there were sectors can
+    /// still be read.
     #[serde(skip)]
     pub(crate) sectors: Option<Sectors>,
 }
@@ -239,7 +240,7 @@ impl Statistics {
     /// The angle error in degrees whose exceedance is counted unless another is asked for: the paper's "within ±2°".
     pub const LIMIT_DEG: f64 = 2.0;
 
-    /// Of nothing yet; errors beyond `limit_deg` will be counted.
+    /// Empty statistics that will count the angle errors beyond `limit_deg`.
     pub fn with_limit(limit_deg: f64) -> Self {
         Self {
             limit_deg,

@@ -143,7 +143,7 @@ pub struct Reproduce {
     pub threads: Option<u16>,
 }
 
-/// The paper's method in one of its two ways.
+/// Choice between the two decays of the pulses' current in the paper's method.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct PaperDecay {
     /// The paper's method, and how its pulses' current decays: slow by the zero vector (the paper), fast with all gates off

@@ -139,12 +139,12 @@ impl SummaryFile {
     }
 }
 
-/// Refuses to replace the results of another run, or files that are no results of a run, unless that is requested. An
-/// equal run may be repeated: it writes equal results. Where the run `extends` results, it may replace them by those
-/// of more trials, which contain all of the earlier ones.
+/// Refuses to replace the results of another run, or files that are not results of a run, except with `--force`. An equal
+/// run may be repeated, because it writes equal results. If the run `extends` earlier results, it may replace them: the
+/// new results contain all earlier trials.
 ///
 /// # Errors
-/// The summary of another run, or a file that is none.
+/// The summary belongs to another run, or the file is not a summary.
 pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<(), Error> {
     let path = options.out.join(SUMMARY);
     if options.force || !files_wanted() || !path.exists() {

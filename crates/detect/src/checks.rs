@@ -22,7 +22,7 @@ choice! {
     }
 }
 
-/// Those that are on.
+/// The set of checks that are on.
 ///
 /// ```
 /// use standstill_detect::{Check, Checks};
@@ -45,7 +45,7 @@ impl Checks {
     /// No check.
     pub const NONE: Self = Self(0);
 
-    /// These.
+    /// The set of these checks.
     pub fn of(checks: impl IntoIterator<Item = Check>) -> Self {
         Self(checks.into_iter().fold(0, |all, check| all | bit(check)))
     }
@@ -66,12 +66,12 @@ impl Checks {
         self.0 & bit(check) != 0
     }
 
-    /// Those that are on, in the order of [`Check::ALL`].
+    /// Iterates over the checks that are on, in the order of [`Check::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Check> {
         Check::ALL.into_iter().filter(move |check| self.has(*check))
     }
 
-    /// As a number: 0 for none, or a sum of 2 for the first of [`Check::ALL`], 4 for the second, and so on.
+    /// Returns the set as a number: 0 for none, or a sum of 2 for the first of [`Check::ALL`], 4 for the second, and so on.
     pub fn number(self) -> f64 {
         f64::from(self.0)
     }

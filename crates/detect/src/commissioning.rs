@@ -127,14 +127,14 @@ pub enum CommissioningError<T> {
 /// Standard deviations, from the residual and the information of the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviations<T> {
-    /// Of each part of c, relative to L_A.
+    /// Standard deviation of each part of c, relative to L_A.
     pub offset: T,
-    /// Of H, relative to L_A.
+    /// Standard deviation of H, relative to L_A.
     pub fourth: T,
-    /// Of P, relative to L_A; zero if it was not learnt.
+    /// Standard deviation of P, relative to L_A; zero if it was not learnt.
     pub saturation: T,
-    /// Of a corrected angle in rad by all of them, rms over the rotor's positions. The noise of the reading to be
-    /// corrected comes on top.
+    /// Standard deviation of a corrected angle in rad, rms over the rotor's positions: the joint effect of the deviations
+    /// above, without the noise of the reading to be corrected.
     pub axis: T,
 }
 

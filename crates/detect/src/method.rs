@@ -36,7 +36,7 @@ pub(crate) use {maximum_likelihood::likelihood, pulsating::Pulsating, rotating::
 
 /// A detection as its method writes it: steps that a fault can end, and what was learnt so far.
 pub(crate) trait Sequence<T: Real> {
-    /// As [`Detector::step`].
+    /// Takes a step as [`Detector::step`] does.
     fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>>;
 
     /// Up to now: what was measured, and how near it was to a fault.

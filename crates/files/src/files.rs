@@ -39,12 +39,12 @@ pub struct Digest {
 }
 
 impl Digest {
-    /// Of a file's content.
+    /// Digest of these bytes, the content of a file.
     pub fn of(bytes: &[u8]) -> Self {
         Self { bytes: bytes.len() as u64, crc32: crc32fast::hash(bytes) }
     }
 
-    /// Of a file of any length, bit by bit: tables of results have gigabytes.
+    /// Digest of a file of any length, which is read piece by piece: tables of results have gigabytes.
     ///
     /// # Errors
     /// As [`open`].
@@ -99,7 +99,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     as_text(&read_at_most(path, MOST_BYTES)?).map(str::to_owned)
 }
 
-/// A file that has an end, to be read bit by bit. To open a pipe already would be to wait for who writes to it.
+/// Opens a regular file, to be read piece by piece. A pipe is refused unopened, because opening one waits for its writer.
 ///
 /// # Errors
 /// Those of the operating system, and what is not a regular file.

@@ -86,7 +86,7 @@ pub struct MapError {
 }
 
 impl MapError {
-    /// Of what was found in this file, at this place, where something else is needed.
+    /// Error that names the file, the place in it, what was found there, and what is needed instead.
     pub fn new(
         file: &str,
         place: Option<&dyn fmt::Display>,

@@ -30,7 +30,7 @@ pub struct State {
 
 const _: () = assert!(size_of::<State>() <= DETECTOR_BYTES && align_of::<State>() <= align_of::<u64>());
 
-/// Of a state with a detector in it.
+/// Marks a state that has a detector in it.
 const READY: u64 = 0x5354_4154_4544_4554;
 
 /// A zero-ended text; what is too long is cut.

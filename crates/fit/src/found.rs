@@ -114,7 +114,7 @@ pub(super) struct Either {
 }
 
 impl Either {
-    /// As [`Found::of`].
+    /// Returns the hull of both solutions' intervals by [`Found::of`].
     pub(super) fn of(&self, parameter: Parameter, frame: &Frame, at: [f64; 3]) -> Option<Interval> {
         let one = self.one.of(parameter, frame, at)?;
         let tells = |found: &&Found| parameter.fall().is_none() || found.free.contains(&parameter);
@@ -125,14 +125,14 @@ impl Either {
         }))
     }
 
-    /// As [`Found::last_gain`].
+    /// Returns the hull of both solutions' intervals by [`Found::last_gain`].
     pub(super) fn last_gain(&self, channels: [bool; CHANNELS]) -> Option<Interval> {
         Some(
             self.one.last_gain(channels)?.or(self.other.as_ref().and_then(|found| found.last_gain(channels))),
         )
     }
 
-    /// As [`Found::with_switch`].
+    /// Returns the hull of both solutions' intervals by [`Found::with_switch`].
     pub(super) fn with_switch(&self) -> Option<Interval> {
         Some(self.one.with_switch()?.or(self.other.as_ref().and_then(|found| found.with_switch())))
     }

@@ -137,7 +137,7 @@ exported! {
     fmi2DoStep(time: f64, length: f64, _no_set_state: c_int) => |component| component.instance.step(time, length);
     /// The end of the simulation.
     fmi2Terminate() => |component| component.instance.terminate();
-    /// As after its creation.
+    /// Resets the instance to its state after creation.
     fmi2Reset() => |component| { component.instance.reset(); Ok(()) };
     /// Values of numbers.
     fmi2GetReal(references: References, count: usize, values: *mut f64) =>

@@ -148,7 +148,7 @@ exported! {
     };
     /// The end of the simulation.
     fmi3Terminate() => |component| component.instance.terminate();
-    /// As after its creation.
+    /// Resets the instance to its state after creation.
     fmi3Reset() => |component| { component.instance.reset(); Ok(()) };
     /// Values of numbers.
     fmi3GetFloat64(references: References, count: usize, values: *mut f64, _all: usize) =>

@@ -79,7 +79,7 @@ impl Instance {
         Ok(Self { model, state })
     }
 
-    /// As after its creation.
+    /// Resets the instance to its state after creation.
     pub fn reset(&mut self) {
         self.state = State::new(&self.model);
     }

@@ -45,7 +45,7 @@ pub(crate) unsafe fn slice_mut<'a, T>(pointer: *mut T, count: usize) -> &'a mut 
     unsafe { std::slice::from_raw_parts_mut(pointer, count) }
 }
 
-/// As a C text. A zero byte ends it.
+/// Returns a text as C has it, up to its first zero byte.
 pub(crate) fn c_text(text: &str) -> CString {
     CString::new(text.split('\0').next().unwrap_or_default()).unwrap_or_default()
 }

@@ -75,7 +75,7 @@ pub struct Model {
     pub variables: Vec<Variable>,
     /// Name of the motor.
     pub motor: String,
-    /// Of the PWM carrier.
+    /// Period of the PWM carrier.
     period: Nanos,
     /// Flux linkage at rated current in Wb, to which tolerances are relative.
     pub(crate) flux: f64,
@@ -95,7 +95,7 @@ pub enum ModelError {
 }
 
 impl Model {
-    /// Of a document: its motor, drive, sensors and rotor; its detector stays behind.
+    /// Makes the model of a document: motor, drive, sensors and rotor, without the detector.
     ///
     /// ```
     /// use standstill_fmu::{Model, Part};
@@ -185,7 +185,7 @@ impl Model {
         document.unchecked_scenario_of(&motor)
     }
 
-    /// Of the PWM carrier.
+    /// Returns the period of the PWM carrier.
     pub fn period(&self) -> Nanos {
         self.period
     }

@@ -57,7 +57,7 @@ impl Legs1 {
         Self { leg: legs.leg, reserved: 0, duty: legs.duty }
     }
 
-    /// What a library wrote.
+    /// Copies the values that a library wrote.
     pub fn write(&self, legs: &mut Legs) {
         (legs.leg, legs.duty) = (self.leg, self.duty);
     }

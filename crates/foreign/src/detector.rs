@@ -158,7 +158,7 @@ impl Maker {
     }
 }
 
-/// What runs beside an interrupt.
+/// A periodic task of the library beside its interrupt.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     period: Nanos,
@@ -177,9 +177,9 @@ pub struct Foreign {
     task: Option<Task>,
     samples: Vec<Sample>,
     log: Arc<Log>,
-    /// What it shows, if it is traced.
+    /// Its channels and its log, if it is traced.
     watched: Option<Watched>,
-    /// What the drive knows of itself.
+    /// The drive's data of itself.
     drive: Drive,
     guard: Guard,
 }

@@ -5,14 +5,14 @@
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug)]
 pub struct Float {
-    /// Of single and double precision: control and status.
+    /// Control and status register of single and double precision.
     sse: u32,
-    /// Of `long double`: control, and what exceptions there were.
+    /// Control word of `long double`; `seen`: its status word with the exceptions so far.
     x87: u16,
     seen: u16,
 }
 
-/// As a program begins.
+/// The state at a program's start.
 #[cfg(target_arch = "x86_64")]
 impl Default for Float {
     fn default() -> Self {

@@ -1,4 +1,4 @@
-//! What a detector from elsewhere may order: commands that there are, and not for ever.
+//! Limits of a detector from elsewhere: its commands must exist, and their number and time are bounded.
 
 use standstill_interface::{Command, Fault, Findings, Leg, Nanos, Outcome, Own, Phase, Reading};
 
@@ -32,7 +32,7 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// Of a detection on a drive whose timer has this tick in s; 0: there is no timer.
+    /// Guard of a detection on a drive whose timer has this tick in s; 0: the drive has no timer.
     pub const fn new(tick: f64) -> Self {
         Self { tick, commands: 0, elapsed: Nanos::ZERO, pending: None }
     }

@@ -96,7 +96,7 @@ impl Interrupts {
         Ok(Sampling { first, interval, count })
     }
 
-    /// What a leg does in one half of a period in which its pulse is later than centred by `shift`, a share of the period.
+    /// Returns the command of a leg in one half of a period whose pulse is later than centred by `shift`, a share of the period.
     fn shifted(&self, phase: usize, duty: f64, shift: f32, half: usize) -> Result<Leg<f64>, Fault<f64>> {
         let (letter, by) = (Phase::ALL[phase].letter(), f64::from(shift));
         if self.timing.twice {

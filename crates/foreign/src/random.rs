@@ -14,7 +14,7 @@ impl Default for Random {
 }
 
 impl Random {
-    /// As after `srand(seed)`.
+    /// The state after `srand(seed)`.
     pub fn of(seed: u32) -> Self {
         let mut last = [0_u32; 31];
         // The minimal standard generator of Park and Miller, whose seed is not 0.
@@ -50,7 +50,7 @@ impl Random {
 pub struct Random48(u64);
 
 impl Random48 {
-    /// As after `srand48(seed)`, of which 32 bits count.
+    /// The state after `srand48(seed)`, which uses 32 bits of the seed.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "32 bits")]
     pub fn of(seed: i64) -> Self {
         Self(u64::from(seed as u32) << 16 | 0x330E)

@@ -1,6 +1,6 @@
-//! What an image has of the C library that keeps something between calls: a heap, random numbers, `strtok`, `errno`, the
-//! rounding of floating point. Each image has its own, which is set back with its variables; the functions of the C library that
-//! use them are replaced in the image by those that stand here.
+//! State of the C library that an image has to itself: a heap, random numbers, `strtok`, `errno`, the rounding of floating
+//! point. It is set back with the image's variables; the functions of the C library that use it are replaced in the image by
+//! those of this file.
 #![allow(unsafe_code, reason = "functions of the C library are replaced, and registers of the processor set")]
 
 use std::cell::{Cell, RefCell};
@@ -33,7 +33,7 @@ pub struct State {
 }
 
 impl State {
-    /// As a program begins, with this heap.
+    /// The state at a program's start, with this heap.
     pub fn new(heap: Heap) -> Self {
         Self {
             heap,

@@ -1,4 +1,4 @@
-//! What a detector that is traced shows of itself: channels and log.
+//! Channels and log of a detector that is traced.
 
 use std::ffi::c_void;
 use std::ptr::NonNull;

@@ -68,7 +68,7 @@ macro_rules! choice {
             /// All of them.
             pub const ALL: [Self; [$($word),+].len()] = [$(Self::$variant),+];
 
-            /// As in files and on the command line.
+            /// Its name in files and on the command line.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word,)+

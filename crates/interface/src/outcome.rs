@@ -224,7 +224,7 @@ pub enum Fault<T> {
         speed: T,
         /// The speed in rad/s that noise and errors of the readings may look like.
         allowed: T,
-        /// Its direction; none where it follows from the pole, and that is open.
+        /// Direction of rotation; none where it follows from the pole, and the pole is undetermined.
         way: Option<Rotation>,
     },
     /// The current through the shunt in the DC link reached the end of its converter's range: an amplifier for one direction clips
@@ -276,7 +276,7 @@ pub enum Fault<T> {
     ContactResistive {
         /// The phase.
         phase: Phase,
-        /// What it has more than the others, as a resistance in Ω.
+        /// Its excess over the other phases, as a resistance in Ω.
         found: T,
         /// The limit.
         allowed: T,

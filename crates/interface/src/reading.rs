@@ -20,18 +20,18 @@ pub enum Sensed {
 /// Raw codes of the converters: those behind the values, as a firmware reads them from their registers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counts {
-    /// Of the phase currents. Zero for a phase that its own sensor did not measure.
+    /// Codes of the phase currents. Zero for a phase that its own sensor did not measure.
     pub current: Abc<u32>,
-    /// Of the DC link.
+    /// Code of the DC link's voltage.
     pub dc_link: u32,
-    /// Of the current through the shunt in the DC link.
+    /// Code of the current through the shunt in the DC link.
     pub link_current: u32,
-    /// Of the terminals' voltages.
+    /// Codes of the terminals' voltages.
     pub terminal: Abc<u32>,
 }
 
 impl Counts {
-    /// Of a drive without converters.
+    /// Codes of a drive without converters: all zero.
     pub const NONE: Self = Self { current: Abc([0; 3]), dc_link: 0, link_current: 0, terminal: Abc([0; 3]) };
 }
 

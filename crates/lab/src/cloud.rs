@@ -25,9 +25,9 @@ use crate::setting::Setting;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CloudRequest {
-    /// Of which scenario.
+    /// The scenario.
     pub setting: Setting,
-    /// How many.
+    /// Number of trials.
     pub trials: u64,
     /// Which of the page's clouds it is: a new one takes the place of the one before.
     pub slot: String,
@@ -77,7 +77,7 @@ pub struct Filling {
 const STEP: u64 = 256;
 
 impl Filling {
-    /// Of nothing yet.
+    /// Prepares a cloud without trials yet.
     ///
     /// # Errors
     /// A scenario that cannot be run, and a number of trials that no page asks for.
@@ -189,7 +189,7 @@ fn frame(kind: u32, bytes: &[u8]) -> Vec<u8> {
     [&length.to_le_bytes(), &kind.to_le_bytes(), bytes].concat()
 }
 
-/// Of a picture, seven digits do.
+/// Encodes the points in single precision: a picture needs no more than seven digits.
 #[expect(clippy::cast_possible_truncation, reason = "what is drawn; trials are below a million")]
 fn points(records: &[Record]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(16 * records.len());

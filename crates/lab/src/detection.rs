@@ -20,7 +20,7 @@ use crate::setting::Setting;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DetectionRequest {
-    /// Of which scenario.
+    /// The scenario.
     pub setting: Setting,
     /// Its number, which says what drive, sensors and noise it has.
     pub trial: u64,

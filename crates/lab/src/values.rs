@@ -15,7 +15,7 @@ use crate::commands;
 use crate::error::LabError;
 use crate::setting::Setting;
 
-/// Of which setting, and what is looked at of it.
+/// A request for the values of a setting's trial.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Request {

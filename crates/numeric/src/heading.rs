@@ -17,7 +17,7 @@ impl Heading {
 }
 
 impl<T: Lane> Heading<T> {
-    /// Of an angle in rad.
+    /// Sine and cosine of an angle in rad.
     #[inline(always)]
     pub fn of(angle: T) -> Self {
         let (sin, cos) = sin_cos(angle);

@@ -39,7 +39,7 @@ pub struct Motor {
 pub struct Ratings {
     /// At the shaft, in W.
     pub power: Option<f64>,
-    /// Of the shaft, in revolutions per minute.
+    /// Speed of the shaft in revolutions per minute.
     pub speed_rpm: Option<f64>,
     /// At the shaft with rated current, in N m.
     pub torque: Option<f64>,

@@ -1,5 +1,5 @@
-//! What an engineer asks of a motor's numbers before believing them: whether the magnet's voltage, the torque, the time constants and
-//! the voltages that rated current takes are those of a machine, and which slip of a data sheet would explain it where they are not.
+//! Plausibility checks of a motor's numbers: whether the magnet's voltage, the torque, the time constants and the voltages that
+//! rated current takes are those of a machine, and which slip of a data sheet explains them where they are not.
 //!
 //! Numbers that fit no machine are found by orders of magnitude: a forgotten prefix, a flux per mechanical radian. The factors √2, √3
 //! and 2 of rms and peak, phase and line, poles and pole pairs change no order of magnitude; they are found where two numbers say
@@ -162,7 +162,7 @@ impl Numbers {
         checks
     }
 
-    /// Those that compare with ratings.
+    /// Returns the checks that compare with ratings.
     fn rated_checks(&self) -> Vec<Check> {
         let mut checks = vec![];
         let mut check = |value: f64, range: [f64; 2], usual: (f64, f64), said| {

@@ -11,7 +11,7 @@ pub struct PublishedFall {
     pub current: f64,
     /// Share by which L_d is smaller than without current at this current along +d; negative if it is larger.
     pub along: f64,
-    /// The same along −d.
+    /// Share by which L_d is smaller than without current at this current along −d; negative if it is larger.
     pub against: f64,
 }
 

@@ -32,9 +32,9 @@ impl Default for Thermal {
 /// Temperatures in °C; none: that of the data sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Temperature {
-    /// Of the winding.
+    /// Temperature of the winding.
     pub winding: Option<f64>,
-    /// Of the magnet.
+    /// Temperature of the magnet.
     pub magnet: Option<f64>,
 }
 

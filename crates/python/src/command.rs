@@ -40,7 +40,7 @@ pub fn command(
     Ok((code, text, tables.collect()))
 }
 
-/// Who carries out a command: bars are for those who ask for nothing else.
+/// Makes the host of a command. It shows progress bars only if the caller gives no `progress`.
 pub fn host(scenario: Option<(PathBuf, String)>, files: bool, progress: Option<&Py<PyAny>>) -> Arc<Host> {
     let mut host = Host::default();
     host.scenario = scenario;

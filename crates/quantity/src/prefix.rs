@@ -3,7 +3,7 @@
 /// A prefix of units.
 #[derive(Debug)]
 pub(crate) struct Prefix {
-    /// As it is printed.
+    /// Its printed symbol.
     pub symbol: &'static str,
     /// Other ways to write it, the one for plain keyboards first.
     aliases: &'static [&'static str],
@@ -36,7 +36,7 @@ impl Prefix {
         std::iter::once(self.symbol).chain(self.aliases.iter().copied())
     }
 
-    /// As one types it.
+    /// Returns its spelling for plain keyboards.
     fn typed(&self) -> &'static str {
         self.aliases.first().unwrap_or(&self.symbol)
     }

@@ -51,7 +51,7 @@ impl<'de, U: Unit> Deserialize<'de> for Quantity<U> {
 }
 
 impl<U: Unit> serde::Serialize for Quantity<U> {
-    /// As a number in SI, which is exact.
+    /// Writes the value as a number in SI, which is exact.
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_f64(self.0)
     }

@@ -64,7 +64,7 @@ impl schemars::JsonSchema for Between {
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultTable {
-    /// What is broken.
+    /// The failure mode.
     pub mode: Named<FaultMode>,
     /// The phase, leg or sensor; without it, each trial draws one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -86,7 +86,7 @@ pub struct FaultTable {
 /// A checked fault: trials draw between the two values of `size` and `onset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultSettings {
-    /// What is broken.
+    /// The failure mode.
     pub mode: FaultMode,
     /// Where.
     pub at: FaultPlace,

@@ -1,4 +1,4 @@
-//! What a drive knows: values of the data sheets of its motor and of itself, and the kinds of readings that it has.
+//! Knowledge of a drive: values of the data sheets of its motor and of itself, and the kinds of readings that it has.
 
 use std::f64::consts::TAU;
 

@@ -4,11 +4,11 @@ use standstill_detect::{PolarityRule, SequentialSettings};
 use standstill_interface::choice;
 
 choice! {
-    /// The rule by which a pole is decided, where a polarity test of its own follows the axis.
+    /// The rule by which the pole is decided, in methods that find the axis first and then run a separate polarity test.
     pub enum PoleRule {
-        /// By one vector each way, as in the paper.
+        /// By one voltage vector in each direction along the axis, as in the paper.
         TwoVectors = "two-vectors",
-        /// By as many as it takes, with a probability of one in a million to be wrong.
+        /// By as many voltage vectors as it takes, with a probability of one in a million to be wrong.
         Sequential = "sequential",
     }
 }

@@ -60,8 +60,8 @@ impl Record {
         }
     }
 
-    /// Returns the electrical angle of the north pole in [0, 360)° at the end of the detection, where the drive must start a
-    /// rotor that moved.
+    /// Returns the true electrical angle of the north pole in [0, 360)° at the end of the detection. If the rotor moved, this
+    /// is the angle from which the drive starts.
     pub fn true_angle_deg(&self) -> f64 {
         Angle::from_radians(self.run.end_angle).degrees()
     }

@@ -328,7 +328,7 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok((record, observed, trace))
     }
 
-    /// As [`Self::watched`]; what a library's detector shows of itself and logs is in the trace.
+    /// Runs the trial of a case as [`Self::watched`] does; the trace also has the channels and the log of a library's detector.
     ///
     /// # Errors
     /// Settings with which the detector cannot work.

@@ -122,7 +122,7 @@ impl<V: Wide> Bounds<V> {
 pub struct First {
     /// Share of the step at which the mode ends; infinite: none ends.
     pub share: f64,
-    /// What ends it.
+    /// The guard that ends it.
     pub guard: Option<Guard>,
 }
 

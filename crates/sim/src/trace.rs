@@ -27,11 +27,11 @@ pub struct Snapshot {
     pub torque: f64,
     /// Conduction mode of each leg.
     pub modes: Modes,
-    /// What the comparators do; none of a drive without any.
+    /// State of the comparators; none of a drive without any.
     pub comparator: Option<ComparatorState>,
 }
 
-/// What the comparators of a drive do at a time.
+/// State of a drive's comparators at an instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ComparatorState {
     /// There is no level at which one would trip.
@@ -108,7 +108,7 @@ impl Snapshot {
     }
 }
 
-/// What a part is from an instant on.
+/// State of a part of the drive or motor from an instant on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
     /// Broken.
@@ -168,11 +168,11 @@ pub struct Trace {
     pub snapshots: Vec<Snapshot>,
     /// Events in order of time.
     pub events: Vec<(f64, Event)>,
-    /// What the detector showed of itself.
+    /// Channels and log of the detector.
     pub own: Own,
 }
 
-/// What a detector of one's own shows of itself in a run, times in s.
+/// Channels and log of a user's detector over a run, with times in s.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Own {
     /// Names of its channels.

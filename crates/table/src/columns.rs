@@ -27,13 +27,13 @@ pub struct Columns {
 /// The cells of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Data {
-    /// Of [`Kind::Whole`]; −1 where a cell is empty.
+    /// Cells of [`Kind::Whole`]; −1 where a cell is empty.
     Whole(Vec<i64>),
-    /// Of [`Kind::Number`]; not a number where a cell is empty.
+    /// Cells of [`Kind::Number`]; not a number where a cell is empty.
     Number(Vec<f64>),
-    /// Of [`Kind::Flag`]: 1, 0, or not a number where a cell is empty.
+    /// Cells of [`Kind::Flag`]: 1, 0, or not a number where a cell is empty.
     Flag(Vec<f64>),
-    /// Of [`Kind::Text`]; without characters where a cell is empty.
+    /// Cells of [`Kind::Text`]; without characters where a cell is empty.
     Text(Texts),
 }
 

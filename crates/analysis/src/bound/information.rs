@@ -106,7 +106,8 @@ impl Noise {
         if channel == TIME { self.of_time[sample] } else { self.variance[channel] }
     }
 
-    /// Returns whether any reading, or each of them, has no additive noise. Jitter alone has no effect on a difference of two phases.
+    /// Returns two flags: whether any reading is free of additive noise (noise and quantization), and whether all readings are. Jitter of the
+    /// sampling instant does not count as noise: it shifts all channels of a sample alike, so combinations of two phases are free of it.
     pub fn exact(&self) -> [bool; 2] {
         let measured = self.readings.measured.iter().enumerate();
         let each = measured.flat_map(|(sample, measured)| {

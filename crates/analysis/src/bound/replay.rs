@@ -166,9 +166,9 @@ pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     commands.iter().map(resample).collect()
 }
 
-/// Returns the slopes of the values in their unit per s about each sample, from the readings `reach` before and `reach` after. A sample that
-/// would leave its command stays at its instant, as the sampler keeps it; half a slope is then slightly less than what the
-/// clipped jitter makes.
+/// Returns the time derivative of each value at each sample, in its unit per s: central differences of two replays, one with all samples
+/// earlier by `reach` and one with all later. A sample that would leave its command is not moved, because the sampler clips jitter there.
+/// Its derivative is then half the one-sided difference quotient, whose effect is slightly smaller than that of the clipped jitter.
 pub fn slope(
     case: &Case,
     commands: &[Command<f64>],

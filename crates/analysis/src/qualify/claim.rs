@@ -12,7 +12,7 @@ use crate::faults::is_detected;
 /// Axis error in degrees as which a start without an answer counts, which no error exceeds.
 const LARGEST_DEG: f64 = 90.0;
 
-/// What is shown of a requirement or a claim.
+/// Verdict on a requirement or a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// It is shown to hold.
@@ -23,7 +23,7 @@ pub enum Verdict {
     Failed,
 }
 
-/// What a claim is about.
+/// The statement that a claim makes, with its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Claimed {
     /// The rms of the axis error in degrees is at most this.
@@ -34,14 +34,14 @@ pub enum Claimed {
     Undetected(f64),
 }
 
-/// What was seen of a claim.
+/// Results of the trials as far as they bear on a claim.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seen {
     /// Starts that count against it.
     pub cases: u64,
     /// Starts that it is about: all, or the dangerous ones.
     pub of: u64,
-    /// Of an rms, squares of the errors over the square of 90°.
+    /// For a claim about an rms: the squared errors, divided by the square of 90°.
     pub squares: Vec<f64>,
     /// The start that is worst, or the first one that counts against it, and its error in degrees if it has one.
     pub worst: Option<(u64, f64)>,
@@ -52,7 +52,7 @@ pub struct Seen {
 pub struct Claim {
     /// Number of the requirement in its list.
     pub requirement: usize,
-    /// What is claimed.
+    /// The statement, with its limit.
     pub claimed: Claimed,
     /// True if it guards another claim: that few starts have no answer.
     pub guards: bool,
@@ -60,13 +60,13 @@ pub struct Claim {
     pub most: u64,
     /// Probability of an error of this claim.
     pub alpha: f64,
-    /// What was seen.
+    /// Results of the trials.
     pub seen: Seen,
     /// Number of trials after which it was decided, or that were run.
     pub trials: u64,
-    /// What plain trials show.
+    /// Verdict by plain trials.
     pub plain: Verdict,
-    /// What odds show, if they were asked.
+    /// Result of subset simulation, if it was asked for.
     pub rare: Option<Rare>,
     /// Reason why it cannot be shown whatever the trials say.
     pub open: Option<String>,

@@ -1,6 +1,6 @@
-//! What the simulation leaves out: the one list, which the manual's page repeats.
+//! Effects outside of the simulation: the one list, which the manual's page repeats.
 
-/// What no trial contains, so that no verdict is about it.
+/// Effects that the simulation does not model, so that no verdict covers them.
 pub const NOT_MODELLED: [&str; 11] = [
     "switches that are shorted or stuck on, a missing dead time, an open body diode: what shorts the link or leaves a current without a path",
     "shorts between turns of a phase, shorts to the frame, single weak pole pairs, parallel branches of a winding",

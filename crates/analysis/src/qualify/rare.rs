@@ -8,8 +8,8 @@ use super::{Case, Requirements, Verdict};
 use crate::subset::{Effort, Settings};
 use crate::{Anatomy, Event, Halt, Odds, RUNS, Sector, Trials, Watch};
 
-/// What odds say of a claim. Their interval comes from the scatter between runs: an estimate, which no theorem bounds as the intervals
-/// of plain trials are bounded.
+/// Result of subset simulation (`odds`) for a claim. Its interval is an estimate from the scatter between runs: unlike the intervals of
+/// plain trials it has no guaranteed coverage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rare {
     /// The event.
@@ -20,11 +20,11 @@ pub struct Rare {
     pub ends: [f64; 2],
     /// Number of trials.
     pub trials: u64,
-    /// What makes the answer doubtful: with any of it nothing is passed.
+    /// Warnings of the subset simulation. With any of them the verdict is [`Verdict::NotShown`].
     pub alarms: Vec<String>,
     /// Where and with which draws the event happens: the conditions that trigger it.
     pub triggers: Vec<Sector>,
-    /// What that shows of the claim.
+    /// Verdict on the claim by this probability.
     pub verdict: Verdict,
 }
 

@@ -135,7 +135,7 @@ impl Bench<'_> {
         self.rotors.last().copied().unwrap_or(Rotor::Locked)
     }
 
-    /// Returns the scenario with these settings and with the seed of the search.
+    /// Returns the scenario with these settings and this state of the rotor, with the seed of the search. It is not checked.
     pub fn scenario(&self, setting: &Setting, rotor: Rotor) -> Result<Scenario<Method<f64>>, FileError> {
         let mut document = self.document.clone();
         setting.set_in(&mut document)?;

@@ -40,7 +40,7 @@ pub(super) fn of_start(work: &Work, bridge: &Bridge) -> u64 {
     each * work.derivatives + (work.segments + work.events) / PER_EVALUATION
 }
 
-/// What is left of the work that a check, or a part of it, may do.
+/// Budget of the work of a check, or of a part of it.
 #[derive(Debug)]
 pub(super) struct Allowance {
     done: Cell<u64>,
@@ -96,7 +96,7 @@ impl Allowance {
         (done, was_cut)
     }
 
-    /// Returns true if the present part was cut.
+    /// Returns true if the part of the check under way had to leave something out because its work was used up.
     pub const fn is_cut(&self) -> bool {
         self.cut.get()
     }

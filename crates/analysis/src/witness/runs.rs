@@ -27,7 +27,8 @@ fn ledger(decay: Decay, name: &str) -> Result<Ledger, WitnessError> {
     run(&case, &mut detector, true, &mut NoProbe).ledger.ok_or_else(|| setting(&"a run without a ledger"))
 }
 
-/// What the source gives is lost, stored or turned into motion: the imbalance over what was lost and moved.
+/// Checks that energy is conserved: the source's energy is lost, stored or turned into motion. The figure is the imbalance over the
+/// energy that was lost or turned into motion.
 fn energy(decay: Decay, name: &str) -> Result<Witness, WitnessError> {
     let ledger = ledger(decay, name)?;
     let scale = ledger.copper_loss + ledger.device_loss + ledger.shaft_work.abs();

@@ -37,7 +37,7 @@ fn shown(apart: Estimate) -> Option<bool> {
 }
 
 impl Apart {
-    /// Of each measure whether B has less of it, in the order that counts.
+    /// Returns for each measure whether B is shown to have less of it, in the order that counts.
     fn each(&self) -> [Option<bool>; 3] {
         [self.wrong, self.unanswered, self.error].map(shown)
     }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Sum(Vec<f64>);
 
 impl Sum {
-    /// Of nothing.
+    /// The empty sum.
     pub(super) const fn new() -> Self {
         Self(Vec::new())
     }

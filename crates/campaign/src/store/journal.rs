@@ -142,7 +142,7 @@ impl Journal {
         Ok(Self { path: path.to_owned(), file, walk: rows.walk, synced: Instant::now(), damaged })
     }
 
-    /// Where what stood behind a damaged block was put aside, if there was one.
+    /// Path of the copy of a damaged block and all that followed it; none if no block was damaged.
     pub fn damaged(&self) -> Option<&Path> {
         self.damaged.as_deref()
     }
@@ -158,7 +158,7 @@ impl Keep for Journal {
         &self.walk
     }
 
-    /// As one block.
+    /// Appends the rows as one block.
     fn append(&mut self, rows: &[Row]) -> Result<(), JournalError> {
         if rows.is_empty() {
             return Ok(());
@@ -338,7 +338,7 @@ impl Rows {
         placed.map(Some).ok_or_else(|| self.blocks.foreign())
     }
 
-    /// Whether what follows the last whole block is none that was cut short, but one that is wrong.
+    /// Whether the last whole block is followed by a damaged one; a block that is only cut short is not damaged.
     pub fn is_damaged(&self) -> bool {
         self.blocks.damaged
     }

@@ -35,7 +35,7 @@ impl Notes {
         Self { path: path.to_owned(), identity: identity.clone(), file: None, known: HashMap::new() }
     }
 
-    /// Goes on with those of this scenario, up to the last whole block; new ones if there are none.
+    /// Opens the notes of this scenario to append to them, after their last whole block; without a file, new notes.
     ///
     /// # Errors
     /// Notes of another scenario, of another program, or that another process is writing.

@@ -163,7 +163,7 @@ pub enum ShardsError {
         shard: Shard,
         /// Trials of its run.
         trials: u64,
-        /// Those of the other.
+        /// Trials of the other shard's run.
         of: u64,
     },
     /// One was computed by a program of other numerics: points and statistics would not be those of its rows.

@@ -51,7 +51,7 @@ pub struct Survey {
 const MOST: u64 = 1_000_000;
 
 impl Survey {
-    /// Those with journals in these folders, and those that are missing beside them.
+    /// Surveys all shards of the run whose journals are in these folders, including shards that have no journal there.
     ///
     /// # Errors
     /// A folder without a journal, journals of several runs, none that can be read.

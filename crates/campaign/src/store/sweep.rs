@@ -75,7 +75,8 @@ impl Sweep<'_> {
         self.run_after(&mut Earlier::default(), journal, stop, |_, rows| progress(rows))
     }
 
-    /// As [`Sweep::run`], with rows taken from earlier runs where they have them; `progress` sees the point of the last row too.
+    /// Runs the sweep as [`Sweep::run`] does, but takes the rows that earlier runs have from these. `progress` also gets the point of the
+    /// block's last row.
     ///
     /// # Errors
     /// Those of [`Sweep::run`].

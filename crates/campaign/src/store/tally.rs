@@ -36,7 +36,7 @@ pub struct Tally {
     file: File,
     walk: Walk,
     limit: f64,
-    /// Of the points since the last block; the last one may go on.
+    /// Statistics of the points since the last block; the last point may go on.
     open: BTreeMap<usize, Statistics>,
     /// Statistics of the points by earlier runs with fewer trials.
     earlier: BTreeMap<usize, Statistics>,

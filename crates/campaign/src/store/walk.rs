@@ -18,9 +18,9 @@ pub struct Walk {
     stop_at: StopTable,
     /// Point and trial of the next row.
     next: (u64, u64),
-    /// Those of the first row that is not its own.
+    /// Point and trial of the first row beyond its share of the run.
     end: (u64, u64),
-    /// Of the point's rows so far, where it may end early.
+    /// Statistics of the point's rows so far, where the point may end early.
     statistics: Statistics,
 }
 

@@ -11,7 +11,7 @@ struct Begin {
     file: Option<(&'static str, &'static str)>,
     /// Words of the command; `FILE` stands for the file.
     command: &'static str,
-    /// What comes after it.
+    /// The text that follows it.
     next: &'static str,
 }
 

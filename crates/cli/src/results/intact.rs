@@ -21,7 +21,7 @@ pub fn digest(text: &str) -> String {
     Digest::of(squeezed(text).as_bytes()).to_string()
 }
 
-/// Returns whether a summary's text is not the one whose digest it has; whatever of it can still be read.
+/// Returns true if a summary's text does not match the digest that it contains, even if the text cannot be parsed.
 pub fn is_changed(text: &str) -> bool {
     const BEGIN: &str = ",\"digest\":\"";
     let text = squeezed(text);
@@ -30,7 +30,7 @@ pub fn is_changed(text: &str) -> bool {
     squeezed(&digest(&format!("{before}{after}"))) != kept
 }
 
-/// As [`is_changed`], of a file.
+/// Returns true if a summary file does not match the digest that it contains, see [`is_changed`].
 pub fn is_changed_file(path: &Path) -> bool {
     read_text(path).is_ok_and(|text| is_changed(&text))
 }

@@ -74,8 +74,8 @@ impl NotedQuestion {
         Err(Error::another_run(folder.join(first), &difference))
     }
 
-    /// Returns the content of a folder's note with this question and these files added; `staged`: present paths of
-    /// the files.
+    /// Returns the new content of the folder's note ([`NOTE`]): this question and the digests of these files are added.
+    /// `staged` gives the path where a file lies until it is moved to the folder.
     pub fn note(&self, folder: &Path, names: &[String], staged: impl Fn(&str) -> PathBuf) -> Vec<u8> {
         let mut all = kept(folder);
         let mut question = self.question.clone();

@@ -227,7 +227,7 @@ mod tests {
         assert_eq!(together(many), facts(&[("noise", "varied")]));
     }
 
-    /// Of 512 points every second was looked at: all with the first of two sets of errors.
+    /// The fault was: of 512 points every second was looked at, which all had the first of two sets of errors.
     #[test]
     fn regress_what_the_fastest_axis_of_a_large_sweep_changes_shows() {
         let list =

@@ -38,7 +38,7 @@ impl<T: Real> Correction<T> {
         Ok(Self { offset: Complex::new(re, im), fourth, saturation })
     }
 
-    /// Of a model in the unit in which L_A is `mean`.
+    /// Makes the correction of a model in the unit in which L_A is `mean`.
     pub(super) fn of(model: &Model<T>, mean: T) -> Result<Self, SettingsError> {
         let Model { offset, fourth, saturation, .. } = *model;
         Self::new([offset.re, offset.im, fourth, saturation].map(|value| value / mean))

@@ -18,7 +18,7 @@ pub struct ForeignSettings<T> {
 }
 
 impl<T> ForeignSettings<T> {
-    /// Of any such detector.
+    /// Empty settings: the same for every such detector.
     pub const fn new() -> Self {
         Self { numbers: PhantomData }
     }

@@ -68,7 +68,7 @@ struct Sums<T> {
     apart: T,
 }
 
-/// What the three lines' equations give.
+/// Solution of the three lines' equations.
 #[derive(Clone, Copy, Debug)]
 struct Solution<T> {
     /// k cos 2θ and k sin 2θ.

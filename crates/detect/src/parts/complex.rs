@@ -17,7 +17,7 @@ pub(crate) trait Turning<T> {
     /// j times it.
     fn quarter_turn(self) -> Self;
 
-    /// Of the two as vectors.
+    /// The dot product of the two as vectors.
     fn dot(self, other: Self) -> T;
 
     /// Absolute value.

@@ -62,7 +62,7 @@ pub(crate) fn line_angles<T: Real>() -> [T; 3] {
     [-30.0, 90.0, 210.0].map(|degrees| T::of(degrees).to_radians())
 }
 
-/// The same as vectors.
+/// Unit vectors in the directions of [`line_angles`].
 pub(crate) fn line_directions<T: Real>() -> [AlphaBeta<T>; 3] {
     line_angles().map(|angle: T| {
         let (sin, cos) = angle.sin_cos();
@@ -88,7 +88,7 @@ pub enum SaliencySign {
 }
 
 impl SaliencySign {
-    /// Of a motor with these inductances in one unit.
+    /// The sign of a motor with these inductances, both in the same unit.
     pub(crate) fn of<T: Real>(d_axis_inductance: T, q_axis_inductance: T) -> Self {
         if d_axis_inductance > q_axis_inductance { Self::Positive } else { Self::Negative }
     }

@@ -1,4 +1,4 @@
-//! What the pulses of a line lose: the resistance of each phase, by rising and falling currents.
+//! Losses in the pulses of a line: the resistance of each phase, by rising and falling currents.
 //!
 //! A core without losses has a current for each flux. The flux of a pulse rises until t₁ and falls as steeply after it: so long before t₁
 //! and so long after it the current would be the same. What it falls short by is lost in resistance and devices:
@@ -23,7 +23,7 @@ const ALIKE: f64 = 0.35;
 /// Sums over the pairs of samples of each line's pulses. A link that a pulse shows lower may leave it a pair less than another one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Losses<T> {
-    /// What currents after the peak fall short by, in A.
+    /// Amounts in A by which currents after the peak fall short.
     short: [T; 3],
     /// Twice the charge between the samples of each pair, ∫ i dt, in As: short by that, times R / L.
     charge: [T; 3],

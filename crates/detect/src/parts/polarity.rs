@@ -94,7 +94,7 @@ pub(crate) enum PolarityStep<T> {
 }
 
 impl<T: Real> PolarityStep<T> {
-    /// As a detector's own step, which knew these findings before.
+    /// Returns the step of the whole detector, which has these findings from before.
     pub fn with(self, findings: Findings<T>) -> Step<T> {
         match self {
             Self::Drive(command) => Step::Drive(command),

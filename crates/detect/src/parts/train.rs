@@ -293,7 +293,7 @@ impl<T: Real> Train<T> {
         Ok(squares / T::of(freedom as f64))
     }
 
-    /// What the sensors of the phases show in A; the shunt in the link in place of each.
+    /// Returns the phase currents in A as the sensors show them; with a shunt in the link, its current for each phase.
     fn seen(&self, reading: &Reading<T>) -> Result<Abc<T>, Fault<T>> {
         if self.settings.place == Place::InLink {
             link_current(reading).map(|current| Abc([current; 3]))

@@ -7,7 +7,7 @@ use super::{MapError, MapPoint, MapSamples, Place};
 /// An array of one or two dimensions, with its values row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Array {
-    /// As its file calls it.
+    /// Its name in the file.
     pub(super) name: String,
     pub(super) rows: usize,
     pub(super) columns: usize,

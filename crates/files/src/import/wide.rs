@@ -15,12 +15,12 @@ type Entry = ([f64; 2], f64, usize);
 
 /// Head of a block: its flux and its currents.
 struct Block {
-    /// Of ψ_d or ψ_q.
+    /// Index of the flux: 0 is ψ_d, 1 is ψ_q.
     flux: usize,
     flux_scale: f64,
     /// Which current is along the lines: 0 is i_d.
     lines: usize,
-    /// Of the lines' current.
+    /// Unit of the lines' current, in A.
     own_scale: f64,
     /// The columns' current in A.
     columns: Vec<f64>,

@@ -49,7 +49,7 @@ pub struct MapTable {
     pub values: Option<MapValues>,
     /// The columns of a text in place of its header.
     pub columns: Option<String>,
-    /// What is done where the file has one side of the d-axis only; without it, nothing.
+    /// Continuation beyond a file that has one side of the d-axis only; without it, none.
     pub beyond: Option<Beyond>,
 }
 
@@ -57,6 +57,6 @@ pub struct MapTable {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Beyond {
-    /// As algebraic cores do that were fitted to it.
+    /// The continuation is that of algebraic cores fitted to the map.
     Fitted,
 }

@@ -64,7 +64,7 @@ impl<U: Unit> Sourced<U> {
 
 /// A number that is given, or may be.
 pub trait Stated {
-    /// As an entry under this key of a table.
+    /// Returns it as an entry under this key of a table; none if it is not given.
     fn entry(&self, table: &str, key: &str) -> Option<Entry>;
 }
 

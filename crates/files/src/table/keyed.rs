@@ -76,7 +76,7 @@ impl Error for TableError {
     }
 }
 
-/// As serde has it, but for dates and times.
+/// Converts a value to the form that serde's errors have; none for dates and times.
 fn unexpected(value: &Value) -> Option<Unexpected<'_>> {
     Some(match value {
         Value::String(text) => Unexpected::Str(text),

@@ -13,7 +13,7 @@ pub const fn sensed_code(sensed: Sensed) -> u8 {
     }
 }
 
-/// The same backwards; an unknown code is not seen by a sensor.
+/// The inverse of [`sensed_code`]; an unknown code is [`Sensed::Hidden`].
 pub const fn sensed_of(code: u8) -> Sensed {
     match code {
         0 => Sensed::Measured,

@@ -23,7 +23,7 @@ const SENDING: Duration = Duration::from_secs(20);
 #[derive(Debug)]
 pub(super) struct Request {
     pub method: String,
-    /// As it stands behind the method.
+    /// The text behind the method.
     pub target: String,
     headers: Vec<(String, String)>,
     pub body: String,

@@ -118,7 +118,7 @@ impl Width {
     /// Each there is.
     pub const ALL: [Self; 3] = [Self::One, Self::Avx2, Self::Avx512];
 
-    /// Those that this processor has, the narrowest first.
+    /// Iterates over the widths that this processor has, the narrowest first.
     ///
     /// ```
     /// use standstill_numeric::Width;

@@ -15,8 +15,8 @@ use super::Lane;
 use super::wide::{Compute, MOST_LANES, Mask, Wide};
 use crate::dot::Fours;
 
-/// As many numbers as stand in one register. With two registers for each number a compiler gives up to keep what a step works
-/// with in registers, and copies it.
+/// Defines a type of as many numbers as one register holds. With two registers for each number, a compiler no longer keeps the
+/// values of a step in registers, and copies them.
 macro_rules! numbers {
     (
         $name:ident, $masks:ident, $vector:ty, $mask:ty, $lanes:literal, $features:literal,

@@ -22,7 +22,7 @@ pub(super) struct Sample {
 pub(super) struct CoEnergy {
     pub(super) d: Basis,
     pub(super) q: Basis,
-    /// Of the functions over i_d (rows) and i_q (columns).
+    /// Coefficients of the functions over i_d (rows) and i_q (columns).
     pub(super) coefficients: DMatrix<f64>,
 }
 

@@ -82,7 +82,7 @@ impl Grid {
         Ok((grid, axes, mirrored))
     }
 
-    /// Of at most so many values of each current.
+    /// Makes a grid of at most `most` values of each current.
     fn rectangle(file: &str, points: &[MapPoint], most: usize) -> Result<Self, MapError> {
         let (d, q) = (distinct(points.iter().map(|p| p.i_d)), distinct(points.iter().map(|p| p.i_q)));
         for (name, axis) in [("i_d", &d), ("i_q", &q)] {

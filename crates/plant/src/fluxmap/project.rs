@@ -206,8 +206,8 @@ impl<'a> Fit<'a> {
         Some((CoEnergy { d, q, coefficients: self.coefficients(&factor) }, factor))
     }
 
-    /// Of the data, rms over all points in H: of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d, of their mean, and of the axes' own inductances;
-    /// slopes by cubic splines along each axis.
+    /// Returns three rms values in H over all points of the data: of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d, of the mean of the two, and of
+    /// the axes' own inductances. Slopes are those of cubic splines along each axis.
     pub(super) fn reciprocity(&self) -> [f64; 3] {
         let (d, q) = (slopes(&self.d), slopes(&self.q));
         let along_d = |psi: &DMatrix<f64>| &d[1] * (&d[0] * psi);

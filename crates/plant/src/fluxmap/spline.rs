@@ -40,7 +40,7 @@ pub(super) struct Basis {
 }
 
 impl Basis {
-    /// Of at least [`LEAST_SITES`] sites. The knots are the sites but for the second and the last but one.
+    /// Makes the basis for at least [`LEAST_SITES`] sites. The knots are the sites but for the second and the last but one.
     pub(super) fn on(sites: &[f64]) -> Self {
         let (low, high) = (sites[0], sites[sites.len() - 1]);
         let mut knots = vec![low; WIDTH];

@@ -35,7 +35,7 @@ const DENSITY: usize = 4;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FluxMap {
     cells: Arc<[Cells; 2]>,
-    /// Of the cells, those along q one after the other.
+    /// The surface in each cell; cells along q follow each other.
     pieces: Arc<[Piece]>,
     /// The co-energy that the surface was fitted to; it gives the flux of a current without a search.
     co_energy: Arc<CoEnergy>,

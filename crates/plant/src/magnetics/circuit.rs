@@ -35,7 +35,7 @@ pub struct MagneticState<T = f64> {
 }
 
 impl<T: Lane> MagneticState<T> {
-    /// Of a core without harmonics, with the magnet's change of temperature.
+    /// The state of a core without harmonics, with the magnet's change by temperature.
     #[inline(always)]
     fn undistorted(flux: Dq<T>, core_current: Dq<T>, hessian: Symmetric<T>, magnet: Dq<T>) -> Self {
         let zero = T::of(0.0);

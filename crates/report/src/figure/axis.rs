@@ -37,7 +37,7 @@ pub enum Ticks {
     /// At multiples of this step, such as 60 on an axis in degrees; fewer if they would not fit. A logarithmic
     /// axis has no constant step and is marked as with [`Ticks::Auto`].
     Step(f64),
-    /// As with [`Ticks::Auto`], but at whole numbers only: of things that are counted.
+    /// At whole numbers only, for counts; otherwise like [`Ticks::Auto`].
     Whole,
     /// At these values, with these words. Words that do not fit are set on several lines or upright, shortened,
     /// and at last left out.
@@ -110,7 +110,7 @@ impl AxisScale {
     }
 }
 
-/// As many key points are asked for where marks without a text are wanted.
+/// Number of key points by which plotters' ticks without a text are asked for.
 pub(super) const SHORT_MARKS: usize = 1;
 
 /// An axis of a [`Chart`](super::Chart): a range of plotters whose values are spread evenly or by their logarithms, with the

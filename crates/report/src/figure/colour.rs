@@ -33,7 +33,7 @@ impl Colour {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 
-    /// As CSS and Plotly write it.
+    /// Returns the colour as CSS and Plotly write it.
     pub fn css(self) -> String {
         let Self(r, g, b, a) = self;
         if a < 1.0 { format!("rgba({r},{g},{b},{a})") } else { format!("rgb({r},{g},{b})") }
@@ -70,7 +70,7 @@ pub(super) fn stops() -> impl Iterator<Item = (f64, Colour)> {
     (0..=9).map(|i| f64::from(i) / 9.0).map(|share| (share, colour(share)))
 }
 
-/// Of black and white what is easier to read on a colour.
+/// Returns black or white, whichever is easier to read on this colour.
 pub(super) fn ink_on(ground: Colour) -> Colour {
     if WHITE.contrast(ground) > INK.contrast(ground) { WHITE } else { INK }
 }

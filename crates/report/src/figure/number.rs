@@ -11,7 +11,7 @@ pub fn rounded(value: f64, count: usize) -> String {
     written(value, i32::try_from(count.clamp(1, 15)).unwrap_or(3), str::to_owned)
 }
 
-/// As [`significant`], with at most so many digits.
+/// Writes a number like [`significant`], with at most `most` digits.
 pub(crate) fn digits(value: f64, most: i32) -> String {
     written(value, most, |text| {
         let end = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text };

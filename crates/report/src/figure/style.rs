@@ -22,11 +22,11 @@ pub enum Style {
     Green,
     /// Purple, dash-dot-dotted, plus.
     Purple,
-    /// Of phase a: dark, solid, disc.
+    /// Style of phase a: dark, solid, disc.
     PhaseA,
-    /// Of phase b: of middle lightness, dashed, open square.
+    /// Style of phase b: of middle lightness, dashed, open square.
     PhaseB,
-    /// Of phase c: light, dotted, cross.
+    /// Style of phase c: light, dotted, cross.
     PhaseC,
 }
 

@@ -131,7 +131,7 @@ pub(super) fn wrap(text: &str, em: f64, limit: f64) -> Vec<String> {
     lines(text, &[], em, limit, str::to_owned)
 }
 
-/// As [`wrap`], but long words are cut, first after their hyphens, points and underscores.
+/// Sets a text in lines like [`wrap`], but cuts long words, first after their hyphens, points and underscores.
 pub(super) fn fit(text: &str, em: f64, limit: f64) -> Vec<String> {
     lines(text, &['-', '.', '_', '/', '='], em, limit, |part| shorten(part, em, limit))
 }

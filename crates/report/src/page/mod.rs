@@ -79,7 +79,7 @@ pub enum Block {
     Code {
         /// A name, such as that of the file.
         caption: String,
-        /// As it is.
+        /// The text, verbatim.
         text: String,
     },
     /// Names and values, such as those of motor and drive. Units belong to the values.
@@ -93,7 +93,7 @@ pub enum Block {
 /// The kind of a verdict. A word says it too, not colour alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tone {
-    /// As it should be.
+    /// Good: nothing to do.
     Good,
     /// Usable with care.
     Warning,

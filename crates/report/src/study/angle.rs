@@ -59,7 +59,7 @@ pub fn error_over_angle(title: &str, subtitle: Option<String>, cloud: &ErrorClou
 struct Typical {
     label: String,
     curve: Vec<(f64, f64)>,
-    /// Of the curve; empty where bins have so many starts that it is no wider than the line.
+    /// Confidence interval of the curve; empty where bins have so many starts that it is no wider than the line.
     interval: Vec<(f64, f64, f64)>,
     /// Between these lie nine of ten starts.
     range: Vec<(f64, f64, f64)>,

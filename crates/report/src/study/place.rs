@@ -6,7 +6,7 @@ use crate::figure::{Axis, AxisScale, Ticks, cell_edges, digits};
 
 /// Above so many values, round numbers are better ticks than the values.
 const MOST_TICKS: usize = 12;
-/// Of values that were set, which have no error.
+/// Largest number of digits of values that were set, which have no error.
 const DIGITS: i32 = 4;
 /// Room beside the first and the last value, as a share of what is between them.
 const MARGIN: f64 = 0.05;

@@ -13,7 +13,7 @@ use crate::PoleRule;
 use crate::document::FileError;
 use crate::named::Named;
 
-/// Settings of a library under keys of the user's choice.
+/// Settings of a user's detector, which is a library or a class: any keys that it knows, in place of a built-in method's.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(transparent)]
 pub struct Config(pub IndexMap<String, toml::Value>);

@@ -32,7 +32,7 @@ pub struct Watching<'a> {
     wakes: f64,
     /// Whether the last step ended just before a trip.
     near: bool,
-    /// What a command with a threshold does after its first stage, until that has ended.
+    /// Second stage and sampling of a command with a threshold, kept until its first stage has ended.
     after: Option<(Option<Stage<f64>>, Sampling)>,
     /// The trip in the present command.
     capture: Option<Capture>,
@@ -65,7 +65,7 @@ impl<'a> Watching<'a> {
         self.capture
     }
 
-    /// What they do, for an observer.
+    /// Returns the comparators' state, for an observer.
     pub fn state(&self) -> ComparatorState {
         match self.threshold {
             _ if self.capture.is_some() => ComparatorState::Tripped,

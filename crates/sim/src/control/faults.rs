@@ -1,4 +1,4 @@
-//! What follows in a run where a part breaks, or is whole again.
+//! Changes of a run at the instant at which a part breaks, or is whole again.
 
 use standstill_interface::{Abc, Command, Leg, Stage};
 use standstill_numeric::Wide;

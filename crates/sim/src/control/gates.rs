@@ -29,7 +29,7 @@ struct LegSequencer {
     changed: Option<Nanos>,
     /// Whether requests may have followed by alternation since one was last taken from this sequencer.
     alternates: bool,
-    /// What a leg whose gates may not do as requested is requested to do; none for any other leg.
+    /// The request to a leg whose gates may not follow it; none for any other leg.
     faulty: Option<Faulty>,
 }
 

@@ -11,9 +11,9 @@ use crate::step::two_derivative::Tried;
 /// Currents in A at which the comparators trip. Those that do not watch have infinite ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Levels<V> {
-    /// Of the current in the DC link.
+    /// Level of the current in the DC link.
     pub link: V,
-    /// Of each phase's current into the motor and out of it.
+    /// Levels of each phase's current into the motor and out of it.
     pub phase: [[V; 3]; 2],
     /// 1 where those of the phases watch shunts below the legs, which see a leg while its lower device conducts; else 0.
     pub below: V,

@@ -5,7 +5,7 @@ use standstill_interface::{Nanos, Phase, choice};
 use crate::{Purpose, Streams};
 
 choice! {
-    /// What the comparators compare with the threshold.
+    /// Currents that the comparators compare with the threshold.
     #[derive(Default)]
     pub enum Comparators {
         /// One comparator for the current in the DC link, as a shunt there shows it: the sum of the legs at the positive rail.
@@ -28,7 +28,7 @@ const NOISE_HOLD: f64 = 0.25;
 /// overcurrent trip a drive has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparatorSettings {
-    /// What they compare.
+    /// Currents that they compare with the threshold.
     pub arrangement: Comparators,
     /// Duration in s of a tick of the timer that captures their trips; 0: no timer.
     pub timer: f64,
@@ -158,9 +158,9 @@ impl Comparator {
 pub enum Input {
     /// The one for the current in the DC link.
     Link,
-    /// Of a phase (0 to 2), for current into the motor.
+    /// The one of a phase (0 to 2) for current into the motor.
     Into(usize),
-    /// Of a phase (0 to 2), for current out of the motor.
+    /// The one of a phase (0 to 2) for current out of the motor.
     Out(usize),
 }
 

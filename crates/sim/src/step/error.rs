@@ -38,7 +38,7 @@ impl<V: Wide> Accuracy<V> {
     }
 }
 
-/// Number of time constants over which a filter's past input affects a sample: e^−4 of it, 2 %, is left.
+/// Number of time constants after which a filter's past input is neglected: e^−4, 2 % of it, is then left.
 pub const REMEMBERED: f64 = 4.0;
 
 /// Error of the drop's quadrature, per ohm and ampere of the fourth-order term below. For a current that decays with

@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 
-/// Of a file's last bytes: the length of the footer and four letters.
+/// Number of a file's last bytes that hold the length of the footer and four letters.
 const TAIL: u64 = 8;
 
 /// Bytes of a footer. That of a hundred million trials has some 4 MB, and the scenario may have 4 MiB.
@@ -24,7 +24,7 @@ const MOST_PAGE: i64 = 16 << 20;
 /// Bytes of a page's head, of which the statistics are the most.
 const MOST_HEAD: usize = 1 << 16;
 
-/// Of so many bytes, first, of a head, a few hundred are enough.
+/// Bytes of a page's head that are read first: most heads are shorter.
 const LIKELY_HEAD: usize = 256;
 
 /// Snappy copies 64 bytes with three at best.
@@ -220,7 +220,7 @@ struct Head {
     kind: Option<i64>,
     unpacked: Option<i64>,
     packed: Option<i64>,
-    /// Of a page of values, of a dictionary, of a page of values after version 2.
+    /// Counts of values: of a page of values, of a dictionary, of a page of values after version 2.
     counts: [Option<i64>; 3],
     encodings: [Option<i64>; 3],
     /// Something is said twice.

@@ -213,7 +213,7 @@ impl Cells {
 
 /// The next rows of each column; none at the end of the group.
 fn batch(columns: &mut [Chunk]) -> Result<Vec<Cells>, ParquetError> {
-    /// Of one column.
+    /// Returns the next cells of one column.
     fn some<T: DataType>(
         from: &mut ColumnReaderImpl<T>,
         values: impl Fn(Vec<T::T>) -> Values,

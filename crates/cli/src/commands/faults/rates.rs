@@ -13,13 +13,14 @@ use crate::error::Error;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rates(Vec<(FaultMode, f64)>);
 
-/// What the rates of all modes with one method come to.
+/// Failure rates with one method, summed over the modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighted {
     pub method: String,
     /// Sum of the rates of the modes that were studied.
     pub total: f64,
-    /// Of it, what leads to wrong poles, with the sum of the modes' upper bounds; to angles beyond the limit; to no answer.
+    /// Part of `total` that leads to wrong poles, and the sum of the modes' upper bounds. `beyond` and `detected`: the parts that lead to
+    /// angles beyond the limit, and to no answer.
     pub wrong_pole: [f64; 2],
     pub beyond: f64,
     pub detected: f64,

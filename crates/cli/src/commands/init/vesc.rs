@@ -205,7 +205,7 @@ mod tests {
 
     use super::*;
 
-    /// As VESC Tool saves it, but for most of its two hundred settings.
+    /// A motor configuration as VESC Tool saves it, without most of its two hundred settings.
     const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <MCConfiguration>
     <ConfigVersion>3</ConfigVersion>

@@ -1,4 +1,4 @@
-//! What to do next about each requirement: how to judge it again, which start to look at, how many trials would show it.
+//! Advice on each requirement: how to judge it again, which start to look at, how many trials would show it.
 
 use standstill_analysis::qualify::{Case, Claim, Claimed, MOST_TRIALS, Verdict};
 use standstill_report::page::Block;

@@ -1,4 +1,4 @@
-//! What a qualification rests on: the program, the files, the machine; and its annexes.
+//! Manifest of a qualification: the program, the files, the machine and its annexes.
 
 use std::path::Path;
 

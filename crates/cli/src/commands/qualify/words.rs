@@ -1,4 +1,4 @@
-//! What a qualification says of each requirement.
+//! Words of a qualification on each requirement.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What a run's starts show of the demands that `check` makes.
+//! Comparison of a run's starts with the demands that `check` makes.
 
 use standstill_analysis::Demands;
 use standstill_campaign::{Summary, binomial_interval};
@@ -22,7 +22,7 @@ pub fn counted(share: f64, starts: u64) -> String {
     format!("{} %", share_of(share, starts))
 }
 
-/// What starts show of a demand.
+/// Whether the starts show that a demand is met.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Standing {
     Met,

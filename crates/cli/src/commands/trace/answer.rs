@@ -22,7 +22,7 @@ pub struct Traced<'a> {
     pub file: &'a ScenarioFile,
     pub identity: &'a Identity,
     pub record: &'a Record,
-    /// The same trial with its energies.
+    /// The trial run again with the energy ledger.
     pub watched: &'a Run<f64>,
     pub verified: Option<&'a NumericalError>,
 }

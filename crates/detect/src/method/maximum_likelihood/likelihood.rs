@@ -51,11 +51,11 @@ pub(crate) struct Fit<T> {
 /// Normal equations in scaled parameters.
 #[derive(Clone, Copy, Debug)]
 struct Normal<T> {
-    /// Of each line: JᵀJ over (L, c), upper triangle.
+    /// The upper triangle of JᵀJ over (L, c), for each line.
     block: [[T; 3]; 3],
-    /// Of each line: with t_s and with τ.
+    /// The entries of JᵀJ between (L, c) and t_s, τ, for each line.
     coupling: [[[T; 2]; 2]; 3],
-    /// Of t_s and τ: upper triangle.
+    /// The upper triangle of JᵀJ over t_s and τ.
     common: [T; 3],
     /// Jᵀr.
     right: [[T; 2]; 3],

@@ -32,8 +32,8 @@ impl<T: Real> GainComparison<T> {
         self.count[slot.line] = self.count[slot.line] + T::one();
     }
 
-    /// What the two sensors of each line differ by in A rms, beside the factor between them, in each of the two; with the rms current.
-    /// Of pairs (x, y) that lie on a straight line but for noise, the smaller eigenvalue of Σ (x, y)(x, y)ᵀ is that noise's.
+    /// For each line: the noise of one sensor in A rms, from what a ratio of gains does not explain of the two sensors' difference; and the
+    /// rms current. If pairs (x, y) lie on a straight line but for noise, the smaller eigenvalue of Σ (x, y)(x, y)ᵀ is that of the noise.
     pub fn residuals(&self) -> [(T, T); 3] {
         let two = T::of(2.0);
         core::array::from_fn(|k| {

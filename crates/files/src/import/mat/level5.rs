@@ -217,7 +217,7 @@ fn is_level_4(bytes: &[u8]) -> bool {
 }
 
 impl Level5 {
-    /// Of all variables, those of these names are unpacked, and of others no more than their names.
+    /// Unpacks the variables with the wanted names; only the names of all others are read.
     pub(super) fn open(bytes: &[u8], wanted: &[&str]) -> Result<Self, String> {
         let big = match bytes.get(124..128) {
             Some([0, 1, b'I', b'M']) => false,

@@ -1,4 +1,4 @@
-//! The same numbers as other data sheets, tools and controllers give them.
+//! Conversion of the numbers as other data sheets, tools and controllers give them.
 
 #[cfg(test)]
 mod tests;

@@ -38,7 +38,7 @@ pub(super) struct Cells {
     /// The ends of cells, and [`DEGREE`] more beyond either end.
     knots: Vec<f64>,
     spans: Vec<Cell>,
-    /// Of the cells.
+    /// Polynomials of the functions within each cell.
     powers: Vec<Powers>,
     /// The axis in equal parts, none wider than a cell: the cell in which each begins.
     parts: Vec<u16>,
@@ -159,7 +159,7 @@ impl Cells {
         factors[3].map(|factor| factor * width * width * width)
     }
 
-    /// Of a cell, on average, in Wb.
+    /// Mean width of a cell in Wb.
     pub(super) fn width(&self) -> f64 {
         (self.high - self.low) / self.spans.len() as f64
     }

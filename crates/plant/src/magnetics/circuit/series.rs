@@ -16,7 +16,7 @@ use crate::magnetics::{Core, Magnetics};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     core: Core,
-    /// As in [`MagneticCircuit`]: what the winding's current lacks of the core's, along d in A.
+    /// Difference along d in A between the core's current and the winding's, as in [`MagneticCircuit`].
     magnet: Dq<f64>,
     /// M in H.
     inductance: Dq<f64>,

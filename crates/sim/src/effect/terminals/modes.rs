@@ -62,12 +62,13 @@ impl<V: Wide> Modes<V> {
         Self { to, back, square, damping }
     }
 
-    /// Bounds the oscillation of the phases' currents and the terminals' potentials about their slow parts in the
-    /// next `h` seconds, and their present deviation from these: from a current in A and its slope in A/s.
+    /// Returns, for the phase currents and the terminal potentials, bounds of their oscillation in the next `h` seconds,
+    /// and its present values. `current` and `rise` are the winding's current in A and its slope in A/s; `elastance` is
+    /// that of the terminals in 1/F.
     ///
-    /// A mode's amplitude is the root of I² + η²/ω², η = I′ + D I. Resistance reduces the sum of both modes' squares,
-    /// so neither amplitude exceeds the root of that sum; and the first mode's current makes the second grow by D₁₂
-    /// times the first at most.
+    /// With the modal current I and η = I′ + D I, the amplitude of a mode is the root of I² + η²/ω². Resistance reduces
+    /// the sum of both squared amplitudes, so neither amplitude exceeds the root of that sum. The coupling D₁₂ makes an
+    /// amplitude grow by at most h |D₁₂| times that root.
     #[inline(always)]
     pub fn swing(
         &self,

@@ -1,4 +1,4 @@
-//! What the verdict rests on: sentences on the motor and its data sheet.
+//! Sentences on the motor and its data sheet, on which the verdict rests.
 
 use std::fmt::Write as _;
 

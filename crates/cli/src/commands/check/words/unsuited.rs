@@ -1,4 +1,4 @@
-//! What is said of a motor that no settings suit: the changes that were tried, and other ways to start it.
+//! Words on a motor that no settings suit: the changes that were tried, and other ways to start it.
 
 use std::fmt::Write as _;
 

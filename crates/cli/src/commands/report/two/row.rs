@@ -4,7 +4,7 @@ use standstill_campaign::Estimate;
 
 use crate::answer::Record;
 
-/// Names of the measures in degrees; the others are shares.
+/// Name of the measure of the rms error. It and [`P95`] are in degrees; `TRIALS` is a count, the others are shares.
 pub const RMS: &str = "rms";
 pub const P95: &str = "p95";
 

@@ -40,7 +40,7 @@ const SHORT: f64 = 0.03;
 const TERMS: u8 = 11;
 
 impl<T: Real> Response<T> {
-    /// Of steps this many times as long as the lag.
+    /// Response over steps this many times as long as the lag.
     pub fn of(ratio: T) -> Self {
         let (one, two) = (T::one(), T::of(2.0));
         if ratio > one {
