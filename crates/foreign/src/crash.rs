@@ -1,16 +1,15 @@
-//! What the program says before a crash of a foreign library ends it: which library, in which trial. A worker process says
-//! nothing; the code or signal with which it ends tells its parent, and so does that of a call that takes too long.
+//! Messages of the program before a crash of a foreign library ends it: which library, in which trial. A worker process writes
+//! no message; its parent knows the reason from its exit code or signal. That holds for a call that takes too long, too.
 #![allow(
     unsafe_code,
     reason = "signal handlers are registered and write to standard error by system calls alone"
 )]
 
 use std::cell::Cell;
-use std::fmt;
-use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 use std::sync::{Mutex, Once, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
+use std::{fmt, ptr};
 
 /// Purpose of a call into a library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +32,7 @@ impl Moment {
     }
 }
 
-/// Whose crash it would be, for whoever must say so.
+/// The library that a thread is in and when it was called, so that the message about a crash can name them.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     /// The library as messages have it.
@@ -42,7 +41,7 @@ pub struct Site {
 }
 
 impl Site {
-    /// Of a library at this moment.
+    /// Site of a call into a library at this moment.
     pub fn new(library: &'static String, moment: Moment) -> Self {
         Self { library, moment }
     }
@@ -252,7 +251,7 @@ const SIGNALS: [(libc::c_int, &str); 5] = [
     (libc::SIGABRT, "SIGABRT, such as abort(), a failed assert() or an exception that nobody catches"),
 ];
 
-/// As many threads may be inside of libraries.
+/// Largest number of threads that may be inside of libraries at once.
 const AT_EXIT: usize = 1024;
 
 /// Makes crashes tell. Once for the program.

@@ -1,13 +1,12 @@
-//! What a shared library is, before anything of it runs: its kind, its writable memory, what it needs.
+//! Properties of a shared library, read before anything of it runs: its kind, its writable memory, the libraries that it needs.
 #![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
 
 use std::path::PathBuf;
 
-use object::elf;
 use object::read::elf::{
     Dyn as _, FileHeader as _, ProgramHeader as _, Rela as _, SectionHeader as _, SectionTable, Sym as _,
 };
-use object::{Endianness, elf::FileHeader64};
+use object::{Endianness, elf, elf::FileHeader64};
 
 /// Contents of an ELF file that matter for loading it.
 #[derive(Clone, Debug, Default)]
@@ -97,7 +96,7 @@ fn usize_of(offset: u64) -> usize {
 }
 
 impl Elf {
-    /// Of a file's bytes; what it is instead of a shared library for this machine.
+    /// Parses a file's bytes. The error says what the file is, if not a shared library for this machine.
     pub fn parse(bytes: &[u8]) -> Result<Self, String> {
         if !bytes.starts_with(b"\x7fELF") {
             return Err("no library: the file does not begin as one".to_owned());

@@ -10,6 +10,15 @@ use crate::library::LoadError;
 use crate::parts::Part;
 use standstill_interface::abi::{Answer, Command, Drive, Legs, Sample, Table};
 
+/// Methods of an image, of which there is none.
+macro_rules! never {
+    ($($name:ident(&$($by:ident)+ $(, _: $type:ty)*) $(-> $answer:ty)?;)*) => {$(
+        pub fn $name(&$($by)+ $(, _: $type)*) $(-> $answer)? {
+            match self.never {}
+        }
+    )*};
+}
+
 /// None.
 pub struct Image {
     never: Infallible,
@@ -46,62 +55,18 @@ impl Image {
         Err(LoadError::elsewhere())
     }
 
-    pub fn set_back(&mut self) {
-        match self.never {}
-    }
-
-    pub fn loaded_late(&self) -> bool {
-        match self.never {}
-    }
-
-    pub fn table(&self) -> &Table {
-        match self.never {}
-    }
-
-    pub fn has(&self) -> [bool; 2] {
-        match self.never {}
-    }
-
-    pub fn name(&self) -> String {
-        match self.never {}
-    }
-
-    pub fn create(&mut self, _: Site, _: &Drive, _: &CString, _: u64) -> Result<NonNull<c_void>, String> {
-        match self.never {}
-    }
-
-    pub fn destroy(&mut self, _: Site, _: NonNull<c_void>) {
-        match self.never {}
-    }
-
-    pub fn reason(&mut self, _: Site, _: u32) -> Option<String> {
-        match self.never {}
-    }
-
-    pub fn task(&mut self, _: Site, _: NonNull<c_void>, _: u64) {
-        match self.never {}
-    }
-
-    pub fn probe(&mut self, _: Site, _: NonNull<c_void>, _: u32) -> Option<(String, f32)> {
-        match self.never {}
-    }
-
-    pub fn step(
-        &mut self,
-        _: Site,
-        _: NonNull<c_void>,
-        _: &[Sample],
-    ) -> Result<Option<(i32, Command, Answer)>, Beyond> {
-        match self.never {}
-    }
-
-    pub fn isr(
-        &mut self,
-        _: Site,
-        _: NonNull<c_void>,
-        _: &[Sample],
-        _: &mut Legs,
-    ) -> Result<Option<(i32, Answer)>, Beyond> {
-        match self.never {}
+    never! {
+        set_back(&mut self);
+        loaded_late(&self) -> bool;
+        table(&self) -> &Table;
+        has(&self) -> [bool; 2];
+        name(&self) -> String;
+        create(&mut self, _: Site, _: &Drive, _: &CString, _: u64) -> Result<NonNull<c_void>, String>;
+        destroy(&mut self, _: Site, _: NonNull<c_void>);
+        reason(&mut self, _: Site, _: u32) -> Option<String>;
+        task(&mut self, _: Site, _: NonNull<c_void>, _: u64);
+        probe(&mut self, _: Site, _: NonNull<c_void>, _: u32) -> Option<(String, f32)>;
+        step(&mut self, _: Site, _: NonNull<c_void>, _: &[Sample]) -> Result<Option<(i32, Command, Answer)>, Beyond>;
+        isr(&mut self, _: Site, _: NonNull<c_void>, _: &[Sample], _: &mut Legs) -> Result<Option<(i32, Answer)>, Beyond>;
     }
 }

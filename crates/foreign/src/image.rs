@@ -21,17 +21,15 @@ const OWN_FIRST: libc::c_int = libc::RTLD_DEEPBIND;
 const OWN_FIRST: libc::c_int = 0;
 
 use crate::abi1::{Answer1, Command1, DRIVE_BYTES, Legs1, Sample1};
-use crate::crash;
 pub use crate::crash::{Moment, Site};
 use crate::fenced::{Beyond, Fenced};
 use crate::heap::Space;
 use crate::library::LoadError;
 use crate::loading::{base_of, construct, file_in_memory, load_error, path_of, replace};
-use crate::output;
 use crate::parts::{self, Part};
-use crate::runtime;
 use crate::shared::{is_checked, keeps_its_own};
 use crate::table::{Calls, table_of};
+use crate::{crash, output, runtime};
 use standstill_interface::abi::{Answer, Command, Drive, Entry, Legs, REENTRANT, Readings, Sample, Table};
 
 /// Writable memory of an image and what it held after loading.

@@ -27,8 +27,6 @@ mod heap;
 #[cfg_attr(not(target_os = "linux"), path = "elsewhere.rs")]
 mod image;
 mod interrupt;
-#[cfg(test)]
-mod layout;
 mod library;
 #[cfg(target_os = "linux")]
 mod loading;
@@ -60,5 +58,7 @@ pub use standstill_interface::abi::ABI;
 pub use texts::kept;
 pub use watched::{Called, Watched};
 
-/// The header that a detector in C includes.
-pub const HEADER: &str = include_str!("../include/standstill.h");
+#[cfg(test)]
+mod tests {
+    mod layout;
+}

@@ -1,5 +1,5 @@
-//! Of what an image consists: the library and all libraries that it needs, but for those of the C library, of which there is
-//! one in the program. Found as the loader would find them, read before anything of them runs.
+//! Parts of an image: the library and all libraries that it needs, but for those of the C library, of which there is one in the
+//! program. They are found as the loader would find them, and read before anything of them runs.
 //!
 //! Each image has copies of its own of all of them. The loader takes what bears a known name for the same library, so copies
 //! have names of their own, and bear them in the files as they are in memory.
@@ -31,24 +31,12 @@ pub struct Part {
 }
 
 /// The C library and what belongs to it: there is one in the program.
+#[rustfmt::skip]
 const OF_PROGRAM: [&str; 16] = [
-    "libc.so",
-    "libm.so",
-    "libgcc_s.so",
-    "libpthread.so",
-    "libdl.so",
-    "librt.so",
-    "libutil.so",
-    "libmvec.so",
-    "libresolv.so",
-    "ld-linux",
-    "linux-vdso",
+    "libc.so", "libm.so", "libgcc_s.so", "libpthread.so", "libdl.so", "librt.so", "libutil.so", "libmvec.so", "libresolv.so",
+    "ld-linux", "linux-vdso",
     // What checks a whole program.
-    "libasan.so",
-    "libubsan.so",
-    "liblsan.so",
-    "libtsan.so",
-    "libclang_rt.",
+    "libasan.so", "libubsan.so", "liblsan.so", "libtsan.so", "libclang_rt.",
 ];
 
 /// Runtime libraries of compilers.

@@ -1,4 +1,4 @@
-//! What a library takes from elsewhere that keeps something between calls: what it cannot have for itself is refused, or said.
+//! Functions with state between calls that a library takes from elsewhere: those that it cannot have to itself are refused, or named.
 #![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
 
 use std::path::PathBuf;
@@ -7,113 +7,40 @@ use crate::library::LoadError;
 use crate::parts::Part;
 
 /// Functions of the C library that keep something for the next call, of which no image has its own.
-const KEEPS: [&str; 25] = [
-    "asctime",
-    "bindtextdomain",
-    "ctime",
-    "dlmopen",
-    "getenv",
-    "getopt",
-    "getopt_long",
-    "gmtime",
-    "initstate",
-    "lcong48",
-    "localtime",
-    "mmap",
-    "mmap64",
-    "on_exit",
-    "putenv",
-    "sbrk",
-    "seed48",
-    "setenv",
-    "setstate",
-    "sigaction",
-    "signal",
-    "tmpnam",
-    "unsetenv",
-    "uselocale",
-    "_ZNSt6locale6globalERKS_",
-];
+const KEEPS: &str = "\
+    asctime bindtextdomain ctime dlmopen getenv getopt getopt_long gmtime initstate lcong48 localtime mmap mmap64 on_exit putenv \
+    sbrk seed48 setenv setstate sigaction signal tmpnam unsetenv uselocale _ZNSt6locale6globalERKS_";
 
 /// Functions that open files, and beginnings of those of C++.
-const OPENS: [&str; 14] = [
-    "creat",
-    "creat64",
-    "fopen",
-    "fopen64",
-    "freopen",
-    "mkstemp",
-    "open",
-    "open64",
-    "openat",
-    "popen",
-    "shm_open",
-    "socket",
-    "tmpfile",
-    "tmpfile64",
-];
+const OPENS: &str = "\
+    creat creat64 fopen fopen64 freopen mkstemp open open64 openat popen shm_open socket tmpfile tmpfile64";
 const OPENS_BY: [&str; 2] = ["_ZNSt13basic_filebuf", "_ZNSt14basic_ifstream"];
 
 /// Functions whose answers are others each time.
-const CHANGES: [&str; 10] = [
-    "arc4random",
-    "clock",
-    "clock_gettime",
-    "getentropy",
-    "getpid",
-    "getrandom",
-    "gettimeofday",
-    "time",
-    "timespec_get",
-    "times",
-];
+const CHANGES: &str = "\
+    arc4random clock clock_gettime getentropy getpid getrandom gettimeofday time timespec_get times";
 const CHANGES_BY: [&str; 2] = ["_ZNSt13random_device", "_ZNSt6chrono3_V2"];
 
 /// Functions that begin a thread or a process.
-const RUNS: [&str; 12] = [
-    "clone",
-    "execv",
-    "execve",
-    "execvp",
-    "fork",
-    "posix_spawn",
-    "posix_spawnp",
-    "pthread_create",
-    "pthread_key_create",
-    "system",
-    "thrd_create",
-    "vfork",
-];
+const RUNS: &str = "\
+    clone execv execve execvp fork posix_spawn posix_spawnp pthread_create pthread_key_create system thrd_create vfork";
 const RUNS_BY: [&str; 2] = ["_ZNSt6thread15_M_start_thread", "GOMP_parallel"];
 
 /// Functions that allocate in the C library what stays for a later call, and of which an image has none of its own: such memory is
 /// not set back with the variables that point to it.
-const ALLOCATES: [&str; 15] = [
-    "__asprintf_chk",
-    "__vasprintf_chk",
-    "asprintf",
-    "glob",
-    "hcreate",
-    "iconv_open",
-    "newlocale",
-    "open_memstream",
-    "open_wmemstream",
-    "opendir",
-    "regcomp",
-    "scandir",
-    "tsearch",
-    "vasprintf",
-    "wordexp",
-];
+const ALLOCATES: &str = "\
+    __asprintf_chk __vasprintf_chk asprintf glob hcreate iconv_open newlocale open_memstream open_wmemstream opendir regcomp scandir \
+    tsearch vasprintf wordexp";
 
-/// Returns the names of a list, or with one of these prefixes, that parts of the image take from elsewhere.
-fn taken<'a>(parts: &'a [Part], names: &[&str], beginnings: &[&str]) -> Vec<&'a str> {
+/// Returns the names of a list (parted by blanks), or with one of these prefixes, that parts of the image take from elsewhere.
+fn taken<'a>(parts: &'a [Part], names: &str, beginnings: &[&str]) -> Vec<&'a str> {
     // Weak names that a relocation uses are called as others are.
     let of = |part: &'a Part| {
         let used = part.elf.taken.iter().map(|(_, name)| name.as_str());
         part.elf.undefined.iter().map(String::as_str).chain(used)
     };
-    let is = |name: &&str| names.contains(name) || beginnings.iter().any(|begin| name.starts_with(begin));
+    let listed = |name: &str| names.split_ascii_whitespace().any(|listed| listed == name);
+    let is = |name: &&str| listed(name) || beginnings.iter().any(|begin| name.starts_with(begin));
     let mut all: Vec<&str> = parts.iter().filter(|part| part.is_of_run).flat_map(of).filter(is).collect();
     all.sort_unstable();
     all.dedup();
@@ -122,7 +49,7 @@ fn taken<'a>(parts: &'a [Part], names: &[&str], beginnings: &[&str]) -> Vec<&'a 
 
 /// Whether the compiler's AddressSanitizer is in one of them.
 pub fn is_checked(parts: &[Part]) -> bool {
-    !taken(parts, &["__asan_init"], &[]).is_empty()
+    !taken(parts, "__asan_init", &[]).is_empty()
 }
 
 /// Whether a list of libraries has one whose file's name has this part.
@@ -148,14 +75,14 @@ pub fn keeps_its_own(parts: &[Part]) -> bool {
 /// # Errors
 /// A library with threads or processes of its own, and one whose checks are not there.
 pub fn check(parts: &[Part]) -> Result<(), LoadError> {
-    let runs = taken(parts, &RUNS, &RUNS_BY);
+    let runs = taken(parts, RUNS, &RUNS_BY);
     if !runs.is_empty() {
         return Err(LoadError::new(
             format!("a library with threads or processes of its own ({})", runs.join(", ")),
             "one that does its work within the call: stub what begins them".to_owned(),
         ));
     }
-    let mut allocates = taken(parts, &ALLOCATES, &[]);
+    let mut allocates = taken(parts, ALLOCATES, &[]);
     #[cfg(target_os = "linux")]
     allocates.retain(|name| crate::strings::in_place_of(name).is_none());
     if !allocates.is_empty() && keeps_its_own(parts) {
@@ -181,7 +108,7 @@ pub fn note(parts: &[Part], loads: &[PathBuf]) -> Option<String> {
     const SHARED: &str = "is there once for all copies of the library and is not set back, so that results may depend on the \
                           number of threads";
     let mut said = Vec::new();
-    let keeps = taken(parts, &KEEPS, &[]);
+    let keeps = taken(parts, KEEPS, &[]);
     if !keeps.is_empty() {
         said.push(format!("it calls {}: what these keep {SHARED}", keeps.join(", ")));
     }
@@ -189,7 +116,7 @@ pub fn note(parts: &[Part], loads: &[PathBuf]) -> Option<String> {
         let names: Vec<String> = loads.iter().map(|path| path.display().to_string()).collect();
         said.push(format!("it loads {}: what these keep {SHARED}", names.join(", ")));
     }
-    let opens = taken(parts, &OPENS, &OPENS_BY);
+    let opens = taken(parts, OPENS, &OPENS_BY);
     if !opens.is_empty() {
         said.push(format!(
             "it opens files ({}): where it stands in one is not set back, and its content is not part of the run, so that results \
@@ -197,7 +124,7 @@ pub fn note(parts: &[Part], loads: &[PathBuf]) -> Option<String> {
             opens.join(", ")
         ));
     }
-    let changes = taken(parts, &CHANGES, &CHANGES_BY);
+    let changes = taken(parts, CHANGES, &CHANGES_BY);
     if !changes.is_empty() {
         said.push(format!("it calls {}: its trials cannot be repeated", changes.join(", ")));
     }
