@@ -14,7 +14,7 @@
 //! it part of the step that is compiled for a width of registers. Bank, ledger, initial state at rest and the
 //! referee's slopes call all effects by the list `each_effect!` and name none.
 //!
-//! Hysteresis is a branch beside the core ([`CoreBranch`]): code outside of its files uses it only as [`Branch`].
+//! Hysteresis is a branch beside the core: code outside of its files uses it only as [`Branch`].
 
 mod context;
 pub mod eddies;
@@ -26,11 +26,10 @@ pub mod winding;
 
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, Wide};
-use standstill_plant::{MOST_CELLS, Motor};
+use standstill_plant::MOST_CELLS;
 
 pub use self::context::{Begin, End, Looked, Moment, Span, keep, keep_dq, keep_plane, keep_symmetric};
-use crate::case::{Case, RunError};
-use crate::guard::First;
+use crate::case::Case;
 use crate::ledger::Ledger;
 use crate::physics::legs::Conducting;
 use crate::physics::plane::Plane;
@@ -134,68 +133,6 @@ pub trait Effect<V: Wide> {
 
     /// Adds energies in J that the effect transfers instantaneously in a step.
     fn work(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _spent: &mut Ledger) {}
-}
-
-/// A branch in parallel to the core ([`Branch`]): the interface that steps and control use.
-pub trait CoreBranch<V: Wide>: Effect<V> + Sized {
-    /// Makes the branch for machines of this motor's kind; none if they have no such branch.
-    fn like(_motor: &Motor) -> Option<Self> {
-        None
-    }
-
-    /// Puts a case into a lane; `flux`: flux in Wb without current, in the rotor's plane, to which the flux of the
-    /// branch's own current is added. Returns whether that current makes a torque.
-    ///
-    /// # Errors
-    /// No flux balances the current of the iron's remanence.
-    fn start(&mut self, _lane: usize, _case: &Case<'_>, _flux: &mut Dq<f64>) -> Result<bool, RunError> {
-        Ok(false)
-    }
-
-    /// Finds the modes in which the selected machines begin a step at a flux in Wb. The closure gives the flux's
-    /// slope in V from the stiffness in 1/H that is the branch's part of Γ.
-    #[inline(always)]
-    fn find_modes(&mut self, _: V::Mask, _: Plane<V>, _: impl FnMut(Symmetric<V>) -> Plane<V>) {}
-
-    /// Returns the branch at a flux in Wb; `along`: initial tangent of the flux path, none for a straight path.
-    #[inline(always)]
-    fn at(&self, _flux: Plane<V>, _along: Option<Plane<V>>) -> BranchPoint<V> {
-        BranchPoint::default()
-    }
-
-    /// Returns the branch's part of Γ in 1/H, as last evaluated at the machines' present state.
-    #[inline(always)]
-    fn stiffness(&self) -> Symmetric<V> {
-        Symmetric::default()
-    }
-
-    /// Sets the branch's part of Γ in 1/H of the selected machines after Γ was evaluated anew.
-    #[inline(always)]
-    fn set_stiffness(&mut self, _of: V::Mask, _stiffness: Symmetric<V>) {}
-
-    /// Makes the end of a step, at a flux in Wb, the present state of the selected machines.
-    #[inline(always)]
-    fn take(&mut self, _of: V::Mask, _flux: Plane<V>, _step: &Self::Step) {}
-
-    /// Returns the branch's smallest margin in a step, in Wb, plus the tolerance of any step and plus that of a step
-    /// that was to end where a mode ends; negative where a mode ended.
-    #[inline(always)]
-    fn room(&self, _step: &Self::Step) -> [V; 2] {
-        [V::of(f64::INFINITY); 2]
-    }
-
-    /// Adds the branch's modes that end within the step of a lane.
-    fn ends(&self, _step: &Self::Step, _lane: usize, _first: &mut First) {}
-
-    /// Returns the branch at a flux in Wb for these pinned fluxes in Wb.
-    fn pinned_at(&self, _flux: Plane<V>, _pinned: &BranchState<V>) -> BranchPoint<V> {
-        BranchPoint::default()
-    }
-
-    /// Returns the slopes of the pinned fluxes in V for this slope of the flux in V.
-    fn pinned_rise(&self, _at: &BranchPoint<V>, _rise: Plane<V>) -> BranchState<V> {
-        BranchState::default()
-    }
 }
 
 /// Methods of an effect that machines of a kind may lack: they do nothing without it.

@@ -38,20 +38,18 @@ pub struct Ledger {
 impl Ledger {
     /// Adds another balance, times a factor.
     pub(crate) fn add(&mut self, of: &Self, times: f64) {
-        self.source += times * of.source;
-        self.source_loss += times * of.source_loss;
-        self.device_loss += times * of.device_loss;
-        self.copper_loss += times * of.copper_loss;
-        self.eddy_loss += times * of.eddy_loss;
-        self.hysteresis_loss += times * of.hysteresis_loss;
-        self.shaft_work += times * of.shaft_work;
-        self.friction_loss += times * of.friction_loss;
-        self.load_work += times * of.load_work;
-        self.impact_loss += times * of.impact_loss;
-        self.link_change += times * of.link_change;
-        self.terminal_change += times * of.terminal_change;
-        self.field_change += times * of.field_change;
-        self.kinetic_change += times * of.kinetic_change;
+        macro_rules! each {
+            ($($account:ident)*) => {{
+                // Every account: a new one is an error here.
+                let Self { $($account),* } = self;
+                $(*$account += times * of.$account;)*
+            }};
+        }
+        each!(
+            source source_loss device_loss copper_loss eddy_loss hysteresis_loss shaft_work
+            friction_loss load_work impact_loss link_change terminal_change field_change
+            kinetic_change
+        );
     }
 
     /// Accounts for a device that charged a terminal at once: the rail gave energy `given` in J, from a `stiff`

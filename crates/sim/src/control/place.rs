@@ -5,7 +5,7 @@ use standstill_numeric::{Heading, Wide};
 use super::run::Control;
 use crate::Broken;
 use crate::case::{Case, RotorState};
-use crate::effect::{CoreBranch, Effect, each_effect};
+use crate::effect::{Effect, each_effect};
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
 use crate::step::error::REMEMBERED;

@@ -6,7 +6,6 @@ use standstill_inverter::{Gate, Modes};
 use standstill_numeric::{Heading, Wide};
 
 use super::run::Control;
-use crate::effect::CoreBranch;
 use crate::lanes::bank::{Bank, Outcome};
 use crate::step::two_derivative::Here;
 use crate::trace::{Event, Snapshot};
@@ -189,7 +188,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Returns a snapshot of the machine, with or without an observer.
+    /// Returns a snapshot of the machine at the present time. It needs no observer.
     pub fn now<V: Wide>(&self, bank: &Bank<'a, V>) -> Snapshot {
         let modes = bank.machine.legs.modes(self.lane, self.time(bank));
         self.snapshot(bank, &self.place(bank), modes, self.gates(bank))

@@ -3,7 +3,7 @@
 use standstill_interface::Dq;
 use standstill_numeric::Wide;
 
-use super::{Begin, BranchPoint, CoreBranch, Effect, End, Looked, Moment, Span, keep, keep_plane};
+use super::{Begin, BranchPoint, Effect, End, Looked, Moment, Span, keep, keep_plane};
 use crate::case::{Case, RotorState};
 use crate::ledger::Ledger;
 use crate::physics::legs::Conducting;

@@ -3,7 +3,6 @@
 use standstill_numeric::Wide;
 
 use super::{Bounds, First, Guard, Margins, straight};
-use crate::effect::CoreBranch;
 use crate::lanes::bank::Bank;
 use crate::physics::machine::Machine;
 use crate::step::hermite::Cubic;

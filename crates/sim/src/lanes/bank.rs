@@ -9,7 +9,7 @@ use standstill_plant::{Magnetics, Motor};
 use self::stepping::{StepOf, take};
 use super::lanes_of;
 use crate::case::RunError;
-use crate::effect::{Branch, CoreBranch, Span};
+use crate::effect::{Branch, Span};
 use crate::guard::{Bounds, Guard};
 use crate::physics::gates::NEVER;
 use crate::physics::machine::{Machine, Operating};
@@ -205,7 +205,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         V::compute(LookAt(self, 1 << lane));
     }
 
-    /// Returns the machines at a share of the step taken last.
+    /// Returns the state of the machines within the last step, at this share of it: 0 is its beginning, 1 its end.
     pub fn within(&self, share: f64) -> Here<V> {
         V::compute(There(self.span(share)))
     }

@@ -19,7 +19,7 @@ use super::legs::{Conducting, Legs};
 use super::links::Links;
 use super::plane::Plane;
 use super::state::State;
-use crate::effect::{Branch, BranchPoint, CoreBranch, keep_symmetric};
+use crate::effect::{Branch, BranchPoint, keep_symmetric};
 
 /// Machines of one kind, each with numbers of its own.
 #[derive(Clone, Debug)]
@@ -240,7 +240,8 @@ impl<'a, V: Wide> Machine<'a, V> {
         at_state
     }
 
-    /// Returns [`Self::branch`] in code for machines that may have one; none in code for machines without.
+    /// Returns [`Self::branch`] in code for rare kinds of machines (`RARE`, see [`Self::is_rare`]); none in other code,
+    /// from which the compiler can then remove the branch.
     #[inline(always)]
     pub fn branch_if<const RARE: bool>(&self) -> Option<&Branch<V>> {
         if RARE { self.branch.as_ref() } else { None }

@@ -1,4 +1,4 @@
-//! Analogue-to-digital converters: of the phases and the link side by side, and by themselves.
+//! Analogue-to-digital converters: those of several sensors side by side.
 
 use super::Sensors;
 use crate::Misreading;
@@ -34,34 +34,45 @@ impl Adc {
     }
 }
 
-/// The sensors of the three phases and of the link with their converters, side by side: the computation of all four
-/// values of a sample has no branch that depends on a value.
+/// Sensors with their converters, side by side, such as those of the three phases and of the link: the computation of
+/// all values of a sample has no branch that depends on a value.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Channels {
-    gain: [f64; 4],
-    offset: [f64; 4],
+pub(crate) struct Channels<const N: usize> {
+    gain: [f64; N],
+    offset: [f64; N],
     /// Standard deviation of the noise of a sample.
-    noise: [f64; 4],
+    noise: [f64; N],
     /// Whether there is a converter in each channel.
-    converts: [bool; 4],
-    low: [f64; 4],
+    converts: [bool; N],
+    low: [f64; N],
     /// Distance between two codes (1 LSB) in the unit measured.
-    step: [f64; 4],
+    step: [f64; N],
     /// Highest code.
-    last: [f64; 4],
+    last: [f64; N],
     /// Number of bits of a converter's count: zero without rounding.
-    counted: [u32; 4],
+    counted: [u32; N],
 }
 
-impl Channels {
+impl Channels<4> {
+    /// Makes the channels of the three phases and of the link.
     pub(super) fn of(sensors: &Sensors) -> Self {
         let Sensors { settings, gain: [a, b, c], offset: [x, y, z], .. } = *sensors;
         let link = settings.dc_link;
-        let adcs = [settings.adc, settings.adc, settings.adc, link.adc];
+        Self::new(
+            [a, b, c, sensors.dc_link_gain],
+            [x, y, z, sensors.dc_link_offset],
+            [settings.noise, settings.noise, settings.noise, link.noise],
+            [settings.adc, settings.adc, settings.adc, link.adc],
+        )
+    }
+}
+
+impl<const N: usize> Channels<N> {
+    pub(super) fn new(gain: [f64; N], offset: [f64; N], noise: [f64; N], adcs: [Option<Adc>; N]) -> Self {
         Self {
-            gain: [a, b, c, sensors.dc_link_gain],
-            offset: [x, y, z, sensors.dc_link_offset],
-            noise: [settings.noise, settings.noise, settings.noise, link.noise],
+            gain,
+            offset,
+            noise,
             converts: adcs.map(|adc| adc.is_some()),
             low: adcs.map(|adc| adc.map_or(0.0, |adc| adc.low)),
             step: adcs.map(|adc| adc.map_or(1.0, Adc::step)),
@@ -71,8 +82,8 @@ impl Channels {
     }
 
     /// Multiplies gains and offsets, as a reference of the converters does that is too low.
-    pub(super) fn grow(&mut self, by: [f64; 4]) {
-        for k in 0..4 {
+    pub(super) fn grow(&mut self, by: [f64; N]) {
+        for k in 0..N {
             self.gain[k] *= by[k];
             self.offset[k] *= by[k];
             self.noise[k] *= by[k];
@@ -111,15 +122,15 @@ impl Channels {
     /// Returns the readings of these values, with standard normals for the noise: the value of the nearest code,
     /// whether that code is the first or the last, and the code. Without a converter the reading is not rounded.
     #[inline(always)]
-    pub(super) fn read(&self, there: [f64; 4], normals: [f64; 4]) -> [(f64, bool, u32); 4] {
-        let (mut raw, mut code, mut value) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-        for k in 0..4 {
+    pub(super) fn read(&self, there: [f64; N], normals: [f64; N]) -> [(f64, bool, u32); N] {
+        let (mut raw, mut code, mut value) = ([0.0; N], [0.0; N], [0.0; N]);
+        for k in 0..N {
             raw[k] = self.gain[k] * there[k] + self.offset[k] + self.noise[k] * normals[k];
             code[k] = nearest(((raw[k] - self.low[k]) / self.step[k]).clamp(0.0, self.last[k]));
             value[k] = self.low[k] + code[k] * self.step[k];
         }
-        let mut read = [(0.0, false, 0); 4];
-        for k in 0..4 {
+        let mut read = [(0.0, false, 0); N];
+        for k in 0..N {
             read[k] = if self.converts[k] {
                 (value[k], code[k] == 0.0 || code[k] == self.last[k], whole(code[k]) & self.counted[k])
             } else {
@@ -127,33 +138,6 @@ impl Channels {
             };
         }
         read
-    }
-}
-
-/// A converter by itself: the conversion of [`Channels`] for one value.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Converter {
-    low: f64,
-    step: f64,
-    last: f64,
-    /// Mask of the count: zero without rounding.
-    counted: u32,
-}
-
-impl Converter {
-    pub(super) fn of(adc: Adc) -> Self {
-        Self {
-            low: adc.low,
-            step: adc.step(),
-            last: adc.codes() - 1.0,
-            counted: if adc.rounds() { u32::MAX } else { 0 },
-        }
-    }
-
-    /// Returns the value of the nearest code, whether that code is the first or the last, and the code.
-    pub(super) fn read(self, raw: f64) -> (f64, bool, u32) {
-        let code = nearest(((raw - self.low) / self.step).clamp(0.0, self.last));
-        (self.low + code * self.step, code == 0.0 || code == self.last, whole(code) & self.counted)
     }
 }
 

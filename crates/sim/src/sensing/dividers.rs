@@ -2,17 +2,14 @@
 
 use standstill_interface::Sensed;
 
-use super::{Converter, Sensors};
+use super::{Channels, Sensors};
 use crate::{Draws, Purpose, Streams};
 
 /// The dividers of one drive with their converters.
 #[derive(Clone, Debug)]
 pub struct Dividers<'t> {
-    gain: [f64; 3],
-    offset: [f64; 3],
-    /// Noise of a sample in V rms.
-    deviation: f64,
-    converter: Option<Converter>,
+    channels: Channels<3>,
+    is_noisy: bool,
     noise: Draws<'t>,
 }
 
@@ -21,10 +18,13 @@ impl<'t> Dividers<'t> {
     pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Option<Self> {
         let of = sensors.settings.terminal?;
         Some(Self {
-            gain: sensors.terminal_gain,
-            offset: sensors.terminal_offset,
-            deviation: of.noise,
-            converter: of.adc.map(Converter::of),
+            channels: Channels::new(
+                sensors.terminal_gain,
+                sensors.terminal_offset,
+                [of.noise; 3],
+                [of.adc; 3],
+            ),
+            is_noisy: of.noise > 0.0,
             noise: streams.open(Purpose::TerminalNoise),
         })
     }
@@ -32,13 +32,11 @@ impl<'t> Dividers<'t> {
     /// Reads these voltages in V: each one's reading, where it comes from, and the converter's code.
     pub fn read(&mut self, there: [f64; 3]) -> [(f64, Sensed, u32); 3] {
         let mut noise = [0.0; 3];
-        if self.deviation > 0.0 {
+        if self.is_noisy {
             self.noise.normals(&mut noise);
         }
-        std::array::from_fn(|k| {
-            let raw = self.gain[k] * there[k] + self.offset[k] + self.deviation * noise[k];
-            let Some(converter) = self.converter else { return (raw, Sensed::Measured, 0) };
-            let (value, at_end, code) = converter.read(raw);
+        let read = self.channels.read(there, noise);
+        read.map(|(value, at_end, code)| {
             (value, if at_end { Sensed::Clipped } else { Sensed::Measured }, code)
         })
     }

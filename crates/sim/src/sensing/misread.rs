@@ -29,7 +29,7 @@ impl Misread {
     /// Reads the channels at a time in ns: values, standard normals for the noise, and results as in [`Channels::read`].
     pub fn read(
         &mut self,
-        channels: &Channels,
+        channels: &Channels<4>,
         mut values: [f64; 4],
         normals: [f64; 4],
         time: f64,

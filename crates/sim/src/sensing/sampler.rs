@@ -12,7 +12,7 @@ use crate::{Draws, Faults, Purpose, Streams};
 #[derive(Clone, Debug)]
 pub struct Sampler<'t> {
     sensors: Sensors,
-    channels: Channels,
+    channels: Channels<4>,
     noise: Draws<'t>,
     link_noise: Draws<'t>,
     jitter: Draws<'t>,

@@ -4,7 +4,7 @@ use standstill_numeric::Wide;
 
 use super::two_derivative::Here;
 use crate::effect::winding::flux_within;
-use crate::effect::{CoreBranch, Effect, Looked, Span, terminals};
+use crate::effect::{Effect, Looked, Span, terminals};
 
 impl<V: Wide> Span<'_, '_, V> {
     /// Returns the machines at this place of the step, as exactly as at its end: the flux from the voltage and the

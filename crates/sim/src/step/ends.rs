@@ -4,7 +4,6 @@ use standstill_numeric::Wide;
 
 use super::hermite::Cubic;
 use super::two_derivative::{Here, Tried};
-use crate::effect::CoreBranch;
 use crate::effect::link::LinkStep;
 use crate::guard::{Bounds, PerGuard};
 use crate::physics::legs::Conducting;

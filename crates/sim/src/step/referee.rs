@@ -10,7 +10,7 @@ use standstill_numeric::Wide;
 use super::error::Accuracy;
 use super::two_derivative::{Here, Parts, Tried};
 use crate::effect::terminals::{TerminalStep, clamp};
-use crate::effect::{Begin, BranchState, CoreBranch, Effect, End, Looked, each_effect};
+use crate::effect::{Begin, BranchState, Effect, End, Looked, each_effect};
 use crate::guard::Bounds;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;

@@ -18,7 +18,7 @@ use crate::effect::terminals::floating::Floating;
 use crate::effect::terminals::ringing::Ringing;
 use crate::effect::terminals::{TerminalStep, clamp};
 use crate::effect::winding::WindingStep;
-use crate::effect::{Begin, BranchStep, CoreBranch, Effect, End, Looked};
+use crate::effect::{Begin, BranchStep, Effect, End, Looked};
 use crate::guard::{Bounds, Margins};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine, Operating};

@@ -6,11 +6,8 @@ use standstill_plant::{MOST_CELLS, Motor, NoConvergence};
 
 use super::{Cells, DEEP, Moved, ROUNDS, direction};
 use crate::case::{Case, RunError};
-use crate::effect::{
-    Begin, BranchPoint, BranchState, CoreBranch, Effect, End, Moment, Span, keep_plane, keep_symmetric,
-};
-use crate::guard::First;
-use crate::guard::Guard;
+use crate::effect::{Begin, BranchPoint, BranchState, Effect, End, Moment, Span, keep_plane, keep_symmetric};
+use crate::guard::{First, Guard};
 use crate::ledger::Ledger;
 use crate::physics::plane::Plane;
 use crate::step::error::Accuracy;
@@ -61,12 +58,19 @@ impl<V: Wide> Effect<V> for Cells<V> {
     }
 }
 
-impl<V: Wide> CoreBranch<V> for Cells<V> {
-    fn like(motor: &Motor) -> Option<Self> {
+/// The branch in parallel to the core, as steps and control use it.
+impl<V: Wide> Cells<V> {
+    /// Makes the branch for machines of this motor's kind; none if they have no such branch.
+    pub fn like(motor: &Motor) -> Option<Self> {
         motor.magnetics.cells().map(|_| Self::idle())
     }
 
-    fn start(&mut self, lane: usize, case: &Case<'_>, flux: &mut Dq<f64>) -> Result<bool, RunError> {
+    /// Puts a case into a lane; `flux`: flux in Wb without current, in the rotor's plane, to which the flux of the
+    /// branch's own current is added. Returns whether that current makes a torque.
+    ///
+    /// # Errors
+    /// No flux balances the current of the iron's remanence.
+    pub fn start(&mut self, lane: usize, case: &Case<'_>, flux: &mut Dq<f64>) -> Result<bool, RunError> {
         let magnetics = &case.motor.magnetics;
         let Some((hysteresis, cells)) = magnetics.hysteresis().zip(magnetics.cells()) else {
             return Ok(false);
@@ -88,9 +92,16 @@ impl<V: Wide> CoreBranch<V> for Cells<V> {
         found
     }
 
-    /// Lets a cell at its reach slide if the flux takes it further.
+    /// Finds the modes in which the selected machines begin a step at a flux in Wb. The closure gives the flux's
+    /// slope in V from the stiffness in 1/H that is the branch's part of Γ.
     #[inline(always)]
-    fn find_modes(&mut self, of: V::Mask, flux: Plane<V>, mut rise: impl FnMut(Symmetric<V>) -> Plane<V>) {
+    pub fn find_modes(
+        &mut self,
+        of: V::Mask,
+        flux: Plane<V>,
+        mut rise: impl FnMut(Symmetric<V>) -> Plane<V>,
+    ) {
+        // A cell at its reach slides if the flux takes it further.
         let zero = V::of(0.0);
         let away = self.away_at(flux, None);
         let mut slides = self.slides;
@@ -107,23 +118,27 @@ impl<V: Wide> CoreBranch<V> for Cells<V> {
         }
     }
 
+    /// Returns the branch at a flux in Wb; `along`: initial tangent of the flux path, none for a straight path.
     #[inline(always)]
-    fn at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchPoint<V> {
+    pub fn at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> BranchPoint<V> {
         self.point(self.away_at(flux, along))
     }
 
+    /// Returns the branch's part of Γ in 1/H, as last evaluated at the machines' present state.
     #[inline(always)]
-    fn stiffness(&self) -> Symmetric<V> {
+    pub fn stiffness(&self) -> Symmetric<V> {
         self.tangent
     }
 
+    /// Sets the branch's part of Γ in 1/H of the selected machines after Γ was evaluated anew.
     #[inline(always)]
-    fn set_stiffness(&mut self, of: V::Mask, stiffness: Symmetric<V>) {
+    pub fn set_stiffness(&mut self, of: V::Mask, stiffness: Symmetric<V>) {
         keep_symmetric(of, stiffness, &mut self.tangent);
     }
 
+    /// Makes the end of a step, at a flux in Wb, the present state of the selected machines.
     #[inline(always)]
-    fn take(&mut self, of: V::Mask, flux: Plane<V>, moved: &Moved<V>) {
+    pub fn take(&mut self, of: V::Mask, flux: Plane<V>, moved: &Moved<V>) {
         keep_plane(of, flux, &mut self.from);
         for k in 0..MOST_CELLS {
             keep_plane(of, moved.away[k], &mut self.away[k]);
@@ -132,31 +147,34 @@ impl<V: Wide> CoreBranch<V> for Cells<V> {
         self.set_stiffness(of, moved.tangent);
     }
 
+    /// Returns the branch's smallest margin in a step, in Wb, plus the tolerance of any step and plus that of a step
+    /// that was to end where a mode ends; negative where a mode ended.
     #[inline(always)]
-    fn room(&self, moved: &Moved<V>) -> [V; 2] {
+    pub fn room(&self, moved: &Moved<V>) -> [V; 2] {
         let least = moved.margin[0].least(moved.margin[1]).least(moved.margin[2]);
         [least + self.slack, least + self.slack * DEEP]
     }
 
-    fn ends(&self, moved: &Moved<V>, lane: usize, first: &mut First) {
+    /// Adds the branch's modes that end within the step of a lane.
+    pub fn ends(&self, moved: &Moved<V>, lane: usize, first: &mut First) {
         for k in (0..MOST_CELLS).filter(|k| moved.margin[*k].get(lane) < -self.slack.get(lane)) {
             first.ends(Guard::Branch, moved.cubic[k].get(lane), moved.slack[k].get(lane));
         }
     }
 
-    fn pinned_at(&self, flux: Plane<V>, pinned: &BranchState<V>) -> BranchPoint<V> {
+    /// Returns the branch at a flux in Wb for these pinned fluxes in Wb.
+    pub fn pinned_at(&self, flux: Plane<V>, pinned: &BranchState<V>) -> BranchPoint<V> {
         self.point(pinned.map(|pinned| flux - pinned))
     }
 
-    fn pinned_rise(&self, at: &BranchPoint<V>, rise: Plane<V>) -> BranchState<V> {
+    /// Returns the slopes of the pinned fluxes in V for this slope of the flux in V.
+    pub fn pinned_rise(&self, at: &BranchPoint<V>, rise: Plane<V>) -> BranchState<V> {
         std::array::from_fn(|k| {
             let n = direction(&at.elastic[k]);
             Plane::choose(self.slides[k], n * n.dot(rise), Plane::default())
         })
     }
-}
 
-impl<V: Wide> Cells<V> {
     /// Returns the cells after a step to these elastic fluxes in Wb.
     #[inline(always)]
     fn moved_by(

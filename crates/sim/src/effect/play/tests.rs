@@ -3,7 +3,6 @@
 use standstill_plant::{Cell, MOST_CELLS};
 
 use super::Cells;
-use crate::effect::CoreBranch;
 use crate::physics::plane::Plane;
 
 /// A memory of one cell that reaches 1 mWb and is 10 1/H stiff, at a flux.

@@ -3,7 +3,7 @@
 use standstill_numeric::{Compute, Mask, Wide};
 
 use super::{Bank, Served};
-use crate::effect::{CoreBranch, Effect, each_effect, keep, keep_dq};
+use crate::effect::{Effect, each_effect, keep, keep_dq};
 use crate::guard::Guard;
 use crate::lanes::lanes_of;
 use crate::physics::gates::NEVER;
