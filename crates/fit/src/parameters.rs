@@ -53,6 +53,30 @@ use Parameter::{
     Resistance, SaturationAcross, SaturationAgainst, SaturationAlong, SwitchDrop, SwitchResistance,
 };
 
+/// The place of a parameter's value in a [`Point`].
+macro_rules! place {
+    ($parameter:expr, $point:expr $(, $mut:tt)?) => {
+        match $parameter {
+            DAxisInductance => &$($mut)? $point.plant.inductance[0],
+            QAxisInductance => &$($mut)? $point.plant.inductance[1],
+            Angle => &$($mut)? $point.plant.angle,
+            Offset(k) => &$($mut)? $point.offset[k],
+            Gain(k) => &$($mut)? $point.gain[k],
+            Resistance => &$($mut)? $point.plant.resistance,
+            Delay => &$($mut)? $point.delay,
+            Lag => &$($mut)? $point.lag,
+            DeadTime => &$($mut)? $point.plant.dead_time,
+            SaturationAlong => &$($mut)? $point.plant.saturation[0],
+            SaturationAgainst => &$($mut)? $point.plant.saturation[1],
+            SaturationAcross => &$($mut)? $point.plant.saturation[2],
+            DiodeDrop => &$($mut)? $point.plant.devices.diode_drop,
+            SwitchDrop => &$($mut)? $point.plant.devices.switch_drop,
+            DiodeResistance => &$($mut)? $point.plant.devices.diode_resistance,
+            SwitchResistance => &$($mut)? $point.plant.devices.switch_resistance,
+        }
+    };
+}
+
 /// Parameters of a simulation and of its channels.
 #[derive(Clone, Debug)]
 pub struct Point {
@@ -135,50 +159,14 @@ impl Parameter {
 
     /// Returns the parameter's value.
     pub fn get(self, point: &Point) -> f64 {
-        let plant = &point.plant;
-        match self {
-            DAxisInductance => plant.inductance[0],
-            QAxisInductance => plant.inductance[1],
-            Angle => plant.angle,
-            Offset(k) => point.offset[k],
-            Gain(k) => point.gain[k],
-            Resistance => plant.resistance,
-            Delay => point.delay,
-            Lag => point.lag,
-            DeadTime => plant.dead_time,
-            SaturationAlong => plant.saturation[0],
-            SaturationAgainst => plant.saturation[1],
-            SaturationAcross => plant.saturation[2],
-            DiodeDrop => plant.devices.diode_drop,
-            SwitchDrop => plant.devices.switch_drop,
-            DiodeResistance => plant.devices.diode_resistance,
-            SwitchResistance => plant.devices.switch_resistance,
-        }
+        *place!(self, point)
     }
 
     /// Changes the parameter's value.
     pub fn add(self, point: &mut Point, change: f64, channels: [bool; CHANNELS]) {
-        let plant = &mut point.plant;
-        match self {
-            DAxisInductance => plant.inductance[0] += change,
-            QAxisInductance => plant.inductance[1] += change,
-            Angle => plant.angle += change,
-            Offset(k) => point.offset[k] += change,
-            Gain(k) => {
-                point.gain[k] += change;
-                point.gain[last(channels)] -= change;
-            }
-            Resistance => plant.resistance += change,
-            Delay => point.delay += change,
-            Lag => point.lag += change,
-            DeadTime => plant.dead_time += change,
-            SaturationAlong => plant.saturation[0] += change,
-            SaturationAgainst => plant.saturation[1] += change,
-            SaturationAcross => plant.saturation[2] += change,
-            DiodeDrop => plant.devices.diode_drop += change,
-            SwitchDrop => plant.devices.switch_drop += change,
-            DiodeResistance => plant.devices.diode_resistance += change,
-            SwitchResistance => plant.devices.switch_resistance += change,
+        *place!(self, point, mut) += change;
+        if matches!(self, Gain(_)) {
+            point.gain[last(channels)] -= change;
         }
     }
 

@@ -21,7 +21,7 @@ use super::Magnetics;
 /// at ψ_b = 0); the magnet saturates it as far as its flux ψ_n has to come back through it. So a warmer magnet is a
 /// smaller ψ_n in the same law: it saturates the rib less, and L_d grows. A current that opposes the magnet from outside
 /// would do the contrary, drive the rib further into saturation.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IronBridge<T = f64> {
     /// a_b in A/Wb^(W+1).
     pub strength: T,

@@ -9,14 +9,13 @@ use standstill_quantity::unit::{
 use toml::{Table, Value};
 
 use super::super::MotorError;
-use super::falls;
-use super::given;
 use super::whole::{BESIDE, Nameplate, sourced, with_source};
+use super::{falls, given};
 use crate::Algebraic;
 
-/// Those whose place it takes.
+/// Tables that a nameplate replaces.
 const REPLACED: [&str; 5] = ["rating", "winding", "saturation", "bridge", "map"];
-/// Those that have one name; [`GROUPS`] has those that data sheets give in several ways.
+/// Keys of quantities with one name; [`GROUPS`] has those that data sheets give in several ways.
 const KEYS: [&str; 7] =
     ["pole_pairs", "dc_link", "power", "rated_speed", "rated_torque", "leakage", "saturation"];
 

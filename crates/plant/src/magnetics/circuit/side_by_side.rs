@@ -69,33 +69,16 @@ impl<V: Wide> Circuits<V> {
     /// For circuits of the same kind as this one, which stands in all lanes.
     pub fn like(circuit: &MagneticCircuit) -> Self {
         let none = Dq::new(zero(), zero());
-        let blank = Algebraic {
-            d: zero(),
-            dd: zero(),
-            q: zero(),
-            qq: zero(),
-            cross: zero(),
-            magnet_current: zero(),
-            d_exponent: 0,
-            q_exponent: 0,
-            cross_d_exponent: 0,
-            cross_q_exponent: 0,
-            bridge: None,
-        };
         let mut circuits = Self {
             formula: formula(&circuit.core).map(|core| Algebraic {
                 d_exponent: core.d_exponent,
                 q_exponent: core.q_exponent,
                 cross_d_exponent: core.cross_d_exponent,
                 cross_q_exponent: core.cross_q_exponent,
-                bridge: core.bridge.map(|bridge| IronBridge {
-                    strength: zero(),
-                    saturation: zero(),
-                    q_share: zero(),
-                    magnet_flux: zero(),
-                    exponent: bridge.exponent,
-                }),
-                ..blank
+                bridge: core
+                    .bridge
+                    .map(|bridge| IronBridge { exponent: bridge.exponent, ..IronBridge::default() }),
+                ..Algebraic::default()
             }),
             magnet: none,
             distortion: circuit.distortion.map(|_| Distortion::default()),
