@@ -113,7 +113,7 @@ pub trait Keyed: Sized + 'static {
     /// The kinds of readings of which any one is enough for the method, see [`crate::Settings::sources`].
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents];
 
-    /// Those that the method needs with these settings.
+    /// The kinds of readings of which any one is enough with these settings; by default [`Self::SOURCES`].
     fn needed_sources(&self) -> &'static [Source] {
         Self::SOURCES
     }
@@ -327,6 +327,17 @@ macro_rules! place {
     // One that may be missing: by what gets and sets it.
     ($key:ident, $s:ident => $place:expr => $get:ident, $set:ident) => {
         crate::keys::Setting::new(&crate::keys::$key, |$s| $place.$get(), |$s, value| $place.$set(value))
+    };
+    // One with a value of its own: what it is, and what sets it from a value.
+    ($key:ident, $s:ident => $get:expr; $value:ident => $set:expr) => {
+        crate::keys::Setting::new(
+            &crate::keys::$key,
+            |$s| Some($get),
+            |$s, $value| {
+                $set;
+                true
+            },
+        )
     };
     ($key:ident, $s:ident => $place:expr, $from:path, $to:ident) => {
         crate::keys::Setting::new(

@@ -13,7 +13,7 @@ mod tests;
 
 use standstill_interface::{AlphaBeta, Fault, Findings, Nanos, Phase, Reading, Real, Step};
 
-use crate::keys::{self, Keyed, Lines, Setting, Value, place};
+use crate::keys::{Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::{Nameplate, Place};
 use crate::parts::both_ways::BothWaysSettings;
@@ -22,9 +22,8 @@ use crate::parts::losses::Losses;
 use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::link;
-use crate::parts::significance;
 use crate::parts::train::{GainComparison, Slot, Train};
-use crate::parts::turning;
+use crate::parts::{significance, turning};
 use crate::settings::{SettingsError, Source, require};
 
 /// Settings of the bipolar method.
@@ -283,21 +282,13 @@ impl<T: Real> Keyed for BipolarSettings<T> {
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
 
     const SETTINGS: &'static [Setting<Self>] = &[
-        Setting::new(
-            &keys::PULSE,
-            |s| Some(Value::time(s.0.train.pulse)),
-            |s, value| {
-                s.0.train = s.0.train.with_pulse(value.nanos());
-                true
-            },
+        place!(
+            PULSE, s => Value::time(s.0.train.pulse);
+            value => s.0.train = s.0.train.with_pulse(value.nanos())
         ),
-        Setting::new(
-            &keys::REST,
-            |s| Some(Value::Number(s.0.train.rest_share())),
-            |s, value| {
-                s.0.train.set_rest_share(value.number());
-                true
-            },
+        place!(
+            REST, s => Value::Number(s.0.train.rest_share());
+            value => s.0.train.set_rest_share(value.number())
         ),
         place!(ROUNDS, s => s.0.train.rounds, Value::times, count),
         place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),

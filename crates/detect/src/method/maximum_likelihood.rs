@@ -23,9 +23,8 @@ use crate::parts::lines::{Saliency, line_directions};
 use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole, Signature};
 use crate::parts::settle::link;
-use crate::parts::significance;
 use crate::parts::train::{GainComparison, LINES, Slot, Train};
-use crate::parts::turning;
+use crate::parts::{significance, turning};
 use crate::settings::SettingsError;
 use combination::{Combined, Said};
 use likelihood::{Curves, Fit, LineParameters, PulseModel, fit};
@@ -35,8 +34,8 @@ pub use settings::{Adaptive, MaximumLikelihoodSettings};
 /// Samples of one pulse and its decay that are kept at most.
 pub const MOST_SAMPLES: usize = 112;
 
-/// What D scatters by across the magnet, where rotors stand, as a multiple of what the residuals of the fits say: 1.3 to 1.45 on two
-/// motors with the errors `default` and `field`.
+/// Standard deviation of D across the magnet, over the rotor's positions, as a multiple of the one that the residuals of the fits give:
+/// 1.3 to 1.45 on two motors with the errors `default` and `field`.
 const SCATTER: f64 = 1.4;
 
 /// The maximum-likelihood detector. Most of its size are the samples, averaged over the rounds.

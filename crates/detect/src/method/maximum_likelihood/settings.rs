@@ -132,14 +132,7 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
 
     const SETTINGS: &'static [Setting<Self>] = &[
-        Setting::new(
-            &keys::PULSE,
-            |s| Some(Value::time(s.pulses.train.pulse)),
-            |s, value| {
-                *s = s.with_pulse(value.nanos());
-                true
-            },
-        ),
+        place!(PULSE, s => Value::time(s.pulses.train.pulse); value => *s = s.with_pulse(value.nanos())),
         Setting::new(
             &keys::REST,
             // Pulses that grow choose their rests.
@@ -156,13 +149,10 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
         place!(POLE_ERROR, s => s.pulses.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.pulses.gain_tolerance, Value::of, real),
         place!(CHECKS, s => s.pulses.plausibility.checks => value, set_value),
-        Setting::new(
-            &keys::BANDWIDTH,
-            |s| Some(Value::of(s.pulses.sensing.bandwidth.unwrap_or_else(T::zero))),
-            |s, value| {
-                s.pulses.sensing.bandwidth = Some(value.real()).filter(|corner: &T| *corner > T::zero());
-                true
-            },
+        place!(
+            BANDWIDTH, s => Value::of(s.pulses.sensing.bandwidth.unwrap_or_else(T::zero));
+            value => s.pulses.sensing.bandwidth =
+                Some(value.real()).filter(|corner: &T| *corner > T::zero())
         ),
         Setting::new(
             &keys::DEVIATION,

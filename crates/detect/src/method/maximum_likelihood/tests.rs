@@ -4,8 +4,7 @@ use std::vec::Vec;
 use standstill_interface::{Angle, Detector, Outcome, Phase, Sensed, Undetermined};
 
 use super::*;
-use crate::nameplate::Nameplate;
-use crate::nameplate::{Dividers, Place, Sensing};
+use crate::nameplate::{Dividers, Nameplate, Place, Sensing};
 use crate::parts::both_ways::BothWaysSettings;
 use crate::testing::{LineMotor, mean_and_deviation};
 

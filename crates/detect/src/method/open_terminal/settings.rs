@@ -3,7 +3,7 @@
 use standstill_interface::{Nanos, Real, Sampling};
 
 use crate::checks::Checks;
-use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
+use crate::keys::{Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
@@ -181,21 +181,10 @@ impl<T: Real> OpenTerminalSettings<T> {
 
 impl<T: Real> Keyed for OpenTerminalSettings<T> {
     const SETTINGS: &'static [Setting<Self>] = &[
-        Setting::new(
-            &keys::PULSE,
-            |s| Some(Value::time(s.pulse)),
-            |s, value| {
-                *s = s.with_pulse(value.nanos());
-                true
-            },
-        ),
-        Setting::new(
-            &keys::REST,
-            |s| Some(Value::Number(share_of(s.pulse, s.rest))),
-            |s, value| {
-                s.rest = Nanos::from_seconds(value.number() * s.pulse.seconds());
-                true
-            },
+        place!(PULSE, s => Value::time(s.pulse); value => *s = s.with_pulse(value.nanos())),
+        place!(
+            REST, s => Value::Number(share_of(s.pulse, s.rest));
+            value => s.rest = Nanos::from_seconds(value.number() * s.pulse.seconds())
         ),
         place!(ROUNDS, s => s.rounds, Value::times, count),
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),

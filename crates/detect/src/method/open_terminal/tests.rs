@@ -1,12 +1,10 @@
-use standstill_interface::{Detector, Outcome, Step, Undetermined};
+use standstill_interface::{Detector, Nanos, Outcome, Step, Undetermined};
 
 use super::*;
-use crate::nameplate::Dividers;
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Dividers, Nameplate};
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
 use crate::testing::{Noise, PLATE};
-use standstill_interface::Nanos;
 
 /// A motor whose terminals follow the closed form, and the dividers that see them.
 struct Motor {

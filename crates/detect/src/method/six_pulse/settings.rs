@@ -3,7 +3,7 @@
 use standstill_interface::{Angle, Nanos, Real};
 
 use crate::checks::Checks;
-use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
+use crate::keys::{Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
@@ -41,7 +41,7 @@ pub struct SixPulseSettings<T> {
     pub least_saliency: T,
     /// |L_B| / L_A of the motor's data sheet: a timer that cannot show it is named.
     pub data_sheet_saliency: T,
-    /// What a motor's poles answer at the threshold.
+    /// Response of a motor's poles at the threshold.
     pub signature: Signature,
     /// Probability of a wrong pole that is allowed.
     pub pole_error: T,
@@ -216,22 +216,11 @@ impl<T: Real> Keyed for SixPulseSettings<T> {
         place!(POLE_ERROR, s => s.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
         place!(CHECKS, s => s.checks => value, set_value),
-        Setting::new(
-            &keys::THRESHOLD,
-            |s| Some(Value::of(s.threshold)),
-            |s, value| {
-                s.set_threshold(value.real());
-                true
-            },
-        ),
+        place!(THRESHOLD, s => Value::of(s.threshold); value => s.set_threshold(value.real())),
         place!(TIMED, s => s.timed, Value::Flag, is_set),
-        Setting::new(
-            &keys::SECTOR,
-            |s| Some(Value::of(s.sector.degrees())),
-            |s, value| {
-                s.sector = Angle::from_degrees(value.real());
-                true
-            },
+        place!(
+            SECTOR, s => Value::of(s.sector.degrees());
+            value => s.sector = Angle::from_degrees(value.real())
         ),
     ];
 

@@ -6,8 +6,7 @@ use standstill_interface::{Detector, Leg, Outcome};
 use super::*;
 use crate::checks::Checks;
 use crate::nameplate::Place;
-use crate::parts::polarity::Signature;
-use crate::parts::polarity::{PolarityRule, SequentialSettings};
+use crate::parts::polarity::{PolarityRule, SequentialSettings, Signature};
 
 fn settings(saliency: SaliencySign, halvings: u8) -> SubdivisionSettings<f64> {
     SubdivisionSettings {
