@@ -5,7 +5,7 @@ use std::f64::consts::LN_10;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize};
 use standstill_interface::choice;
 use standstill_numeric::{exp, log10};
 use standstill_sim::{Purpose, Streams};
@@ -16,7 +16,8 @@ use super::named::Named;
 use super::number::Number;
 
 /// Values that a sweep axis gives to its key.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum AxisSpec {
     /// A list of values, taken one after the other.
     List(Vec<Value>),
@@ -70,15 +71,6 @@ impl<'de> Deserialize<'de> for AxisSpec {
             }
         }
         deserializer.deserialize_any(Either)
-    }
-}
-
-impl Serialize for AxisSpec {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::List(values) => values.serialize(serializer),
-            Self::Range(range) => range.serialize(serializer),
-        }
     }
 }
 

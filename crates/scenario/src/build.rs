@@ -275,21 +275,17 @@ fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<()
 impl InverterTable {
     /// Checks the rules between the inverter's keys, and sets the numbers that follow from several keys.
     fn apply_rules(&self, drive: &mut DriveSettings) -> Result<(), FileError> {
-        let igbt = [
-            ("inverter.switch_drop", self.switch_drop.map(|value| value.to_string())),
-            ("inverter.switch_resistance", self.switch_resistance.map(|value| value.to_string())),
-        ];
-        for (key, value) in igbt {
-            if let (Some(value), DeviceKind::Mosfet) = (value, drive.bridge.devices.kind) {
-                let needed = "`inverter.devices` \"igbt\", or `inverter.channel_resistance`: a MOSFET's channel is a resistance without threshold";
-                return Err(FileError::key(key, &value, needed));
-            }
-        }
-        if let (DeviceKind::Igbt, Some(value)) = (drive.bridge.devices.kind, self.channel_resistance) {
-            let needed =
-                "`inverter.devices` \"mosfet\", or `inverter.switch_resistance`: an IGBT has no channel";
-            return Err(FileError::key("inverter.channel_resistance", &value.to_string(), needed));
-        }
+        let is_mosfet = drive.bridge.devices.kind == DeviceKind::Mosfet;
+        self.needs(
+            &["inverter.switch_drop", "inverter.switch_resistance"],
+            !is_mosfet,
+            "`inverter.devices` \"igbt\", or `inverter.channel_resistance`: a MOSFET's channel is a resistance without threshold",
+        )?;
+        self.needs(
+            &["inverter.channel_resistance"],
+            is_mosfet,
+            "`inverter.devices` \"mosfet\", or `inverter.switch_resistance`: an IGBT has no channel",
+        )?;
         if let Some(carrier) = self.carrier {
             drive.carrier_period = Nanos::from_seconds(1.0 / carrier.value());
         }

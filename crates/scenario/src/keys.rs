@@ -99,6 +99,18 @@ pub(crate) trait Table {
         self.set_values().try_for_each(|(key, value)| key.check(value))
     }
 
+    /// Checks that what keys need is there.
+    ///
+    /// # Errors
+    /// The first of these keys that is set, if it is not `there`: what it needs.
+    fn needs(&self, paths: &[&str], there: bool, needed: &str) -> Result<(), FileError> {
+        let set = |path: &&str| self.set_values().find(|(key, _)| key.path == *path);
+        match paths.iter().find_map(set) {
+            Some((key, value)) if !there => Err(FileError::key(key.path, &value.text(), needed)),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes into a scenario each number that sets a field directly.
     fn set(&self, scenario: &mut Scenario<Method<f64>>) {
         for (key, value) in self.set_values() {

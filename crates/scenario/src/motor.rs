@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize};
 use standstill_files::TableError;
 use standstill_files::sheet::Sheet;
 use standstill_plant::{DataSheet, Files, MotorError, built_in_names};
@@ -15,7 +15,8 @@ use super::document::FileError;
 use super::suggestion::quoted;
 
 /// A built-in name, a path, or a table that is a data sheet; the table's key `base` names the motor for all that the table omits.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum MotorSpec {
     /// A built-in motor's name or a path.
     Named(String),
@@ -48,15 +49,6 @@ impl<'de> Deserialize<'de> for MotorSpec {
             }
         }
         deserializer.deserialize_any(Either)
-    }
-}
-
-impl Serialize for MotorSpec {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Named(name) => serializer.serialize_str(name),
-            Self::Table(table) => table.serialize(serializer),
-        }
     }
 }
 

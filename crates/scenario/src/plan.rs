@@ -2,7 +2,7 @@
 
 mod trials;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use standstill_detect::Method;
@@ -17,6 +17,12 @@ use super::tolerances::{Drawn, Tolerance};
 use super::typed::{self, Base, Typed};
 use crate::{Remote, Scenario};
 
+/// Places of remarks in [`Plan`].
+const POLES: usize = 0;
+const MAPS: usize = 1;
+const NUMBERS: usize = 2;
+const LIBRARIES: usize = 3;
+
 /// A checked scenario file: the points of its sweep, and the way to make the scenario of each point.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -29,14 +35,11 @@ pub struct Plan {
     file: ScenarioFile,
     points: Vec<Point>,
     pub(super) tolerances: Vec<Drawn>,
-    /// Remarks about magnetic poles that the motors' data leave open.
-    pole_notes: Vec<&'static str>,
     /// True if the data of at least one motor are too few to tell which pole draws more current.
     pole_is_open: bool,
-    map_notes: Vec<String>,
-    motor_notes: Vec<String>,
-    /// Remarks about libraries that share state with their copies.
-    library_notes: Vec<String>,
+    /// Remarks on results, each once: on poles that the motors' data leave open, on coarse maps, on numbers that are hardly meant, on
+    /// libraries that share state with their copies.
+    notes: [BTreeSet<String>; 4],
     /// Setters that make the scenarios of trials without the document; none if a setter would make a different scenario.
     pub(super) typed: Option<Typed>,
     /// Runner of the trials in another process; none: they run in this process.
@@ -116,8 +119,6 @@ impl Plan {
             let error = FileError::key(&format!("tolerances.{key}"), "none", needed);
             return Err(document.locate(error));
         }
-        let (pole_notes, map_notes, library_notes) = (Vec::new(), Vec::new(), Vec::new());
-        let motor_notes = Vec::new();
         let (typed, remote) = (None, None);
         let mut plan = Self {
             document,
@@ -126,37 +127,26 @@ impl Plan {
             file,
             points,
             tolerances,
-            pole_notes,
             pole_is_open: false,
-            map_notes,
-            motor_notes,
-            library_notes,
+            notes: Default::default(),
             typed,
             remote,
         };
         for number in 0..plan.points.len() {
             let Scenario { motor, foreign, .. } = plan.scenario(number)?;
-            plan.library_notes.extend(foreign.and_then(|foreign| foreign.library().shared_note()));
+            plan.notes[LIBRARIES].extend(foreign.and_then(|foreign| foreign.library().shared_note()));
             // One motor for all points is looked at once.
             if number == 0 || plan.motor.is_none() {
-                plan.map_notes.extend(motor.map_note());
+                plan.notes[MAPS].extend(motor.map_note());
                 let doubt = motor.doubtful().map(|doubt| format!("{}: {}", motor.name, doubt.said()));
-                plan.motor_notes.extend(doubt);
+                plan.notes[NUMBERS].extend(doubt);
                 if motor.has_magnet() {
                     let known = motor.pole_knowledge();
-                    plan.pole_notes.extend(known.note());
+                    plan.notes[POLES].extend(known.note().map(str::to_owned));
                     plan.pole_is_open |= known.is_open();
                 }
             }
         }
-        plan.pole_notes.sort_unstable();
-        plan.pole_notes.dedup();
-        plan.map_notes.sort_unstable();
-        plan.map_notes.dedup();
-        plan.motor_notes.sort_unstable();
-        plan.motor_notes.dedup();
-        plan.library_notes.sort_unstable();
-        plan.library_notes.dedup();
         let tried = plan.check_draws()?;
         plan.typed = plan.setters(tried)?;
         plan.document.seal();
@@ -184,9 +174,14 @@ impl Plan {
         self.document.files().digests()
     }
 
+    fn note(&self, on: usize) -> Option<String> {
+        let notes: Vec<&str> = self.notes[on].iter().map(String::as_str).collect();
+        (!notes.is_empty()).then(|| notes.join("; "))
+    }
+
     /// Returns a remark about wrong poles if the motors' data do not tell which pole draws more current.
     pub fn pole_note(&self) -> Option<String> {
-        (!self.pole_notes.is_empty()).then(|| self.pole_notes.join("; "))
+        self.note(POLES)
     }
 
     /// Returns true if the data of at least one motor are too few to tell which pole draws more current.
@@ -196,17 +191,17 @@ impl Plan {
 
     /// Returns a remark about results if a motor's flux map is too coarse.
     pub fn map_note(&self) -> Option<String> {
-        (!self.map_notes.is_empty()).then(|| self.map_notes.join("; "))
+        self.note(MAPS)
     }
 
     /// Returns a remark about results if a motor's numbers are hardly meant.
     pub fn motor_note(&self) -> Option<String> {
-        (!self.motor_notes.is_empty()).then(|| self.motor_notes.join("; "))
+        self.note(NUMBERS)
     }
 
     /// Returns a remark about results if a library keeps state outside of its own memory.
     pub fn library_note(&self) -> Option<String> {
-        (!self.library_notes.is_empty()).then(|| self.library_notes.join("; "))
+        self.note(LIBRARIES)
     }
 
     /// Returns true if the scenario has tolerances, so that each trial draws values of keys.

@@ -7,8 +7,26 @@ use standstill_sim::{Adc, Arrangement, Comparators, PickUp, SensorSettings};
 
 use crate::document::FileError;
 use crate::errors::{ErrorSet, PICK_UP};
-use crate::keys::SensorsTable;
+use crate::keys::{SensorsTable, Table as _};
 use crate::named::Named;
+
+/// Keys of comparators.
+const WATCHED: [&str; 5] = [
+    "sensors.comparators",
+    "sensors.comparator_offset",
+    "sensors.comparator_delay",
+    "sensors.comparator_delay_spread",
+    "sensors.blanking",
+];
+
+/// Keys of comparators whose trips a timer captures.
+const CAPTURED: [&str; 5] = [
+    "sensors.timer_error",
+    "sensors.comparator_noise",
+    "sensors.comparator_bandwidth",
+    "sensors.threshold_range",
+    "sensors.threshold_bits",
+];
 
 impl SensorsTable {
     /// Checks the rules between the sensors' keys, and sets the numbers that follow from several keys.
@@ -51,11 +69,11 @@ impl SensorsTable {
             let count = count.value() as u8;
             sensors.oversampling = count;
         }
-        if let (Some(apart), false) = (self.conversion, sensors.oversampling > 1) {
-            let needed =
-                "`sensors.oversampling` above 1 beside it: one conversion has no distance from another";
-            return Err(FileError::key("sensors.conversion", &apart.to_string(), needed));
-        }
+        self.needs(
+            &["sensors.conversion"],
+            sensors.oversampling > 1,
+            "`sensors.oversampling` above 1 beside it: one conversion has no distance from another",
+        )?;
         if let Some(apart) = self.conversion
             && Nanos::from_seconds(apart.value()) < sensors.skew * 2
         {
@@ -65,108 +83,72 @@ impl SensorsTable {
             );
             return Err(FileError::key("sensors.conversion", &apart.to_string(), &needed));
         }
-        if let (Some(bandwidth), true) = (self.comparator_bandwidth, sensors.comparator.noise == 0.0) {
-            let needed =
-                "`sensors.comparator_noise` above 0 beside it: without noise there is nothing to filter";
-            return Err(FileError::key("sensors.comparator_bandwidth", &bandwidth.to_string(), needed));
-        }
-        if let (Some(settle), false) = (self.settle, sensors.arrangement.follows_legs()) {
-            let needed = "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": sensors in the phases see no edges";
-            return Err(FileError::key("sensors.settle", &settle.to_string(), needed));
-        }
+        self.needs(
+            &["sensors.comparator_bandwidth"],
+            sensors.comparator.noise > 0.0,
+            "`sensors.comparator_noise` above 0 beside it: without noise there is nothing to filter",
+        )?;
+        self.needs(
+            &["sensors.settle"],
+            sensors.arrangement.follows_legs(),
+            "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": sensors in the phases see no edges",
+        )?;
         self.check_amplifiers(sensors)?;
         if sensors.arrangement == Arrangement::DcLinkShunt {
-            self.check_one_shunt()?;
+            self.needs(
+                &["sensors.skew", "sensors.bandwidth_mismatch"],
+                false,
+                "another `sensors.arrangement`, or no such key: one shunt in the DC link is one channel",
+            )?;
             sensors.settle =
                 self.settle.map_or(errors.settle(), |settle| Nanos::from_seconds(settle.value()));
         }
         let low = self.range_low.map(Quantity::value);
         let high = self.range.map(Quantity::value).or_else(|| low.and(sensors.adc).map(|adc| adc.high));
         let range = high.map(|high| [low.unwrap_or(-high), high]);
-        if let (Some(low), None) = (self.range_low, high) {
-            let needed = "`sensors.range` and `sensors.bits` beside it, where the error set has no converter";
-            return Err(FileError::key("sensors.range_low", &low.to_string(), needed));
-        }
+        self.needs(
+            &["sensors.range_low"],
+            high.is_some(),
+            "`sensors.range` and `sensors.bits` beside it, where the error set has no converter",
+        )?;
         sensors.adc = converter("sensors", sensors.adc, range, self.bits)?;
         Ok(())
     }
 
     /// Checks that a slew rate and an acquisition have a sensor before them, and only one of them.
     fn check_amplifiers(&self, sensors: &SensorSettings) -> Result<(), FileError> {
-        if let (Some(slew), false) = (self.slew, sensors.arrangement.follows_legs()) {
-            let needed = "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": only the current of a shunt jumps";
-            return Err(FileError::key("sensors.slew", &slew.to_string(), needed));
-        }
-        let Some(acquisition) = self.acquisition else { return Ok(()) };
-        if sensors.arrangement == Arrangement::None {
-            let needed = "another `sensors.arrangement`: without current sensors nothing is acquired";
-            return Err(FileError::key("sensors.acquisition", &acquisition.to_string(), needed));
-        }
-        if sensors.acquisition > 0.0 && sensors.slews() {
-            let needed =
-                "0, or no `sensors.slew`: a capacitor behind an amplifier that slews is not simulated";
-            return Err(FileError::key("sensors.acquisition", &acquisition.to_string(), needed));
-        }
-        Ok(())
-    }
-
-    /// Refuses keys of several sensors on a drive with one shunt in its DC link.
-    fn check_one_shunt(&self) -> Result<(), FileError> {
-        let several = [
-            ("sensors.skew", self.skew.map(|value| value.to_string())),
-            ("sensors.bandwidth_mismatch", self.bandwidth_mismatch.map(|value| value.to_string())),
-        ];
-        for (key, value) in several {
-            if let Some(value) = value {
-                let needed =
-                    "another `sensors.arrangement`, or no such key: one shunt in the DC link is one channel";
-                return Err(FileError::key(key, &value, needed));
-            }
-        }
-        Ok(())
+        self.needs(
+            &["sensors.slew"],
+            sensors.arrangement.follows_legs(),
+            "`sensors.arrangement` \"dc-link-shunt\" or \"low-side-shunts\": only the current of a shunt jumps",
+        )?;
+        self.needs(
+            &["sensors.acquisition"],
+            sensors.arrangement != Arrangement::None,
+            "another `sensors.arrangement`: without current sensors nothing is acquired",
+        )?;
+        self.needs(
+            &["sensors.acquisition"],
+            sensors.acquisition == 0.0 || !sensors.slews(),
+            "0, or no `sensors.slew`: a capacitor behind an amplifier that slews is not simulated",
+        )
     }
 
     /// Checks that a drive has what the keys of comparators and timer belong to.
     fn needs_comparators(&self, sensors: &SensorSettings) -> Result<(), FileError> {
         let (watches, captures) = (sensors.comparator.any(), sensors.comparator.timer > 0.0);
-        let of = |value: &dyn std::fmt::Display| value.to_string();
-        let keys = [
-            ("sensors.comparators", self.comparators.map(|Named(kind)| of(&kind.name())), watches),
-            ("sensors.comparator_offset", self.comparator_offset.as_ref().map(|value| of(value)), watches),
-            ("sensors.comparator_delay", self.comparator_delay.as_ref().map(|value| of(value)), watches),
-            (
-                "sensors.comparator_delay_spread",
-                self.comparator_delay_spread.as_ref().map(|value| of(value)),
-                watches,
-            ),
-            ("sensors.blanking", self.blanking.as_ref().map(|value| of(value)), watches),
-            ("sensors.timer_error", self.timer_error.as_ref().map(|value| of(value)), captures),
-            ("sensors.comparator_noise", self.comparator_noise.as_ref().map(|value| of(value)), captures),
-            (
-                "sensors.comparator_bandwidth",
-                self.comparator_bandwidth.as_ref().map(|value| of(value)),
-                captures,
-            ),
-            ("sensors.threshold_range", self.threshold_range.as_ref().map(|value| of(value)), captures),
-            ("sensors.threshold_bits", self.threshold_bits.as_ref().map(|value| of(value)), captures),
-        ];
         let coarse = self.threshold_bits.map_or(f64::from(sensors.comparator.bits), Quantity::value) > 0.0;
-        if let (Some(range), true, false) = (self.threshold_range, captures, coarse) {
-            let needed =
-                "`sensors.threshold_bits` above 0 beside it: a threshold that no converter sets has no range";
-            return Err(FileError::key("sensors.threshold_range", &range.to_string(), needed));
+        self.needs(
+            &["sensors.threshold_range"],
+            coarse || !captures,
+            "`sensors.threshold_bits` above 0 beside it: a threshold that no converter sets has no range",
+        )?;
+        for keys in [&WATCHED[..], &CAPTURED] {
+            let needed = "`sensors.timer` or `sensors.trip` beside it: this drive has no comparators";
+            self.needs(keys, watches, needed)?;
         }
-        for (key, value, is_there) in keys {
-            if let (Some(value), false) = (value, is_there) {
-                let needed = if watches {
-                    "`sensors.timer` beside it: without a timer no trip is captured"
-                } else {
-                    "`sensors.timer` or `sensors.trip` beside it: this drive has no comparators"
-                };
-                return Err(FileError::key(key, &value, needed));
-            }
-        }
-        Ok(())
+        let needed = "`sensors.timer` beside it: without a timer no trip is captured";
+        self.needs(&CAPTURED, captures, needed)
     }
 
     fn pick_up(&self, pick_up: Option<PickUp>) -> Result<Option<PickUp>, FileError> {
@@ -174,16 +156,11 @@ impl SensorsTable {
         of.amplitude = self.pick_up.map_or(of.amplitude, Quantity::value);
         of.decay = self.pick_up_decay.map_or(of.decay, Quantity::value);
         of.frequency = self.pick_up_frequency.map_or(of.frequency, Quantity::value);
-        let only = [
-            ("sensors.pick_up_decay", self.pick_up_decay.map(|value| value.to_string())),
-            ("sensors.pick_up_frequency", self.pick_up_frequency.map(|value| value.to_string())),
-        ];
-        for (key, value) in only {
-            if let (Some(value), None, None) = (value, self.pick_up, pick_up) {
-                let needed = "`sensors.pick_up` beside it, or `errors` \"field\": nothing is picked up here";
-                return Err(FileError::key(key, &value, needed));
-            }
-        }
+        self.needs(
+            &["sensors.pick_up_decay", "sensors.pick_up_frequency"],
+            self.pick_up.is_some() || pick_up.is_some(),
+            "`sensors.pick_up` beside it, or `errors` \"field\": nothing is picked up here",
+        )?;
         Ok((of.amplitude > 0.0).then_some(of))
     }
 }

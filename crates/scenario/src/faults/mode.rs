@@ -9,7 +9,7 @@ use toml::Value;
 use crate::Scenario;
 
 choice! {
-    /// What is broken.
+    /// A failure mode: the part that is broken, and how.
     pub enum FaultMode {
         /// The wire from the drive to a phase is open.
         PhaseOpen = "phase-open",
@@ -91,119 +91,61 @@ pub struct Size {
     pub typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
 }
 
-/// Returns a value of a unit in SI units.
-fn of<U: Unit>(value: &Value) -> Option<f64> {
-    value.clone().try_into::<Quantity<U>>().ok().map(Quantity::value)
+/// Returns a size in this unit.
+fn sized<U: Unit>(
+    range: [f64; 2],
+    allowed: &'static str,
+    typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
+) -> Size {
+    let read = |value: &Value| value.clone().try_into::<Quantity<U>>().ok().map(Quantity::value);
+    Size { read, range, allowed, typical }
 }
 
 impl FaultMode {
     /// Returns the size of faults of this kind; none for one without a size.
-    #[expect(clippy::too_many_lines, reason = "a list with an entry for each kind")]
     pub fn size(self) -> Option<Size> {
         let most_current =
             |scenario: &Scenario<Method<f64>>| [0.05, 1.0].map(|share| share * scenario.motor.rated_current);
         Some(match self {
-            Self::ContactResistance => Size {
-                read: of::<Ohm>,
-                range: [0.0, 1e4],
-                allowed: "a resistance from 0 to 10 kΩ (above, `phase-open`)",
-                typical: |scenario| [0.5, 10.0].map(|times| times * scenario.motor.resistance),
-            },
-            Self::MagnetWeak => Size {
-                read: of::<Share>,
-                range: [0.0, 0.9],
-                allowed: "a lost share from 0 to 90 %",
-                typical: |_| [0.1, 0.3],
-            },
-            Self::SheetInductance | Self::SheetResistance => Size {
-                read: of::<One>,
-                range: [0.05, 20.0],
-                allowed: "a factor from 0.05 to 20",
-                typical: |_| [2.0, 2.0],
-            },
-            Self::DeadTimeLong => Size {
-                read: of::<One>,
-                range: [1.0, 100.0],
-                allowed: "a factor from 1 to 100",
-                typical: |_| [2.0, 10.0],
-            },
-            Self::LinkCapacitorAged => Size {
-                read: of::<Share>,
-                range: [0.001, 1.0],
-                allowed: "a share that is left, from 0.1 to 100 %",
-                typical: |_| [0.1, 0.5],
-            },
-            Self::SupplyWeak => Size {
-                read: of::<Ohm>,
-                range: [1e-6, 1e6],
-                allowed: "a resistance from 1 µΩ to 1 MΩ",
-                typical: |scenario| {
-                    [0.1, 1.0].map(|share| share * scenario.drive.link.voltage / scenario.motor.rated_current)
-                },
-            },
-            Self::CurrentStuck | Self::CurrentOffset => Size {
-                read: of::<Ampere>,
-                range: [0.0, 1e6],
-                allowed: "a current from 0 to 1 MA",
-                typical: most_current,
-            },
-            Self::CurrentBit => Size {
-                read: of::<One>,
-                range: [0.0, 23.0],
-                allowed: "a bit from 0 to 23",
-                typical: |scenario| {
-                    let bits = scenario.sensors.adc.map_or(1, |adc| adc.bits.max(1));
-                    [0.0, f64::from(bits - 1)]
-                },
-            },
-            Self::CurrentGain => Size {
-                read: of::<One>,
-                range: [0.0, 100.0],
-                allowed: "a factor from 0 to 100",
-                typical: |_| [0.5, 1.5],
-            },
-            Self::LinkGain => Size {
-                read: of::<One>,
-                range: [0.01, 100.0],
-                allowed: "a factor from 0.01 to 100",
-                typical: |_| [0.5, 1.5],
-            },
-            Self::CurrentSlow => Size {
-                read: of::<Share>,
-                range: [1e-4, 1.0],
-                allowed: "a share that is left, from 0.01 to 100 %",
-                typical: |_| [0.01, 0.3],
-            },
-            Self::ReferenceDrift => Size {
-                read: of::<Share>,
-                range: [0.0, 1e3],
-                allowed: "a share in each second, from 0 to 100,000 %",
-                typical: |_| [0.5, 5.0],
-            },
-            Self::SampleLate => Size {
-                read: of::<Second>,
-                range: [0.0, 1e-3],
-                allowed: "a time from 0 to 1 ms",
-                typical: |scenario| [0.01, 0.5].map(|share| share * scenario.drive.carrier_period.seconds()),
-            },
-            Self::LinkStuck => Size {
-                read: of::<Volt>,
-                range: [1e-3, 1e6],
-                allowed: "a voltage from 1 mV to 1 MV",
-                typical: |scenario| [0.3, 1.5].map(|share| share * scenario.drive.link.voltage),
-            },
-            Self::TimerOff => Size {
-                read: of::<Share>,
-                range: [0.0, 0.9],
-                allowed: "a share from 0 to 90 %",
-                typical: |_| [0.05, 0.5],
-            },
-            Self::DutyLimited => Size {
-                read: of::<Share>,
-                range: [0.0, 1.0],
-                allowed: "a share from 0 to 100 %",
-                typical: |_| [0.5, 0.5],
-            },
+            Self::ContactResistance => {
+                sized::<Ohm>([0.0, 1e4], "a resistance from 0 to 10 kΩ (above, `phase-open`)", |scenario| {
+                    [0.5, 10.0].map(|times| times * scenario.motor.resistance)
+                })
+            }
+            Self::MagnetWeak => sized::<Share>([0.0, 0.9], "a lost share from 0 to 90 %", |_| [0.1, 0.3]),
+            Self::SheetInductance | Self::SheetResistance => {
+                sized::<One>([0.05, 20.0], "a factor from 0.05 to 20", |_| [2.0, 2.0])
+            }
+            Self::DeadTimeLong => sized::<One>([1.0, 100.0], "a factor from 1 to 100", |_| [2.0, 10.0]),
+            Self::LinkCapacitorAged => {
+                sized::<Share>([0.001, 1.0], "a share that is left, from 0.1 to 100 %", |_| [0.1, 0.5])
+            }
+            Self::SupplyWeak => sized::<Ohm>([1e-6, 1e6], "a resistance from 1 µΩ to 1 MΩ", |scenario| {
+                [0.1, 1.0].map(|share| share * scenario.drive.link.voltage / scenario.motor.rated_current)
+            }),
+            Self::CurrentStuck | Self::CurrentOffset => {
+                sized::<Ampere>([0.0, 1e6], "a current from 0 to 1 MA", most_current)
+            }
+            Self::CurrentBit => sized::<One>([0.0, 23.0], "a bit from 0 to 23", |scenario| {
+                let bits = scenario.sensors.adc.map_or(1, |adc| adc.bits.max(1));
+                [0.0, f64::from(bits - 1)]
+            }),
+            Self::CurrentGain => sized::<One>([0.0, 100.0], "a factor from 0 to 100", |_| [0.5, 1.5]),
+            Self::LinkGain => sized::<One>([0.01, 100.0], "a factor from 0.01 to 100", |_| [0.5, 1.5]),
+            Self::CurrentSlow => {
+                sized::<Share>([1e-4, 1.0], "a share that is left, from 0.01 to 100 %", |_| [0.01, 0.3])
+            }
+            Self::ReferenceDrift => {
+                sized::<Share>([0.0, 1e3], "a share in each second, from 0 to 100,000 %", |_| [0.5, 5.0])
+            }
+            Self::SampleLate => sized::<Second>([0.0, 1e-3], "a time from 0 to 1 ms", |scenario| {
+                [0.01, 0.5].map(|share| share * scenario.drive.carrier_period.seconds())
+            }),
+            Self::LinkStuck => sized::<Volt>([1e-3, 1e6], "a voltage from 1 mV to 1 MV", |scenario| {
+                [0.3, 1.5].map(|share| share * scenario.drive.link.voltage)
+            }),
+            Self::TimerOff => sized::<Share>([0.0, 0.9], "a share from 0 to 90 %", |_| [0.05, 0.5]),
+            Self::DutyLimited => sized::<Share>([0.0, 1.0], "a share from 0 to 100 %", |_| [0.5, 0.5]),
             _ => return None,
         })
     }

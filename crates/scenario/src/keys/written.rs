@@ -24,6 +24,11 @@ pub(crate) trait Written {
         None
     }
 
+    /// Returns the value as text: a number in its own unit, or the name of a choice.
+    fn text(&self) -> String {
+        String::new()
+    }
+
     /// Writes a number in the unit that the text `needed` of the range uses: 20 nF, not 0.02 µF, where nanofarads are allowed.
     fn readable(&self, _needed: &str) -> String {
         String::new()
@@ -37,6 +42,10 @@ pub(crate) trait Written {
 impl<U: Unit> Written for Quantity<U> {
     fn number(&self) -> Option<f64> {
         Some(self.value())
+    }
+
+    fn text(&self) -> String {
+        self.to_string()
     }
 
     fn readable(&self, needed: &str) -> String {
@@ -61,6 +70,10 @@ pub(super) fn readable(dimension: &Dimension, value: f64, needed: &str) -> Strin
 }
 
 impl<T: Choice> Written for Named<T> {
+    fn text(&self) -> String {
+        self.0.name().to_owned()
+    }
+
     fn values() -> Values {
         Values::Choice(T::ALL.iter().map(|choice| (choice.name(), choice.about().trim())).collect())
     }
