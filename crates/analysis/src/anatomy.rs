@@ -5,8 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use standstill_scenario::FileError;
-use standstill_scenario::Record;
+use standstill_scenario::{FileError, Record};
 use standstill_sim::{Purpose, Tape};
 
 use crate::{Event, Halt, Trials, Watch};

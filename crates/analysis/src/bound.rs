@@ -392,6 +392,4 @@ impl<S: Settings<f64> + Sync> Bounds<'_, S> {
 }
 
 #[cfg(test)]
-mod arrangements;
-#[cfg(test)]
 mod tests;

@@ -11,8 +11,7 @@ use std::f64::consts::TAU;
 use rayon::prelude::*;
 use standstill_campaign::Estimate;
 use standstill_numeric::sin_cos;
-use standstill_scenario::FileError;
-use standstill_scenario::Record;
+use standstill_scenario::{FileError, Record};
 use standstill_sim::{Purpose, Streams, Tape};
 
 pub use sources::Source;
@@ -61,7 +60,7 @@ pub struct Budget {
     /// Number of trials in all.
     pub trials: u64,
     /// Contributions in equal ranges of the rotor angle.
-    pub over_angle: Vec<Part>,
+    pub over_angle: Vec<AngleRange>,
 }
 
 /// The method's own error: at each angle, the mean error over all draws.
@@ -92,7 +91,7 @@ pub struct Item {
 
 /// Contributions in one range of rotor angles.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct AngleRange {
     /// Middle of the range in degrees.
     pub angle_deg: f64,
     /// Mean squares in degrees²: of the whole error, of the method's own error, and of each source by itself.
@@ -193,13 +192,13 @@ impl Budget {
 }
 
 /// Returns the mean squares for each part of the turn. Pair k of n has the k-th of n evenly spread angles.
-fn over_angle(tuples: &[Option<Tuple>], sources: usize) -> Vec<Part> {
+fn over_angle(tuples: &[Option<Tuple>], sources: usize) -> Vec<AngleRange> {
     let has_enough = |parts: &usize| tuples.len() >= IN_PART * parts;
     let parts = PARTS.into_iter().find(has_enough).unwrap_or(PARTS[PARTS.len() - 1]);
     let part = |number: usize| {
         let [from, to] = [number, number + 1].map(|edge| edge * tuples.len() / parts);
         let whole: Vec<Tuple> = tuples[from..to].iter().flatten().cloned().collect();
-        Part {
+        AngleRange {
             angle_deg: 360.0 * (number as f64 + 0.5) / parts as f64,
             squares: Squares::of(&whole, sources),
         }

@@ -41,7 +41,7 @@ pub mod witness;
 
 pub use anatomy::{Anatomy, Draw, Sector};
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
-pub use budget::{Budget, Item, Own, PAIRS, Part, Source, TooFew, trials as trials_of_budget};
+pub use budget::{AngleRange, Budget, Item, Own, PAIRS, Source, TooFew, trials as trials_of_budget};
 pub use compare::{Entry, informative, mean_energy};
 pub use event::{Event, EventError};
 pub use explain::{Cause, Explained};

@@ -39,41 +39,19 @@ pub const TABLE_1: [Table1Row; 5] = [
     Table1Row { lines_mh: [25.3, 34.0, 28.9], twice_deg: 306.4 },
 ];
 
+const fn row(
+    candidates_deg: [f64; 2],
+    current_a: [f64; 2],
+    [identified_deg, measured_deg, error_deg]: [f64; 3],
+) -> Table2Row {
+    Table2Row { candidates_deg, current_a, identified_deg, measured_deg, error_deg }
+}
+
 /// Table 2 of the paper.
 pub const TABLE_2: [Table2Row; 5] = [
-    Table2Row {
-        candidates_deg: [41.9, 221.9],
-        current_a: [8.17, 7.68],
-        identified_deg: 41.9,
-        measured_deg: 43.2,
-        error_deg: -1.3,
-    },
-    Table2Row {
-        candidates_deg: [60.2, 240.2],
-        current_a: [8.14, 8.49],
-        identified_deg: 240.2,
-        measured_deg: 241.6,
-        error_deg: -1.4,
-    },
-    Table2Row {
-        candidates_deg: [85.3, 265.3],
-        current_a: [8.21, 7.85],
-        identified_deg: 85.3,
-        measured_deg: 84.5,
-        error_deg: 0.8,
-    },
-    Table2Row {
-        candidates_deg: [121.7, 301.7],
-        current_a: [8.64, 8.28],
-        identified_deg: 301.7,
-        measured_deg: 300.5,
-        error_deg: 1.2,
-    },
-    Table2Row {
-        candidates_deg: [153.2, 333.2],
-        current_a: [8.33, 7.95],
-        identified_deg: 153.2,
-        measured_deg: 155.4,
-        error_deg: -1.1,
-    },
+    row([41.9, 221.9], [8.17, 7.68], [41.9, 43.2, -1.3]),
+    row([60.2, 240.2], [8.14, 8.49], [240.2, 241.6, -1.4]),
+    row([85.3, 265.3], [8.21, 7.85], [85.3, 84.5, 0.8]),
+    row([121.7, 301.7], [8.64, 8.28], [301.7, 300.5, 1.2]),
+    row([153.2, 333.2], [8.33, 7.95], [153.2, 155.4, -1.1]),
 ];

@@ -19,7 +19,7 @@ use standstill_scenario::{Document, FaultMode, FileError, Plan};
 use toml::Value;
 
 pub use self::claim::{Claim, Claimed, Seen, Verdict};
-pub use self::demand::{Bad, Current, Demand, What};
+pub use self::demand::{Bad, Current, Demand, LimitedMeasure};
 pub use self::list::{MOST_TRIALS, Requirement, Requirements};
 pub use self::not_modelled::NOT_MODELLED;
 use crate::faults::{Allowed, Entry, records};
@@ -43,10 +43,10 @@ pub struct Case {
     pub motor: String,
     /// Values that the motor's data sheet marks as assumed.
     pub assumed: Vec<SheetEntry>,
-    /// What is claimed.
+    /// The claims that the requirements make here.
     pub claims: Vec<Claim>,
     plan: Plan,
-    /// The same without the method's checks.
+    /// The plan with the method's checks off.
     without: Option<Plan>,
     rated: f64,
     allowed: Allowed,
@@ -62,9 +62,9 @@ impl Case {
     fn claim(&mut self, number: usize, requirement: &Requirement, unanswered: f64) {
         let demand = requirement.demand;
         let claimed = match demand.what {
-            What::Rms(most) => Claimed::Rms(most),
-            What::Share { bad, or_unanswered, most } => Claimed::Share(bad, or_unanswered, most),
-            What::Coverage(least) => Claimed::Undetected(1.0 - least),
+            LimitedMeasure::Rms(most) => Claimed::Rms(most),
+            LimitedMeasure::Share { bad, or_unanswered, most } => Claimed::Share(bad, or_unanswered, most),
+            LimitedMeasure::Coverage(least) => Claimed::Undetected(1.0 - least),
         };
         let about_poles = matches!(
             claimed,

@@ -4,8 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use standstill_detect::Method;
-use standstill_scenario::{FileError, Plan};
-use standstill_scenario::{Record, Scenario, Verdict};
+use standstill_scenario::{FileError, Plan, Record, Scenario, Verdict};
 use standstill_sim::{Adc, Arrangement, Tape};
 
 use crate::subset::{Run, Settings};

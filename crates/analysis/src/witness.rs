@@ -40,7 +40,7 @@ pub enum Figure {
 /// A claim about the program, with its figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Witness {
-    /// What is claimed.
+    /// The claim that is checked.
     pub claim: String,
     /// Where the known figure comes from: a closed form, a conservation law, another method, or results that are kept.
     pub from: &'static str,
@@ -58,6 +58,16 @@ impl Witness {
         unit: &'static str,
     ) -> Self {
         Self { claim: claim.into(), from, figure: Figure::Number { known, here, tolerance, unit } }
+    }
+
+    /// Makes a witness of a closed form: its number and the one computed here.
+    pub(crate) fn closed(
+        claim: impl Into<String>,
+        figures: [f64; 2],
+        tolerance: f64,
+        unit: &'static str,
+    ) -> Self {
+        Self::number(claim, "closed form", figures, tolerance, unit)
     }
 
     fn kept(of: Kept) -> Self {

@@ -1,3 +1,5 @@
+mod arrangements;
+
 use std::fmt::Write;
 
 use nalgebra::{Matrix3, Vector3};

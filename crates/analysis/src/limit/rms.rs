@@ -83,9 +83,9 @@ fn least(squares: &[f64], trials: f64) -> f64 {
     0.5 * super::quantile(squares, 0.5, trials).low
 }
 
-/// Part of an rms estimate that starts without an answer, each counted as 90°, dominate.
+/// The part of an rms estimate that starts without an answer, each counted as 90°, dominate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum Dominated {
     /// Starts without an answer make more than half of the mean square.
     Value,
     /// Starts without an answer may make more than half of the square of the interval's upper end.
@@ -94,12 +94,12 @@ pub enum Part {
 
 /// Returns the part of a root mean square that starts without an answer dominate, given their share; none if they dominate
 /// neither.
-pub fn part(rms: &Estimate, share: &Estimate) -> Option<Part> {
+pub fn dominated(rms: &Estimate, share: &Estimate) -> Option<Dominated> {
     let most = |share: f64, rms: f64| share > 0.0 && share * COUNTS * COUNTS > rms * rms / 2.0;
     if most(share.value, rms.value) {
-        Some(Part::Value)
+        Some(Dominated::Value)
     } else {
-        most(share.high, rms.high).then_some(Part::Interval)
+        most(share.high, rms.high).then_some(Dominated::Interval)
     }
 }
 
@@ -142,17 +142,17 @@ mod tests {
         let none = rms(&values);
         assert!((none.value - 0.1).abs() < 1e-12 && (none.low - 0.1).abs() < 1e-6, "{none:?}");
         assert!((none.high - 5.46).abs() < 0.01, "{none:?}");
-        assert_eq!(part(&none, &without_answer(&values)), Some(Part::Interval));
+        assert_eq!(dominated(&none, &without_answer(&values)), Some(Dominated::Interval));
         assert!(widens(&none, &without_answer(&values)));
         // Of errors of 10° they are no more than a part of what is open.
         let large: Vec<f64> = (0..1000).map(|k| 10.0 * f64::from(k % 3)).collect();
         let (rms_of_large, share) = (rms(&large), without_answer(&large));
-        assert_eq!((part(&rms_of_large, &share), widens(&rms_of_large, &share)), (None, true));
+        assert_eq!((dominated(&rms_of_large, &share), widens(&rms_of_large, &share)), (None, true));
         values[0] = NONE;
         let one = rms(&values);
         assert!((one.value - 8.1_f64.sqrt()).abs() < 0.01, "{one:?}");
         let share = without_answer(&values);
-        assert_eq!(part(&one, &share), Some(Part::Value));
+        assert_eq!(dominated(&one, &share), Some(Dominated::Value));
         // Its interval contains that of the share alone, and that of none seen overlaps.
         assert!(one.low < 0.47 && one.low > 0.1 && one.high >= made_by(share.high), "{one:?}");
         assert!(one.low < none.high);

@@ -1,4 +1,4 @@
-//! What a requirement demands: `rms <= 1 deg`, `P(wrong_pole) <= 1e-6`, `faults.phase-open: coverage >= 99 %`.
+//! Demands of requirements: `rms <= 1 deg`, `P(wrong_pole) <= 1e-6`, `faults.phase-open: coverage >= 99 %`.
 
 use std::fmt;
 
@@ -14,11 +14,11 @@ use crate::event::{Event, bound};
 pub enum Current {
     /// In A.
     Amperes(f64),
-    /// As a multiple of the motor's rated current.
+    /// A multiple of the motor's rated current.
     OfRated(f64),
 }
 
-/// What counts against a start.
+/// A result of a start that counts against it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bad {
     /// It has no answer: undetermined, failed, or not simulated to its end.
@@ -39,21 +39,22 @@ pub enum Bad {
     Time(f64),
 }
 
-/// What is limited, and by what.
+/// The limited measure, and its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum What {
+pub enum LimitedMeasure {
     /// The root mean square of the axis error in degrees, a start without an answer counted as 90°.
     Rms(f64),
     /// The share of starts with something that counts against them, at most `most`; with `or_unanswered`, or that have no answer.
     Share {
-        /// What counts.
+        /// The result that counts.
         bad: Bad,
         /// Whether a start without an answer counts too.
         or_unanswered: bool,
         /// Largest allowed share.
         most: f64,
     },
-    /// Of starts that would be dangerous without the method's checks, the share that has no answer with them: at least this.
+    /// Diagnostic coverage, at least this: of the starts whose answer is dangerous with the method's checks off, the share that has no answer
+    /// with the checks on.
     Coverage(f64),
 }
 
@@ -62,8 +63,8 @@ pub enum What {
 pub struct Demand {
     /// The fault with which it is judged, in its usual size.
     pub fault: Option<FaultMode>,
-    /// What is limited.
-    pub what: What,
+    /// The limited measure, and its limit.
+    pub what: LimitedMeasure,
 }
 
 /// The share of starts that `moved`, `current` and `time` allow beyond their limits: as in `require`, 99 of 100 starts are within.
@@ -112,7 +113,7 @@ impl Demand {
             let sign = if at_most { "<=" } else { ">=" };
             return Err((format!("`{rest}`"), format!("`{sign}` after {measure}")));
         }
-        if matches!(what, What::Coverage(_)) && fault.is_none() {
+        if matches!(what, LimitedMeasure::Coverage(_)) && fault.is_none() {
             return Err((
                 format!("`{rest}`"),
                 "the fault that is covered, such as `faults.phase-open: coverage >= 99 %`".to_owned(),
@@ -121,10 +122,10 @@ impl Demand {
         if fault.is_some() {
             match &mut what {
                 // A sector that is not named is not the right one.
-                What::Share { bad: Bad::WrongSector, .. } | What::Coverage(_) => {}
+                LimitedMeasure::Share { bad: Bad::WrongSector, .. } | LimitedMeasure::Coverage(_) => {}
                 // With a fault no answer is the right answer.
-                What::Share { or_unanswered, .. } => *or_unanswered = false,
-                What::Rms(_) => {
+                LimitedMeasure::Share { or_unanswered, .. } => *or_unanswered = false,
+                LimitedMeasure::Rms(_) => {
                     let needed = "a limit of which a start without an answer is no breach, such as `p95 <= 2 deg`: with a fault no answer is the right answer";
                     return Err((format!("`{rest}`"), needed.to_owned()));
                 }
@@ -136,14 +137,13 @@ impl Demand {
     /// Returns true if the event itself counts, so that starts without an answer count for the demand: there they must be few, too.
     /// With a fault no answer is the right answer.
     pub(super) fn is_guarded(&self) -> bool {
-        let silent =
-            matches!(self.what, What::Share { or_unanswered: false, bad, .. } if bad != Bad::Unanswered);
+        let silent = matches!(self.what, LimitedMeasure::Share { or_unanswered: false, bad, .. } if bad != Bad::Unanswered);
         silent && self.fault.is_none()
     }
 
     /// Returns the event of a start whose odds decide, if plain trials do not; none where there is no such event.
     pub(super) fn event(&self, rated: f64) -> Option<Event> {
-        let What::Share { bad, or_unanswered: false, .. } = self.what else { return None };
+        let LimitedMeasure::Share { bad, or_unanswered: false, .. } = self.what else { return None };
         match bad {
             Bad::WrongPole => Some(Event::WrongPole),
             Bad::Moved(most) => Some(Event::Moved(most)),
@@ -179,11 +179,11 @@ fn current(text: &str) -> Result<Current, Refused> {
 }
 
 /// Reads a measure and its limit.
-fn what(measure: &str, limit: &str) -> Result<What, Refused> {
+fn what(measure: &str, limit: &str) -> Result<LimitedMeasure, Refused> {
     let least = f64::MIN_POSITIVE;
     let refused = |needed: &'static str| move |found| (found, needed.to_owned());
     let axis = || bound::<Degree>(limit, least..90.0).map_err(refused(AXES));
-    let share_of = |bad, or_unanswered, most| What::Share { bad, or_unanswered, most };
+    let share_of = |bad, or_unanswered, most| LimitedMeasure::Share { bad, or_unanswered, most };
     if let Some(event) = measure.strip_prefix("P(").and_then(|rest| rest.strip_suffix(')')) {
         let bad = event_of(event.trim())?;
         // An angle that is not there is not within.
@@ -199,7 +199,7 @@ fn what(measure: &str, limit: &str) -> Result<What, Refused> {
         return Ok(share_of(Bad::Axis(axis()?), true, (100.0 - rank) / 100.0));
     }
     match measure {
-        "rms" => axis().map(What::Rms),
+        "rms" => axis().map(LimitedMeasure::Rms),
         "moved" => {
             let most = bound::<Degree>(limit, least..).map_err(refused(ANGLES))?;
             Ok(share_of(Bad::Moved(most), true, BEYOND))
@@ -210,7 +210,7 @@ fn what(measure: &str, limit: &str) -> Result<What, Refused> {
             Ok(share_of(Bad::Time(most), true, BEYOND))
         }
         "right_sector" => Ok(share_of(Bad::WrongSector, true, 1.0 - share(limit)?)),
-        "coverage" => share(limit).map(What::Coverage),
+        "coverage" => share(limit).map(LimitedMeasure::Coverage),
         _ => Err((unknown(measure, &MEASURES), SHAPE.to_owned())),
     }
 }
@@ -308,11 +308,11 @@ mod tests {
 
     #[test]
     fn law_limits_are_read_as_what_counts_against_a_start() {
-        let share = |bad, or_unanswered, most| What::Share { bad, or_unanswered, most };
+        let share = |bad, or_unanswered, most| LimitedMeasure::Share { bad, or_unanswered, most };
         let one = |text: &str| read(text).expect(text).what;
-        assert_eq!(one("rms <= 1 deg"), What::Rms(1.0));
+        assert_eq!(one("rms <= 1 deg"), LimitedMeasure::Rms(1.0));
         assert_eq!(one("p95 ≤ 3°"), share(Bad::Axis(3.0), true, 0.05));
-        let What::Share { most, .. } = one("p99.9 <= 3 deg") else { panic!("a percentile") };
+        let LimitedMeasure::Share { most, .. } = one("p99.9 <= 3 deg") else { panic!("a percentile") };
         assert!((most - 1e-3).abs() < 1e-15);
         assert_eq!(one("P(wrong_pole) <= 1e-6"), share(Bad::WrongPole, false, 1e-6));
         // Not to know a pole is no answer, whatever the reason.
@@ -325,24 +325,27 @@ mod tests {
         assert_eq!(one("current <= 1.2 rated"), share(Bad::Current(Current::OfRated(1.2)), true, 0.01));
         assert_eq!(one("current <= 800 mA"), share(Bad::Current(Current::Amperes(0.8)), true, 0.01));
         assert_eq!(one("time <= 20 ms"), share(Bad::Time(0.02), true, 0.01));
-        let What::Share { bad: Bad::WrongSector, most, .. } = one("right_sector >= 99 %") else {
+        let LimitedMeasure::Share { bad: Bad::WrongSector, most, .. } = one("right_sector >= 99 %") else {
             panic!("a sector")
         };
         assert!((most - 0.01).abs() < 1e-15);
         let covered = read("faults.phase-open: coverage >= 99 %").expect("a limit");
-        assert_eq!((covered.fault, covered.what), (Some(FaultMode::PhaseOpen), What::Coverage(0.99)));
+        assert_eq!(
+            (covered.fault, covered.what),
+            (Some(FaultMode::PhaseOpen), LimitedMeasure::Coverage(0.99))
+        );
         let wrong = read("faults.phase-open: P(wrong_pole) <= 0.1 %").expect("a limit");
         // With a fault, no answer is the right one; without, a demand is not met by keeping silent.
         assert!(!wrong.is_guarded() && read("P(wrong_pole) <= 0.1 %").expect("a limit").is_guarded());
         assert!(!read("P(undetermined) <= 1 %").expect("a limit").is_guarded());
         for limit in ["P(|e| > 5 deg) <= 0.1 %", "moved <= 2 deg", "time <= 20 ms", "p95 <= 3 deg"] {
             let of = |text: String| {
-                matches!(read(&text).expect(&text).what, What::Share { or_unanswered: true, .. })
+                matches!(read(&text).expect(&text).what, LimitedMeasure::Share { or_unanswered: true, .. })
             };
             assert!(of(limit.to_owned()) && !of(format!("faults.phase-open: {limit}")), "{limit}");
         }
         let sector = read("faults.current-gain: right_sector >= 99 %").expect("a limit").what;
-        assert!(matches!(sector, What::Share { or_unanswered: true, .. }));
+        assert!(matches!(sector, LimitedMeasure::Share { or_unanswered: true, .. }));
     }
 
     #[test]
@@ -353,7 +356,7 @@ mod tests {
             ("P(|e| > 5 deg) <= 1 %", "|e| > 5°"),
             ("right_sector >= 99 %", "wrong sector"),
         ] {
-            let What::Share { bad, .. } = read(text).expect(text).what else { panic!("{text}") };
+            let LimitedMeasure::Share { bad, .. } = read(text).expect(text).what else { panic!("{text}") };
             assert_eq!(bad.to_string(), said);
         }
     }

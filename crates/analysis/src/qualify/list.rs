@@ -11,7 +11,7 @@ use standstill_scenario::{Document, FileError, Origin, Plan};
 use toml::{Table, Value};
 
 use super::Case;
-use super::demand::{Bad, Demand, What};
+use super::demand::{Bad, Demand, LimitedMeasure};
 use crate::Demands;
 use crate::faults::{Allowed, Entry};
 use crate::subset::Effort;
@@ -47,7 +47,7 @@ struct RequirementTable {
 pub struct Requirement {
     /// Its name, which no other requirement of the list has.
     pub id: String,
-    /// What it says, for people.
+    /// Its wording, for people.
     pub text: String,
     /// Its limit as it is written.
     pub limit: String,
@@ -55,7 +55,7 @@ pub struct Requirement {
     pub demand: Demand,
     /// Most trials in each of its cases.
     pub trials: u64,
-    /// What it is judged over: for each entry its name in the file, the keys that take its values, and the values.
+    /// The conditions over which it is judged: for each entry its name in the file, the keys that take its values, and the values.
     over: Vec<(String, Vec<String>, Vec<Value>)>,
 }
 
@@ -216,14 +216,14 @@ impl Requirements {
             |found: String, needed: &str| Err(self.document.refuse(&key(number, "limit"), &found, needed));
         let method = case.plan.file().detector.name();
         match self.list[number].demand.what {
-            What::Coverage(_) if case.without.is_none() => {
+            LimitedMeasure::Coverage(_) if case.without.is_none() => {
                 let found = format!("a coverage of {method}, which has no checks that could be switched off");
                 refuse(
                     found,
                     "a method with `detector.checks`, such as bipolar, or `P(wrong_pole)` with the fault",
                 )
             }
-            What::Share { bad: Bad::WrongSector, .. } => {
+            LimitedMeasure::Share { bad: Bad::WrongSector, .. } => {
                 let scenario = case.plan.scenario(0)?;
                 if scenario.foreign.is_some() || scenario.detector.half_sector().is_some() {
                     return Ok(());

@@ -10,9 +10,8 @@ use standstill_scenario::{Document, Origin, Rotor};
 use super::bench::{Bench, SEARCH, Setting};
 use super::changes::{self, Change, digits, keyed};
 use super::condition::QUICK;
-use super::relaxed;
 use super::search::Found;
-use super::{Demands, Progress, Suitability, SuitabilityError};
+use super::{Demands, Progress, Suitability, SuitabilityError, relaxed};
 
 /// A change that was tried.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! What rests on chance: drawn numbers, odds of an event whose probability is known, and the error of tests that stop early.
+//! Checks of random quantities: drawn numbers, odds of an event whose probability is known, and the error of tests that stop early.
 
 use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
@@ -40,13 +40,7 @@ fn odds() -> Witness {
     let settings = Settings { states: Effort::Quick.states(), ..Settings::default() };
     let found = Odds::of(&MeanBeyond(MILLIONTH), &settings, &AtomicBool::new(false), |_| {});
     let here = found.map_or(f64::NAN, |odds| log10(odds.probability.value));
-    Witness::number(
-        "logarithm of the odds of an event of one in a million",
-        "closed form",
-        [-6.0, here],
-        DECADES,
-        "",
-    )
+    Witness::closed("logarithm of the odds of an event of one in a million", [-6.0, here], DECADES, "")
 }
 
 /// Draws that are normal: the share beyond one standard deviation, within four of its own.
@@ -56,9 +50,8 @@ fn normals() -> Witness {
     let mut draws = Streams::new(11, 0).open(Purpose::CurrentNoise);
     let beyond = (0..COUNT).filter(|_| draws.normal().abs() > 1.0).count() as f64 / f64::from(COUNT);
     let deviation = (known * (1.0 - known) / f64::from(COUNT)).sqrt();
-    Witness::number(
+    Witness::closed(
         "share of drawn normals beyond one standard deviation",
-        "closed form",
         [known, beyond],
         4.0 * deviation,
         "",
@@ -69,13 +62,7 @@ fn normals() -> Witness {
 fn exact_interval() -> Witness {
     let known = 1.0 - exp(ln(0.025) / 1000.0);
     let here = binomial_interval(0, 1000).high;
-    Witness::number(
-        "upper end of the exact interval of none in 1,000",
-        "closed form",
-        [known, here],
-        1e-12,
-        "",
-    )
+    Witness::closed("upper end of the exact interval of none in 1,000", [known, here], 1e-12, "")
 }
 
 /// The interval of a share that holds at all looks, after none of one: the q for which b/(a + b)/(1 − q) is below 1/α, with a = 1/2 and b = 2
@@ -84,7 +71,7 @@ fn sequential_interval() -> Witness {
     let known = 1.0 - 0.3 * 2.0 / 2.5;
     let here = Share { most: 0.2, alpha: 0.3 }.interval(0, 1)[1];
     let claim = "upper end of the interval that holds at all looks, of none of one start, at 70 %";
-    Witness::number(claim, "closed form", [known, here], 1e-12, "")
+    Witness::closed(claim, [known, here], 1e-12, "")
 }
 
 pub(super) fn all() -> Vec<Witness> {

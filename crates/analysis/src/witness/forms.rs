@@ -13,7 +13,6 @@ use crate::bound::replay::{TERMINAL, TIME, replay, watched};
 const LINK: f64 = 550.0;
 /// Angle of the rotor in degrees at which lines are pulsed.
 const ANGLE_DEG: f64 = 43.2;
-const CLOSED: &str = "closed form";
 
 /// Returns the built-in motor of the paper.
 fn paper_motor() -> Result<Motor, WitnessError> {
@@ -62,9 +61,8 @@ pub fn line_pulse(open_leg: OpenLeg) -> Result<Witness, WitnessError> {
     let known = -LINK / 2.0 * exp_m1(-2.0 * 80e-6 / line);
     let here = replay(&case(&motor, open_leg, ANGLE_DEG), &[pulse()])?.value[0][0];
     let third = if open_leg == OpenLeg::Open { "open" } else { "with diodes" };
-    Ok(Witness::number(
+    Ok(Witness::closed(
         format!("current of a line pulse from rest, third leg {third}"),
-        CLOSED,
         [known, here],
         1e-9 * known,
         "A",
@@ -88,13 +86,7 @@ pub fn gates_off() -> Result<Witness, WitnessError> {
         (*time > 80e-6 && matches!(event, Event::Conduction(Phase::A, Conduction::Blocked))).then_some(*time)
     });
     let figures = [known, blocked.unwrap_or(f64::NAN)];
-    Ok(Witness::number(
-        "time at which gates that are off have ended the current",
-        CLOSED,
-        figures,
-        1e-10,
-        "s",
-    ))
+    Ok(Witness::closed("time at which gates that are off have ended the current", figures, 1e-10, "s"))
 }
 
 /// The current in A of a voltage step with eddy currents, V t/L + G V τ (1 − exp(−t/τ)), without resistance.
@@ -115,13 +107,7 @@ pub fn eddy_step() -> Result<Witness, WitnessError> {
     let end = Nanos::from_micros(300);
     let stage = Stage { legs: Abc::new(Leg::High, Leg::Low, Leg::Low), duration: end };
     let here = replay(&case, &[Command::hold(stage, Sampling::once(end))])?.value[0][0];
-    Ok(Witness::number(
-        "current of a voltage step with eddy currents",
-        CLOSED,
-        [known, here],
-        1e-9 * known,
-        "A",
-    ))
+    Ok(Witness::closed("current of a voltage step with eddy currents", [known, here], 1e-9 * known, "A"))
 }
 
 /// The time in s at which a comparator sees 8 A along a vector: the root of two exponentials, halved to the last bit.
@@ -156,7 +142,7 @@ pub fn threshold() -> Result<Witness, WitnessError> {
     let off = Stage::off(Nanos::from_micros(500));
     let read = replay(&case, &[Command::until(level, stage, off, Sampling::once(Nanos::ZERO))])?;
     let here = read.value.first().map_or(f64::NAN, |sample| sample[TIME]);
-    Ok(Witness::number("time of a comparator's trip at 8 A", CLOSED, [low, here], 50e-12, "s"))
+    Ok(Witness::closed("time of a comparator's trip at 8 A", [low, here], 50e-12, "s"))
 }
 
 /// The voltage in V of the open terminal 100 µs into a pulse on a line, U/2 + r U exp(−2R t/L) with r by saliency and angle.
@@ -178,7 +164,7 @@ pub fn open_terminal() -> Result<Witness, WitnessError> {
         (angle, Sensors::nominal(settings), Tolerance { flux: 1e-12 });
     let stage = Stage::line(Phase::A, Phase::B, Nanos::from_micros(200));
     let here = replay(&case, &[Command::hold(stage, Sampling::once(time))])?.value[0][TERMINAL + 2];
-    Ok(Witness::number("voltage of the open terminal during a line pulse", CLOSED, [known, here], 1e-6, "V"))
+    Ok(Witness::closed("voltage of the open terminal during a line pulse", [known, here], 1e-6, "V"))
 }
 
 /// The current in A of a vector that a dead time makes 2 µs shorter: its leg turns on so much later. Volt-seconds that are gone, 2/3 U t_d/L, in
@@ -198,13 +184,7 @@ pub fn dead_time() -> Result<Witness, WitnessError> {
     let vector = Stage { legs: Abc::new(Leg::High, Leg::Low, Leg::Low), duration: Nanos::from_micros(80) };
     let command = Command::sequence(low, vector, Sampling::once(Nanos::from_micros(100)));
     let here = replay(&Case::new(&motor, inverter), &[command])?.value[0][0];
-    Ok(Witness::number(
-        "current of a pulse that the dead time shortens",
-        CLOSED,
-        [known, here],
-        1e-9 * known,
-        "A",
-    ))
+    Ok(Witness::closed("current of a pulse that the dead time shortens", [known, here], 1e-9 * known, "A"))
 }
 
 pub(super) fn all() -> Result<Vec<Witness>, WitnessError> {

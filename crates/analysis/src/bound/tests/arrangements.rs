@@ -10,8 +10,8 @@ use standstill_plant::{Motor, built_in};
 use standstill_scenario::ErrorSet;
 use standstill_sim::{Comparators, RotorState, TerminalSensor};
 
-use super::tests::ThreePulses;
-use super::*;
+use super::super::*;
+use super::ThreePulses;
 
 /// A motor that obeys the closed forms: neither saturation nor resistance.
 fn linear() -> Motor {
