@@ -331,6 +331,20 @@ impl Panel {
 }
 
 impl Figure {
+    /// Usual width in logical pixels: that of a column of text.
+    pub(crate) const WIDTH: u32 = 900;
+
+    /// A figure of the usual width with a subtitle; `height` in logical pixels.
+    pub fn new(
+        title: impl Into<String>,
+        subtitle: impl Into<String>,
+        height: u32,
+        panels: impl Into<Vec<Panel>>,
+    ) -> Self {
+        let (title, panels) = (title.into(), panels.into());
+        Self { title, subtitle: Some(subtitle.into()), width: Self::WIDTH, height, panels }
+    }
+
     /// Whether any panel has something to show besides rules.
     pub fn has_data(&self) -> bool {
         self.panels.iter().any(Panel::has_data)
@@ -348,8 +362,8 @@ impl Figure {
         self.png_with(|_, _| Ok(()))
     }
 
-    /// As [`Figure::svg`], with series of the caller's own: `more` draws on the [`Chart`] of each panel, by its index, over the
-    /// panel's layers and in its coordinates.
+    /// Draws the figure like [`Figure::svg`], with series of the caller's own: `more` draws on the [`Chart`] of each panel, by its
+    /// index, over the panel's layers and in its coordinates.
     pub fn svg_with(&self, mut more: impl FnMut(usize, &mut Chart) -> Drawn) -> Result<String, FigureError> {
         self.check_size()?;
         let svg = Rc::new(RefCell::new(svg::Svg::new(self.width, self.height)));
@@ -357,7 +371,7 @@ impl Figure {
         Ok(svg.take().finish())
     }
 
-    /// As [`Figure::png`], with series of the caller's own, as [`Figure::svg_with`] has them.
+    /// Draws the figure like [`Figure::png`], with series of the caller's own as in [`Figure::svg_with`].
     pub fn png_with(&self, mut more: impl FnMut(usize, &mut Chart) -> Drawn) -> Result<Vec<u8>, FigureError> {
         self.check_size()?;
         let size = FigureError::Size { width: self.width, height: self.height };

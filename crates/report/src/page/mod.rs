@@ -16,7 +16,7 @@ mod table;
 mod tests;
 
 pub use self::sheet::Sheet;
-pub use self::table::{Column, Kind, Table};
+pub use self::table::{Column, Filled, Kind, Table};
 use crate::figure::{Figure, FigureError};
 use std::collections::HashSet;
 

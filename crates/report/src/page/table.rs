@@ -34,6 +34,9 @@ pub struct Column {
     pub judged: bool,
 }
 
+/// A column of [`Table::of`], and the closure that writes its cell of an item.
+pub type Filled<'a, T> = (Column, Box<dyn Fn(&T) -> String + 'a>);
+
 /// The kind of a column's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -46,6 +49,11 @@ pub enum Kind {
 }
 
 impl Column {
+    /// The column with the closure that writes its cells, for [`Table::of`].
+    pub fn of<'a, T>(self, cell: impl Fn(&T) -> String + 'a) -> Filled<'a, T> {
+        (self, Box::new(cell))
+    }
+
     fn new(name: impl Into<String>, kind: Kind) -> Self {
         Self { name: name.into(), unit: String::new(), kind, rank: 0, bracket: 0, judged: false }
     }
@@ -110,6 +118,17 @@ impl Table {
     #[must_use]
     pub fn captioned(self, caption: impl Into<String>) -> Self {
         Self { caption: caption.into(), ..self }
+    }
+
+    /// A table with a row for each item, of the tone that `tone` gives, and columns with the closures that write their cells.
+    pub fn of<'a, T: 'a>(
+        items: impl IntoIterator<Item = &'a T>,
+        tone: impl Fn(&T) -> Tone,
+        columns: impl IntoIterator<Item = Filled<'a, T>>,
+    ) -> Self {
+        let (columns, cells): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+        let row = |item: &'a T| (tone(item), cells.iter().map(|cell| cell(item)).collect());
+        Self::new(columns).judged(items.into_iter().map(row))
     }
 
     /// With rows of no tone.

@@ -31,7 +31,7 @@ use sweep::sweep;
 
 pub use standstill_quantity::Estimate;
 
-/// As a point of error bars.
+/// Returns an estimate as a point of error bars.
 fn bar(of: Estimate, x: f64) -> (f64, f64, f64, f64) {
     (x, of.value, of.low, of.high)
 }
@@ -41,7 +41,7 @@ fn bar(of: Estimate, x: f64) -> (f64, f64, f64, f64) {
 pub enum Coordinate {
     /// In the unit of the axis.
     Number(f64),
-    /// Of a method, a motor, a set of errors.
+    /// A name: of a method, a motor, a set of errors.
     Name(String),
 }
 
@@ -144,12 +144,11 @@ impl Caption {
         }
         let parts: Vec<&str> = self.subtitle.iter().chain(remarks).map(String::as_str).collect();
         let subtitle = parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ");
-        let subtitle = (!subtitle.is_empty()).then_some(subtitle);
-        Figure { title: self.title.clone(), subtitle, width: WIDTH, height, panels }
+        let subtitle = Some(subtitle).filter(|subtitle| !subtitle.is_empty());
+        Figure { title: self.title.clone(), subtitle, width: Figure::WIDTH, height, panels }
     }
 }
 
-const WIDTH: u32 = 900;
 /// Share of starts without a right answer above which a point is no good, whatever its error.
 const FAILING: f64 = 0.01;
 /// Most pairs of axes that get a heat map.

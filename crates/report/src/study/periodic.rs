@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
 /// Highest order of a series: of an error with a period of 30°.
 const HIGHEST: usize = 12;
 /// Errors for each of a series' coefficients at least.
@@ -11,22 +13,24 @@ const PER_COEFFICIENT: usize = 8;
 const OUTLYING: f64 = 6.0;
 /// The standard deviation of what is normal, over the median of its magnitude.
 const DEVIATIONS: f64 = 1.4826;
+/// Pivot of the normal equations over the first one below which they are singular.
+const LEAST_PIVOT: f64 = 1e-9;
 
 /// Σ a_k cos kθ + b_k sin kθ, k = 0 to its order, with what least squares know of it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Series {
     /// k of its last term.
     pub order: usize,
-    coefficients: Vec<f64>,
-    /// Cholesky's factor of the normal equations, row by row.
-    factor: Vec<Vec<f64>>,
+    coefficients: DVector<f64>,
+    /// Of the normal equations.
+    factor: Cholesky<f64, Dyn>,
     /// Σ r² x xᵀ over the points' residuals r and rows x.
-    scatter: Vec<Vec<f64>>,
+    scatter: DMatrix<f64>,
 }
 
 impl Series {
-    /// Of `(angle in degrees, error)`, to as high an order as their number and the largest gap between their angles
-    /// support; none of too few.
+    /// Fits points `(angle in degrees, error)` with the highest order that their number and the largest gap between their
+    /// angles allow; none if there are too few points.
     pub fn of(points: &[(f64, f64)]) -> Option<Self> {
         let mut angles: Vec<f64> = points.iter().map(|(angle, _)| angle.rem_euclid(360.0)).collect();
         angles.sort_by(f64::total_cmp);
@@ -38,7 +42,7 @@ impl Series {
         (1..=HIGHEST).rev().filter(fits).find_map(|order| Self::without_outliers(order, points))
     }
 
-    /// Of this order, by the points that are not far apart from the curve.
+    /// Fits this order to the points that are not far apart from the curve.
     fn without_outliers(order: usize, points: &[(f64, f64)]) -> Option<Self> {
         let mut used = points.to_vec();
         let mut series = Self::to(order, &used)?;
@@ -56,48 +60,43 @@ impl Series {
         Some(series)
     }
 
-    /// Of this order; none where the equations are singular.
+    /// Fits this order to all points; none where the equations are singular.
     fn to(order: usize, points: &[(f64, f64)]) -> Option<Self> {
         let size = 2 * order + 1;
-        let (mut normal, mut right) = (vec![vec![0.0; size]; size], vec![0.0; size]);
+        let (mut normal, mut right) = (DMatrix::zeros(size, size), DVector::zeros(size));
         for (angle, error) in points {
             let row = terms(order, *angle);
-            for (i, a) in row.iter().enumerate() {
-                right[i] += a * error;
-                for (j, b) in row[..=i].iter().enumerate() {
-                    normal[i][j] += a * b;
-                }
-            }
+            normal.ger(1.0, &row, &row, 1.0);
+            right.axpy(*error, &row, 1.0);
         }
-        let factor = cholesky(normal)?;
-        let coefficients = backward(&factor, forward(&factor, right));
-        let mut series = Self { order, coefficients, factor, scatter: vec![vec![0.0; size]; size] };
+        let factor = Cholesky::new(normal)?;
+        let pivots = factor.l_dirty().diagonal();
+        if pivots.iter().any(|pivot| pivot * pivot <= LEAST_PIVOT * pivots[0] * pivots[0]) {
+            return None;
+        }
+        let mut series =
+            Self { order, coefficients: factor.solve(&right), factor, scatter: DMatrix::zeros(size, size) };
         for point in points {
             let row = terms(order, point.0);
             // A point draws the curve towards itself: its residual is as much too small.
-            let own: f64 = forward(&series.factor, row.clone()).iter().map(|x| x * x).sum();
-            let square = (series.residual(*point) / (1.0 - own).max(1e-3)).powi(2);
-            for (sums, a) in series.scatter.iter_mut().zip(&row) {
-                for (sum, b) in sums.iter_mut().zip(&row) {
-                    *sum += square * a * b;
-                }
-            }
+            let own = row.dot(&series.factor.solve(&row));
+            let off = series.residual(*point) / (1.0 - own).max(1e-3);
+            series.scatter.ger(off * off, &row, &row, 1.0);
         }
         Some(series)
     }
 
     /// The curve at an angle in degrees.
     pub fn at(&self, angle: f64) -> f64 {
-        terms(self.order, angle).iter().zip(&self.coefficients).map(|(term, factor)| term * factor).sum()
+        terms(self.order, angle).dot(&self.coefficients)
     }
 
     /// Half of its 95 % interval there.
     pub fn half_width(&self, angle: f64) -> f64 {
         // How far errors scatter depends on the angle: (XᵀX)⁻¹ Xᵀ diag(r²) X (XᵀX)⁻¹ between two rows (White 1980, with MacKinnon's
         // and White's correction HC3, doi:10.1016/0304-4076(85)90158-7).
-        let weights = backward(&self.factor, forward(&self.factor, terms(self.order, angle)));
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let square: f64 = self.scatter.iter().zip(&weights).map(|(row, w)| w * dot(row, &weights)).sum();
+        let weights = self.factor.solve(&terms(self.order, angle));
+        let square = weights.dot(&(&self.scatter * &weights));
         1.96 * square.max(0.0).sqrt()
     }
 
@@ -108,47 +107,10 @@ impl Series {
 }
 
 /// 1, cos θ, sin θ, cos 2θ, …
-fn terms(order: usize, angle: f64) -> Vec<f64> {
+fn terms(order: usize, angle: f64) -> DVector<f64> {
     let theta = angle / 360.0 * TAU;
     let waves = (1..=order).flat_map(|k| [(k as f64 * theta).cos(), (k as f64 * theta).sin()]);
-    std::iter::once(1.0).chain(waves).collect()
-}
-
-/// L of L Lᵀ, of which the lower half is given; none of what is not positive definite.
-fn cholesky(mut matrix: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
-    let least = 1e-9 * matrix.first()?.first()?;
-    for i in 0..matrix.len() {
-        for j in 0..=i {
-            let known: f64 = (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum();
-            let rest = matrix[i][j] - known;
-            if i > j {
-                matrix[i][j] = rest / matrix[j][j];
-            } else if rest > least {
-                matrix[i][i] = rest.sqrt();
-            } else {
-                return None;
-            }
-        }
-    }
-    Some(matrix)
-}
-
-/// x of L x = y.
-fn forward(factor: &[Vec<f64>], mut y: Vec<f64>) -> Vec<f64> {
-    for i in 0..y.len() {
-        let known: f64 = (0..i).map(|k| factor[i][k] * y[k]).sum();
-        y[i] = (y[i] - known) / factor[i][i];
-    }
-    y
-}
-
-/// x of Lᵀ x = y.
-fn backward(factor: &[Vec<f64>], mut y: Vec<f64>) -> Vec<f64> {
-    for i in (0..y.len()).rev() {
-        let known: f64 = (i + 1..y.len()).map(|k| factor[k][i] * y[k]).sum();
-        y[i] = (y[i] - known) / factor[i][i];
-    }
-    y
+    DVector::from_iterator(2 * order + 1, std::iter::once(1.0).chain(waves))
 }
 
 #[cfg(test)]
@@ -199,7 +161,7 @@ mod tests {
         // Nothing between 300° and 360°: what repeats every 60° cannot be seen there.
         let gap: Vec<(f64, f64)> = (0..1000).map(|k| (angle(k) * 300.0 / 360.0, noise(k))).collect();
         assert_eq!(Series::of(&gap).map(|series| series.order), Some(2));
-        assert_eq!(Series::of(&[(40.0, 1.0); 500]), None);
+        assert!(Series::of(&[(40.0, 1.0); 500]).is_none());
     }
 
     #[test]
