@@ -20,7 +20,7 @@ mod tally;
 mod walk;
 
 pub use earlier::Earlier;
-pub use identity::{Identity, Shard};
+pub use identity::{Identity, Shard, values};
 pub use journal::{Journal, JournalError, Keep, Rows};
 pub use notes::Notes;
 pub use row::Row;

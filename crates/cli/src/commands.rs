@@ -51,17 +51,6 @@ fn found(record: &Record) -> Option<f64> {
     Some((record.true_angle_deg() + error).to_radians())
 }
 
-/// Returns each item once, in the order of their first occurrence.
-fn each_once<T: Copy + PartialEq>(given: &[T]) -> Vec<T> {
-    let mut once = Vec::new();
-    for item in given {
-        if !once.contains(item) {
-            once.push(*item);
-        }
-    }
-    once
-}
-
 /// Reads a data sheet by the name of a built-in motor or by its path.
 fn sheet(name: &str) -> Result<DataSheet, Error> {
     if let Some(sheet) = DataSheet::built_in(name) {

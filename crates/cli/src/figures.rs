@@ -7,7 +7,7 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_report::study::{self, ErrorCloud};
 use standstill_sim::{Event, Trace};
 
-use self::parts::{WIDTH, Window, curve};
+use self::parts::{Window, curve};
 use crate::log::Entry;
 
 mod budget;
@@ -52,13 +52,7 @@ pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure
             Style::PHASES[f],
         )));
     }
-    Figure {
-        title: "Line pulses and their currents (Fig. 5 of the paper)".to_owned(),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: 860,
-        panels,
-    }
+    Figure::new("Line pulses and their currents (Fig. 5 of the paper)", subtitle, 860, panels)
 }
 
 /// Draws the two voltage vectors of the polarity test: i_d in the direction of each.
@@ -86,13 +80,7 @@ pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: Strin
         panel =
             panel.with(Layer::Points { label: Some(label), points: samples.collect(), style: Style::nth(k) });
     }
-    Figure {
-        title: "Polarity test: the larger current points north".to_owned(),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: 440,
-        panels: vec![panel],
-    }
+    Figure::new("Polarity test: the larger current points north", subtitle, 440, [panel])
 }
 
 /// Draws the error over the true angle as on pages, with the paper's bound.
@@ -135,11 +123,10 @@ pub fn magnetics(survey: &Survey, motor: &str) -> Figure {
     )
     .with(curve("towards north", average(|p| p.north), Style::Blue))
     .with(curve("towards south", average(|p| p.south), Style::Vermilion));
-    Figure {
-        title: format!("Magnetics of {motor}"),
-        subtitle: Some("flux; incremental inductances; what a polarity test sees".to_owned()),
-        width: WIDTH,
-        height: 1000,
-        panels: vec![flux, inductances, polarity],
-    }
+    Figure::new(
+        format!("Magnetics of {motor}"),
+        "flux; incremental inductances; what a polarity test sees",
+        1000,
+        [flux, inductances, polarity],
+    )
 }

@@ -10,7 +10,7 @@ use toml::Value;
 
 use crate::arguments::{Axes, Keys, Load, PaperDecay, Seed, Setup, Source, Temperatures};
 use crate::error::Error;
-use crate::shell::command_line::quoted;
+use crate::shell::command_line::set;
 use crate::shell::host;
 use crate::shell::terminal::tell;
 
@@ -46,8 +46,7 @@ impl Shorthands {
     /// Returns the keys that the options set, but for one, as `-s KEY=VALUE` for commands that do not have these options.
     pub fn as_keys(&self, left_out: Option<&str>) -> String {
         let key = |(_, key, value): &(&str, &str, Value)| {
-            let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-            format!(" -s {}", quoted(&format!("{key}={value}")))
+            set(key, &value.as_str().map_or_else(|| value.to_string(), str::to_owned))
         };
         self.0.iter().filter(|(_, key, _)| Some(*key) != left_out).map(key).collect()
     }

@@ -12,12 +12,11 @@ use standstill_scenario::{Document, FileError, Origin, Plan, Scenario, Single};
 use crate::advice::{Adviser, Find};
 use crate::cloud::{self, CloudRequest, Clouds, Pair};
 use crate::commands::Written;
-use crate::controls;
 use crate::detection::{self, DetectionRequest};
 use crate::error::LabError;
 use crate::folder::Folder;
 use crate::setting::Setting;
-use crate::values;
+use crate::{controls, values};
 
 /// The scenario that the lab is started with.
 #[derive(Clone, Debug)]
@@ -84,7 +83,7 @@ pub struct Bench {
     given: Given,
     folder: Option<Folder>,
     adviser: Option<Adviser>,
-    /// Those looked at last come last.
+    /// Settings that are ready to run; the one used last comes last.
     ready: Mutex<Vec<(String, Arc<Ready>)>>,
     pub(crate) clouds: Mutex<Clouds>,
 }

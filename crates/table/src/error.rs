@@ -1,8 +1,7 @@
 //! Errors of tables, in one line each.
 
-use std::fmt;
-use std::io;
 use std::path::PathBuf;
+use std::{fmt, io};
 
 use thiserror::Error;
 

@@ -149,8 +149,8 @@ impl Identity {
             _ => false,
         };
         let keys: BTreeSet<&String> = own.keys().chain(others.keys()).filter(|key| !named(key)).collect();
-        let set = |values: &BTreeMap<String, String>, key: &String| {
-            values.get(key).cloned().unwrap_or_else(|| "not set".to_owned())
+        let set = |values: &BTreeMap<String, toml::Value>, key: &String| {
+            values.get(key).map_or_else(|| "not set".to_owned(), ToString::to_string)
         };
         for key in keys {
             differ(&format!("`{key}`"), &set(&own, key), &set(&others, key));
@@ -195,20 +195,20 @@ fn ends_later(rule: StopTable, later: StopTable) -> bool {
         || !rule.is_empty() && narrower(rms, rms_later) && narrower(poles, poles_later)
 }
 
-/// The values that a scenario's text sets, by full key such as `detector.pulse`.
-fn values(scenario: &str) -> BTreeMap<String, String> {
-    fn flatten(before: &str, value: &toml::Value, into: &mut BTreeMap<String, String>) {
+/// Returns the values that a scenario's text sets, by full key such as `detector.pulse`.
+pub fn values(scenario: &str) -> BTreeMap<String, toml::Value> {
+    fn flatten(before: &str, value: toml::Value, into: &mut BTreeMap<String, toml::Value>) {
         let toml::Value::Table(table) = value else {
-            into.insert(before.to_owned(), value.to_string());
+            into.insert(before.to_owned(), value);
             return;
         };
         for (key, value) in table {
-            let key = if before.is_empty() { key.clone() } else { format!("{before}.{key}") };
+            let key = if before.is_empty() { key } else { format!("{before}.{key}") };
             flatten(&key, value, into);
         }
     }
     let mut all = BTreeMap::new();
-    flatten("", &toml::Value::Table(toml::from_str(scenario).unwrap_or_default()), &mut all);
+    flatten("", toml::Value::Table(toml::from_str(scenario).unwrap_or_default()), &mut all);
     all
 }
 

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use standstill_plant::Temperature;
-use standstill_scenario::DesignKind;
-use standstill_scenario::{ErrorSet, Rotor};
+use standstill_scenario::{DesignKind, ErrorSet, Rotor};
 
 use super::values::{celsius, choice, newton_metres, seed, whole};
 

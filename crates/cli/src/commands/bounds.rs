@@ -11,8 +11,7 @@ use crate::arguments::Bounds as Options;
 use crate::doubts;
 use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::shell::Report;
-use crate::shell::interrupt;
+use crate::shell::{Report, interrupt};
 
 /// Returns the values of a bound in degrees; none where the bound carries no information.
 fn values(bound: &Bound) -> [Option<f64>; 4] {

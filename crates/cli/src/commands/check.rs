@@ -13,11 +13,8 @@ use crate::arguments::{Check, Temperatures};
 use crate::doubts;
 use crate::error::Error;
 use crate::scenario::{self, Shorthands};
-use crate::shell::Report;
-use crate::shell::host;
-use crate::shell::interrupt;
-use crate::shell::progress;
 use crate::shell::terminal::painted;
+use crate::shell::{Report, host, interrupt, progress};
 
 /// Makes the scenario of the motor or file that the command line names.
 fn document(options: &Check) -> Result<Document, Error> {

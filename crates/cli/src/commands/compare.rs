@@ -17,15 +17,13 @@ use self::cells::{Cell, Comparison};
 use super::question::given;
 use crate::answer::{Answer, Made, Record, Records, verdict};
 use crate::arguments::{Compare, Seed};
-use crate::doubts;
 use crate::error::Error;
-use crate::figures;
-use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
-use crate::shell::progress;
+use crate::shell::{Report, progress};
 use crate::summary::{good, good_heading, good_interval, right, sectors_in_words};
+use crate::{doubts, figures};
 
 /// Number of angles, 22.5° apart, at which the Cramér–Rao limit is computed.
 const ANGLES: usize = 16;
@@ -88,68 +86,58 @@ fn record(entry: &Entry, motor: &Motor) -> Record {
     if let Some(note) = motor.map_note() { record.with("map_note", note) } else { record }
 }
 
-/// Returns a row of the table; `digits`: decimals of currents and energies.
-fn cells(entry: &Entry, open: bool, digits: [usize; 2]) -> (Tone, Vec<String>) {
-    let s = &entry.summary;
+/// Returns the table. On a narrow terminal the method stands above its rows, and columns that distinguish methods least are left out
+/// first, by their ranks.
+fn table(entries: &[Entry], open: bool) -> Table {
+    let largest = |of: fn(&Entry) -> f64| entries.iter().map(of).fold(0.0, f64::max);
+    let ampere = decimals(1, largest(|entry| entry.summary.peak_current_a));
+    let joule = decimals(2, largest(|entry| finite(entry.energy_j).unwrap_or_default()));
     let number = |value: f64, digits: usize| {
         finite(value).map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
     };
-    let Estimate { value, low, high } = s.rms_deg;
-    // Of the limit, which is computed, and the rms, which is as sure as its interval is narrow.
-    let limit = entry.efficiency().unwrap_or(f64::NAN) * value;
-    let efficiency = Estimate { value: limit / value, low: limit / high, high: limit / low };
-    let bound = entry.bound.and_then(|bound| informative(bound.scheme_deg));
-    let tone = if s.wrong_poles > 0 && !open { Tone::Bad } else { Tone::Neutral };
-    let cells = vec![
-        entry.method.clone(),
-        entry.rotor.name().to_owned(),
-        entry.errors.name().to_owned(),
-        s.trials.to_string(),
-        good_interval(s, open),
-        s.rms_deg.to_string(),
-        s.p95_deg.to_string(),
-        number(s.max_deg, 2),
-        if open { "–".to_owned() } else { s.wrong_poles.to_string() },
-        s.undetermined.to_string(),
-        (s.failed + s.errors).to_string(),
-        rounded(1, s.mean_duration_s * 1e3),
-        number(s.peak_current_a, digits[0]),
-        number(entry.energy_j, digits[1]),
-        number(s.max_moved_deg, 2),
-        bound.map_or_else(|| "–".to_owned(), |limit| rounded_to(limit, 3)),
-        efficiency.alone(),
-    ];
-    (tone, cells)
-}
-
-/// Returns the columns with their ranks: on a narrow terminal the method stands above its rows, and columns that
-/// distinguish methods least are left out first.
-fn columns(entries: &[Entry], open: bool) -> [Column; 17] {
-    let number = |title: &str, rank: u8| Column::number(title).rank(rank);
+    let column = |title: &str, rank: u8| Column::number(title).rank(rank);
     // What happened anywhere keeps its column; what did not, `right %` says as well.
     let count = |title: &str, rank: u8, of: fn(&Summary) -> u64| {
-        number(title, if entries.iter().all(|entry| of(&entry.summary) == 0) { rank } else { 0 })
+        let none = entries.iter().all(|entry| of(&entry.summary) == 0);
+        column(title, if none { rank } else { 0 }).of(move |entry: &Entry| of(&entry.summary).to_string())
     };
+    let (wrong, of_wrong) = count("wrong", 1, |s| s.wrong_poles);
     let limits = if entries.iter().any(|entry| entry.limit().is_some()) { 0 } else { 8 };
-    [
-        Column::word("method"),
-        Column::word("rotor"),
-        Column::word("errors"),
-        number("trials", 7),
-        number(good_heading(open), 0).unit("%").bracket(11),
-        number("rms", 0).unit("°").bracket(9),
-        number("p95", 2).unit("°").bracket(10),
-        number("max", 6).unit("°"),
-        count("wrong", 1, |s| s.wrong_poles).judged(),
+    let limit = |entry: &Entry| {
+        let bound = entry.bound.and_then(|bound| informative(bound.scheme_deg));
+        bound.map_or_else(|| "–".to_owned(), |limit| rounded_to(limit, 3))
+    };
+    let columns = [
+        Column::word("method").of(|entry: &Entry| entry.method.clone()),
+        Column::word("rotor").of(|entry: &Entry| entry.rotor.name().to_owned()),
+        Column::word("errors").of(|entry: &Entry| entry.errors.name().to_owned()),
+        column("trials", 7).of(|entry: &Entry| entry.summary.trials.to_string()),
+        column(good_heading(open), 0)
+            .unit("%")
+            .bracket(11)
+            .of(move |entry: &Entry| good_interval(&entry.summary, open)),
+        column("rms", 0).unit("°").bracket(9).of(|entry: &Entry| entry.summary.rms_deg.to_string()),
+        column("p95", 2).unit("°").bracket(10).of(|entry: &Entry| entry.summary.p95_deg.to_string()),
+        column("max", 6).unit("°").of(move |entry: &Entry| number(entry.summary.max_deg, 2)),
+        wrong.judged().of(move |entry: &Entry| if open { "–".to_owned() } else { of_wrong(entry) }),
         count("undet.", 6, |s| s.undetermined),
         count("failed", 6, |s| s.failed + s.errors),
-        number("ms", 0),
-        number("peak", 3).unit("A"),
-        number("J", 8),
-        number("moved", 1).unit("°"),
-        number("limit", 4 + limits).unit("°"),
-        number("eff.", 5 + limits),
-    ]
+        column("ms", 0).of(|entry: &Entry| rounded(1, entry.summary.mean_duration_s * 1e3)),
+        column("peak", 3).unit("A").of(move |entry: &Entry| number(entry.summary.peak_current_a, ampere)),
+        column("J", 8).of(move |entry: &Entry| number(entry.energy_j, joule)),
+        column("moved", 1).unit("°").of(move |entry: &Entry| number(entry.summary.max_moved_deg, 2)),
+        column("limit", 4 + limits).unit("°").of(limit),
+        column("eff.", 5 + limits).of(|entry: &Entry| efficiency(entry).alone()),
+    ];
+    let is_wrong = |entry: &Entry| entry.summary.wrong_poles > 0 && !open;
+    Table::of(entries, |entry| if is_wrong(entry) { Tone::Bad } else { Tone::Neutral }, columns).headed()
+}
+
+/// Returns the limit over the rms error: the limit is computed, the rms as sure as its interval is narrow.
+fn efficiency(entry: &Entry) -> Estimate {
+    let Estimate { value, low, high } = entry.summary.rms_deg;
+    let limit = entry.efficiency().unwrap_or(f64::NAN) * value;
+    Estimate { value: limit / value, low: limit / high, high: limit / low }
 }
 
 /// Returns the reasons of starts without an angle or a pole with their counts, and the reason of a missing limit.
@@ -286,13 +274,7 @@ fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Ans
 
 fn blocks(entries: &[Entry], motor: &Motor) -> Vec<Block> {
     let open = is_open(motor);
-    let largest = |of: fn(&Entry) -> f64| entries.iter().map(of).fold(0.0, f64::max);
-    let digits = [
-        decimals(1, largest(|entry| entry.summary.peak_current_a)),
-        decimals(2, largest(|entry| finite(entry.energy_j).unwrap_or_default())),
-    ];
-    let rows = entries.iter().map(|entry| self::cells(entry, open, digits));
-    let table = Table::new(columns(entries, open)).judged(rows).headed();
+    let table = table(entries, open);
     let good =
         if open { "axis: starts with an axis." } else { "right: starts with an angle and the right pole." };
     let poles = motor.pole_knowledge().note().filter(|_| motor.has_magnet());

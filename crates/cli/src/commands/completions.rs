@@ -5,8 +5,7 @@ use clap::CommandFactory as _;
 use crate::arguments::{Arguments, Completions, Man};
 use crate::error::Error;
 use crate::shell::Report;
-use crate::shell::output::Output;
-use crate::shell::output::file_list;
+use crate::shell::output::{Output, file_list};
 
 pub fn completions(options: &Completions) -> Report {
     let mut script = Vec::new();

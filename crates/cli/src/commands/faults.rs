@@ -10,13 +10,13 @@ use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
 
 use self::rates::Rates;
-use super::each_once;
 use super::question::{Asked, again, document, plan, setting};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Faults as Options;
 use crate::error::Error;
 use crate::shell::Report;
-use crate::shell::command_line::quoted;
+use crate::shell::command_line::set_pair;
+use crate::shell::values::each_once;
 
 /// Trials of each fault with each method: none wrong of these is at most one in a thousand.
 const TRIALS: u64 = 3000;
@@ -46,7 +46,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let rates = options.rates.as_deref().map(Rates::read).transpose()?;
     let methods: Vec<Option<MethodName>> = match &options.method[..] {
         [] => vec![None],
-        given => each_once(given).into_iter().map(Some).collect(),
+        given => each_once(given.iter().copied()).into_iter().map(Some).collect(),
     };
     let (entries, left) = entries(options, &plan);
     let count = (entries.len() * methods.len()) as u64 * trials;
@@ -94,7 +94,11 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 /// Returns the faults that are studied, the drive without one first, and those that it cannot have.
 fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
     let (mut entries, mut left) = (vec![Entry::whole()], Vec::new());
-    let modes = if options.mode.is_empty() { FaultMode::ALL.to_vec() } else { each_once(&options.mode) };
+    let modes = if options.mode.is_empty() {
+        FaultMode::ALL.to_vec()
+    } else {
+        each_once(options.mode.iter().copied())
+    };
     let before = plan.file().faults.len();
     let Ok(scenario) = plan.scenario(0) else { return (entries, left) };
     for mode in modes {
@@ -130,23 +134,6 @@ impl Row {
     fn reason(&self) -> String {
         let most = self.counts.unanswered.iter().max_by_key(|(_, count)| **count);
         most.map_or_else(String::new, |(reason, _)| reason.clone())
-    }
-
-    fn cells(&self) -> Vec<String> {
-        let of = &self.counts;
-        let share = |count: u64| percent(count, of.trials);
-        let coverage = of.coverage().map_or_else(|| "–".to_owned(), |of| format!("{:.1}", of.low * 100.0));
-        vec![
-            self.method.clone(),
-            self.fault().to_owned(),
-            share(of.right),
-            share(of.wrong_pole),
-            share(of.beyond),
-            share(of.detected()),
-            coverage,
-            of.worst.map_or_else(|| "–".to_owned(), |worst| format!("{:.1}", worst.error_deg)),
-            self.reason(),
-        ]
     }
 
     fn record(&self, rate: Option<f64>) -> Record {
@@ -235,7 +222,7 @@ fn answer(
     let worst = worst.max_by(|a, b| a.1.error_deg.abs().total_cmp(&b.1.error_deg.abs()));
     let mut next = None;
     if let Some((row, worst)) = worst {
-        let keys = row.entry.arguments().into_iter().map(|pair| format!(" -s {}", quoted(&pair)));
+        let keys = row.entry.arguments().into_iter().map(|pair| set_pair(&pair));
         let command = format!(
             "standstill trace {asked}{}{} --trial {}",
             row.by_name.map_or(String::new(), |method| format!(" -s detector.method={}", method.name())),
@@ -303,16 +290,22 @@ const LEGEND: [&str; 3] = [
 ];
 
 fn table(rows: &[Row]) -> Table {
+    let share = |title: &str, count: fn(&Counts) -> u64| {
+        Column::number(title).unit("%").of(move |row: &Row| percent(count(&row.counts), row.counts.trials))
+    };
+    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
     let columns = [
-        Column::word("method"),
-        Column::word("fault"),
-        Column::number("right").unit("%"),
-        Column::number("wrong pole").unit("%"),
-        Column::number("beyond").unit("%"),
-        Column::number("detected").unit("%"),
-        Column::number("coverage ≥").unit("%").rank(2),
-        Column::number("worst").unit("°").rank(3),
-        Column::word("detected by").rank(1),
+        Column::word("method").of(|row: &Row| row.method.clone()),
+        Column::word("fault").of(|row: &Row| row.fault().to_owned()),
+        share("right", |of| of.right),
+        share("wrong pole", |of| of.wrong_pole),
+        share("beyond", |of| of.beyond),
+        share("detected", Counts::detected),
+        (Column::number("coverage ≥").unit("%").rank(2))
+            .of(move |row: &Row| number(row.counts.coverage().map(|of| of.low * 100.0))),
+        (Column::number("worst").unit("°").rank(3))
+            .of(move |row: &Row| number(row.counts.worst.map(|worst| worst.error_deg))),
+        Column::word("detected by").rank(1).of(Row::reason),
     ];
-    Table::new(columns).rows(rows.iter().map(Row::cells))
+    Table::of(rows, |_| Tone::Neutral, columns)
 }

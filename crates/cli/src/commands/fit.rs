@@ -14,10 +14,8 @@ use crate::answer::{Answer, Made};
 use crate::arguments::{Fit as Options, Keys};
 use crate::error::Error;
 use crate::scenario::{self, Shorthands};
-use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
-use crate::shell::interrupt;
-use crate::shell::progress;
+use crate::shell::{Report, interrupt, progress};
 
 const FILES: [&str; 6] = ["motor.toml", "fit.csv", "fit.json", "fit.html", "fit.svg", "fit.png"];
 

@@ -11,9 +11,8 @@ use standstill_scenario::Document;
 use crate::arguments::{Fmu, FmuPart};
 use crate::error::Error;
 use crate::scenario::{self, Shorthands};
-use crate::shell::Report;
-use crate::shell::interrupt;
 use crate::shell::output::Output;
+use crate::shell::{Report, interrupt};
 
 /// Largest size of the shared library in bytes: with full debug information it has some hundred MB.
 const MOST_BYTES: u64 = 1 << 30;

@@ -11,8 +11,7 @@ use standstill_scenario::Document;
 use crate::arguments::Lab as Options;
 use crate::error::Error;
 use crate::scenario::{self, Shorthands};
-use crate::shell::Report;
-use crate::shell::interrupt;
+use crate::shell::{Report, interrupt};
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let server =

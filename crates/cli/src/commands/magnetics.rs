@@ -14,10 +14,9 @@ use standstill_quantity::short;
 use crate::answer::{Answer, Made};
 use crate::arguments::Magnetics;
 use crate::error::Error;
-use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::quoted;
-use crate::shell::interrupt;
+use crate::shell::{Report, interrupt};
 
 /// Number of current steps from zero to the largest current.
 const STEPS: u16 = 10;

@@ -14,8 +14,7 @@ use serde_json::json;
 use standstill_analysis::Halt;
 use standstill_campaign::store::Notes;
 use standstill_detect::Method;
-use standstill_scenario::Scenario;
-use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
+use standstill_scenario::{Document, FileError, Plan, Scenario, ScenarioFile};
 
 use crate::answer::{Answer, Made};
 use crate::arguments::{Keys, Question, Seed, default_folder};
@@ -23,7 +22,7 @@ use crate::doubts;
 use crate::error::Error;
 use crate::scenario::{self, Shorthands};
 use crate::shell::Report;
-use crate::shell::command_line::{command, quoted, to_resume};
+use crate::shell::command_line::{command, quoted, set, to_resume};
 use crate::shell::interrupt::INTERRUPTED;
 use crate::shell::output::{Output, remove_stale};
 use crate::shell::progress::Watched;
@@ -60,7 +59,7 @@ pub fn again(question: &Question) -> String {
 /// Returns a scenario or a motor with keys and a seed, as on the command line.
 pub fn given(scenario: &str, keys: &Keys, seed: Seed) -> String {
     let mut line = quoted(scenario);
-    line.extend(keys.set.iter().map(|(key, value)| format!(" -s {}", quoted(&format!("{key}={value}")))));
+    line.extend(keys.set.iter().map(|(key, value)| set(key, value)));
     if let Some(library) = &keys.detector {
         let _ = write!(line, " --detector {}", quoted(&library.to_string_lossy()));
     }

@@ -11,8 +11,7 @@ use std::path::Path;
 use standstill_report::figure::Figure;
 use standstill_report::study::figures;
 
-use crate::results::FinishedRun;
-use crate::results::say_extension;
+use crate::results::{FinishedRun, say_extension};
 
 use crate::answer::Made;
 use crate::arguments::Report;

@@ -11,25 +11,20 @@ use standstill_detect::{Method, MethodName, Settings};
 use standstill_quantity::Quantity;
 use standstill_report::page::{Block, Section};
 use standstill_report::study::ErrorCloud;
-use standstill_scenario::{Document, ScenarioFile};
-use standstill_scenario::{Record, Scenario, Specimen};
+use standstill_scenario::{Document, Record, Scenario, ScenarioFile, Specimen};
 use standstill_sim::{Trace, run as simulate};
 use standstill_table::{Format, TableError, Writer};
 
-use crate::answer;
 use crate::arguments::Reproduce;
 use crate::columns::{self, trial_columns, trial_values};
 use crate::error::Error;
-use crate::figures;
 use crate::log::Logged;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt::{self, INTERRUPTED};
-use crate::shell::output::Output;
-use crate::shell::output::file_list;
-use crate::shell::progress;
-use crate::summary;
+use crate::shell::output::{Output, file_list};
+use crate::shell::{Report, progress};
+use crate::{answer, figures, summary};
 
 const FILES: [&str; 11] = [
     "audit.csv",

@@ -23,7 +23,7 @@ use crate::arguments::Require as Options;
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
-use crate::shell::command_line::quoted;
+use crate::shell::command_line::{quoted, set};
 use crate::shell::values::shown;
 
 /// Factor by which the default range extends from the scenario's value in both directions.
@@ -276,7 +276,7 @@ fn answer(setting: String, again: &str, asked: &EdgeSearch<'_>, found: &Found) -
         Found::Stretch(stretch) => match stretch.last() {
             Some(edge) => answer.next(
                 "starts with this value",
-                format!("standstill run {again} -s {}", quoted(&format!("{key}={}", shown(key, edge.value)))),
+                format!("standstill run {again}{}", set(key, &shown(key, edge.value))),
             ),
             None => answer,
         },

@@ -22,18 +22,13 @@ use self::results::Results;
 use crate::arguments::{Amount, Keys, Results as Options, Rows, Run, Sweep};
 use crate::doubts;
 use crate::error::Error;
-use crate::results::STATISTICS;
-use crate::results::SUMMARY;
-use crate::results::SummaryFile;
-use crate::results::files_wanted;
-use crate::results::guard;
+use crate::results::{STATISTICS, SUMMARY, SummaryFile, files_wanted, guard};
 use crate::scenario::{self, Shorthands};
-use crate::shell::Report;
 use crate::shell::command_line::to_resume;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
 use crate::shell::terminal::{for_reading, paragraph, tell};
-use crate::shell::{host, progress};
+use crate::shell::{Report, host, progress};
 
 pub fn run(options: &Run) -> Result<Report, Error> {
     carry_out(options, document_of(options)?)

@@ -10,9 +10,8 @@ use super::run::{document, isolated};
 use crate::arguments::{Rows, Slurm};
 use crate::error::Error;
 use crate::scenario;
-use crate::shell::Report;
 use crate::shell::command_line::quoted;
-use crate::shell::interrupt;
+use crate::shell::{Report, interrupt};
 
 pub fn run(options: &Slurm) -> Result<Report, Error> {
     interrupt::at_once();

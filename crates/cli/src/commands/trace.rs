@@ -20,11 +20,10 @@ use crate::commands::question::{Identity, setting};
 use crate::doubts;
 use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::typed_of;
 use crate::shell::setup::Setup;
-use crate::shell::{host, interrupt};
+use crate::shell::{Report, host, interrupt};
 
 /// Returns the options that are shorthands for keys, but for the angle of one start.
 fn shorthands(options: &Options) -> Shorthands {

@@ -18,7 +18,7 @@ use crate::arguments::Tune as Options;
 use crate::error::Error;
 use crate::figures;
 use crate::shell::Report;
-use crate::shell::command_line::quoted;
+use crate::shell::command_line::set;
 use crate::shell::progress::Watched;
 use crate::shell::values::shown;
 
@@ -231,8 +231,6 @@ fn answer(setting: String, again: &str, asked: &Asked<'_>, tuned: &Tuned) -> Ans
         return answer.next("which part of the drive makes the error", format!("standstill budget {again}"));
     }
     let pairs = asked.ranges.iter().zip(&tuned.best.values);
-    let keys = pairs.map(|(range, value)| {
-        format!(" -s {}", quoted(&format!("{}={}", range.key, shown(&range.key, *value))))
-    });
+    let keys = pairs.map(|(range, value)| set(&range.key, &shown(&range.key, *value)));
     answer.next("starts with these settings", format!("standstill run {again}{}", keys.collect::<String>()))
 }

@@ -11,9 +11,8 @@ use standstill_report::page::{Block, Column, Section, Table, Tone};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Witness as Options;
 use crate::error::Error;
-use crate::shell::Report;
 use crate::shell::interrupt::{self, INTERRUPTED};
-use crate::shell::progress;
+use crate::shell::{Report, progress};
 
 /// Why witnesses were not heard.
 pub enum Unheard {

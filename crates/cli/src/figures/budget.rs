@@ -4,8 +4,6 @@ use standstill_analysis::Budget;
 use standstill_campaign::Estimate;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-use super::parts::WIDTH;
-
 /// Largest number of sources that a reader can distinguish in the picture over the angle.
 const DRAWN: usize = 4;
 
@@ -44,13 +42,7 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
     // Of a dozen rows.
     #[allow(clippy::cast_possible_truncation)]
     let height = 160 + 40 * bars.len() as u32;
-    Figure {
-        title: "Where the error comes from".to_owned(),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: height.clamp(300, 2000),
-        panels: vec![panel],
-    }
+    Figure::new("Where the error comes from", subtitle, height.clamp(300, 2000), [panel])
 }
 
 /// Draws the contributions over the angle: mean squares, which add up, each with its 95 % interval.
@@ -77,13 +69,12 @@ pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
             .with(Layer::line(label, style, around.iter().map(|(x, e)| (*x, e.value))));
     }
     let width = 360 / parts.len().max(1);
-    Figure {
-        title: "Where the error comes from, over the rotor's angle".to_owned(),
-        subtitle: Some(format!("{subtitle}; means over {width}° with their 95 % intervals")),
-        width: WIDTH,
-        height: 480,
-        panels: vec![panel],
-    }
+    Figure::new(
+        "Where the error comes from, over the rotor's angle",
+        format!("{subtitle}; means over {width}° with their 95 % intervals"),
+        480,
+        [panel],
+    )
 }
 
 /// Adds values at 0 and 360°, between those of the last and the first range, to estimates of equal ranges of the

@@ -4,8 +4,7 @@ use standstill_analysis::Entry;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
 use standstill_scenario::ErrorSet;
 
-use super::parts::WIDTH;
-use crate::shell::values::range;
+use crate::shell::values::{each_once, range};
 use crate::summary::{FAILING, GOOD, good};
 
 /// A set of conditions in the space of a method, ordered from top to bottom.
@@ -40,14 +39,7 @@ fn condition(entry: &Entry) -> String {
 }
 
 fn conditions(entries: &[&Entry]) -> Vec<String> {
-    let mut conditions = Vec::new();
-    for entry in entries {
-        let condition = condition(entry);
-        if !conditions.contains(&condition) {
-            conditions.push(condition);
-        }
-    }
-    conditions
+    each_once(entries.iter().map(|entry| condition(entry)))
 }
 
 fn log(degrees: f64) -> f64 {
@@ -105,24 +97,18 @@ pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     // Of some hundred pixels.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let height = (120.0 + 50.0 * panels.len() as f64 + heights).min(4000.0) as u32;
-    Figure {
-        title: "Methods compared: marker at the rms error, line to the 95th percentile".to_owned(),
-        subtitle: Some(subtitle),
-        width: WIDTH,
+    Figure::new(
+        "Methods compared: marker at the rms error, line to the 95th percentile",
+        subtitle,
         height,
         panels,
-    }
+    )
 }
 
 /// Draws a panel, whose weight is its height in pixels.
 fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
     let conditions = conditions(entries);
-    let mut methods: Vec<&str> = Vec::new();
-    for entry in entries {
-        if !methods.contains(&entry.method.as_str()) {
-            methods.push(entry.method.as_str());
-        }
-    }
+    let methods = each_once(entries.iter().map(|entry| entry.method.as_str()));
     let row = |entry: &Entry| {
         let label = condition(entry);
         let method = methods.iter().position(|known| *known == entry.method.as_str()).unwrap_or(0);

@@ -6,7 +6,7 @@ use standstill_interface::{Phase, Reading, Sensed};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_sim::{Comparators, Event, Snapshot, Trace};
 
-use super::parts::{WIDTH, Window, curve};
+use super::parts::{Window, curve};
 
 /// Share of the largest current above which a pulse counts as carrying current.
 const CARRIES: f64 = 0.03;
@@ -165,15 +165,14 @@ pub fn detection(
         }
         seen.push(pulse.phases);
     }
-    Figure {
-        title: format!("One detection: {title}"),
-        subtitle: Some(format!(
+    Figure::new(
+        format!("One detection: {title}"),
+        format!(
             "{conditions}; above: from start to end; below: the first pulse, and the first of each other line"
-        )),
-        width: WIDTH,
-        height: 1000 + 230 * u32::try_from(seen.len().saturating_sub(1)).unwrap_or(0),
+        ),
+        1000 + 230 * u32::try_from(seen.len().saturating_sub(1)).unwrap_or(0),
         panels,
-    }
+    )
 }
 
 /// Draws the rotor's angle and the detector's estimate.
@@ -239,7 +238,7 @@ pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure
     }
     panels.extend(first_pulses(runs).map(|panel| Panel { weight: 1.6, ..panel }));
     let height = 200 + 190 * u32::try_from(panels.len()).unwrap_or(3);
-    Figure { title: title.to_owned(), subtitle: Some(subtitle.to_owned()), width: WIDTH, height, panels }
+    Figure::new(title, subtitle, height, panels)
 }
 
 /// Draws the first pulse of each run, in the phase with the largest current of the first run: a curve and marks for
@@ -352,7 +351,7 @@ mod tests {
         }
     }
 
-    /// What a drive without phase sensors reads is drawn, too: the link's current, its terminals, and where a comparator tripped.
+    /// The figure also shows the readings of a drive without phase sensors: the link's current, the terminals, and where a comparator tripped.
     #[test]
     fn law_a_close_up_shows_link_terminals_and_trips() {
         let mut trace = trace();

@@ -4,8 +4,6 @@ use standstill_fit::record::CHANNELS;
 use standstill_fit::{Fit, Trace};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-use super::parts::WIDTH;
-
 /// Largest number of points drawn of a channel; more would only make the file larger.
 const MOST_POINTS: usize = 4000;
 
@@ -115,11 +113,10 @@ pub fn fit(fit: &Fit, title: &str, subtitle: String) -> Figure {
     if fit.traces.len() > 1 {
         panels.extend(near.panels("time within the pulse of the largest current", fit.expected_rms));
     }
-    Figure {
-        title: format!("Simulation over measurement: {title}"),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: if panels.len() > 2 { 960 } else { 560 },
+    Figure::new(
+        format!("Simulation over measurement: {title}"),
+        subtitle,
+        if panels.len() > 2 { 960 } else { 560 },
         panels,
-    }
+    )
 }

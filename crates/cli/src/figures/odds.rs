@@ -3,8 +3,6 @@
 use standstill_analysis::{Event, Odds};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-use super::parts::WIDTH;
-
 /// Magnitude below which the axis takes all values for zero and has a fixed width, in the order parameter's unit.
 const LEAST: f64 = 1e-9;
 
@@ -40,11 +38,5 @@ pub fn odds(odds: &Odds, event: Event, in_sectors: bool, subtitle: String) -> Fi
         panel = panel.with(Layer::upper_limits("upper limit, 97.5 %", Style::Vermilion, limit));
     }
     panel = panel.with(Layer::instant("event", event.bound()));
-    Figure {
-        title: format!("Odds of {event}"),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: 480,
-        panels: vec![panel],
-    }
+    Figure::new(format!("Odds of {event}"), subtitle, 480, [panel])
 }

@@ -5,9 +5,6 @@ use standstill_inverter::Conduction;
 use standstill_report::figure::{Axis, Lane, Layer, Panel, Style};
 use standstill_sim::{Snapshot, Trace};
 
-/// Width of every figure in pixels.
-pub const WIDTH: u32 = 900;
-
 /// Makes a curve with its name in the legend.
 pub fn curve(label: &str, points: Vec<(f64, f64)>, style: Style) -> Layer {
     Layer::Line { label: Some(label.to_owned()), points, style }

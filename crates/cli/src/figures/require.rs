@@ -6,21 +6,15 @@ use standstill_analysis::require::{EVERYWHERE, Judged, Point};
 use standstill_campaign::Estimate;
 use standstill_quantity::Scale;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, cell_edges};
-use standstill_scenario as file;
 
-use super::parts::WIDTH;
-use crate::shell::values::scale as scale_of;
+use crate::shell::values::{scale as scale_of, scale_of_key};
 
 /// Makes a key's axis with a single unit, which suits `typical`, or else the largest value.
 fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (Axis, Scale) {
     let values: Vec<f64> = values.collect();
-    let scale = if file::is_share(key) {
-        Scale::percent()
-    } else {
-        let largest =
-            values.iter().copied().filter(|value| value.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
-        Scale::suiting(&file::unit(key).unwrap_or_default(), typical.unwrap_or(largest))
-    };
+    let largest =
+        values.iter().copied().filter(|value| value.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
+    let scale = scale_of_key(key, typical.unwrap_or(largest));
     let label = if scale.unit.is_empty() { key.to_owned() } else { format!("{key} ({})", scale.unit) };
     let axis = Axis::new(label);
     let log = values.iter().all(|value| *value > 0.0);
@@ -115,13 +109,7 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
         }
     }
     panel = panel.with(Layer::level(limit_named.trim_end(), unit));
-    Figure {
-        title: format!("What {key} must be"),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: 480,
-        panels: vec![panel],
-    }
+    Figure::new(format!("What {key} must be"), subtitle, 480, [panel])
 }
 
 /// Draws the trade-off curve of two keys.
@@ -168,13 +156,7 @@ pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: Strin
         .with(Layer::line(limits, Style::Blue, curve(|point| point.second)))
         .with(Layer::line(limits, Style::Blue, curve(|point| point.from)))
         .with(Layer::error_bars(limits, Style::Blue, bars));
-    Figure {
-        title: format!("{} against {}", keys[0], keys[1]),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: 480,
-        panels: vec![panel],
-    }
+    Figure::new(format!("{} against {}", keys[0], keys[1]), subtitle, 480, [panel])
 }
 
 #[cfg(test)]

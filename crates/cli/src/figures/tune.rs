@@ -5,7 +5,6 @@ use standstill_analysis::tune::{Judged, Question, Tuned, View};
 use standstill_campaign::Estimate;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-use super::parts::WIDTH;
 use crate::shell::values::scale;
 
 /// Draws the minimised measure over another one: all settings tried, the Pareto front, initial and best settings.
@@ -104,13 +103,12 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     }
     looks = looks.with(Layer::points(&searched, Style::Purple, points(kept.clone())));
     let close = Panel::new(scaled(0, xs), scaled(1, ys)).titled("judged on fresh trials");
-    Figure {
-        title: format!("{} against {}", measures[1], measures[0]),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: 860,
-        panels: vec![marked(close), marked(looks)],
-    }
+    Figure::new(
+        format!("{} against {}", measures[1], measures[0]),
+        subtitle,
+        860,
+        [marked(close), marked(looks)],
+    )
 }
 
 /// Says that start or best has no place in the picture, with the measure that it has.

@@ -21,6 +21,16 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
+/// Returns an option of a command line that sets a key, after a space.
+pub fn set(key: &str, value: &str) -> String {
+    set_pair(&format!("{key}={value}"))
+}
+
+/// Returns an option of a command line for `KEY=VALUE`, after a space.
+pub fn set_pair(pair: &str) -> String {
+    format!(" -s {}", quoted(pair))
+}
+
 /// Returns this process's command line for typing again; empty in a host program.
 pub fn typed() -> String {
     typed_of(None)

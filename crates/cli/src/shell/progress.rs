@@ -22,17 +22,18 @@ pub fn bar(trials: u64) -> ProgressBar {
         // A bar that cannot be written is no reason to stop.
         let _ = write!(to, "{:.0}", state.per_sec());
     };
-    if trials == 0 {
-        let bar = watched(ProgressBar::no_length(), " trials");
-        let style = ProgressStyle::with_template("{spinner} {pos} trials, {rate}/s, {msg}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()).with_key("rate", rate));
-        return bar;
-    }
-    let bar = new(trials, " trials");
-    let template = "{bar:16} {pos}/{len} trials, {rate}/s, {eta} left, {msg}";
-    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    bar.set_style(style.with_key("rate", rate));
+    let (bar, template) = if trials == 0 {
+        (watched(ProgressBar::no_length(), " trials"), "{spinner} {pos} trials, {rate}/s, {msg}")
+    } else {
+        (new(trials, " trials"), "{bar:16} {pos}/{len} trials, {rate}/s, {eta} left, {msg}")
+    };
+    bar.set_style(style(template).with_key("rate", rate));
     bar
+}
+
+/// Returns a style by its template.
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 /// Makes a progress bar of this length.
@@ -148,24 +149,21 @@ pub fn reading(rows: u64) -> ProgressBar {
 }
 
 fn of_rows(rows: u64, what: &'static str, template: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
-    new(rows, what).with_style(style)
+    new(rows, what).with_style(style(template))
 }
 
 /// Makes a spinner for work that says what it is at.
 pub fn working(what: &'static str) -> ProgressBar {
-    let spinner = watched(ProgressBar::new_spinner(), " groups");
-    let style = ProgressStyle::with_template("{spinner} {msg}, {elapsed}");
-    spinner.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-    spinner.with_message(what)
+    spinning(" groups", "{spinner} {msg}, {elapsed}").with_message(what)
 }
 
 /// Makes a spinner for work of unknown length.
 pub fn spinner(what: &'static str) -> ProgressBar {
-    let spinner = watched(ProgressBar::new_spinner(), " steps");
-    let style = ProgressStyle::with_template("{spinner} {msg}: step {pos}");
-    spinner.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-    spinner.with_message(what)
+    spinning(" steps", "{spinner} {msg}: step {pos}").with_message(what)
+}
+
+fn spinning(what: &'static str, template: &str) -> ProgressBar {
+    watched(ProgressBar::new_spinner(), what).with_style(style(template))
 }
 
 #[cfg(test)]

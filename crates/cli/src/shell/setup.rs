@@ -8,6 +8,8 @@ use standstill_quantity::{listed, number};
 use standstill_report::page::{Block, Column, Section, Table};
 use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, Values, keys};
 
+use crate::shell::values::each_once;
+
 /// Returns motor, method and conditions of a scenario in a line, without the keys of its sweep axes.
 pub fn setting(file: &ScenarioFile) -> String {
     conditions(file, |key| file.axes.contains_key(key))
@@ -181,12 +183,7 @@ fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, St
         if values.len() < scenarios {
             values.push("none".to_owned());
         }
-        let mut seen: Vec<String> = Vec::new();
-        for value in values {
-            if !seen.contains(&value) {
-                seen.push(value);
-            }
-        }
+        let seen = each_once(values);
         (key, if seen.len() > LISTED { "varied".to_owned() } else { seen.join(", ") })
     };
     values.into_iter().map(one).collect()

@@ -26,12 +26,7 @@ impl Shown {
         keys.map(|key| {
             let values = points.iter().filter_map(|point| point.values.get(key)?.as_f64());
             let largest = values.fold(0.0_f64, |largest, value| largest.max(value.abs()));
-            let scale = if file::is_share(key) {
-                Scale::percent()
-            } else {
-                Scale::suiting(&file::unit(key).unwrap_or_default(), largest)
-            };
-            Self { key: key.clone(), scale }
+            Self { key: key.clone(), scale: scale_of_key(key, largest) }
         })
         .collect()
     }
@@ -46,6 +41,16 @@ impl Shown {
     }
 }
 
+/// Returns the items in their order, each once.
+pub fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
+    items.into_iter().fold(Vec::new(), |mut seen, item| {
+        if !seen.contains(&item) {
+            seen.push(item);
+        }
+        seen
+    })
+}
+
 /// Describes a point by its values.
 pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
     let values = shown.iter().zip(point.values.values());
@@ -58,20 +63,16 @@ pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
 
 /// Formats a key's value in its unit.
 pub fn shown(key: &str, value: f64) -> String {
-    if standstill_scenario::is_share(key) {
+    if file::is_share(key) {
         return format!("{} %", listed(&[100.0 * value], "").trim_end());
     }
-    listed(&[value], &standstill_scenario::unit(key).unwrap_or_default()).trim_end().to_owned()
+    listed(&[value], &file::unit(key).unwrap_or_default()).trim_end().to_owned()
 }
 
 /// Formats a key's value with its interval in a suitable unit, in at most two significant digits of half the
 /// interval's width, or of the distance to the end that is not open; whole numbers in full.
 pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<f64>; 2]) -> String {
-    let scale = if standstill_scenario::is_share(key) {
-        Scale::percent()
-    } else {
-        Scale::suiting(&standstill_scenario::unit(key).unwrap_or_default(), value.abs())
-    };
+    let scale = scale_of_key(key, value.abs());
     let number = |x: f64| scale.number(x);
     let [low, high] = interval.map(|end| end.map(number));
     let value = number(value);
@@ -94,6 +95,15 @@ pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<
 /// Formats a share in per cent, with the sign %.
 pub fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::listed(&[100.0 * share], "").trim_end())
+}
+
+/// Returns the unit in which values of a key are shown.
+pub fn scale_of_key(key: &str, largest: f64) -> Scale {
+    if file::is_share(key) {
+        Scale::percent()
+    } else {
+        Scale::suiting(&file::unit(key).unwrap_or_default(), largest)
+    }
 }
 
 /// Returns the unit in which a measure is shown.

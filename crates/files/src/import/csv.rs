@@ -4,9 +4,7 @@
 //! and blank lines.
 
 use super::columns::{Column, MapValues, Quantity};
-use super::polar;
-use super::wide;
-use super::{MapError, MapLayout, MapPoint, MapSamples, Place};
+use super::{MapError, MapLayout, MapPoint, MapSamples, Place, polar, wide};
 use crate::import::arrays::MOST_POINTS;
 
 /// Columns that a line may have: those of a wide table.

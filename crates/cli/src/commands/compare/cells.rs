@@ -5,14 +5,13 @@ use std::path::Path;
 use standstill_detect::{Method, MethodName};
 use standstill_interface::Choice;
 use standstill_plant::Motor;
-use standstill_scenario::{Document, FileError, Origin};
-use standstill_scenario::{ErrorSet, Rotor, Scenario};
+use standstill_scenario::{Document, ErrorSet, FileError, Origin, Rotor, Scenario};
 use toml::Value;
 
 use crate::arguments::Compare;
-use crate::commands::each_once;
 use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
+use crate::shell::values::each_once;
 
 /// A row of the comparison before its trials are run: method, conditions and number of trials.
 pub struct Cell {
@@ -63,15 +62,16 @@ impl Comparison {
         let rotors = match &options.rotor[..] {
             [] if is_set("rotor.state") => vec![file.rotor.state()],
             [] => vec![Rotor::Locked, Rotor::Free],
-            given => each_once(given),
+            given => each_once(given.iter().copied()),
         };
         let errors = match &options.errors[..] {
             [] if is_set("errors") => vec![file.errors.0],
             [] => vec![ErrorSet::Default, ErrorSet::Harsh],
-            given => each_once(given),
+            given => each_once(given.iter().copied()),
         };
         let one = comparison.document.origin("detector.method").map(|_| vec![file.detector.method()]);
-        let asked = if options.method.is_empty() { one } else { Some(each_once(&options.method)) };
+        let asked =
+            if options.method.is_empty() { one } else { Some(each_once(options.method.iter().copied())) };
         let trials = is_set("trials").then_some(file.trials);
         // A library beside all methods, or beside those that are asked for.
         let library = comparison.document.get("detector.library").is_some();

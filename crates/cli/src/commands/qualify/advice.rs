@@ -5,12 +5,12 @@ use standstill_report::page::Block;
 
 use super::words::Words;
 use crate::commands::question::again;
-use crate::shell::command_line::quoted;
+use crate::shell::command_line::{quoted, set_pair};
 
 impl Words<'_> {
     fn scenario(&self, of: &Case) -> String {
-        let keys = of.options().into_iter().map(|pair| format!(" -s {}", quoted(&pair)));
-        again(self.question) + &keys.collect::<String>()
+        let keys: String = of.options().iter().map(|pair| set_pair(pair)).collect();
+        again(self.question) + &keys
     }
 
     /// Returns the command that judges a requirement again.

@@ -7,7 +7,7 @@ use standstill_analysis::qualify::{NOT_MODELLED, Qualification};
 use standstill_analysis::witness::Witness;
 use standstill_campaign::NUMERICS;
 use standstill_foreign::ABI;
-use standstill_plant::Digest;
+use standstill_plant::{Digest, Entry};
 use standstill_report::page::{Block, Column, Section, Table};
 use standstill_scenario::Plan;
 
@@ -15,6 +15,7 @@ use super::words::{case, percent};
 use crate::commands::question::Identity;
 use crate::commands::witness;
 use crate::error::Error;
+use crate::shell::values::each_once;
 
 /// Returns the manifest. Digests are checksums against mix-ups, and no proof against forgery.
 pub fn of(plan: &Plan, requirements: &Path, digest: &str, identity: &Identity) -> Result<Value, Error> {
@@ -61,16 +62,11 @@ pub fn heard(witnesses: Option<&[Witness]>) -> String {
 
 /// Values that data sheets mark as assumed: motor, key, value, reason; each once.
 fn assumed(found: &Qualification) -> Vec<[String; 4]> {
-    let mut all: Vec<[String; 4]> = Vec::new();
-    for of in &found.cases {
-        for entry in &of.assumed {
-            let row = [of.motor.clone(), entry.key.clone(), entry.value.clone(), entry.reason.clone()];
-            if !all.contains(&row) {
-                all.push(row);
-            }
-        }
-    }
-    all
+    each_once(found.cases.iter().flat_map(|of| {
+        let row =
+            |entry: &Entry| [of.motor.clone(), entry.key.clone(), entry.value.clone(), entry.reason.clone()];
+        of.assumed.iter().map(row)
+    }))
 }
 
 /// Conditions in which rare events happen: case, event, sector of angles, share, draws.
@@ -88,13 +84,11 @@ fn triggers(found: &Qualification) -> Vec<[String; 4]> {
                     format!("{from:.0}° to {to:.0}°, {} of it", percent(sector.share)),
                     draws.collect::<Vec<_>>().join(", "),
                 ];
-                if !rows.contains(&row) {
-                    rows.push(row);
-                }
+                rows.push(row);
             }
         }
     }
-    rows
+    each_once(rows)
 }
 
 /// Returns the annexes as JSON.

@@ -4,8 +4,7 @@ use standstill_campaign::{Summary, binomial_interval};
 use standstill_report::study::{Coordinate, Design, ErrorCloud, Study, StudyAxis, StudyPoint};
 use standstill_scenario::{AxisSpec, DesignKind};
 
-use crate::results::FinishedRun;
-use crate::results::PointSummary;
+use crate::results::{FinishedRun, PointSummary};
 use crate::shell::setup::setting;
 use crate::shell::values::Shown;
 use crate::summary::Ranking;

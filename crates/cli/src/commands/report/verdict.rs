@@ -6,9 +6,7 @@ use standstill_scenario::Rotor;
 
 use super::demands::{DEMANDS, Standing, counted, demands, more, percent, whose};
 use crate::results::{FinishedRun, PointSummary, SummaryFile};
-use crate::shell::values::Shown;
-use crate::shell::values::describe;
-use crate::shell::values::range;
+use crate::shell::values::{Shown, describe, range};
 use crate::summary::{FAILING, Ranking, good, sectors_in_words};
 
 /// Returns what errors of sectors are, to be said after them.

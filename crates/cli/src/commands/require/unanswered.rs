@@ -4,13 +4,12 @@ use std::fmt;
 
 use serde::Serialize;
 use standstill_analysis::bracket::Edge;
-use standstill_analysis::limit::rms::{Part, made_by, part, widens};
+use standstill_analysis::limit::rms::{Dominated, dominated, made_by, widens};
 use standstill_analysis::limit::{Limits, Measure};
 use standstill_campaign::Estimate;
 
 use crate::arguments::MOST_AT_A_VALUE as MOST;
-use crate::shell::values::percent;
-use crate::shell::values::probability;
+use crate::shell::values::{percent, probability};
 use standstill_analysis::require::Judged;
 
 /// Starts without an answer that decide a limit: at the edge they make most of the mean square, or of the upper end
@@ -43,9 +42,9 @@ impl Unanswered {
 
     /// Makes the remark for an rms error and a share of starts without an answer; none if these do not decide.
     pub fn in_measure(rms: &Estimate, share: &Estimate, trials: u64) -> Option<Self> {
-        let decide = match part(rms, share)? {
-            Part::Value => "limit",
-            Part::Interval => "interval",
+        let decide = match dominated(rms, share)? {
+            Dominated::Value => "limit",
+            Dominated::Interval => "interval",
         };
         Some(Self::new(decide, share, trials))
     }

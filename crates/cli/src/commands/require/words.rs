@@ -5,8 +5,7 @@ use standstill_analysis::limit::Limits;
 
 use super::unanswered::{self, Unanswered};
 use super::{EdgeSearch, bound, side};
-use crate::shell::values::shown;
-use crate::shell::values::shown_interval;
+use crate::shell::values::{shown, shown_interval};
 
 /// Returns the answer: up to an edge, from one on, or between two.
 pub fn sentence(key: &str, whole: bool, limits: &Limits, edges: &[Edge]) -> String {

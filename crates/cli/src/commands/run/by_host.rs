@@ -16,9 +16,8 @@ use super::results::{Points, Results};
 use crate::arguments::{Arguments, Command, Run};
 use crate::columns::{trial_columns, trial_values};
 use crate::error::Error;
-use crate::shell::command_line;
 use crate::shell::host::Host;
-use crate::shell::progress;
+use crate::shell::{command_line, progress};
 
 /// Number of trials that are begun at a time, for each thread.
 const BLOCK: u64 = 16;

@@ -3,17 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, sync_channel};
 
-use standstill_campaign::store::{Earlier, Identity, Journal, Row, Shard, Tallied};
-use standstill_campaign::store::{JournalError, head};
+use standstill_campaign::store::{Earlier, Identity, Journal, JournalError, Row, Shard, Tallied, head};
 use standstill_scenario::Verdict;
 use standstill_table::{Format, Reader};
 
-use crate::results::rows;
+use crate::results::{STATISTICS, SummaryFile, rows, trials_name};
 
 use crate::error::Error;
-use crate::results::STATISTICS;
-use crate::results::SummaryFile;
-use crate::results::trials_name;
 use crate::shell::terminal::tell;
 
 /// Number of blocks of rows that wait in the channel, and rows of a block.
@@ -36,7 +32,8 @@ pub struct Found {
 }
 
 impl Found {
-    /// Finds the rows and statistics of this run with fewer trials in a folder. A journal in the way is renamed.
+    /// Finds the rows and statistics in a folder that belong to this run with fewer trials. If such a run's
+    /// journal has the name of the new journal, it is renamed.
     pub fn of(folder: &Path, identity: &Identity) -> Result<Self, Error> {
         let mut found = Self::default();
         let journal = folder.join(identity.shard.file_name());

@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 
 use standstill_campaign::store::{Identity, Shard};
-use standstill_scenario::{DesignKind, Plan};
+use standstill_scenario::{DesignKind, Plan, Point};
 
 use crate::shell::setup::setting;
 use crate::shell::terminal::paragraph;
+use crate::shell::values::each_once;
 
 /// Returns motor, method, conditions and trials in a few lines.
 pub fn text(plan: &Plan, identity: &Identity, shard: Shard) -> String {
@@ -18,17 +19,11 @@ pub fn text(plan: &Plan, identity: &Identity, shard: Shard) -> String {
     } else {
         let axes: Vec<String> = match file.design.kind.0 {
             DesignKind::Grid => {
-                let values = |key: &String| {
-                    let mut values: Vec<String> = Vec::new();
-                    for point in plan.points() {
-                        let value = point.values.iter().find(|(other, _)| other == key);
-                        let value = value.map(|(_, value)| value.to_string()).unwrap_or_default();
-                        if !values.contains(&value) {
-                            values.push(value);
-                        }
-                    }
-                    values.len()
+                let value = |point: &Point, key: &String| {
+                    let value = point.values.iter().find(|(other, _)| other == key);
+                    value.map(|(_, value)| value.to_string()).unwrap_or_default()
                 };
+                let values = |key| each_once(plan.points().iter().map(|point| value(point, key))).len();
                 file.axes.keys().map(|key| format!("{key} ({} values)", values(key))).collect()
             }
             _ => file.axes.keys().cloned().collect(),

@@ -10,25 +10,15 @@ use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Point};
 use standstill_table::{Cell, Column, Columns, Format, TableError, Writer};
 
-use crate::answer;
 use crate::arguments::{Results as Options, Rows, Run};
 use crate::columns::{AxisColumn, si, trial_columns, trial_values};
 use crate::error::Error;
-use crate::results;
-use crate::results::PointSummary;
-use crate::results::STATISTICS;
-use crate::results::SUMMARY;
-use crate::results::SummaryFile;
-use crate::results::Tables;
-use crate::results::files_wanted;
-use crate::results::trials_name;
-use crate::shell::Report;
+use crate::results::{PointSummary, STATISTICS, SUMMARY, SummaryFile, Tables, files_wanted, trials_name};
 use crate::shell::command_line::quoted;
-use crate::shell::output::Output;
-use crate::shell::output::file_list;
+use crate::shell::output::{Output, file_list};
 use crate::shell::terminal::paragraph;
-use crate::shell::{host, progress};
-use crate::summary;
+use crate::shell::{Report, host, progress};
+use crate::{answer, results, summary};
 
 /// Returns the names of the files.
 pub fn names(options: &Run) -> Vec<&'static str> {

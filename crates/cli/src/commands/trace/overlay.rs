@@ -13,8 +13,7 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::command_line::typed_of;
-use crate::shell::setup::Setup;
-use crate::shell::setup::conditions;
+use crate::shell::setup::{Setup, conditions};
 use standstill_scenario::Verdict;
 use standstill_table::Format;
 

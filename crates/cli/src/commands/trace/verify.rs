@@ -5,8 +5,7 @@ use std::fmt::Write as _;
 use serde_json::json;
 use standstill_detect::SettingsError;
 use standstill_interface::Outcome;
-use standstill_scenario::Record;
-use standstill_scenario::Single;
+use standstill_scenario::{Record, Single};
 use standstill_sim::{Ended, Event, Run, Tolerance, Trace, referee, run};
 
 /// Factor of the referee's tolerance to the usual one.

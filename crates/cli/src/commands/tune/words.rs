@@ -4,14 +4,11 @@ use standstill_analysis::limit::{Limit, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
 use standstill_campaign::Estimate;
 use standstill_quantity::{Scale, listed};
-use standstill_report::page::Tone;
+use standstill_report::page::{Column, Table, Tone};
 
 use crate::commands::require::Unanswered;
-use crate::shell::values::percent;
-use crate::shell::values::scale;
-use crate::shell::values::shown;
+use crate::shell::values::{percent, scale, shown};
 use crate::summary::decimals_of;
-use standstill_report::page::{Column, Table};
 
 fn digits(estimate: &Estimate, scale: &Scale) -> usize {
     decimals_of([estimate.value, estimate.low, estimate.high].map(|value| scale.number(value)))

@@ -2,18 +2,24 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use toml::Value as Toml;
+use standstill_campaign::store::values;
+use toml::Value;
 
 use crate::results::FinishedRun;
-use crate::shell::values::shown as shown_value;
+use crate::shell::values::shown;
 
 /// Returns the keys of the scenarios whose values differ: key, value of A, value of B.
 pub fn settings(runs: [&FinishedRun; 2]) -> Vec<[String; 3]> {
     let [a, b] = runs.map(|run| {
-        let table: toml::Table = toml::from_str(&run.summary.run.scenario).unwrap_or_default();
-        let mut keys = BTreeMap::new();
-        flatten("", &Toml::Table(table), &mut keys);
-        keys
+        let text = |(key, value): (String, Value)| {
+            let text = match &value {
+                Value::String(text) => text.clone(),
+                Value::Float(number) => shown(&key, *number),
+                value => value.to_string(),
+            };
+            (key, text)
+        };
+        values(&run.summary.run.scenario).into_iter().map(text).collect::<BTreeMap<_, _>>()
     });
     let all: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
     let of = |keys: &BTreeMap<String, String>, key: &String| {
@@ -23,25 +29,4 @@ pub fn settings(runs: [&FinishedRun; 2]) -> Vec<[String; 3]> {
         .filter(|key| a.get(*key) != b.get(*key))
         .map(|key| [key.clone(), of(&a, key), of(&b, key)])
         .collect()
-}
-
-/// Collects values by their keys, those of nested tables too.
-fn flatten(before: &str, value: &Toml, into: &mut BTreeMap<String, String>) {
-    match value {
-        Toml::Table(table) => {
-            for (key, value) in table {
-                let key = if before.is_empty() { key.clone() } else { format!("{before}.{key}") };
-                flatten(&key, value, into);
-            }
-        }
-        Toml::String(text) => {
-            into.insert(before.to_owned(), text.clone());
-        }
-        Toml::Float(number) => {
-            into.insert(before.to_owned(), shown_value(before, *number));
-        }
-        value => {
-            into.insert(before.to_owned(), value.to_string());
-        }
-    }
 }
