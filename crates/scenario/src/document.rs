@@ -1,134 +1,16 @@
 //! A scenario as TOML text: the position of each key, the overrides, and the errors with their positions.
 
-use std::fmt;
+mod error;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use standstill_detect::{MethodName, SettingsError};
-use standstill_files::{Files, TableError, key_span, line_of, quoted, read_keyed};
-use standstill_plant::{MotorError, TemperatureError};
-use thiserror::Error;
+use standstill_files::{Files, TableError, key_span, line_of, read_keyed};
 use toml::{Table, Value};
 
+pub use self::error::{FileError, Origin};
 use super::axes::AxisSpec;
-use super::suggestion::{suggest, unknown};
 use super::tables::ScenarioFile;
-
-/// Origin of a key's value that is not in the file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
-    /// Set on the command line.
-    CommandLine,
-    /// Set by an option that is a shorthand for the key, such as `--motor`.
-    Option(&'static str),
-    /// Set by a sweep axis at a point.
-    Axis,
-    /// Drawn by a tolerance.
-    Tolerance,
-}
-
-impl fmt::Display for Origin {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CommandLine => f.write_str("set on the command line"),
-            Self::Option(option) => write!(f, "set by {option}"),
-            Self::Axis => f.write_str("set as an axis"),
-            Self::Tolerance => f.write_str("drawn as a tolerance"),
-        }
-    }
-}
-
-/// Text of the error for a setting that the scenario's method does not have.
-const FOREIGN: &str = "a method that has such a setting";
-
-/// Error of a scenario file.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum FileError {
-    /// The file cannot be read.
-    #[error("cannot read {file}: {error}")]
-    Read {
-        /// The file.
-        file: PathBuf,
-        /// Error of the operating system.
-        error: String,
-    },
-    /// The file is not TOML.
-    #[error("{file}: line {line}: {message}")]
-    Syntax {
-        /// The file.
-        file: PathBuf,
-        /// Line of the file, from 1.
-        line: usize,
-        /// Error of the parser.
-        message: String,
-    },
-    /// A key is unknown, or its value is invalid.
-    #[error("{place}{}`{key}`: {message}", if place.is_empty() { "" } else { ": " })]
-    Key {
-        /// The file with the line from 1, or the origin of the value, as far as known.
-        place: String,
-        /// Path of the key, such as `sensors.noise`.
-        key: String,
-        /// The value found, and the values needed.
-        message: String,
-    },
-    /// The motor's data sheet is invalid.
-    #[error(transparent)]
-    Motor(MotorError),
-}
-
-impl FileError {
-    /// Returns the error of a key whose value is invalid: the value found, and the values allowed.
-    pub(super) fn key(key: &str, found: &str, needed: &str) -> Self {
-        let message = format!("found {found}, needed {needed}");
-        Self::Key { place: String::new(), key: key.to_owned(), message }
-    }
-
-    /// Returns the error of a setting in `[detector]` that the chosen method does not have.
-    pub(super) fn foreign_setting(key: &str, method: MethodName) -> Self {
-        Self::key(&format!("detector.{key}"), &format!("method \"{method}\""), FOREIGN)
-    }
-
-    /// Returns true if the error is a setting in `[detector]` that the chosen method does not have.
-    pub fn is_foreign_setting(&self) -> bool {
-        matches!(self, Self::Key { message, .. } if message.ends_with(FOREIGN))
-    }
-
-    /// Converts a message of serde, for the key at `path`, to an error.
-    pub(super) fn serde(path: &str, message: &str) -> Self {
-        // What follows the first line says where it is, which the path knows.
-        let message = message.trim().lines().next().unwrap_or_default().to_owned();
-        let (key, message) = match unknown(&message) {
-            Some((word, known)) => {
-                // Serde's path ends at the table for some formats and at the key for others.
-                let written = quoted(&word);
-                let table = path.strip_suffix(&*written).unwrap_or(path).trim_end_matches(['.', '?']);
-                let key = if table.is_empty() { written.to_string() } else { format!("{table}.{written}") };
-                let key = if message.starts_with("unknown variant") { table.to_owned() } else { key };
-                (key, suggest(&message, table, &word, &known))
-            }
-            None => (path.trim_end_matches(['.', '?']).to_owned(), message),
-        };
-        Self::Key { place: String::new(), key, message }
-    }
-
-    /// Converts the error of a temperature at which no motor can be.
-    pub(super) fn temperature(error: &TemperatureError) -> Self {
-        let message = error.to_string();
-        Self::Key { place: String::new(), key: "rotor".to_owned(), message }
-    }
-
-    /// Converts the error of settings with which the method cannot work.
-    pub fn settings(error: &SettingsError) -> Self {
-        let SettingsError { setting, needed } = error;
-        if let Some(text) = error.own_text() {
-            let (message, key) = (text.to_owned(), "detector.library".to_owned());
-            return Self::Key { place: String::new(), key, message };
-        }
-        let message = format!("the detector's setting {setting} must be {needed}");
-        Self::Key { place: String::new(), key: "detector".to_owned(), message }
-    }
-}
 
 /// A scenario file with its overrides.
 #[derive(Clone, Debug)]

@@ -4,6 +4,7 @@ mod comparators;
 mod conduction;
 mod course;
 mod dividers;
+mod due;
 mod expected;
 mod faults;
 mod gates;

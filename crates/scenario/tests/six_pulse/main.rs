@@ -1,6 +1,8 @@
 //! Six pulses in closed loop: the figures that the method is for, on motors of its world.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
+mod refusals;
+
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -11,8 +13,8 @@ use standstill_interface::{
 use standstill_scenario::{Document, FileError, Origin, Plan, Scenario};
 use standstill_sim::{Ended, NoProbe, RunError, run};
 
-const FAN: &str = include_str!("../../../examples/scenarios/six-pulse-fan.toml");
-const OUTRUNNER: &str = include_str!("../../../examples/scenarios/six-pulse-outrunner.toml");
+const FAN: &str = include_str!("../../../../examples/scenarios/six-pulse-fan.toml");
+const OUTRUNNER: &str = include_str!("../../../../examples/scenarios/six-pulse-outrunner.toml");
 const PAPER: &str = "errors = \"none\"\n[sensors]\ntimer = \"0.32 us\"\n[detector]\nmethod = \"six-pulse\"\n";
 
 /// A scenario with these keys changed.
@@ -338,55 +340,6 @@ fn law_an_answer_in_sectors_is_the_middle_of_one() {
 }
 
 #[test]
-fn law_what_a_drive_lacks_is_refused_by_its_key() {
-    let refused =
-        |keys: &[&str]| try_scenario("errors = \"default\"", keys).expect_err("refused").to_string();
-    let method = "detector.method=six-pulse";
-    let timed = refused(&[method, "detector.timed=true"]);
-    assert!(timed.contains("detector.timed") && timed.contains("sensors.timer"), "{timed}");
-    for key in ["sensors.comparator_offset=1 A", "sensors.blanking=1 us", "sensors.comparators=per-leg"] {
-        let message = refused(&[key]);
-        assert!(message.contains("sensors.timer") && message.contains("sensors.trip"), "{message}");
-    }
-    let message = refused(&["sensors.trip=10 A", "sensors.threshold_bits=8"]);
-    assert!(message.contains("sensors.timer"), "{message}");
-    // A drive that reads neither times nor currents of phases is told of both.
-    for arrangement in ["dc-link-shunt", "none"] {
-        let place = format!("sensors.arrangement={arrangement}");
-        let message = refused(&[method, &place]);
-        assert!(message.contains("`sensors.timer`") && message.contains("three-in-line"), "{message}");
-        let sampled =
-            refused(&[method, &place, "sensors.timer=1 us", "detector.timed=false", "detector.rounds=2"]);
-        assert!(sampled.contains("`detector.timed` true"), "{sampled}");
-    }
-    // Comparators of each leg need a sensor of each leg.
-    for arrangement in ["two-in-line", "dc-link-shunt", "none"] {
-        let place = format!("sensors.arrangement={arrangement}");
-        let message = refused(&["sensors.timer=1 us", &place, "sensors.comparators=per-leg"]);
-        let parts = ["`sensors.comparators`", "\"per-leg\"", "\"common\"", "three-in-line"];
-        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
-        let timed = [method, "sensors.timer=1 us", &place, "sensors.comparators=common"];
-        assert!(try_scenario("errors = \"default\"", &timed).is_ok(), "{arrangement}");
-    }
-    // Those of shunts below the legs see three of the six pulses: they trip on overcurrents, and currents are sampled.
-    let below =
-        ["sensors.arrangement=low-side-shunts", "sensors.timer=1 us", "sensors.comparators=per-leg", method];
-    let sampled = try_scenario("errors = \"default\"", &below).expect("sampled");
-    assert_eq!(sampled.value("detector.timed"), Some(false.into()));
-    let message = refused(&[below[0], below[1], below[2], below[3], "detector.timed=true"]);
-    assert!(
-        message.contains("`detector.timed`") && message.contains("`sensors.comparators` \"common\""),
-        "{message}"
-    );
-    let once = refused(&[method, "sensors.timer=1 us", "detector.timed=false"]);
-    assert!(once.contains("detector.rounds") && once.contains("2 where `timed` is false"), "{once}");
-    let exact = try_scenario("errors = \"none\"", &["sensors.timer=1 us", "sensors.threshold_bits=8"]);
-    assert!(exact.expect_err("no range").to_string().contains("sensors.threshold_range"));
-    let sector = refused(&[method, "detector.sector=45 deg"]);
-    assert!(sector.contains("0, 30 or 60"), "{sector}");
-}
-
-#[test]
 fn law_an_overcurrent_is_a_record_with_its_reason() {
     let scenario = scenario("errors = \"default\"", &["detector.method=bipolar", "sensors.trip=3 A"]);
     let record = scenario.trial(0).expect("settings");
@@ -409,28 +362,6 @@ fn law_an_overcurrent_is_a_record_with_its_reason() {
         scenario.trial(3).expect("settings").run.ended
     });
     assert_eq!(format!("{with:?}"), format!("{without:?}"));
-}
-
-/// A timer alone does not sample: what pulses need follows from their settings, not from the method's name.
-#[test]
-fn law_sampled_pulses_are_refused_on_a_drive_without_phase_currents() {
-    for arrangement in ["none", "dc-link-shunt"] {
-        let text = |timed: &str| {
-            format!(
-                "sensors.arrangement = \"{arrangement}\"\nsensors.timer = 1e-6\ndetector.method = \"six-pulse\"\n{timed}"
-            )
-        };
-        let load = |timed| {
-            let document = Document::parse(Path::new("s.toml"), &text(timed)).expect("TOML");
-            Plan::new(document)
-                .and_then(|plan| plan.scenario(0))
-                .map(|_| ())
-                .map_err(|error| error.to_string())
-        };
-        assert_eq!(load(""), Ok(()), "{arrangement}");
-        let error = load("detector.timed = false\ndetector.rounds = 2").expect_err("no currents of phases");
-        assert!(error.contains("the currents of the phases") && error.contains("three-in-line"), "{error}");
-    }
 }
 
 /// A motor that does not saturate has no pole to find. Shunts below the legs read both directions of a phase by other shunts, and the
@@ -457,14 +388,4 @@ fn law_pulses_that_reach_the_threshold_within_the_blanking_are_not_timed() {
     }
     let seen = ends(&scenario(OUTRUNNER, &["sensors.blanking=2 us"]), 20);
     assert_eq!((seen.failed, seen.wrong), (0, 0), "{seen:?}");
-}
-
-#[test]
-fn law_a_threshold_that_the_converter_cannot_set_is_refused() {
-    let beyond = ["sensors.threshold_bits=8", "sensors.threshold_range=10 A", "detector.threshold=12 A"];
-    let message = try_scenario(PAPER, &beyond).expect_err("beyond the range").to_string();
-    assert!(message.contains("threshold") && message.contains("sensors.threshold_range"), "{message}");
-    assert!(try_scenario(PAPER, &[beyond[0], beyond[1], "detector.threshold=9.9 A"]).is_ok());
-    let message = try_scenario(PAPER, &[beyond[1]]).expect_err("a range of nothing").to_string();
-    assert!(message.contains("sensors.threshold_bits"), "{message}");
 }

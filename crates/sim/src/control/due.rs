@@ -1,0 +1,60 @@
+//! Instants of a run: requests to legs that are due, instants of the source, and the wait for the next one while nothing happens.
+
+use standstill_interface::Nanos;
+use standstill_numeric::Wide;
+
+use super::run::Control;
+use crate::lanes::bank::Bank;
+use crate::physics::gates::NEVER;
+
+impl<'a> Control<'a> {
+    /// Replaces the requests that have been carried out at a time in ns by the next ones.
+    pub(super) fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
+        for k in 0..3 {
+            while self.is_carried_out(bank, time, k) {
+                self.sequencer.carry_out(&mut bank.machine.legs, self.lane, k);
+            }
+        }
+    }
+
+    /// Returns whether the request to a leg has been carried out at a time in ns as far as it affects the leg's
+    /// conduction.
+    pub(super) fn is_carried_out<V: Wide>(&self, bank: &Bank<'a, V>, time: f64, k: usize) -> bool {
+        let legs = &bank.machine.legs;
+        let (direction, both) = (legs.direction(self.lane, k), legs.has_mosfets(self.lane));
+        legs.gates[k].is_carried_out(self.lane, time, direction, both)
+    }
+
+    /// Replaces the executed request to a leg by the next one.
+    pub fn carry_out<V: Wide>(&mut self, bank: &mut Bank<'a, V>, k: usize) {
+        self.sequencer.carry_out(&mut bank.machine.legs, self.lane, k);
+    }
+
+    /// Returns the next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.
+    pub(super) fn next_source_instant(&self, time: f64) -> f64 {
+        let Some(sag) = self.case.inverter.link.sag else { return NEVER };
+        [0.0, 0.5, 1.0]
+            .into_iter()
+            .map(|share| Nanos::from_seconds(sag.start + share * sag.duration).0 as f64)
+            .find(|at| *at > time)
+            .unwrap_or(NEVER)
+    }
+
+    /// Returns whether nothing happens before the next instant: no current, no motion, and no stored energy that
+    /// could drive any.
+    pub(super) fn rests<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
+        bank.machine.legs.idle_lanes() >> self.lane & 1 == 1
+            && !self.motion.moves()
+            && bank.machine.circuits.eddies().is_none()
+            && bank.machine.links.storage.is_none()
+            && self.case.inverter.link.sag.is_none()
+    }
+
+    /// Advances time to `until` in ns while nothing happens.
+    pub(super) fn wait<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
+        self.watch_waiting(bank, until);
+        bank.here.time.put(self.lane, until);
+        self.stale = true;
+        self.show_change(bank);
+    }
+}
