@@ -58,6 +58,9 @@ pub use standstill_interface::abi::ABI;
 pub use texts::kept;
 pub use watched::{Called, Watched};
 
+/// The header that a detector in C includes.
+pub const HEADER: &str = include_str!("../include/standstill.h");
+
 #[cfg(test)]
 mod tests {
     mod layout;
