@@ -9,7 +9,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let paths = entries.map(|entry| entry.expect("an entry").path());
     let below = |path: PathBuf| if path.is_dir() { sources(&path) } else { vec![path] };
-    paths.flat_map(below).collect()
+    paths.flat_map(below).filter(|path| path.extension().is_some_and(|ending| ending == "rs")).collect()
 }
 
 #[test]

@@ -82,3 +82,13 @@ fn law_a_threshold_that_the_converter_cannot_set_is_refused() {
     let message = try_scenario(PAPER, &[beyond[1]]).expect_err("a range of nothing").to_string();
     assert!(message.contains("sensors.threshold_bits"), "{message}");
 }
+
+/// Of several keys that lack what they need, the one that stands first in the table is named.
+#[test]
+fn law_the_first_key_that_lacks_something_is_named() {
+    let first = |keys: &[&str]| try_scenario("errors = \"default\"", keys).expect_err("refused").to_string();
+    let message = first(&["sensors.blanking=1 us", "sensors.comparators=per-leg", "sensors.timer_error=1 %"]);
+    assert!(message.contains("`sensors.comparators`: found per-leg"), "{message}");
+    let message = first(&["sensors.threshold_bits=8", "sensors.comparator_noise=1 mA", "sensors.trip=10 A"]);
+    assert!(message.contains("`sensors.comparator_noise`: found 0.001 A"), "{message}");
+}
