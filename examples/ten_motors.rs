@@ -60,7 +60,7 @@ fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
         (Some(Condition::Saturation { least, most, .. }), _) => {
             format!("suited if saturation is {:.2} to {:.0} %", 100.0 * least, 100.0 * most)
         }
-        (_, Suited::No | Suited::Undecided) => found.suited().name().to_owned(),
+        (_, Suited::No | Suited::Undecided | Suited::Unknown) => found.suited().name().to_owned(),
         (Some(Condition::Pole), _) => "axis only".to_owned(),
         (None, _) => "suited".to_owned(),
     };

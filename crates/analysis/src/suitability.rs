@@ -318,8 +318,10 @@ impl Suitability {
         } else {
             let (searched, _) = bench.work.within(SEARCH, || bench.searched(methods, &mut untried, hear));
             let (mut candidates, found) = searched?;
+            // Of a motor whose saturation is not known, no changes are tried.
+            let share = if likely.is_some() { 1.0 } else { CONFIRMATION };
             let (recommended, cut) =
-                bench.work.within(CONFIRMATION, || bench.recommended(&mut candidates, &found, hear));
+                bench.work.within(share, || bench.recommended(&mut candidates, &found, hear));
             let recommended = recommended?;
             if recommended.is_none() && cut {
                 untried.push("more fresh starts of what was found".to_owned());

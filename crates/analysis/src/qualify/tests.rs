@@ -287,11 +287,6 @@ fn regress_what_the_scenario_cannot_have_is_named_by_the_requirements_line() {
             "",
             &["line 4", "requirement[0].limit", "link-capacitor-aged", "inverter.capacitance"],
         ),
-        (
-            "faults.phase-open: coverage >= 99 %",
-            "over.\"detector.method\" = [\"six-pulse\"]",
-            &["line ", "requirement[0]"],
-        ),
     ] {
         let message = wrong(requirement("A", limit, more));
         assert!(parts.iter().all(|part| message.contains(part)), "{message}\n{parts:?}");

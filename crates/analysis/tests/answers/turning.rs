@@ -119,8 +119,9 @@ const NOTICES: [(&str, f64, Keys); 6] = [
 #[test]
 fn law_every_method_notices_a_rotor_that_turns() {
     for (method, rpm, keys) in NOTICES {
+        let on = [keys, &[("detector.checks", "true")]].concat();
         for rpm in [rpm, -rpm] {
-            let all = starts("paper-5k5", method, "default", rpm, keys, 30);
+            let all = starts("paper-5k5", method, "default", rpm, &on, 30);
             let answered = all.iter().filter_map(Record::error_deg).count();
             assert!(answered <= 1, "{method} {rpm}: {answered} answers");
             let found: Vec<_> = all.iter().filter_map(turns).collect();
@@ -134,7 +135,7 @@ fn law_every_method_notices_a_rotor_that_turns() {
             }
         }
         // One that stands is not taken to turn, and the check can be left out.
-        let still = starts("paper-5k5", method, "default", 0.0, keys, 30);
+        let still = starts("paper-5k5", method, "default", 0.0, &on, 30);
         assert!(still.iter().all(|record| turns(record).is_none()), "{method}");
         let off = [keys, &[("detector.checks", "false")]].concat();
         let unnoticed = starts("paper-5k5", method, "default", rpm, &off, 10);
@@ -162,6 +163,7 @@ fn table_of_methods_over_speed() {
         for rpm in speeds.split(',') {
             let timed = method == standstill_detect::MethodName::SixPulse;
             let mut keys = vec![("sensors.terminals", "true"), ("rotor.state", state.as_str())];
+            keys.push(("detector.checks", "true"));
             if timed {
                 keys.push(("sensors.timer", "0.32 us"));
             }

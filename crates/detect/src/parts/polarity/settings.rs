@@ -75,7 +75,8 @@ pub struct PolaritySettings<T> {
     pub rule: PolarityRule<T>,
     /// Where the current sensors are. One shunt in the DC link shows a vector's current after it, when diodes return it to the link.
     pub place: Place,
-    /// Which checks are on: whether the rotor stands.
+    /// Which checks are on: whether the rotor stands. By default none: where sensors are exact or know less than the drive assumes, and where
+    /// vectors turn a free rotor, starts that answer well enough are taken for a rotor that turns.
     pub checks: Checks,
     /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
     pub magnet_flux: T,
@@ -106,7 +107,7 @@ impl<T: Real> PolaritySettings<T> {
             signature,
             rule,
             place: drive.sensing.place,
-            checks: Checks::ALL,
+            checks: Checks::NONE,
             magnet_flux: drive.magnet_flux,
             q_axis_inductance: drive.q_axis_inductance,
             // No jitter takes the first sample before the edge.
