@@ -318,7 +318,7 @@ impl Suitability {
         } else {
             let (searched, _) = bench.work.within(SEARCH, || bench.searched(methods, &mut untried, hear));
             let (mut candidates, found) = searched?;
-            // Of a motor whose saturation is not known, no changes are tried.
+            // No changes are tried while the saturation is unknown, so the confirmation may use all the work that is left.
             let share = if likely.is_some() { 1.0 } else { CONFIRMATION };
             let (recommended, cut) =
                 bench.work.within(share, || bench.recommended(&mut candidates, &found, hear));

@@ -133,7 +133,7 @@ mod tests {
         for witness in found {
             assert!(witness.holds(), "{witness:?}");
             let Figure::Number { known, here, tolerance, unit } = witness.figure else { panic!("a number") };
-            // A tolerance that would let anything pass is none.
+            // A tolerance must be smaller than the figure, or a zero would pass.
             assert!(
                 known == 0.0 || tolerance < 0.2 * known.abs(),
                 "{}: {known} within {tolerance}",

@@ -295,7 +295,7 @@ fn regress_what_the_scenario_cannot_have_is_named_by_the_requirements_line() {
 
 #[test]
 fn law_odds_decide_what_trials_leave_open_case_by_case_and_resume_to_the_same() {
-    // What a start draws most, in 59 of 60 starts.
+    // The peak current that 59 of 60 starts do not exceed.
     let (plan, _) = scenario(HEAD);
     let one = plan.scenario(0).expect("a scenario");
     let mut currents: Vec<f64> =
@@ -318,7 +318,7 @@ fn law_odds_decide_what_trials_leave_open_case_by_case_and_resume_to_the_same() 
     assert!(claims.iter().all(|claim| claim.guards == claim.rare.is_none()), "guards are judged by trials");
     let shares: Vec<f64> =
         claims.iter().filter_map(|claim| Some(claim.rare.as_ref()?.probability.value)).collect();
-    // The same drives with another dead time draw another current.
+    // Another dead time changes the peak current.
     assert!((shares[0] * 60.0 - 1.0).abs() < 0.5 && (shares[1] / shares[0] - 1.0).abs() > 0.1, "{shares:?}");
     let mut again = made(HEAD, &list);
     judged(&mut again, &watch);

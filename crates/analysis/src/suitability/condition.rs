@@ -38,7 +38,7 @@ const LOOK: u64 = 64;
 const FEW: u64 = 16;
 /// Evidence for the pole, as a multiple of what a decision needs, below which in few starts more starts do not help.
 const HOPELESS: f64 = 0.6;
-/// Evidence for the pole that suffices, as a multiple of what a decision needs.
+/// Pole evidence of settings that suffice; a decision needs 1.
 const ENOUGH: f64 = 1.05;
 /// Evidence of few starts, divided by that of other settings in many, below which these settings are left out.
 const FEW_TO_MANY: f64 = 0.85;
@@ -153,7 +153,7 @@ impl Tried {
 struct Sufficiency {
     /// Settings that suffice.
     sufficing: Option<Setting>,
-    /// The largest pole evidence that was seen, as a multiple of what a decision needs.
+    /// Largest pole evidence of the settings that were tried; a decision needs 1.
     evidence: f64,
 }
 

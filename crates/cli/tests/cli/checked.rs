@@ -81,7 +81,7 @@ fn regress_each_printed_command_of_an_unsuited_motor_is_accepted() {
             for name in ["--current", "--movement", "--tolerance", "rotor.state=", "sensors.bits="] {
                 assert!(command.matches(name).count() < 2, "{command}");
             }
-            // What is said to suffice does; settings that the user fixed are given back to the search as the last way.
+            // Each change that is said to suffice does suffice. The last command gives fixed settings back to the search.
             let is_freed = more.contains(&"detector.rounds=3") && !command.contains("detector.rounds");
             assert!(!is_freed || command == &commands[commands.len() - 1].0, "{commands:?}");
             held.push((is_freed || output.status.code() == Some(0), command.clone()));

@@ -47,7 +47,7 @@ pub fn percent(share: f64) -> String {
     if percent > 0.0 && percent < 0.01 {
         return format!("{share:.1e}");
     }
-    // Near the whole the digits are those of what is missing, and no bound is rounded up.
+    // Near 100 % the shortfall keeps its digits, and no bound is rounded up.
     let near = percent > 99.0 && percent < 100.0;
     let digits = if near { magnitude(100.0 - percent) } else { magnitude(percent) };
     let decimals = digits.map_or(0, |power| usize::try_from(2 - power).unwrap_or(0));

@@ -66,7 +66,7 @@ fn law_a_close_up_begins_at_the_gate_of_the_first_pulse_that_carries_current() {
             let expected = 8.0 * (1.0 - (at / 100.0 - 1.0).abs()).max(0.0);
             assert!((current - expected).abs() < 1e-6, "{at} µs: {current} A");
         }
-        // What the drive read in the wait is not in it, what it read in the pulse is.
+        // The panel leaves out the readings of the wait and shows those of the pulse.
         let read = panel.layers.iter().filter_map(|layer| match layer {
             Layer::Points { points, .. } => Some(points.clone()),
             _ => None,
