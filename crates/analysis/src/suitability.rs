@@ -236,62 +236,6 @@ impl Suitability {
         Ok(Self { untried, work: work.done(), ..found })
     }
 
-    /// Checks a motor whose saturation is not given: finds the least saturation that suffices, up to `most`; none if `most` does
-    /// not suffice, or if no work is left.
-    fn with_saturation(
-        document: &Document,
-        demands: &Demands,
-        work: &Allowance,
-        methods: &[MethodName],
-        most: f64,
-        hear: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Option<Self>, SuitabilityError> {
-        let (least, cut) = work
-            .within(NARROWING, || condition::least_saturation(document, demands, work, methods, most, hear));
-        let Some((mut least, setting)) = least? else {
-            return Ok(None);
-        };
-        if least > NARROWEST * most {
-            return Ok(None);
-        }
-        let is_dear =
-            condition::with_range(document, demands, work, [least, most], |bench| bench.is_dear(&setting))?;
-        let is_dear = is_dear == Some(true);
-        if is_dear {
-            // More fresh starts than there is work for would be needed where the evidence is just enough.
-            least = condition::rounded_up(COMFORT * least).min(NARROWEST * most);
-        }
-        let smaller = (cut || is_dear)
-            .then(|| format!("a saturation of less than {} %", standstill_quantity::rounded(least, 2)));
-        // What few starts let pass may need a little more on many.
-        for _ in 0..5 {
-            let range = [least, most];
-            let found = condition::with_range(document, demands, work, range, |bench| {
-                let (found, _) = Self::judged(bench, methods, Some(&setting), hear)?;
-                Ok((found, condition::minus_d(bench.document)?))
-            })?;
-            let Some((mut found, minus_d)) = found else { return Ok(None) };
-            found.pole = PoleKnowledge::NotGiven;
-            if found.recommended.is_some() {
-                found.condition = Some(Condition::Saturation { least, most, minus_d });
-                found.untried.extend(smaller);
-                return Ok(Some(found));
-            }
-            if found.is_undecided {
-                let share = standstill_quantity::rounded(least, 2);
-                found
-                    .untried
-                    .push(format!("more fresh starts of a saturation of {share} %, which suffices in few"));
-                return Ok(Some(found));
-            }
-            least = condition::rounded_up(1.12 * least);
-            if least > NARROWEST * most {
-                break;
-            }
-        }
-        Ok(None)
-    }
-
     /// Judges the best settings of each method. Where its search may take more work than is left, settings that are known to suffice
     /// on few starts are confirmed before it.
     fn judged(
@@ -423,13 +367,8 @@ fn saliency_ratio(motor: &Motor) -> f64 {
 /// Saliency ratio |L_B| / L_A below which both axes have the same inductance.
 const LEAST_SALIENCY: f64 = 1e-3;
 
-/// Shares of the work that is left: for the search of the least saturation before its settings are confirmed, for the search of
-/// settings before the best are confirmed, and for the confirmation before changes are tried.
-const NARROWING: f64 = 0.7;
-/// Largest ratio of the ends of a range of saturation: of a narrower one no data sheet says that a motor lies in it.
-const NARROWEST: f64 = 0.8;
-/// Factor by which a saturation exceeds the least that suffices on few starts, where there is no work for many.
-const COMFORT: f64 = 1.15;
+/// Shares of the work that is left: for the search of settings before the best are confirmed, and for the confirmation before changes are
+/// tried.
 const SEARCH: f64 = 0.5;
 const CONFIRMATION: f64 = 0.7;
 

@@ -3,9 +3,11 @@
 //! [`subset`] walks chains from level to level; [`Odds`] has the answer of several such runs, with its interval and its alarms.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
+mod alarm;
 mod odds;
 pub mod subset;
 mod system;
 
-pub use odds::{Alarm, Estimator, Odds, PLAIN, RUNS};
+pub use alarm::Alarm;
+pub use odds::{Estimator, Odds, PLAIN, RUNS};
 pub use system::{Halt, System, Watch, kept};

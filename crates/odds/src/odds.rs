@@ -3,14 +3,13 @@
 #[cfg(test)]
 mod tests;
 
-use std::fmt;
-
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use standstill_campaign::{Estimate, binomial_interval, student};
 use standstill_numeric::power;
 use standstill_sim::Tape;
 
+use crate::alarm::Alarm;
 use crate::subset::{End, Run, Settings, run};
 use crate::system::kept;
 use crate::{Halt, System, Watch};
@@ -25,101 +24,6 @@ const LEAST: f64 = 0.8;
 
 /// Number of plain trials if no order parameter leads to the event.
 pub const PLAIN: u32 = 400_000;
-
-/// Alarms, which make an answer doubtful.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Alarm {
-    /// The runs disagree by more than their own estimates of their errors.
-    Disagree {
-        /// Observed coefficient of variation between the runs.
-        found: f64,
-        /// Expected coefficient of variation.
-        expected: f64,
-    },
-    /// Draws that no trial reads have a mean other than zero, here as rms: few independent states were left.
-    Unread(f64),
-    /// The last level of a run descends from only this number of states of the first level.
-    Ancestors(u32),
-    /// Some runs did not reach the event.
-    Missed {
-        /// Number of runs that did not reach the event.
-        runs: usize,
-        /// Number of all runs.
-        of: usize,
-    },
-    /// No order parameter shows how far a start is from the event: the answer is that of the plain trials.
-    Flat,
-    /// All starts have the same distance from the event: the answer is the limit from the plain trials done so far.
-    Constant,
-    /// No run reached the event.
-    TooRare {
-        /// Largest probability of the levels at which the runs gave up.
-        level: f64,
-        /// Upper end of the 95 % interval of these levels' probability. The event lies within the levels: it is no more probable, if the
-        /// runs missed no part of it, which each answer of runs that reach their event assumes, too.
-        at_most: f64,
-    },
-    /// This number of simulations could not continue; they count as starts without the event.
-    Errors(u64),
-    /// This share of the faults is of kinds to which no margin leads.
-    Unled(f64),
-    /// This share of the wrong poles is due to an axis error near 90°, with which any pole is wrong.
-    WrongAxes(f64),
-}
-
-impl fmt::Display for Alarm {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Disagree { found, expected } => write!(
-                f,
-                "the runs scatter by {:.0} % where they expect {:.0} % of themselves: the event may have parts that \
-                 some runs miss",
-                100.0 * found,
-                100.0 * expected
-            ),
-            Self::Unread(mean) => write!(
-                f,
-                "draws that nothing reads have a mean of {mean:.2} standard deviations: few independent states are left"
-            ),
-            Self::Ancestors(count) => {
-                write!(
-                    f,
-                    "all states of a run's last level descend from {count} of its first: its parts are few"
-                )
-            }
-            Self::Missed { runs, of } => write!(f, "{runs} of {of} runs did not reach the event"),
-            Self::Flat => write!(
-                f,
-                "nothing says how near a start is to the event, or that is clipped or coarsely quantised: these are plain \
-                 trials"
-            ),
-            Self::Constant => write!(
-                f,
-                "all starts are equally far from the event, so nothing leads there: the bound is what the plain trials \
-                 done until then carry"
-            ),
-            Self::TooRare { level, at_most } => write!(
-                f,
-                "not reached: the runs gave up at {level:.0e}. If they missed no part of the event, as every answer of runs assumes, it has a \
-                 probability of at most {at_most:.1e}; the bound above assumes nothing: it is what their plain trials carry"
-            ),
-            Self::Errors(count) => {
-                write!(f, "{count} simulations could not go on and count as starts without the event")
-            }
-            Self::Unled(share) => write!(
-                f,
-                "{:.0} % of the failed starts ended with a fault that no margin tells beforehand, as a clipped current: \
-                 there may be more of them",
-                100.0 * share
-            ),
-            Self::WrongAxes(share) => write!(
-                f,
-                "{:.0} % of the wrong poles have an axis error above 45°: it is the axis that is lost, not the pole",
-                100.0 * share
-            ),
-        }
-    }
-}
 
 /// Method by which the answer was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use standstill_scenario::{Document, Origin};
 use super::bench::{Bench, Look, Setting};
 use super::margins::Margins;
 use super::work::Allowance;
-use super::{Demands, Progress, SuitabilityError};
+use super::{Demands, Progress, Suitability, SuitabilityError};
 
 /// Condition on the motor under which the verdict holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +44,13 @@ const ENOUGH: f64 = 1.05;
 const FEW_TO_MANY: f64 = 0.85;
 /// Number of steps that are predicted from the evidence; then the range is halved.
 const PREDICTED: u32 = 6;
+
+/// Share of the work that is left for the search of the least saturation, before its settings are confirmed.
+const NARROWING: f64 = 0.7;
+/// Largest ratio of the ends of a range of saturation: of a narrower one no data sheet says that a motor lies in it.
+const NARROWEST: f64 = 0.8;
+/// Factor by which a saturation exceeds the least that suffices on few starts, where there is no work for many.
+const COMFORT: f64 = 1.15;
 
 /// Returns a document whose motor saturates by this share along +d, with the motor. None if the sheet has no key for it.
 pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, Motor)> {
@@ -221,5 +228,62 @@ impl Bench<'_> {
             return Ok(Sufficiency { sufficing: Some(setting), ..seen });
         }
         Ok(seen)
+    }
+}
+
+impl Suitability {
+    /// Checks a motor whose saturation is not given: finds the least saturation that suffices, up to `most`; none if `most` does
+    /// not suffice, or if no work is left.
+    pub(super) fn with_saturation(
+        document: &Document,
+        demands: &Demands,
+        work: &Allowance,
+        methods: &[MethodName],
+        most: f64,
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Option<Self>, SuitabilityError> {
+        let (least, cut) =
+            work.within(NARROWING, || least_saturation(document, demands, work, methods, most, hear));
+        let Some((mut least, setting)) = least? else {
+            return Ok(None);
+        };
+        if least > NARROWEST * most {
+            return Ok(None);
+        }
+        let is_dear = with_range(document, demands, work, [least, most], |bench| bench.is_dear(&setting))?;
+        let is_dear = is_dear == Some(true);
+        if is_dear {
+            // More fresh starts than there is work for would be needed where the evidence is just enough.
+            least = rounded_up(COMFORT * least).min(NARROWEST * most);
+        }
+        let smaller = (cut || is_dear)
+            .then(|| format!("a saturation of less than {} %", standstill_quantity::rounded(least, 2)));
+        // What few starts let pass may need a little more on many.
+        for _ in 0..5 {
+            let range = [least, most];
+            let found = with_range(document, demands, work, range, |bench| {
+                let (found, _) = Self::judged(bench, methods, Some(&setting), hear)?;
+                Ok((found, minus_d(bench.document)?))
+            })?;
+            let Some((mut found, minus_d)) = found else { return Ok(None) };
+            found.pole = PoleKnowledge::NotGiven;
+            if found.recommended.is_some() {
+                found.condition = Some(Condition::Saturation { least, most, minus_d });
+                found.untried.extend(smaller);
+                return Ok(Some(found));
+            }
+            if found.is_undecided {
+                let share = standstill_quantity::rounded(least, 2);
+                found
+                    .untried
+                    .push(format!("more fresh starts of a saturation of {share} %, which suffices in few"));
+                return Ok(Some(found));
+            }
+            least = rounded_up(1.12 * least);
+            if least > NARROWEST * most {
+                break;
+            }
+        }
+        Ok(None)
     }
 }

@@ -6,6 +6,10 @@ use standstill_interface::{AlphaBeta, Detector, Leg, Outcome, Sensed};
 use super::*;
 use crate::checks::Checks;
 use crate::nameplate::Place;
+use crate::nameplate::Sensing;
+use crate::parts::lines::SaliencySign;
+use crate::parts::polarity::{PolarityRule, PolaritySettings};
+use crate::parts::settle::SettleSettings;
 
 const L_A: f64 = 9.2e-3;
 const L_B: f64 = -2.1e-3;
