@@ -141,9 +141,7 @@ pub fn detector<'a>(
         let key = keys::ALL.iter().find(|key| key.name == name).ok_or(Refused::Key(name))?;
         let value = match key.kind {
             Kind::Flag => Value::Flag(number != 0.0),
-            Kind::Checks => {
-                Value::Checks(Checks::numbered(number).ok_or(Refused::Checks(name))?)
-            }
+            Kind::Checks => Value::Checks(Checks::numbered(number).ok_or(Refused::Checks(name))?),
             Kind::Number { range: [low, high], needed, .. } => {
                 if !(low..=high).contains(&number) {
                     return Err(Refused::Value(name, needed));
