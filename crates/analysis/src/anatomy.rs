@@ -13,7 +13,8 @@ use crate::{Event, Halt, Trials, Watch};
 /// Smallest magnitude of a draw's mean that is listed, in standard deviations of the draw.
 const LEAST_MEAN: f64 = 0.5;
 
-/// Least number of states, and least share of the event, of a sector that is listed.
+/// Smallest number of states of a listed sector; the constant after it is the smallest share of the event's
+/// probability.
 const LEAST_STATES: usize = 20;
 const LEAST_SHARE: f64 = 0.02;
 
@@ -44,9 +45,9 @@ pub struct Sector {
 pub struct Draw {
     /// Name of the draw, such as `gain of b`.
     pub name: String,
-    /// Mean over the starts with the event; zero over all starts.
+    /// Mean over the starts with the event. Over all starts the mean is zero.
     pub mean: f64,
-    /// Standard deviation over the starts with the event; one over all starts.
+    /// Standard deviation over the starts with the event. Over all starts it is 1.
     pub deviation: f64,
 }
 
@@ -112,8 +113,8 @@ fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
     (sector, positive)
 }
 
-/// Returns true for draws that the anatomy lists: neither the rotor angle, which the sector gives, nor phases, which are angles
-/// too.
+/// Returns true for draws that the anatomy lists. The rotor angle is left out because the sector gives it; phases are
+/// left out because they are angles, too.
 fn is_told(purpose: Purpose) -> bool {
     !matches!(
         purpose,
@@ -156,7 +157,7 @@ impl Sums {
         draws
     }
 
-    /// Returns the start whose draws are nearest to the means that differ from zero.
+    /// Returns the start whose draws are nearest to the sector's means, of those draws whose mean differs from zero.
     fn typical(&self, failures: &[(f64, Tape)]) -> Option<Tape> {
         let far: BTreeMap<&Place, f64> = self
             .means()
@@ -179,7 +180,7 @@ impl Sums {
     }
 }
 
-/// Returns the name of a draw.
+/// Returns the name of a draw for people, such as `gain of b`.
 pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
     let phase = |number: usize| ["a", "b", "c"][number % 3];
     match purpose {

@@ -1,24 +1,26 @@
-//! The Cramér–Rao bound: the smallest error of the angle that an unbiased method can have with the readings of an excitation.
+//! The Cramér–Rao bound: the smallest error of the angle that an unbiased method can have with the readings of an
+//! excitation.
 //!
 //! ```text
 //!   J = Σ over samples  Gᵀ C⁻¹ G,   G = ∂(readings)/∂p,   σ_θ² = [J⁻¹]_θθ
 //! ```
-//! The readings are those that the drive has: currents of phases or of the DC link, voltages of terminals, and times that a timer
-//! captured at a comparator's trip.
+//! The readings are those of the drive: currents of phases or of the DC link, voltages of terminals, and times that a
+//! timer captured at a comparator's trip.
 //!
 //! over p = (θ, L_A, L_B, R, V_D), with Gaussian noise of covariance C (Kay, *Fundamentals of Statistical Signal
 //! Processing: Estimation Theory*, 1993, section 3.9). The commands are those that the detector gives on the nominal
 //! plant; the same commands are then replayed on plants with one parameter changed either way. The hybrid bound has the
-//! errors of a specimen as further unknowns with Gaussian priors, whose information is added to J (Van Trees, *Detection,
-//! Estimation, and Modulation Theory*, part I, 1968, section 2.4).
+//! errors of a specimen as further unknowns with Gaussian priors, whose information is added to J (Van Trees,
+//! *Detection, Estimation, and Modulation Theory*, part I, 1968, section 2.4).
 //!
-//! C holds the noise variance σ² of each channel, its converter's quantization variance q²/12, and the sampling jitter, uniform in
-//! ±j, with the values' slopes s: `diag(σ² + q²/12) + j²/3 s sᵀ`, because all channels are sampled at one instant. A captured time has
-//! q²/12 of the timer's tick q, and the comparator's noise σ by how much later it trips: (σ ∂t/∂X)² with the threshold X. Where the slope
-//! changes its sign within the jitter, s is too small, and so is the bound: it remains a valid lower bound. The ripple of the DC
-//! link, and all errors of the DC-link sensor except its gain, are taken as known. Where times are all that is read, resistance and
-//! diodes are taken as known, too: without saturation times of opposite directions are alike, so six of them are three numbers, which
-//! do not tell four unknowns. θ is the angle at the start.
+//! C contains the noise variance σ² of each channel, its converter's quantization variance q²/12, and the effect of
+//! sampling jitter, uniform in ±j, on values with slopes s: `diag(σ² + q²/12) + j²/3 s sᵀ`, because all channels are
+//! sampled at one instant. The variance of a captured time is q²/12 for the timer's tick q plus (σ ∂t/∂X)² for the
+//! comparator's noise σ at the threshold X. Where the slope changes its sign within the jitter, s is too small, and so
+//! is the bound: it remains a valid lower bound. The ripple of the DC link, and all errors of the DC-link sensor except
+//! its gain, are taken as known. If captured times are the only readings, resistance and diodes are taken as known,
+//! too: without saturation, opposite directions give equal times, so six times are only three numbers and cannot
+//! determine four unknowns. θ is the angle at the start.
 
 mod information;
 mod plant;
@@ -49,7 +51,7 @@ pub enum Counted {
     /// All commands of the detector, including those of its polarity test.
     #[default]
     All,
-    /// Commands before the first with PWM: of a method with line pulses, the pulses without the vectors of a polarity test.
+    /// The commands before the first one with PWM: for methods with line pulses, the pulses without the polarity test.
     BeforePwm,
 }
 
@@ -86,7 +88,8 @@ pub struct Bounds<'a, S> {
     pub unknown: &'a [Unknown],
     /// Commands that count for the bound.
     pub counted: Counted,
-    /// Interval between samples where a bound counts all possible samples. It needs about a kilobyte of memory per sample.
+    /// Interval between samples for the bounds that use all possible samples. About a kilobyte of memory is needed per
+    /// sample.
     pub interval: Nanos,
     /// Number of the trial whose noise is added when the detector's commands are recorded; none: no noise. A method that
     /// continues until its readings are certain enough stops too early without noise, and the bound would not be that of its
@@ -109,7 +112,7 @@ pub struct Bound {
     /// Like `scheme_deg`, for a specimen whose gains, offsets and delays are known only within the tolerances of drive and
     /// sensors. None for sensors without noise: the information of the readings and that of the priors have no common scale then.
     pub hybrid_deg: Option<f64>,
-    /// Like `all_deg`, for such a specimen.
+    /// Like `all_deg`, for a specimen whose gains, offsets and delays are known only within tolerances.
     pub hybrid_all_deg: Option<f64>,
 }
 
@@ -192,7 +195,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         }))
     }
 
-    /// Returns the nominal plant at this angle, with sensors that have their arrangement, filters and delay but no errors.
+    /// Returns the nominal plant at this angle, with sensors that have arrangement, filters and delay but no errors.
     fn nominal(&self, angle: f64) -> Case<'a> {
         let Scenario { drive, sensors, tolerance, seed, .. } = self.scenario;
         let drawn = self.scenario.case_at(angle, Specimen { drive: 0, noise: 0 });
@@ -257,8 +260,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(commands)
     }
 
-    /// Returns the standard deviation of the angle in rad from these samples: with the unknowns of the motor, and with those of
-    /// the specimen as well.
+    /// Returns two standard deviations of the angle in rad from these samples: with the motor's parameters unknown, and
+    /// with the specimen's errors unknown as well. The second is none for readings without noise.
     fn deviations(
         &self,
         case: &Case,
@@ -311,7 +314,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
             .collect()
     }
 
-    /// Returns the unknowns of a specimen: the sensitivity to each, and its standard deviation. `offsets`: those of the comparators.
+    /// Returns the unknown errors of a specimen: the sensitivity to each error, and its standard deviation. `offsets`:
+    /// sensitivities to the comparators' offsets.
     fn of_specimen(
         &self,
         noise: &Noise,
@@ -356,7 +360,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(all)
     }
 
-    /// Returns the readings with the parameters of their noise covariance. `offsets`: the sensitivities to those of the comparators.
+    /// Returns the nominal readings with the parameters of their noise covariance. `offsets`: sensitivities to the
+    /// comparators' offsets.
     fn noise_of(
         &self,
         case: &Case,

@@ -54,7 +54,7 @@ pub fn forecast_trials() -> impl Iterator<Item = u64> {
     (0..FORECASTS).map(|k| FORECAST_FROM << k)
 }
 
-/// The end of a confidence interval by which limits are judged.
+/// The point of a confidence interval by which limits are judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum View {
     Likely,
@@ -73,7 +73,7 @@ impl Look {
         self.shares.iter().map(of).fold(0.0, f64::max)
     }
 
-    /// Returns true if the limits hold by this end of the intervals.
+    /// Returns true if the limits hold at this point of the intervals.
     fn holds(&self, view: View) -> bool {
         self.clear.unwrap_or_else(|| self.worst(view) <= 1.0)
     }
@@ -118,21 +118,21 @@ pub struct Search {
     pub whole: bool,
 }
 
-/// The end of a stretch that is an edge.
+/// The side on which a stretch ends at an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The limits hold below the edge: it is the largest value.
+    /// The limits hold below the edge: the edge is the largest value.
     Largest,
-    /// The limits hold above the edge: it is the smallest value.
+    /// The limits hold above the edge: the edge is the smallest value.
     Smallest,
 }
 
 /// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Found {
-    /// The limits hold at no value that was tried.
+    /// The limits hold at none of the tried values.
     Nowhere,
-    /// The limits hold at every value that was tried.
+    /// The limits hold at all tried values.
     Everywhere,
     /// The limits hold up to an edge, from an edge on, or between two edges.
     Stretch(Stretch),
@@ -141,10 +141,10 @@ pub enum Found {
 /// A stretch of values over which the limits hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
-    /// Edges of the stretch, the smaller value first; an end of the stretch at the end of the range is no edge.
+    /// Edges of the stretch, the smaller value first. An end of the stretch at an end of the range is not an edge.
     pub edges: Vec<Edge>,
-    /// First and last value of each stretch of the scan in which the limits hold: several only if the limits surely do not hold
-    /// between them.
+    /// First and last value of each stretch of the scan in which the limits hold. There are several only if the limits
+    /// surely fail between them.
     pub all: Vec<(f64, f64)>,
 }
 
@@ -160,10 +160,10 @@ impl Stretch {
     }
 }
 
-/// Function that judges a value by at most the given number of trials; none if the value is invalid.
+/// Function that judges a value with at most the given number of trials; returns none if the value is invalid.
 pub type Judge<'a, E> = &'a mut dyn FnMut(f64, u64) -> Result<Option<Look>, E>;
 
-/// All looks so far: for each value the look with the most trials.
+/// All looks so far; for each value, the look with the most trials.
 struct Looks<'a, 'b, E> {
     search: &'a Search,
     judge: Judge<'b, E>,

@@ -26,23 +26,23 @@ use standstill_odds::kept;
 /// Default number of pairs of samples.
 pub const PAIRS: u64 = 8000;
 
-/// Least number of pairs in which all starts have an axis, for shares to be computed.
+/// Least number of pairs in which all starts have an axis; with fewer no shares are computed.
 const FEWEST: usize = 10;
 
-/// Numbers of parts into which the turn is divided for the contributions over the angle: parts of 15°, 30° or 60°, the narrowest
-/// for which there are enough pairs.
+/// Numbers of parts into which the turn is divided for contributions over the angle: parts of 15°, 30° or 60°. The
+/// narrowest parts with enough pairs are used.
 const PARTS: [usize; 3] = [24, 12, 6];
 
 /// Least number of pairs per part.
 const IN_PART: usize = 150;
 
-/// Number of trials of a sample that are stored at a time, in case the computation is interrupted.
+/// Number of trials that are computed and stored together; an interruption loses at most these.
 const AT_ONCE: usize = 2048;
 
-/// Number of different offsets, in fractions of one LSB, that starts may draw for the converters' codes.
+/// Number of different offsets of the converters' codes that starts may draw, in equal fractions of one LSB.
 const PLACES: u64 = 16;
 
-/// Contribution of each source to the mean square error.
+/// Contribution of each source of error to the mean square error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Budget {
     /// Rms error of all starts with an axis, in degrees.
@@ -51,7 +51,7 @@ pub struct Budget {
     pub items: Vec<Item>,
     /// Contribution of the method itself.
     pub method: Own,
-    /// Share of the mean square that sources make only in interaction.
+    /// Share of the mean square that sources cause only by interaction.
     pub interaction: Estimate,
     /// Number of pairs of samples.
     pub pairs: u64,
@@ -98,14 +98,14 @@ pub struct AngleRange {
     pub squares: Squares,
 }
 
-/// Error of a budget with too few pairs in which all starts have an axis.
+/// Error of a budget for which too few pairs remain: in the others, at least one start has no axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooFew {
     /// Number of pairs of samples.
     pub pairs: u64,
     /// Number of pairs in which all starts have an axis.
     pub whole: u64,
-    /// Least number of such pairs.
+    /// Least number of pairs in which all starts must have an axis.
     pub needed: u64,
 }
 
@@ -118,11 +118,11 @@ pub const fn trials(pairs: u64, sources: usize) -> u64 {
 type Errors = Vec<Option<f64>>;
 
 impl Budget {
-    /// Divides the error among the scenario's sources. Rotor angles are spread evenly over the turn, unless the scenario sets
-    /// one. The computation ends as soon as too few pairs are left.
+    /// Divides the error among the scenario's sources. Rotor angles are spread evenly over the turn, unless the
+    /// scenario sets an angle. The computation ends as soon as too few pairs are left.
     ///
     /// # Errors
-    /// An invalid drawn value; an interruption.
+    /// A drawn value is invalid, or the computation was interrupted.
     pub fn of(
         trials: &Trials<'_>,
         sources: &[Source],
@@ -191,7 +191,7 @@ impl Budget {
     }
 }
 
-/// Returns the mean squares for each part of the turn. Pair k of n has the k-th of n evenly spread angles.
+/// Returns the mean squares for each part of the turn. Of n pairs, pair k has the k-th of n evenly spread angles.
 fn over_angle(tuples: &[Option<Tuple>], sources: usize) -> Vec<AngleRange> {
     let has_enough = |parts: &usize| tuples.len() >= IN_PART * parts;
     let parts = PARTS.into_iter().find(has_enough).unwrap_or(PARTS[PARTS.len() - 1]);

@@ -32,8 +32,9 @@ pub struct Entry {
 /// Rms error in degrees of an axis drawn at random.
 const RANDOM_AXIS: f64 = 51.961_524_227_066_32;
 
-/// Returns a limit in degrees; none if it is no number or larger than the rms error of a random axis. The Cramér–Rao limit holds
-/// for small errors, and grows without bounds if a detection gives up before its readings determine the angle.
+/// Returns a limit in degrees; none if it is not a number or larger than the rms error of a random axis. The Cramér–Rao
+/// limit is valid only for small errors. It grows without bound if a detection gives up before its readings determine
+/// the angle.
 pub fn informative(limit: f64) -> Option<f64> {
     (limit <= RANDOM_AXIS).then_some(limit)
 }
@@ -44,8 +45,8 @@ impl Entry {
         informative(self.bound?.scheme_deg)
     }
 
-    /// Returns the limit divided by the measured rms error: 1 for an efficient method. None without a limit or without noise, and of
-    /// answers that are sectors.
+    /// Returns the limit divided by the measured rms error: 1 for an efficient method. None without a limit, without
+    /// noise, and for methods whose answers are sectors.
     pub fn efficiency(&self) -> Option<f64> {
         if self.summary.sectors.is_some() {
             return None;
@@ -58,10 +59,11 @@ impl Entry {
 /// Largest number of trials over which the mean energy is computed.
 const ENERGY_TRIALS: u64 = 8;
 
-/// Returns the mean energy in J that a detection takes from the DC link, over the first few trials. NaN if no trial ends.
+/// Returns the mean energy in J that a detection takes from the DC link, over the first few trials. NaN if no trial
+/// ends.
 ///
 /// # Errors
-/// Settings with which the method cannot work.
+/// The method cannot work with its settings.
 pub fn mean_energy(scenario: &Scenario<Method<f64>>, trials: u64) -> Result<f64, SettingsError> {
     let (mut sum, mut count) = (0.0, 0.0);
     for trial in 0..trials.min(ENERGY_TRIALS) {
@@ -76,8 +78,8 @@ pub fn mean_energy(scenario: &Scenario<Method<f64>>, trials: u64) -> Result<f64,
 }
 
 impl Bound {
-    /// Returns [`Self::of`], or the reason why there is no limit: the specimens of a limit are other plants than those of the
-    /// trials, and their currents may leave the motor's flux map where those of the trials do not.
+    /// Returns [`Self::of`], or the reason why there is no limit. The limit is computed with nominal plants, whose
+    /// currents may leave the motor's flux map even if those of the trials do not.
     ///
     /// # Errors
     /// Errors of [`Self::of`], except for a simulation that cannot be run.
@@ -93,11 +95,12 @@ impl Bound {
         }
     }
 
-    /// Returns the Cramér–Rao limit of the method's excitation as rms over evenly spaced angles; none if the method turns the
-    /// rotor. For a method with line pulses only these count, because its polarity test comes after the axis is known.
+    /// Returns the Cramér–Rao limit of the method's excitation as rms over evenly spaced angles; none if the method
+    /// turns the rotor. For a method with line pulses only the pulses count, because its polarity test comes after the
+    /// axis is known.
     ///
     /// # Errors
-    /// A plant that cannot be simulated.
+    /// A plant cannot be simulated.
     pub fn of(
         scenario: &Scenario<Method<f64>>,
         angles: usize,
@@ -109,8 +112,8 @@ impl Bound {
 }
 
 impl<'a> Bounds<'a, Method<f64>> {
-    /// Sets up the bounds of a scenario's method. For a method with line pulses only these count, because its polarity test comes
-    /// after the axis is known.
+    /// Sets up the bounds of a scenario's method. For a method with line pulses only the pulses count, because its
+    /// polarity test comes after the axis is known.
     pub fn of_method(scenario: &'a Scenario<Method<f64>>) -> Self {
         let counted = if scenario.detector.has_line_pulses() { Counted::BeforePwm } else { Counted::All };
         // Without noise it would stop too early.

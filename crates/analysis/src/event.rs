@@ -10,15 +10,15 @@ use standstill_quantity::{Quantity, Unit, split};
 use standstill_scenario::{Record, Verdict, nearest};
 use standstill_sim::Ended;
 
-/// An event of a start. Angles are in degrees, currents in A.
+/// An outcome of a start whose probability can be asked for. Angles are in degrees, currents in A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// The detector found the wrong pole.
     WrongPole,
     /// The readings favour the wrong pole, whether or not their evidence suffices for a decision.
     WrongEvidence,
-    /// The axis error, from the border of a sector that the answer names, exceeds this bound in degrees. Starts without an axis do
-    /// not count: they are neither this event nor `undetermined`.
+    /// The axis error exceeds this bound in degrees; if the answer is a sector, the error counts from the sector's
+    /// border. Starts without an axis count neither as this event nor as `undetermined`.
     Error(f64),
     /// The detector found an axis without a pole.
     Undetermined,
@@ -30,7 +30,7 @@ pub enum Event {
     PeakCurrent(f64),
 }
 
-/// Error of a text that names no event.
+/// Error of a text that does not name an event.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EventError {
     text: String,
@@ -45,7 +45,7 @@ enum Wrong {
     Bound(String, &'static str),
 }
 
-/// Names of the events without a bound, and names of the quantities that may have a bound.
+/// Names of the events without a bound; the constant after it has the names of the quantities that need a bound.
 const NAMES: [(&str, Event); 4] = [
     ("wrong-pole", Event::WrongPole),
     ("wrong-evidence", Event::WrongEvidence),
@@ -94,7 +94,7 @@ impl FromStr for Event {
     }
 }
 
-/// Upper limit of the bounds for movement and current: neither is ever larger.
+/// Upper limit of the bounds for movement and current; real values never reach it.
 const MOST: f64 = 1e6;
 
 /// Allowed bounds of each quantity, for messages.
@@ -103,7 +103,7 @@ const ERRORS: &str =
 const MOVEMENTS: &str = "an electrical angle from 0 deg to less than 1000000 deg, such as `1 deg`";
 const CURRENTS: &str = "a current from 0 A to less than 1000000 A, such as `8 A` or `800 mA`";
 
-/// Parses a bound with its unit; the error is the text found in its place, as messages quote it.
+/// Parses a bound with its unit. The error is the text that was found instead, as messages quote it.
 pub(crate) fn bound<U: Unit>(text: &str, allowed: impl RangeBounds<f64>) -> Result<f64, String> {
     let bare = split(text).1.is_empty();
     let value = text.parse::<Quantity<U>>().ok().map(Quantity::value);
@@ -128,12 +128,14 @@ impl fmt::Display for Event {
     }
 }
 
-/// Largest value outside of the event, and smallest value inside.
+/// Largest value of the order parameter, relative to its bound, of a start outside the event; the constant after it is
+/// the smallest value of a start inside.
 const OUTSIDE: f64 = 0.0;
 const INSIDE: f64 = f64::MIN_POSITIVE;
 
 impl Event {
-    /// Returns the name of the order parameter, which rises as a start comes nearer to the event; `in_sectors`: answers are sectors.
+    /// Returns the name of the order parameter, which rises as a start comes nearer to the event; `in_sectors`: whether
+    /// answers are sectors.
     pub const fn order_parameter(self, in_sectors: bool) -> &'static str {
         match self {
             Self::WrongPole => {
@@ -161,8 +163,8 @@ impl Event {
         }
     }
 
-    /// Returns a number that is above zero exactly if the event happened, and otherwise the smaller, the further away it was.
-    /// Minus infinity if nothing shows the distance.
+    /// Returns the order parameter less its bound: above zero exactly if the event happened, otherwise the more
+    /// negative, the further away the start was. Minus infinity if nothing shows the distance.
     pub fn value(self, record: &Record) -> f64 {
         let Ended::Outcome(outcome) = record.run.ended else { return f64::NEG_INFINITY };
         let run = &record.run;
@@ -191,13 +193,13 @@ impl Event {
     }
 }
 
-/// Returns the magnitude of the axis error in degrees, less half the width of a sector that the answer names: below zero inside it, so
-/// that starts come nearer to its border.
+/// Returns the magnitude of the axis error in degrees, less half the width of a sector that the answer names. The value
+/// is negative inside the sector and rises towards its border.
 fn beyond_sector(record: &Record) -> Option<f64> {
     Some(record.axis_error_deg()?.abs() - record.half_sector_deg().unwrap_or(0.0))
 }
 
-/// Limits a distance to the side of zero on which the start is: above zero if the event happened, else zero or less.
+/// Clamps a distance to the right sign: above zero if the event happened, else zero or less.
 fn beyond(happened: bool, distance: Option<f64>) -> f64 {
     match (happened, distance) {
         (true, distance) => distance.unwrap_or(f64::INFINITY).max(INSIDE),

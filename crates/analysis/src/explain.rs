@@ -1,8 +1,9 @@
-//! Explains the end of a trial: the trial is repeated with one of its errors at its mean.
+//! Explains the end of a trial: the trial is repeated once for each of its errors, with that error at its mean.
 //!
-//! Every change moves all readings slightly, and a converter then rounds many of them to another code: that alone turns the axis,
-//! as if the change had been a cause. So each trial is run with the converters' codes shifted by fractions of an LSB. The effect
-//! of an error is the mean difference over these runs; their scatter is the converter's rounding.
+//! Every change moves all readings slightly, so that a converter rounds many of them to another code. That alone turns
+//! the axis, as if the changed error were the cause. So each trial is run with the converters' codes shifted by
+//! fractions of an LSB. The effect of an error is the mean difference over these runs; the scatter of the runs is the
+//! effect of rounding.
 
 use standstill_campaign::{Estimate, student};
 use standstill_numeric::{atan2, cos, sin};
@@ -20,7 +21,7 @@ pub struct Cause {
     pub name: String,
     /// Key that sets the spread of the error.
     pub key: String,
-    /// Value drawn, in standard deviations of its distribution. None for an error of several draws, or of a phase.
+    /// Value drawn, in standard deviations of its distribution. None for an error with several draws.
     pub drawn: Option<f64>,
     /// Record of the trial with this error at its mean and all else unchanged.
     pub without: Record,
@@ -39,7 +40,7 @@ pub struct Explained {
     /// Standard deviation in degrees of the trial's axis error over the offsets of the converter's codes; none without a
     /// converter.
     pub rounding_deg: Option<f64>,
-    /// Errors that the trial drew; those with the largest effect on its end come first.
+    /// Errors that the trial drew, sorted by their effect on its end, the largest first.
     pub causes: Vec<Cause>,
     /// Record of the trial with all errors at their means: it shows the method's own error at this angle.
     pub without_all: Record,
@@ -55,8 +56,8 @@ fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
 }
 
 impl Explained {
-    /// Returns the number of trials that an explanation takes: the trial itself; and for each offset of the codes, the trial as
-    /// it was, without each of its errors, and without all errors.
+    /// Returns the number of trials that an explanation takes. There is the trial itself, and for each offset of the
+    /// codes there are the trial as it was, the trial without each of its errors, and the trial without any error.
     pub fn runs(trials: &Trials<'_>) -> u64 {
         let places = if trials.have_converters() { u64::from(PLACES) } else { 1 };
         1 + places * (parts(trials).1.len() as u64 + 2)
@@ -104,7 +105,8 @@ impl Explained {
 /// Number of offsets of the codes that are tried, a sixteenth of an LSB apart.
 const PLACES: u32 = 16;
 
-/// Returns the records of each tape with the codes at each offset but zero; none for a scenario without converters.
+/// Returns the records of each tape with the codes shifted by each offset except zero; none for a scenario without
+/// converters.
 fn shifted(
     trials: &Trials<'_>,
     tapes: &[Tape],
@@ -127,8 +129,8 @@ fn end(record: &Record) -> (Verdict, Option<bool>) {
     (record.verdict(), record.pole_correct())
 }
 
-/// Returns the difference between the axis errors of a trial with and without one of its errors, and true if rounding may explain
-/// it. The first pair of records has the original codes, the others have shifted codes.
+/// Returns the difference between the axis errors of a trial with and without one of its errors, and whether rounding
+/// may explain the difference. The first pair of records has the original codes, the others have shifted codes.
 fn compared(as_it_was: [&Record; 2], shifted: [&[Record]; 2]) -> (Option<Estimate>, bool) {
     let pairs = || std::iter::once(as_it_was).chain(shifted[0].iter().zip(shifted[1]).map(|(a, b)| [a, b]));
     let count = 1 + shifted[0].len();
@@ -144,14 +146,14 @@ fn compared(as_it_was: [&Record; 2], shifted: [&[Record]; 2]) -> (Option<Estimat
     (part, within)
 }
 
-/// Returns the turn from one axis to another in degrees, in (−90, 90]°.
+/// Returns the angle in degrees from axis `from` to axis `to`, in (−90, 90]°.
 fn turn(to: f64, from: f64) -> f64 {
     let turn = (to - from).rem_euclid(180.0);
     if turn > 90.0 { turn - 180.0 } else { turn }
 }
 
-/// Returns the mean turn in degrees, in (−90, 90]°, with its 95 % interval, whose ends may lie outside; for a single turn, the
-/// interval has no width.
+/// Returns the mean turn in degrees, in (−90, 90]°, with its 95 % interval, whose ends may lie outside this range. The
+/// interval of a single turn has no width.
 fn mean(turns: &[f64]) -> Estimate {
     let (value, deviation) = spread(turns);
     let count = turns.len() as f64;
@@ -159,8 +161,8 @@ fn mean(turns: &[f64]) -> Estimate {
     Estimate { value, low: value - half, high: value + half }
 }
 
-/// Returns mean and standard deviation of turns of an axis in degrees. Turns just below 90° and just above −90° are neighbours,
-/// so each turn is counted from the circular mean of all.
+/// Returns mean and standard deviation of turns of an axis in degrees. Turns just below 90° and just above −90° are
+/// neighbours, so deviations are counted from the circular mean.
 fn spread(turns: &[f64]) -> (f64, f64) {
     let count = turns.len() as f64;
     let sum = |of: fn(f64) -> f64| turns.iter().map(|turn| of((2.0 * turn).to_radians())).sum::<f64>();
@@ -177,8 +179,8 @@ fn scatter(records: &[Record]) -> Option<f64> {
     (errors.len() > 1).then(|| spread(&errors).1)
 }
 
-/// Returns by how much a cause changed the trial's end, to sort causes by: the difference of the axis errors in degrees, or 1000, which
-/// is above any axis error, if the trial ends in another way without the cause.
+/// Returns a cause's effect on the end of the trial, by which causes are sorted: the difference of the axis errors in
+/// degrees. If the trial ends in another way without the cause, returns 1000, which is above any axis error.
 fn apart(record: &Record, cause: &Cause) -> f64 {
     if end(record) != end(&cause.without) {
         return 1000.0;

@@ -1,8 +1,8 @@
-//! Failure modes of a drive and what a method makes of them: right answers, wrong ones, and faults that it detects.
+//! Failure modes of a drive, and their effect on a method: right answers, wrong answers, and detected faults.
 //!
-//! Each fault is put into the scenario and the same trials are run: with the method's plausibility checks, and without them. An answer
-//! without the checks that would start the motor wrongly is dangerous; the share of these for which there is no answer with the
-//! checks is the coverage.
+//! Each fault is added to the scenario, and the same trials are run twice: with the method's plausibility checks, and
+//! without them. An answer that would start the motor wrongly is dangerous. The coverage is the share of starts with a
+//! dangerous answer without the checks that have no answer with the checks.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +23,7 @@ use standstill_odds::kept;
 /// Number of trials that a thread runs at a time.
 const AT_ONCE: u64 = 64;
 
-/// The error, movement and current up to which a start counts as a good one.
+/// Largest error, movement and current of an acceptable start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Allowed {
     /// Largest error of the angle in degrees.
@@ -35,8 +35,8 @@ pub struct Allowed {
 }
 
 impl Allowed {
-    /// Makes the limits by which faults of a scenario are judged: its `limit` of the error, 2° without one, the movement that `check`
-    /// allows, and rated current.
+    /// Makes the limits by which a scenario's faults are judged: the scenario's `limit` of the error, or 2° without
+    /// one; the movement that `check` allows; and rated current.
     pub fn of(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> Self {
         Self {
             error_deg: file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value),
@@ -58,8 +58,8 @@ fn has_tripped(record: &Record) -> bool {
     matches!(record.run.ended, Ended::Error(RunError::Overcurrent { .. }))
 }
 
-/// Returns true if the start ended without an answer, which shows that something is wrong; a simulation that could not go on shows
-/// nothing.
+/// Returns true if the start ended without an answer, which shows that something is wrong. A simulation that could not
+/// continue does not count as detected.
 pub(crate) fn is_detected(record: &Record) -> bool {
     match record.verdict() {
         Verdict::Found => false,
@@ -73,36 +73,37 @@ pub(crate) fn is_detected(record: &Record) -> bool {
 pub struct Worst {
     /// Number of the trial.
     pub trial: u64,
-    /// Error of its answer in degrees.
+    /// Error of the start's answer in degrees.
     pub error_deg: f64,
 }
 
-/// Counts of the starts with one fault, by their ends.
+/// Counts of the starts with one fault, by how they ended.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     /// Number of starts.
     pub trials: u64,
-    /// Answers within the demanded error.
+    /// Number of answers within the allowed error.
     pub right: u64,
-    /// Answers with the right pole whose error is larger than demanded.
+    /// Number of answers with the right pole whose error is larger than allowed.
     pub beyond: u64,
-    /// Answers with the wrong pole: the motor starts backwards.
+    /// Number of answers with the wrong pole, which make the motor start backwards.
     pub wrong_pole: u64,
-    /// Starts without an answer, by their reasons.
+    /// Numbers of starts without an answer, for each reason.
     pub unanswered: BTreeMap<String, u64>,
-    /// Number of the unanswered starts with an axis whose pole stays undetermined.
+    /// Number of unanswered starts that found the axis but not the pole.
     pub undetermined: u64,
-    /// Starts that the simulation could not end: neither an answer nor a detection.
+    /// Number of starts that the simulation could not complete; they count neither as answered nor as detected.
     pub errors: u64,
-    /// Starts whose rotor moved more than demanded.
+    /// Number of starts whose rotor moved more than allowed.
     pub moved: u64,
-    /// Starts with more current than demanded, or in which the drive tripped.
+    /// Number of starts with more current than allowed, or in which the drive tripped.
     pub overcurrent: u64,
-    /// Starts with a dangerous answer where the method's checks are off: beyond the demanded error, or with the wrong pole.
+    /// Number of starts whose answer without the method's checks is dangerous: beyond the allowed error, or with the
+    /// wrong pole.
     pub dangerous: u64,
-    /// Number of these that end without an answer where the method's checks are on.
+    /// Number of dangerous starts that end without an answer when the method's checks are on.
     pub caught: u64,
-    /// Sum of the durations in s of starts without an answer: the time until a fault is noticed.
+    /// Sum of the durations in s of starts without an answer, which are the times until the fault is noticed.
     pub reaction: f64,
     /// The dangerous answer with the largest error.
     pub worst: Option<Worst>,
@@ -119,20 +120,20 @@ impl Counts {
         one_sided_bounds(self.wrong_pole, self.trials)[1]
     }
 
-    /// Returns the share of dangerous starts that the checks catch, with the lower end of its one-sided 95 % interval; none where no
-    /// start is dangerous.
+    /// Returns the share of dangerous starts that the checks catch, with the lower end of its one-sided 95 % interval;
+    /// none if no start is dangerous.
     pub fn coverage(&self) -> Option<Estimate> {
         let value = (self.dangerous > 0).then(|| self.caught as f64 / self.dangerous as f64)?;
         let [low, _] = one_sided_bounds(self.caught, self.dangerous);
         Some(Estimate { value, low, high: 1.0 })
     }
 
-    /// Returns the mean time in s after which a start ends without an answer; none where all have one.
+    /// Returns the mean time in s after which starts end without an answer; none if all starts have an answer.
     pub fn mean_reaction(&self) -> Option<f64> {
         (self.detected() > 0).then(|| self.reaction / self.detected() as f64)
     }
 
-    /// Adds a start, with the result of the same start where the method's checks are off.
+    /// Adds a start; `without`: the record of the same start without the method's checks.
     fn add(&mut self, with: &Record, without: Option<&Record>, allowed: Allowed) {
         self.trials += 1;
         let tripped = has_tripped(with);
@@ -192,12 +193,12 @@ impl Counts {
     }
 }
 
-/// A fault of the study: its mode, and its size as the scenario's keys have it.
+/// A fault of the study: its mode, and its size as keys of the scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The mode; none for the drive without a fault.
+    /// The failure mode; none for the drive without a fault.
     pub mode: Option<FaultMode>,
-    /// Keys of the scenario that make the fault, as on the command line.
+    /// Keys of the scenario that add the fault, as on the command line.
     pub keys: Vec<(String, Value)>,
 }
 
@@ -207,7 +208,7 @@ impl Entry {
         Self { mode: None, keys: Vec::new() }
     }
 
-    /// Makes the entry of a fault in its usual size, behind the `before` faults that a scenario has.
+    /// Makes the entry of a fault with its typical size, after the `before` faults that the scenario already has.
     pub fn usual(mode: FaultMode, scenario: &Scenario<Method<f64>>, before: usize) -> Self {
         let key = |name: &str| format!("faults.{before}.{name}");
         let mut keys = vec![(key("mode"), Value::from(mode.name()))];
@@ -230,11 +231,11 @@ impl Entry {
         self.keys.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
     }
 
-    /// Makes the plan of a document with the fault, and the same without the method's checks; the latter only for methods that have
-    /// such checks.
+    /// Makes the plan of a document with the fault, and the same plan without the method's checks; the second is none
+    /// for methods without checks.
     ///
     /// # Errors
-    /// A fault that the drive cannot have, and a drive that is refused without the checks.
+    /// The drive cannot have the fault, or is invalid without the checks.
     pub fn plans(&self, plan: &Plan, document: &Document) -> Result<(Plan, Option<Plan>), FileError> {
         let mut broken = document.clone();
         for (key, value) in &self.keys {
@@ -257,7 +258,7 @@ pub const CHECKS: &str = "detector.checks";
 /// Runs the trials of a fault, with the method's checks and without them.
 ///
 /// # Errors
-/// A trial that cannot be run; an interruption.
+/// A trial cannot be run, or the computation was interrupted.
 pub fn study(
     name: &str,
     (plan, without): (&Plan, Option<&Plan>),

@@ -17,7 +17,8 @@ use crate::bracket::{Look, Verdict, forecast_trials};
 /// of 90° in the rms, as an error beyond every bound, as a wrong pole, and as infinite movement, duration and current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// Root mean square of the axis error in degrees. Where answers are sectors, this error and those below count from the sector's border.
+    /// Root mean square of the axis error in degrees. If answers are sectors, this error and those of the measures
+    /// below count from the sector's border.
     Rms,
     /// 95th percentile of the magnitude of the axis error in degrees.
     P95,
@@ -35,7 +36,7 @@ pub enum Measure {
     Duration,
     /// 99th percentile of the peak phase current in A.
     PeakCurrent,
-    /// Mean distance of the starts from an answer. Only searches take it.
+    /// Mean distance of the starts from an answer. Only the search of `tune` uses this measure.
     Distance,
 }
 
@@ -48,11 +49,12 @@ pub struct Limit {
     pub most: f64,
 }
 
-/// Limits of which all must hold.
+/// Limits that must all hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits(pub Vec<Limit>);
 
-/// Measures whose text is a name alone. Of two names the first is written; `undetermined` and `failed` are those of earlier versions.
+/// Names of the measures that need no number. A measure is written with its first name; `undetermined` and `failed` are
+/// names of earlier versions.
 const NAMES: [(&str, Measure); 10] = [
     ("rms", Measure::Rms),
     ("p95", Measure::P95),
@@ -66,12 +68,12 @@ const NAMES: [(&str, Measure); 10] = [
     ("peak_current", Measure::PeakCurrent),
 ];
 
-/// Largest distance of a start with an axis from a decision for a pole. A start without an axis is further away.
+/// Largest distance from an answer of a start with an axis but no pole. A start without an axis is further away.
 const FAR: f64 = 10.0;
 
-/// Returns how far a start is from an answer, as the logarithm of the factor that what was found would have to grow by: the evidence for
-/// the pole, and of a start without an axis what the fault's check demands, such as the spread of the inductances over the angle. 0 for
-/// a start with an answer.
+/// Returns how far a start is from an answer: the logarithm of the factor by which its evidence falls short. For a
+/// start with an axis this is the evidence for the pole. For a start without an axis it is the quantity that the failed
+/// check requires, such as the spread of the inductances over the angle. 0 for a start with an answer.
 fn distance(record: &Record) -> f64 {
     let lacks = |factor: f64| if factor.is_nan() { FAR } else { ln(factor).clamp(0.0, FAR) };
     let findings = record.findings();
@@ -126,8 +128,9 @@ impl Measure {
         }
     }
 
-    /// Returns the estimate for a search that compares settings on common random numbers. For a root mean square, its interval is
-    /// that of the observed errors only, and leaves out starts without an answer that are possible but were not observed.
+    /// Returns the estimate for a search that compares settings on common random numbers. The interval of a root mean
+    /// square then covers only the observed errors, not starts without an answer that are possible but were not
+    /// observed.
     pub(crate) fn seen(self, values: Vec<f64>) -> Estimate {
         if self == Self::Rms { rms::seen(&values) } else { self.estimate(values) }
     }
@@ -138,7 +141,7 @@ impl Measure {
         self.estimates(values, &[count])[0]
     }
 
-    /// Returns the measure with the 95 % intervals that it would have after each of these numbers of similar trials.
+    /// Returns the measure with the 95 % interval that it would have after each of these numbers of similar trials.
     fn estimates(self, mut values: Vec<f64>, trials: &[f64]) -> Vec<Estimate> {
         let mut quantiles = |share: f64| {
             values.sort_by(f64::total_cmp);
@@ -162,8 +165,8 @@ impl Measure {
         }
     }
 
-    /// Returns the measure over the starts with an answer, if there are any; a measure that counts the others is taken over all
-    /// starts.
+    /// Returns the measure over the starts with an answer. If there are none, or if the measure is the share of starts
+    /// without an answer, takes all starts.
     fn answered(self, values: &[f64]) -> f64 {
         let answered: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         if answered.is_empty() || self == Self::Unanswered {
@@ -209,14 +212,14 @@ fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
 }
 
 impl Limits {
-    /// Returns these limits and one that nothing breaks, for a measure that shall be taken too.
+    /// Returns the limits, plus an infinite limit on another measure, so that this measure is computed too.
     pub(crate) fn and(&self, measure: Measure) -> Self {
         let more = Limit { measure, most: f64::INFINITY };
         Self(self.0.iter().copied().chain([more]).collect())
     }
 
-    /// Returns the least number of trials that can show that the limits hold: after n trials without a case, a share of up to
-    /// 3.7/n is possible.
+    /// Returns the least number of trials that can show that the limits hold: if an event is not observed in n trials,
+    /// its share may still be up to 3.7/n.
     pub fn least_trials(&self) -> u64 {
         let share = |limit: &Limit| match limit.measure {
             Measure::Rms => rms::share_of(limit.most),
@@ -230,8 +233,8 @@ impl Limits {
     }
 }
 
-/// Limits of which some are relative: their bound is the value that the initial settings have (`moved <= start, unanswered <=
-/// 0.1 %`).
+/// Limits of which some are relative: their bound is the value that the initial settings reach (`moved <= start,
+/// unanswered <= 0.1 %`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject(pub Vec<(Measure, Option<f64>)>);
 
@@ -259,7 +262,7 @@ fn joined(f: &mut fmt::Formatter<'_>, limits: impl Iterator<Item = (Measure, Opt
     Ok(())
 }
 
-/// Contributions of starts to each of several limits.
+/// Contributions of the starts to each of several limited measures.
 #[derive(Clone, Debug)]
 pub struct Tally {
     limits: Limits,
@@ -318,9 +321,9 @@ impl Tally {
         }
     }
 
-    /// Returns the measures divided by their limits, with forecasts for more trials. The result is clear if a quarter of the
-    /// trials, whose intervals are twice as wide, would surely show the same: a look that ends as soon as it is clear is then
-    /// seldom wrong.
+    /// Returns the measures divided by their limits, with forecasts for more trials. The result is clear if a quarter
+    /// of the trials, whose intervals are twice as wide, would surely show the same: a look that ends as soon as it is
+    /// clear is then rarely wrong.
     pub fn look(&self) -> Look {
         let count = self.count() as f64;
         let then: Vec<f64> =
@@ -348,7 +351,8 @@ impl Tally {
         }
     }
 
-    /// Returns the share of starts without an answer if the root mean square is limited, in which each of them counts as 90°.
+    /// Returns the share of starts without an answer if the root mean square is limited: each such start counts as 90°
+    /// in it. None otherwise.
     pub fn without_answer(&self) -> Option<Estimate> {
         let number = self.limits.0.iter().position(|limit| limit.measure == Measure::Rms)?;
         Some(rms::without_answer(&self.values[number]))

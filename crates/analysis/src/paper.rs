@@ -1,4 +1,4 @@
-//! The paper's published tables: as printed, audited, and simulated.
+//! The paper's published tables, their audit, and their simulation.
 
 mod audit;
 mod simulate;
@@ -20,7 +20,7 @@ pub struct Table1Row {
 pub struct Table2Row {
     /// The two candidates for the rotor angle in degrees.
     pub candidates_deg: [f64; 2],
-    /// Current i_d in A with the vector at each candidate.
+    /// Current i_d in A in response to the voltage vector at each candidate.
     pub current_a: [f64; 2],
     /// Angle that the paper declares, in degrees.
     pub identified_deg: f64,

@@ -1,9 +1,10 @@
 //! Qualification: whether a list of requirements is met, each passed, failed or not shown.
 //!
-//! Each requirement is a claim on a probability or a mean, in each case (motor, temperature, error set, fault) that it is judged over.
-//! Claims are tested one after another trial, by tests that may be looked at at any time ([`sequential`]), so that trials end as soon as
-//! all is decided. The probability of an error of the whole list is split evenly over all claims. Rare events that plain trials do not
-//! decide are left to subset simulation ([`rare`]), whose interval is an estimate and no proof.
+//! Each requirement is a claim on a probability or a mean, in each case (motor, temperature, error set, fault) that it
+//! is judged over. Claims are tested by sequential tests ([`sequential`]), which may stop after any number of trials,
+//! so that trials end as soon as all claims are decided. The probability of error of the whole list is split evenly
+//! over all claims. Rare events that plain trials do not decide are left to subset simulation ([`rare`]), whose
+//! interval is an estimate, not a proof.
 
 mod claim;
 mod demand;
@@ -25,25 +26,25 @@ pub use self::not_modelled::NOT_MODELLED;
 use crate::faults::{Allowed, Entry, records};
 use crate::{Halt, Watch};
 
-/// Number of trials of the first look, and the factor from one look to the next.
+/// Number of trials at the first look; the constant after it is the factor from one look to the next.
 const FIRST: u64 = 64;
 const MORE: f64 = 1.25;
 
 /// Number of trials that a thread runs at a time.
 const AT_ONCE: u64 = 64;
 
-/// A combination of settings in which claims are judged by the same trials.
+/// A combination of settings; the same trials judge all its claims.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Keys of the scenario that the requirements set.
     pub settings: Vec<(String, Value)>,
-    /// The fault in the drive.
+    /// The fault in the drive; none for a drive without a fault.
     pub fault: Option<Entry>,
     /// Name of the motor.
     pub motor: String,
     /// Values that the motor's data sheet marks as assumed.
     pub assumed: Vec<SheetEntry>,
-    /// The claims that the requirements make here.
+    /// The claims that the requirements make in this case.
     pub claims: Vec<Claim>,
     plan: Plan,
     /// The plan with the method's checks off.
@@ -58,7 +59,7 @@ impl Case {
         self.settings == settings && self.fault.as_ref().and_then(|fault| fault.mode) == fault
     }
 
-    /// Adds what a requirement claims.
+    /// Adds the claims of a requirement to the case.
     fn claim(&mut self, number: usize, requirement: &Requirement, unanswered: f64) {
         let demand = requirement.demand;
         let claimed = match demand.what {
@@ -101,7 +102,7 @@ impl Case {
         &self.plan
     }
 
-    /// Runs trials until all claims of these requirements are decided, or have their most trials.
+    /// Runs trials until all claims of these requirements are decided or have reached their largest number of trials.
     fn judge(&mut self, watch: &dyn Watch, is_asked: &dyn Fn(usize) -> bool) -> Result<(), Halt<FileError>> {
         let mut most: Vec<u64> = self.claims.iter().map(|claim| claim.most).collect();
         most.sort_unstable();
@@ -129,7 +130,7 @@ impl Case {
         }
     }
 
-    /// Returns what these trials show of each claim.
+    /// Runs these trials and returns their results for each claim.
     fn part(&self, trials: std::ops::Range<u64>, watch: &dyn Watch) -> Result<Vec<Seen>, Halt<FileError>> {
         let claims: Vec<Claimed> = self.claims.iter().map(|claim| claim.claimed).collect();
         let key = format!("{} trials {trials:?}: {claims:?}", self.options().join(" "));
@@ -185,7 +186,7 @@ fn next(look: u64) -> u64 {
     next.max(FIRST)
 }
 
-/// A list of requirements on a scenario, and what trials show of it.
+/// Requirements on a scenario, and the results of the trials.
 #[derive(Clone, Debug)]
 pub struct Qualification {
     /// The requirements.
@@ -195,19 +196,20 @@ pub struct Qualification {
 }
 
 impl Qualification {
-    /// Makes the cases of requirements on a scenario; what is wrong with one of them shows before the first trial.
+    /// Makes the cases of requirements on a scenario. All errors of the cases appear here, before the first trial.
     ///
     /// # Errors
-    /// Values that make no scenario, or a limit that its method or drive cannot have, with the line of the requirement.
+    /// Values make no valid scenario, or a limit does not apply to the method or drive; the error names the line of the
+    /// requirement.
     pub fn new(requirements: Requirements, plan: &Plan, document: &Document) -> Result<Self, FileError> {
         let cases = requirements.cases(plan, document)?;
         Ok(Self { requirements, cases })
     }
 
-    /// Judges the requirements that `is_asked` names, case by case; `hear` gets the number of cases that are done.
+    /// Judges the requirements that `is_asked` selects, case by case; `hear` receives the number of finished cases.
     ///
     /// # Errors
-    /// A trial that cannot be run; an interruption.
+    /// A trial cannot be run, or the computation was interrupted.
     pub fn judge(
         &mut self,
         watch: &dyn Watch,
@@ -230,12 +232,13 @@ impl Qualification {
         self.cases.iter().flat_map(move |case| case.claims.iter().filter(of).map(move |claim| (case, claim)))
     }
 
-    /// Returns what is shown of a requirement: it fails if one of its claims fails, and passes if all pass.
+    /// Returns the verdict on a requirement: failed if one of its claims failed, passed if all claims passed, else not
+    /// shown.
     pub fn verdict(&self, requirement: usize) -> Verdict {
         self.claims(requirement).map(|(_, claim)| claim.verdict()).max().unwrap_or(Verdict::NotShown)
     }
 
-    /// Returns the number of claims over which the probability of an error is split.
+    /// Returns the number of claims over which the probability of error is split.
     pub fn count(&self) -> usize {
         self.cases.iter().map(|case| case.claims.len()).sum()
     }

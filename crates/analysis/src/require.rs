@@ -1,4 +1,4 @@
-//! Requirement on a part of the drive: the largest or smallest value of a key with which limits hold.
+//! Requirement on a part of the drive: the largest or smallest value of a key with which given limits hold.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -14,7 +14,7 @@ use crate::limit::{Limits, Tally};
 use crate::{Halt, Watch};
 use standstill_odds::kept;
 
-/// A scenario in which keys are varied. All values share the random numbers of the scenario's seed.
+/// A scenario in which keys are varied. All values use the random numbers of the scenario's seed.
 #[derive(Debug)]
 pub struct Bench<'a> {
     /// The scenario whose keys are varied.
@@ -32,15 +32,15 @@ pub struct Judged {
     pub value: f64,
     /// Number of trials at the value.
     pub trials: u64,
-    /// True if the result was clear, so that no more trials were run.
+    /// True if the result was clear early, so that the remaining trials were not run.
     pub clear: bool,
     /// Estimates of the measures, limit by limit.
     pub measures: Vec<Estimate>,
-    /// Share of starts without an answer; none unless the root mean square is limited.
+    /// Share of starts without an answer; none if the root mean square is not limited.
     pub without_answer: Option<Estimate>,
 }
 
-/// Answer at a point where the limits hold for all values of the second key.
+/// Answer for a point at which the limits hold for all values of the second key.
 pub const EVERYWHERE: &str = "every value meets it";
 
 /// A point of the curve: a value of the first key, and the requirement on the second key.
@@ -95,18 +95,19 @@ impl Point {
     }
 }
 
-/// Largest and smallest number of trials that a thread runs at a time.
+/// Largest number of trials that a thread runs at a time; the constant after it is the smallest.
 const AT_ONCE: u64 = 256;
 const LEAST_AT_ONCE: u64 = 32;
 
-/// Number of trials after which the result is first checked for clarity, and the factor from one check to the next.
+/// Number of trials after which the result is first checked for clarity; the constant after it is the factor from one
+/// check to the next.
 const FIRST: u64 = 64;
 const MORE: u64 = 4;
 
-/// Largest number of contributions that are stored to continue looks: a few hundred megabytes.
+/// Largest number of contributions that are stored in order to continue looks: a few hundred megabytes.
 const NUMBERS: u64 = 30_000_000;
 
-/// Tallies by the values of the keys, which further trials continue.
+/// Tallies, found by the values of the keys; further trials continue them.
 #[derive(Debug, Default)]
 pub struct Taken(HashMap<Vec<u64>, Tally>);
 
@@ -132,7 +133,7 @@ impl<'a> Bench<'a> {
     /// Makes a bench for keys whose values are numbers.
     ///
     /// # Errors
-    /// A key that does not exist, or whose values are not numbers.
+    /// A key does not exist, or its values are not numbers.
     pub fn new(document: &'a Document, limits: &'a Limits, keys: &[String]) -> Result<Self, FileError> {
         let mut bench = Self { document, limits, keys: Vec::new() };
         for key in keys {
@@ -146,7 +147,7 @@ impl<'a> Bench<'a> {
     /// Makes the plan with these values of the keys, in SI.
     ///
     /// # Errors
-    /// An invalid value.
+    /// A value is invalid.
     pub fn plan(&self, values: &[f64]) -> Result<Plan, FileError> {
         self.plan_of(self.document.clone(), values)
     }
@@ -161,11 +162,12 @@ impl<'a> Bench<'a> {
         Ok(plan)
     }
 
-    /// Judges these values by this number of trials, or by fewer if the result is clear. The result is that of the last key's
-    /// value, with the measures compared with their limits. The inner error is the reason why the values are invalid.
+    /// Judges these values with this number of trials, or with fewer if the result is clear earlier. Returns the
+    /// measures at the last key's value and their comparison with the limits. The inner error is the reason why the
+    /// values are invalid.
     ///
     /// # Errors
-    /// A trial that cannot be run; an interruption.
+    /// A trial cannot be run, or the computation was interrupted.
     pub fn judge(
         &self,
         values: &[f64],
@@ -202,7 +204,7 @@ impl<'a> Bench<'a> {
     /// Returns the contributions of the first trials of a seed with these values. None if the values are invalid.
     ///
     /// # Errors
-    /// A trial that cannot be run; an interruption.
+    /// A trial cannot be run, or the computation was interrupted.
     pub fn tally(
         &self,
         values: &[f64],
@@ -216,7 +218,8 @@ impl<'a> Bench<'a> {
         Ok(Some(Tally::of(self.limits, self.part(&plan, values, seed, 0..trials, watch)?)))
     }
 
-    /// Returns the contributions of these trials, which are computed or were stored by an interrupted computation.
+    /// Returns the contributions of these trials; reads them if an interrupted computation has stored them, else runs
+    /// the trials.
     fn part(
         &self,
         plan: &Plan,
@@ -230,7 +233,7 @@ impl<'a> Bench<'a> {
         kept(watch, &key, |_| count, || self.values(plan, trials, watch))
     }
 
-    /// Returns the key under which contributions are stored, besides the scenario.
+    /// Returns the key under which the contributions of a scenario are stored.
     fn key(&self, values: &[f64], seed: u64, trials: &Range<u64>) -> String {
         let settings = self.keys.iter().zip(values).map(|((key, _), value)| format!("{key}={value:?}"));
         let settings: Vec<String> = settings.collect();
@@ -298,7 +301,7 @@ fn number(value: f64, whole: bool) -> Value {
     }
 }
 
-/// Rewrites the error of a key that accepts no number.
+/// Rewrites the error of a key whose values are not numbers.
 fn no_number(error: FileError) -> FileError {
     let FileError::Key { place, key, message } = error else { return error };
     let message = if standstill_scenario::has_numbers(&key) == Some(false) {

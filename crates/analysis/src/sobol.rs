@@ -29,7 +29,7 @@ pub struct Tuple {
 /// Shares of the mean square, each with its 95 % interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shares {
-    /// The mean square itself.
+    /// The mean square error.
     pub mean_square: Estimate,
     /// Share that is common to all draws at an angle: the method's own error.
     pub common: Estimate,
@@ -50,8 +50,8 @@ impl Tuple {
         self.a * self.b
     }
 
-    /// Returns the term of a source's first-order index. The counterpart with A and B exchanged is not computed, although it
-    /// would add information; e_A in place of a further common sample keeps the estimate's noise below that of e_B e_ABi alone.
+    /// Returns the term of a source's first-order index. The mirrored term, with A and B exchanged, is not computed,
+    /// although it would add information. Subtracting e_A makes the estimate less noisy than e_B e_ABi alone.
     fn first(&self, source: usize) -> f64 {
         self.b * (self.mixed[source] - self.a)
     }
@@ -81,8 +81,8 @@ impl Shares {
     }
 }
 
-/// Indices as mean squares, in the square of the errors' unit, in place of shares of one. The estimate of a part that is nearly
-/// zero may be negative.
+/// Indices as mean squares, in the square of the errors' unit, instead of as shares. The estimate of a part that is
+/// nearly zero may be negative.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Squares {
     /// Mean square of the whole error.

@@ -56,7 +56,7 @@ pub struct Candidate {
     pub settings: Method<f64>,
     /// Results with the rotor locked; without starts if a locked rotor is not judged.
     pub locked: Summary,
-    /// Results with the rotor free, or in the only state that is judged; without starts if that state is `locked`.
+    /// Results with the rotor free, or in the only judged state; without starts if that state is `locked`.
     pub free: Summary,
     /// Reasons why the method does not suit the motor; empty if it does.
     pub objections: Vec<String>,
@@ -75,7 +75,7 @@ impl Candidate {
         self.setting.method
     }
 
-    /// Returns the smaller of the margins of error and movement: 1 is just enough, 0 means that no angle was found.
+    /// Returns the smaller of the margins of error and movement: 1 is just enough, 0 if no angle was found.
     pub fn margin(&self) -> f64 {
         self.margins.map_or(0.0, |margins| margins.spare())
     }
@@ -90,7 +90,7 @@ pub enum Progress<'a> {
     Found(&'a Candidate),
     /// Settings are being tried on fresh starts.
     Confirming(&'a Setting),
-    /// A motor is being tried whose L_d falls by this share at rated current.
+    /// A motor whose L_d falls by this share at rated current is being tried.
     Saturation(f64),
     /// A change of drive or demands is being tried, described in words.
     Change(&'a str),
@@ -112,17 +112,18 @@ choice! {
     }
 }
 
-/// Verdict on a motor's suitability, with what explains it.
+/// Verdict on a motor's suitability, and its explanation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suitability {
     /// Saliency ratio |L_B| / L_A at zero current, from the data sheet.
     pub saliency_ratio: f64,
-    /// The Cramér–Rao limit of the first method's pulses with this drive's readings, as rms over the angles. None if the method cannot be set up,
-    /// and on a drive that does not read the currents of its phases.
+    /// The Cramér–Rao limit of the first method's pulses with this drive's readings, as rms over the angles. None if
+    /// the method cannot be set up, or if the drive does not read its phase currents.
     pub limit: Option<Bound>,
     /// True if the motor has a magnet, so that it has poles to tell apart.
     pub has_magnet: bool,
-    /// Knowledge in the motor's data about the pole that draws more current. If it is too little, see [`Suitability::condition`].
+    /// What the motor's data say about which pole draws more current. If they say too little, see
+    /// [`Suitability::condition`].
     pub pole: PoleKnowledge,
     /// The pole that draws more current: near rated current, and in pulses of half of the rated current.
     pub signature: [Signature; 2],
@@ -130,23 +131,24 @@ pub struct Suitability {
     pub polarity_difference: f64,
     /// Relative difference of the poles' currents in pulses of half of the rated current.
     pub pulse_difference: f64,
-    /// Largest phase current in A that was allowed.
+    /// Largest allowed phase current in A.
     pub most_current_a: f64,
     /// The methods tried, in the order of [`CANDIDATES`].
     pub candidates: Vec<Candidate>,
     /// Index of the recommended candidate, with its results on fresh starts; none if no candidate suits the motor.
     pub recommended: Option<(usize, Confirmed)>,
-    /// Condition on the motor, beyond its data, under which the verdict holds.
+    /// Condition on the motor, not stated in its data, under which the verdict is valid.
     pub condition: Option<Condition>,
-    /// Changes that were tried because no settings suffice.
+    /// Changes that were tried because no settings suffice for the unchanged motor and drive.
     pub advice: Vec<Advice>,
-    /// Ways to start the motor without these methods, where no change suffices.
+    /// Ways to start the motor without these methods; tried if no change suffices.
     pub alternatives: Vec<Alternative>,
-    /// Parts of the check that were left out because its work was used up, in words; with more [`Effort`] they are done.
+    /// Descriptions of the parts of the check that were left out because no work was left; more [`Effort`] includes
+    /// them.
     pub untried: Vec<String>,
-    /// True if what was not tried may suit the motor as it is.
+    /// True if settings that were not tried may suit the unchanged motor.
     pub is_undecided: bool,
-    /// Work that was done, in evaluations of the machine's equations: at most [`most_work`] and the last start.
+    /// Work done, in evaluations of the machine's equations: at most [`most_work`] plus the last start.
     pub work: u64,
 }
 
@@ -165,15 +167,16 @@ pub enum SuitabilityError {
 }
 
 impl Suitability {
-    /// Searches settings of each candidate under the conditions of a scenario file, whatever its method and the state of its
-    /// rotor. Settings of the detector that the scenario sets stay unchanged. A method that lacks one of them is no candidate. A
-    /// method that was set by an override is the only candidate, and a state of the rotor that was set by an override is the only
-    /// one judged.
+    /// Searches settings of each candidate under the conditions of a scenario file, ignoring its method and the state
+    /// of its rotor. Settings of the detector in the scenario stay unchanged; a method that does not have all of these
+    /// settings is not a candidate. A method that was set by an override is the only candidate, and a state of the
+    /// rotor that was set by an override is the only one judged.
     ///
-    /// No more work is done than `effort` allows, and the answer is the same on each machine: work is counted, not timed.
+    /// No more work is done than `effort` allows. Work is counted, not timed, so the answer does not depend on the
+    /// machine.
     ///
     /// # Errors
-    /// An invalid scenario, or one without a candidate.
+    /// The scenario is invalid, or no method is a candidate.
     pub fn of(
         document: &Document,
         demands: &Demands,
@@ -183,7 +186,7 @@ impl Suitability {
         Self::within(document, demands, most_work(effort), &mut progress)
     }
 
-    /// Does at most this work.
+    /// Carries out the check with at most this much work.
     fn within(
         document: &Document,
         demands: &Demands,
@@ -236,8 +239,8 @@ impl Suitability {
         Ok(Self { untried, work: work.done(), ..found })
     }
 
-    /// Judges the best settings of each method. Where its search may take more work than is left, settings that are known to suffice
-    /// on few starts are confirmed before it.
+    /// Judges the best settings of each method. `likely`: settings that suffice on few starts. They are confirmed
+    /// before the search if the search may take more work than is left.
     fn judged(
         bench: &Bench<'_>,
         methods: &[MethodName],
@@ -303,7 +306,7 @@ impl Suitability {
         Ok((suitability, found))
     }
 
-    /// Returns the answer.
+    /// Returns the answer to whether the motor is suited.
     pub fn suited(&self) -> Suited {
         match (&self.recommended, &self.condition) {
             (None, _) if !self.has_saliency() => Suited::Unknown,
@@ -325,7 +328,7 @@ impl Suitability {
         self.has_magnet && self.pole == PoleKnowledge::Known && self.signature == [Signature::None; 2]
     }
 
-    /// Returns true if the motor has poles but its data are too few to judge them, so that only the axis was judged.
+    /// Returns true if the motor has poles but its data do not suffice to judge them, so that only the axis was judged.
     pub fn pole_is_open(&self) -> bool {
         self.condition == Some(Condition::Pole)
     }
@@ -340,11 +343,11 @@ impl Suitability {
         self.recommended.as_ref().map(|(_, confirmed)| confirmed)
     }
 
-    /// Returns the document with the recommended settings, ready to be run; none without a recommendation. If a saturation is the
-    /// condition, the document's motor has that saturation.
+    /// Returns the document with the recommended settings, ready to be run; none without a recommendation. If a
+    /// saturation is the condition, the document's motor has that saturation.
     ///
     /// # Errors
-    /// A key that cannot be set.
+    /// A key cannot be set.
     pub fn document(&self, document: &Document) -> Result<Option<Document>, FileError> {
         let Some(candidate) = self.recommended() else { return Ok(None) };
         let mut document = document.clone();
@@ -364,13 +367,13 @@ fn saliency_ratio(motor: &Motor) -> f64 {
     (motor.winding.saliency / motor.winding.mean_inductance).abs()
 }
 
-/// Saliency ratio |L_B| / L_A below which both axes have the same inductance.
+/// Saliency ratio |L_B| / L_A below which the inductances of both axes count as equal.
 const LEAST_SALIENCY: f64 = 1e-3;
 
-/// Shares of the work that is left: for the search of settings before the best are confirmed, and for the confirmation before changes are
-/// tried.
+/// Share of the remaining work for the search of settings, before the best are confirmed; the constant after it is the
+/// share for the confirmation, before changes are tried.
 const SEARCH: f64 = 0.5;
 const CONFIRMATION: f64 = 0.7;
 
-/// Number of angles for the Cramér–Rao limit: enough to show a harmonic of the winding.
+/// Number of angles for the Cramér–Rao limit, enough to resolve a harmonic of the winding.
 const ANGLES: usize = 16;

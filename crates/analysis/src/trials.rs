@@ -19,10 +19,10 @@ pub struct Trials<'a> {
     codes: Codes,
 }
 
-/// Quantization of all A/D converters.
+/// Quantization of all A/D converters in a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Codes {
-    /// Codes are shifted up by this share of one LSB against the scenario's.
+    /// Codes are shifted up by this share of one LSB relative to the scenario's.
     Moved(f64),
     /// No rounding: readings are exact up to the ends of their range.
     Exact,
@@ -49,7 +49,7 @@ impl<'a> Trials<'a> {
     /// Returns the trials of a plan's first point.
     ///
     /// # Errors
-    /// Values that make no valid scenario.
+    /// The values at this point make no valid scenario.
     pub fn new(plan: &'a Plan) -> Result<Self, FileError> {
         Self::at(plan, 0)
     }
@@ -57,7 +57,7 @@ impl<'a> Trials<'a> {
     /// Returns the trials of one point of a plan.
     ///
     /// # Errors
-    /// Values that make no valid scenario.
+    /// The values at this point make no valid scenario.
     ///
     /// # Panics
     /// If there is no such point.
@@ -65,12 +65,13 @@ impl<'a> Trials<'a> {
         Ok(Self { plan, point, scenario: plan.scenario(point)?, codes: Codes::Moved(0.0) })
     }
 
-    /// Returns these trials with other codes of all converters and nothing else changed.
+    /// Returns these trials with another quantization of all converters and nothing else changed.
     pub(crate) fn with_codes(&self, codes: Codes) -> Self {
         Self { codes, ..self.clone() }
     }
 
-    /// Returns the converters of the currents, of the terminals and of the DC link, as far as the drive reads these through one.
+    /// Returns the converters of the currents, of the terminals and of the DC link; none for values that the drive does
+    /// not read through a converter.
     pub(crate) fn converters(&self) -> [Option<Adc>; 3] {
         let sensors = &self.scenario.sensors;
         let currents = sensors.adc.filter(|_| sensors.arrangement != Arrangement::None);
@@ -95,7 +96,7 @@ impl<'a> Trials<'a> {
     /// Returns the records of these tapes in their order, computed in this thread.
     ///
     /// # Errors
-    /// An invalid drawn value.
+    /// A drawn value is invalid.
     pub fn records(&self, tapes: &[Tape]) -> Result<Vec<Record>, FileError> {
         let mut records: Vec<Option<Record>> = vec![None; tapes.len()];
         let set = |scenario: &mut Scenario<Method<f64>>| self.codes.set(scenario);
@@ -108,15 +109,16 @@ impl<'a> Trials<'a> {
     /// Returns the records of these tapes in their order, computed in all threads.
     ///
     /// # Errors
-    /// An invalid drawn value; an interruption.
+    /// A drawn value is invalid, or the computation was interrupted.
     pub fn all_records(&self, tapes: Vec<Tape>, watch: &dyn Watch) -> Result<Vec<Record>, Halt<FileError>> {
         Ok(self.all_with_tapes(tapes, watch)?.0)
     }
 
-    /// Returns the records of these tapes in their order, with the tapes after the trials, which hold all draws that were read.
+    /// Returns the records of these tapes in their order, with the tapes after the trials, which contain all draws that
+    /// were read.
     ///
     /// # Errors
-    /// An invalid drawn value; an interruption.
+    /// A drawn value is invalid, or the computation was interrupted.
     pub fn all_with_tapes(
         &self,
         tapes: Vec<Tape>,
@@ -147,10 +149,10 @@ impl<'a> Trials<'a> {
         Towards { trials: self, event, errors: AtomicU64::new(0) }
     }
 
-    /// Computes the odds of an event. `done` gets each finished run.
+    /// Computes the odds of an event. `done` receives each finished run.
     ///
     /// # Errors
-    /// An invalid drawn value; an interruption.
+    /// A drawn value is invalid, or the computation was interrupted.
     pub fn odds(
         &self,
         event: Event,
@@ -158,7 +160,7 @@ impl<'a> Trials<'a> {
         watch: &dyn Watch,
         done: impl FnMut(&Run),
     ) -> Result<Odds, Halt<FileError>> {
-        /// Axis error in degrees above which an axis is nearer to the other axis than to its own.
+        /// Axis error in degrees above which the found axis is nearer to the perpendicular axis than to the true one.
         const LOST: f64 = 45.0;
         let towards = self.towards(event);
         let mut odds = Odds::of_event(&towards, &event.to_string(), settings, watch, done)?;
@@ -177,7 +179,7 @@ impl<'a> Trials<'a> {
         Ok(odds)
     }
 
-    /// Returns the share of the event's starts that are of this kind.
+    /// Returns the share of the event's probability that belongs to starts of this kind.
     fn share(
         &self,
         odds: &Odds,

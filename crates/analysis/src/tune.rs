@@ -5,8 +5,9 @@
 //!                                       seed s                                                        │ seed s + 1: which
 //!   start and best, both on seed s + 2 ◄─────────────────────────────────────────────────────────────┘
 //! ```
-//! Within each stage all settings have the same random numbers. Settings that were searched with some random numbers suit these
-//! slightly better than others, so the choice among the last settings and the printed figures have random numbers of their own.
+//! Within each stage all settings use the same random numbers. Settings found with some random numbers suit these
+//! slightly better than others, so the choice among the last settings uses new random numbers, and so do the printed
+//! figures.
 
 mod compare;
 mod front;
@@ -46,7 +47,7 @@ const ALWAYS_REPORTED: [Measure; 6] = [
 /// Effort of the search: its numbers of initial settings and of trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
-    /// Number of initial settings of the search, the scenario's own among them.
+    /// Number of initial settings of the search, including the scenario's own.
     pub starts: usize,
     /// Number of trials per setting in the wide descents.
     pub coarse: u64,
@@ -69,7 +70,7 @@ impl Effort {
     }
 }
 
-/// Number of trials times a limit on a share from which on the limit can be shown to hold.
+/// Product of the number of trials and a limit on a share above which the limit can be shown to hold.
 const NEEDED: f64 = 4.5;
 
 impl Effort {
@@ -85,7 +86,7 @@ impl Effort {
     }
 }
 
-/// Question to the search: the scenario, the keys with their ranges, and the goal.
+/// Task of the search: the scenario, the keys with their ranges, and the goal.
 #[derive(Debug)]
 pub struct Question<'a> {
     /// The scenario whose keys are tuned.
@@ -94,14 +95,14 @@ pub struct Question<'a> {
     pub ranges: Vec<Range>,
     /// Measure to be minimised, and limits to be kept.
     pub goal: Goal,
-    /// Measures limited by the value at the initial settings (`moved <= start`): compared trial by trial, as the paired
-    /// difference has a far narrower interval.
+    /// Measures that must not exceed their value at the initial settings (`moved <= start`). They are compared trial by
+    /// trial, because the paired difference has a far narrower interval.
     pub relative: Vec<Measure>,
     /// The second measure of the Pareto front.
     pub against: Measure,
     /// Numbers of initial settings and trials.
     pub effort: Effort,
-    /// Seed of the search; the choice has the next seed, the printed figures the one after that.
+    /// Seed of the search. The final choice uses the next seed, the printed figures the one after that.
     pub seed: u64,
 }
 
@@ -121,36 +122,37 @@ pub struct Tuned {
     pub start: Judged,
     /// The best settings, measured on the same trials as the initial ones.
     pub best: Judged,
-    /// Measures of the best settings less those of the initial ones, with paired intervals on common random numbers.
+    /// Measures of the best settings minus those of the initial ones, with paired intervals on common random numbers.
     pub differences: Measured,
     /// Verdict on whether the best settings keep the limits.
     pub limits: Verdict,
-    /// Settings on the Pareto front: none is better in both measures. Sorted by the second measure; empty if no settings may keep
-    /// the limits.
+    /// Settings on the Pareto front, for which no other settings are better in both measures, sorted by the second
+    /// measure; empty if no settings may keep the limits.
     pub front: Vec<Judged>,
     /// All settings that were tried.
     pub looks: Vec<Look>,
 }
 
 impl Tuned {
-    /// Returns true if some settings may keep the limits; if not, the best settings are those that break the limits least.
+    /// Returns true if the best settings may keep the limits. If not, they are the settings that break the limits
+    /// least.
     pub fn is_found(&self) -> bool {
         self.limits.possibly
     }
 
-    /// Returns the part of the difference of the rms errors that starts without an answer may have although none was observed, if
-    /// that part might reverse the difference.
+    /// Returns the possible effect of unobserved starts without an answer on the difference of the rms errors, if it
+    /// might reverse the difference.
     pub fn unseen(&self) -> Option<Unseen> {
         left_out(&self.start.measured, &self.best.measured, &self.differences)
     }
 
-    /// Returns true if the best settings have a smaller measure than the initial ones, as far as the trials show.
+    /// Returns true if the best settings have a smaller measure than the initial ones according to the trials.
     pub fn seems_better(&self, goal: &Goal) -> bool {
         self.is_found() && self.differences.get(goal.minimise).high < 0.0
     }
 
-    /// Returns true if the best settings surely have a smaller measure than the initial ones, even with unobserved starts without
-    /// an answer, see [`Self::unseen`].
+    /// Returns true if the best settings surely have a smaller measure than the initial ones, even allowing for
+    /// unobserved starts without an answer: see [`Self::unseen`].
     pub fn surely_better(&self, goal: &Goal) -> bool {
         self.seems_better(goal) && (goal.minimise != Measure::Rms || self.unseen().is_none())
     }
@@ -161,16 +163,17 @@ fn left_out(start: &Measured, best: &Measured, differences: &Measured) -> Option
     unseen(&start.get(Measure::Rms), &best.get(Measure::Rms), &differences.get(Measure::Unanswered))
 }
 
-/// Numbers of settings that pass from the wide to the close descents, and from these to the final choice.
+/// Number of settings that pass from the wide to the close descents; the constant after it is the number that pass from
+/// these to the final choice.
 const WIDE_KEPT: usize = 3;
 const CLOSE_KEPT: usize = 8;
 
-/// Numbers of evaluations per key in a wide and in a close descent.
+/// Number of evaluations per key in a wide descent; the constant after it is the number in a close descent.
 const OFTEN_WIDE: usize = 16;
 const OFTEN_CLOSE: usize = 10;
 
 impl Question<'_> {
-    /// Returns all measures that are taken, as limits that nothing breaks.
+    /// Returns all measures that are computed, as infinite limits.
     pub fn taken(&self) -> Limits {
         let wanted = self.goal.limits.0.iter().map(|limit| limit.measure);
         let mut measures: Vec<Measure> = Vec::new();
@@ -186,10 +189,10 @@ impl Question<'_> {
         self.ranges.iter().map(|range| (range.key.clone(), range.whole)).collect()
     }
 
-    /// Searches the best settings. `hear` gets messages about the progress.
+    /// Searches for the best settings. `hear` receives messages about the progress.
     ///
     /// # Errors
-    /// A trial that cannot be run; an interruption.
+    /// A trial cannot be run, or the computation was interrupted.
     pub fn tune(&self, watch: &dyn Watch, hear: &mut dyn FnMut(String)) -> Result<Tuned, Halt<FileError>> {
         let taken = self.taken();
         let bench = Bench { document: self.document, limits: &taken, keys: self.keys() };
@@ -255,8 +258,8 @@ impl Question<'_> {
         Ok(Tuned { start, best, differences, limits, front, looks })
     }
 
-    /// Returns the measures as the search compares them. A measure whose limit is the value at the initial settings becomes that
-    /// limit times the ratio of the measures of both settings on the same trials.
+    /// Returns the measures as the search compares them. A measure that is limited by its value at the initial settings
+    /// is replaced by that limit times the ratio of the measures of both settings on the same trials.
     fn related(&self, mut measured: Measured, start: &Measured) -> Measured {
         for (measure, estimate) in
             measured.0.iter_mut().filter(|(measure, _)| self.relative.contains(measure))
@@ -281,7 +284,7 @@ impl Question<'_> {
         Limits(absolute.copied().collect())
     }
 
-    /// Returns whether the limits are kept; a limit relative to the initial settings is judged by the paired difference.
+    /// Returns the verdict on the limits; limits relative to the initial settings are judged by the paired differences.
     fn kept(&self, start: &Measured, best: &Measured, differences: &Measured) -> Verdict {
         let of_best = verdict(&self.absolute(), best);
         let no_worse = |of: fn(&Estimate) -> f64| {
@@ -311,8 +314,8 @@ impl Question<'_> {
         starts
     }
 
-    /// Chooses the best of the last settings on random numbers of their own: a quarter of the trials first drops those that are
-    /// clearly worse.
+    /// Chooses the best of the last settings with new random numbers. A quarter of the trials first drops settings that
+    /// are clearly worse.
     fn choose(
         &self,
         bench: &Bench<'_>,
@@ -377,7 +380,7 @@ fn seen(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.seen()).collect())
 }
 
-/// Returns whether measures keep the limits: likely, surely, possibly.
+/// Returns the verdict on the limits by these measures: whether they hold likely, surely, possibly.
 pub fn verdict(limits: &Limits, measured: &Measured) -> Verdict {
     let all = |of: fn(&Estimate) -> f64| {
         limits.0.iter().all(|limit| of(&measured.get(limit.measure)) <= limit.most)

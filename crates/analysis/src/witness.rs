@@ -1,7 +1,9 @@
-//! Witnesses: closed forms, conservation laws and kept results, computed anew by this program on this machine.
+//! Witnesses: checks against closed forms, conservation laws and stored results, computed by this program on the
+//! present machine.
 //!
-//! Each is a figure that is known without this program, or that was kept from it, beside the figure that it computes here. They are the
-//! part of `docs/validation.md` that takes no other program; the test suite asserts the same figures with more cases.
+//! Each witness compares a figure that is known independently, or was stored earlier, with the figure computed now.
+//! Witnesses are the part of `docs/validation.md` that needs no other program; the test suite asserts the same figures
+//! with more cases.
 
 mod chance;
 pub mod forms;
@@ -14,25 +16,25 @@ use standstill_campaign::digests::{self, DigestError, Kept};
 use standstill_sim::RunError;
 use thiserror::Error;
 
-/// A figure that is known, and the same as it was computed here.
+/// A known figure, and the figure computed now.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Figure {
-    /// Numbers of a unit, at most a tolerance apart.
+    /// Two numbers with a unit, which must differ by at most a tolerance.
     Number {
         /// The known number.
         known: f64,
-        /// The number computed here.
+        /// The number computed now.
         here: f64,
-        /// Largest difference.
+        /// Largest allowed difference.
         tolerance: f64,
-        /// Their unit.
+        /// Unit of both numbers.
         unit: &'static str,
     },
-    /// Digests, equal to the last bit.
+    /// Two digests, which must be equal.
     Digest {
-        /// The digest that is kept.
+        /// The stored digest.
         known: String,
-        /// The digest computed here.
+        /// The digest computed now.
         here: String,
     },
 }
@@ -42,9 +44,9 @@ pub enum Figure {
 pub struct Witness {
     /// The claim that is checked.
     pub claim: String,
-    /// Where the known figure comes from: a closed form, a conservation law, another method, or results that are kept.
+    /// Origin of the known figure: a closed form, a conservation law, another method, or stored results.
     pub from: &'static str,
-    /// The figures.
+    /// The known figure and the computed one.
     pub figure: Figure,
 }
 
@@ -60,7 +62,7 @@ impl Witness {
         Self { claim: claim.into(), from, figure: Figure::Number { known, here, tolerance, unit } }
     }
 
-    /// Makes a witness of a closed form: its number and the one computed here.
+    /// Makes a witness of a closed form; `figures`: the known number and the computed one.
     pub(crate) fn closed(
         claim: impl Into<String>,
         figures: [f64; 2],
@@ -85,24 +87,25 @@ impl Witness {
     }
 }
 
-/// Why witnesses could not be heard.
+/// Error of witnesses that could not be computed.
 #[derive(Debug, Error)]
 pub enum WitnessError {
-    /// A run that could not go on.
+    /// A run could not continue.
     #[error("a run of the witness could not go on: {0}")]
     Run(#[from] RunError),
-    /// A motor, a scenario or a detector that cannot be made.
+    /// A motor, a scenario or a detector could not be made.
     #[error("{0}")]
     Setting(String),
-    /// Results that could not be computed.
+    /// Digests of results could not be computed.
     #[error(transparent)]
     Digest(#[from] DigestError),
 }
 
-/// Hears all witnesses; `folder` takes files of theirs, `hear` gets each group's name before it is computed.
+/// Computes all witnesses. Their files are written to `folder`; `hear` receives each group's name before the group is
+/// computed.
 ///
 /// # Errors
-/// A folder that cannot be written; a run that could not go on; a stop.
+/// The folder cannot be written, a run could not continue, or the computation was stopped.
 pub fn all(
     folder: &Path,
     stop: &AtomicBool,

@@ -57,7 +57,7 @@ pub struct Tolerance {
 }
 
 impl Default for Tolerance {
-    /// 1e-9 Wb: at an inductance of 10 mH an error of 0.1 µA.
+    /// Returns a flux tolerance of 1e-9 Wb: 0.1 µA at an inductance of 10 mH.
     fn default() -> Self {
         Self { flux: 1e-9 }
     }
@@ -202,7 +202,7 @@ pub enum RunError {
         /// Current in mA at the comparator at that instant.
         current_ma: i64,
     },
-    /// The currents left the flux map of the motor: what follows is not known.
+    /// The currents left the flux map of the motor; the fluxes beyond the map are unknown.
     #[error(
         "the currents left the motor's flux map at i_d = {:.3} A, i_q = {:.3} A",
         current_ma[0] as f64 * 1e-3, current_ma[1] as f64 * 1e-3
@@ -215,7 +215,8 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// Returns the kind of the error without the current at which it happened, so that equal ones are counted together.
+    /// Returns the name of the error without the current at which it happened, so that errors of one kind are counted
+    /// together.
     pub fn name(&self) -> String {
         match self {
             Self::Overcurrent { .. } => "overcurrent: a comparator tripped".to_owned(),
@@ -283,7 +284,7 @@ pub type Run<T> = RunOf<Ended<T>>;
 pub(crate) type Finished = RunOf<Option<RunError>>;
 
 impl Finished {
-    /// Returns the run's result with this ending.
+    /// Returns the run's result with the ending `ended`.
     pub(crate) fn run<T>(self, ended: Ended<T>) -> Run<T> {
         let Self { duration, start_angle, end_angle, has_pole, resolver_angle, moved, .. } = self;
         let Self { peak_current, ledger, work, .. } = self;

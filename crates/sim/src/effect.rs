@@ -9,12 +9,12 @@
 //! | hysteresis | elastic flux of each play cell | `play.rs` |
 //! | terminals with a capacitance | potentials | `terminals.rs` |
 //!
-//! A step (`step/two_derivative.rs`) calls the effects in a fixed order and passes the quantities that couple them
-//! from one to the next. An effect is called by its type, and all its methods are `#[inline(always)]`: only then is
-//! it part of the step that is compiled for a width of registers. Bank, ledger, initial state at rest and the
-//! referee's slopes call all effects by the list `each_effect!` and name none.
+//! A step (`step/two_derivative.rs`) calls the effects in a fixed order and passes the quantities that couple them from
+//! one to the next. An effect is called by its type, and all its methods are `#[inline(always)]`: only then is it part
+//! of the step that is compiled for a width of registers. Bank, ledger, initial state at rest and the referee's slopes
+//! call all effects by the list `each_effect!` and name none.
 //!
-//! Hysteresis is a branch beside the core: code outside of its files uses it only as [`Branch`].
+//! Hysteresis is a branch in parallel to the core. Code outside its files uses it only as [`Branch`].
 
 mod context;
 pub mod eddies;
@@ -37,14 +37,13 @@ use crate::physics::state::State;
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::Here;
 
-/// The branch in parallel to the core, in the stator's frame: it has the winding's flux, and its current adds to the
-/// core's.
+/// The branch in parallel to the core, in the stator's frame. Both have the winding's flux, and their currents add.
 pub type Branch<V> = play::Cells<V>;
 
 /// Quantities of the branch over a step.
 pub type BranchStep<V> = <Branch<V> as Effect<V>>::Step;
 
-/// State of the branch, which is not part of [`State`]: fluxes in Wb.
+/// State of the branch, kept apart from [`State`]: fluxes in Wb.
 pub type BranchState<V> = [Plane<V>; MOST_CELLS];
 
 /// The branch at one flux.
@@ -52,7 +51,7 @@ pub type BranchState<V> = [Plane<V>; MOST_CELLS];
 pub struct BranchPoint<V> {
     /// The branch's current in A.
     pub current: Plane<V>,
-    /// Slope of the branch's current over the flux: its part of Γ, in 1/H.
+    /// Slope of the branch's current over the flux, in 1/H: the branch's contribution to Γ.
     pub stiffness: Symmetric<V>,
     /// Elastic flux of each play cell in Wb.
     pub elastic: BranchState<V>,
@@ -107,7 +106,7 @@ pub trait Effect<V: Wide> {
         V::of(0.0)
     }
 
-    /// Returns the effect's quantities of a step between two known places; used by the referee.
+    /// Returns the effect's quantities of a step between two known states; the referee uses them.
     #[inline(always)]
     fn between(&self, _end: &End<'_, '_, V>, _there: &Here<V>) -> Self::Step {
         Self::Step::default()
@@ -117,25 +116,25 @@ pub trait Effect<V: Wide> {
     #[inline(always)]
     fn slope(&self, _legs: &Conducting<V>, _here: &Here<V>, _slope: &mut State<V>) {}
 
-    /// Writes the effect's state within a step into `there`.
+    /// Writes the effect's state at a point within a step into `there`.
     #[inline(always)]
     fn within(&self, _span: &Span<'_, '_, V>, _there: &mut Here<V>) {}
 
-    /// Copies the effect's numbers of the selected machines from one place to another.
+    /// Copies the effect's numbers of the selected machines from one state to another.
     #[inline(always)]
     fn keep(&self, _of: V::Mask, _from: &Here<V>, _to: &mut Here<V>) {}
 
     /// Adds the energy in J that the effect stores to the energy balance.
     fn energy(&self, _moment: &Moment<'_, '_, V>, _stored: &mut Ledger) {}
 
-    /// Adds the effect's powers in W at a place within a step.
+    /// Adds the effect's powers in W at a point within a step.
     fn power(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _powers: &mut Ledger) {}
 
     /// Adds energies in J that the effect transfers instantaneously in a step.
     fn work(&self, _moment: &Moment<'_, '_, V>, _span: &Span<'_, '_, V>, _spent: &mut Ledger) {}
 }
 
-/// Methods of an effect that machines of a kind may lack: they do nothing without it.
+/// Implements methods of an optional effect: they do nothing in machines without it.
 macro_rules! where_there {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {$(
         #[inline(always)]
@@ -147,7 +146,7 @@ macro_rules! where_there {
     )*};
 }
 
-/// An effect that machines of a kind may lack: without it a step has no such part.
+/// An optional effect: machines without it skip its part of the step.
 impl<V: Wide, E: Effect<V>> Effect<V> for Option<&E> {
     type Step = Option<E::Step>;
 

@@ -1,7 +1,7 @@
-//! Faults of wires, switches and sensors: what is broken, and from when to when.
+//! Faults of wires, switches and sensors: which part is broken, and when.
 //!
-//! A fault acts where its part is simulated, and nowhere else: an open wire in the equations of the legs, a switch that
-//! stays off in the gates, a sensor that reads wrongly in its channel. What the detector receives follows from these.
+//! A fault acts only where its part is simulated: an open wire in the equations of the legs, a switch that stays off in
+//! the gates, a sensor that reads wrongly in its channel. The detector sees only the consequences.
 
 use std::fmt;
 
@@ -21,58 +21,60 @@ pub enum Broken {
     Wire(usize),
     /// A resistance in Ω in series with a phase, as of a weak contact in the motor's terminal box.
     Contact(usize, f64),
-    /// Leg k feeds the phase with number `[k]` of this list. Only from the begin of a run.
+    /// Motor wires are exchanged: leg k feeds phase `[k]`. Possible only from the start of the run on.
     Wires([usize; 3]),
-    /// This switch of a leg never turns on; both, where the gate is [`Gate::Off`]. Diodes stay.
+    /// This switch of a leg never turns on; [`Gate::Off`] stands for both switches. The diodes still work.
     Switch(usize, Gate),
-    /// The sensor in this channel: 0 to 2 for the phases (0 for a shunt in the DC link), 3 for the link's voltage.
+    /// The sensor in this channel reads wrongly. Channels 0 to 2 are the phases (0 also the shunt in the DC link), 3 is
+    /// the link's voltage.
     Sensor(usize, Misreading),
     /// Two current sensors that read each other's phase.
     Exchanged(usize, usize),
-    /// All converters share a reference that drifts: readings grow by this share in each second.
+    /// The reference that all converters share drifts: readings grow by this share per second.
     Drift(f64),
-    /// No comparator trips.
+    /// All comparators fail to trip.
     Deaf,
-    /// The converter's results are those of the sample before.
+    /// The converter repeats the result of the previous sample.
     Stale,
-    /// Commands reach the gates later by this; samples are taken as ordered.
+    /// Commands reach the gates this much later, while samples are taken as ordered.
     Late(Nanos),
-    /// No duty cycle is above this share.
+    /// Duty cycles are limited to this share.
     Duty(f64),
 }
 
 /// How a sensor reads wrongly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Misreading {
-    /// Its amplifier's output is zero but for its offset.
+    /// The amplifier's output is zero, apart from its offset.
     Dead,
-    /// It keeps the value that it read last; where it has read none, its first one.
+    /// The sensor repeats the last value that it read, or its first one if it has read none.
     Frozen,
-    /// It reads this value in A or V, which its converter rounds.
+    /// The sensor reads this value in A or V, rounded by its converter.
     Stuck(f64),
-    /// A bit of its converter's codes, from 0 for the lowest one, is always set or always clear.
+    /// One bit of the converter's codes, counted from 0 for the lowest, is always set or always clear.
     Bit(u8, bool),
-    /// Its gain is this multiple of what it was.
+    /// The gain is multiplied by this factor.
     Gain(f64),
-    /// Its offset is larger by this in A or V.
+    /// The offset is larger by this value in A or V.
     Offset(f64),
 }
 
-/// A broken part, from `from` until just before `until`, both since the start of the run, or since the begin of a command.
+/// A part that is broken from `from` until just before `until`. Both times count from the start of the run, or from the
+/// begin of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
     /// The broken part.
     pub broken: Broken,
-    /// Number of the command, from 1, at whose begin both times start; none: at that of the run.
+    /// Number of the command, from 1, from whose begin both times count; none: they count from the start of the run.
     pub command: Option<u32>,
-    /// Time at which it breaks.
+    /// Time at which the part breaks.
     pub from: Nanos,
-    /// Time at which it is whole again; `Nanos(u64::MAX)` for never.
+    /// Time at which the part works again; `Nanos(u64::MAX)` for never.
     pub until: Nanos,
 }
 
 impl Fault {
-    /// Makes a fault that is there before the run begins, and stays.
+    /// Makes a fault that exists before the run begins and never ends.
     pub const fn lasting(broken: Broken) -> Self {
         Self { broken, command: None, from: Nanos::ZERO, until: Nanos(u64::MAX) }
     }
@@ -152,7 +154,7 @@ impl fmt::Display for Fault {
 pub struct Faults([Option<Fault>; MOST_FAULTS]);
 
 impl Faults {
-    /// Adds a fault. Returns false where there is no room for it.
+    /// Adds a fault. Returns false if there are [`MOST_FAULTS`] already.
     pub fn push(&mut self, fault: Fault) -> bool {
         let Some(free) = self.0.iter_mut().find(|place| place.is_none()) else { return false };
         *free = Some(fault);
@@ -174,7 +176,7 @@ impl Faults {
         self.0.into_iter().flatten().filter(move |fault| fault.is_there(time)).map(|fault| fault.broken)
     }
 
-    /// Returns the next time in ns after `time` at which a part breaks or is whole again; infinite where there is none.
+    /// Returns the next time in ns after `time` at which a part breaks or works again; infinite if there is none.
     pub fn next(&self, time: f64) -> f64 {
         self.iter()
             .filter(|fault| fault.command.is_none())
@@ -184,7 +186,7 @@ impl Faults {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Iterates over the parts that break at a time in ns, and over those that are whole again.
+    /// Iterates over the parts that break at a time in ns, and over those that work again.
     pub(crate) fn changes(&self, time: f64) -> impl Iterator<Item = (Broken, Health)> {
         let changes = |fault: Fault| {
             [(fault.from, Health::Broken), (fault.until, Health::Whole)].map(|of| (fault.broken, of))
@@ -193,7 +195,8 @@ impl Faults {
         all.filter(move |(_, (at, _))| at.0 as f64 == time).map(|(broken, (_, health))| (broken, health))
     }
 
-    /// Starts the times of the faults that wait for the command with this number. Returns whether there were any.
+    /// Starts the faults whose times count from the begin of the command with this number. Returns whether there are
+    /// any.
     pub(crate) fn begin(&mut self, command: u32, start: Nanos) -> bool {
         let mut any = false;
         for fault in self.0.iter_mut().flatten().filter(|fault| fault.command == Some(command)) {
@@ -204,7 +207,7 @@ impl Faults {
         any
     }
 
-    /// Returns by how much a command that is given at a time in ns reaches the gates later.
+    /// Returns the delay with which a command given at a time in ns reaches the gates.
     pub(crate) fn late(&self, time: f64) -> Nanos {
         let of = |broken| if let Broken::Late(late) = broken { late } else { Nanos::ZERO };
         self.at(time).map(of).fold(Nanos::ZERO, Nanos::max)
@@ -226,8 +229,8 @@ impl Faults {
         exchanged.unwrap_or([0, 1, 2])
     }
 
-    /// Returns the switches of a leg that never turn on at a time in ns, lower and upper: both where its wire is open, behind which
-    /// they make no difference.
+    /// Returns whether the lower and the upper switch of a leg fail to turn on at a time in ns. Both count as failed if
+    /// the leg's wire is open, because they have no effect behind it.
     pub(crate) fn lost(&self, leg: usize, time: f64) -> [bool; 2] {
         let mut lost = [false; 2];
         for broken in self.at(time) {
@@ -243,7 +246,7 @@ impl Faults {
         lost
     }
 
-    /// Returns whether a leg's gates may at any time not do as requested.
+    /// Returns whether a fault may keep the gates of a leg from following their requests.
     pub(crate) fn concern_gates(&self, leg: usize) -> bool {
         self.iter().any(|fault| matches!(fault.broken, Broken::Wire(k) | Broken::Switch(k, _) if k == leg))
     }

@@ -1,4 +1,4 @@
-//! Guards: conditions that end the smooth part of a run, of several machines side by side.
+//! Guards: conditions that end a smooth stretch of a run, for several machines side by side.
 
 mod comparators;
 mod flux;
@@ -15,7 +15,7 @@ use crate::sensing::Input;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
-/// A condition that ends a mode, and with it the smooth part of a run.
+/// A condition that ends a mode, and with it a smooth stretch of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guard {
     /// The current of a leg reaches zero, or the potential of a terminal with a capacitance reaches a rail.
@@ -30,13 +30,13 @@ pub enum Guard {
     Domain,
     /// ψ_d (0) or ψ_q (1) crosses zero, where the core has a kink.
     Kink(usize),
-    /// A mode of the branch beside the core ends; each step finds these modes anew.
+    /// A play cell begins or ceases to slide; each step finds the cells' modes anew.
     Branch,
     /// The current at a comparator reaches its level.
     Trip(Input),
 }
 
-/// A value for each guard except those of the branch.
+/// One value for each guard, except the guards of play cells and comparators.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PerGuard<V> {
     /// Values of [`Guard::Leg`], leg by leg.
@@ -54,23 +54,23 @@ pub struct PerGuard<V> {
 }
 
 impl<V: Wide> PerGuard<V> {
-    /// Returns this value for all guards.
+    /// Returns the record with this value for all guards.
     #[inline(always)]
     pub fn all(of: V) -> Self {
         Self { leg: [of; 3], blocked: of, motion: of, stop: of, domain: of, kink: [of; 2] }
     }
 }
 
-/// Bounds whose crossing ends the smooth part of a run. A bound that cannot be crossed is infinitely far away.
+/// Bounds whose crossing ends a smooth stretch of a run. A bound that cannot be crossed is infinitely far away.
 #[derive(Clone, Debug)]
 pub struct Bounds<V: Wide> {
-    /// Coefficients of the motion's margin: a constant, and factors of the speed in rad/s, of the torque in N·m, and
-    /// of the magnitude of torque less load.
+    /// Coefficients of the margin of the motion: a constant, and factors of the speed in rad/s, of the torque in N·m,
+    /// and of the magnitude of the torque less the load.
     pub motion: [V; 4],
-    /// Angles in rad from the initial position at which the stops are, backwards and forwards.
+    /// Angles in rad of the brake's stops, backwards and forwards from the initial position.
     pub stops: [V; 2],
-    /// For ψ_d and ψ_q: the side of zero on which each is, +1 or −1, where the core has a kink there, else 0; and the
-    /// constant that is added to the margin (infinite without a kink).
+    /// For ψ_d and ψ_q: the sign (+1 or −1) that the flux has now if the core has a kink at zero, else 0; and a
+    /// constant added to the margin, infinite without a kink.
     pub sides: Option<[[V; 2]; 2]>,
     /// Slack: distance below zero at which each margin counts as crossed.
     pub slack: PerGuard<V>,
@@ -80,14 +80,15 @@ pub struct Bounds<V: Wide> {
     pub levels: Option<Levels<V>>,
 }
 
-/// Distances of the modes from their ends, negative beyond. Leg: the current in A in the direction of its mode,
-/// infinite for a blocked leg; for a floating terminal with a capacitance, the distance in V of its potential to the
-/// nearer bound. Blocked: the distance in V of the blocked leg's potential to the nearer bound. Motion in N·m or
-/// rad/s, stop in rad, domain in A, kink in Wb.
+/// Distances of the modes from their ends; negative once the end is passed. Leg: the current in A in the direction of
+/// its mode, infinite for a blocked leg; for a floating terminal with a capacitance, the distance in V of its potential
+/// from the nearer bound. Blocked: the distance in V of the blocked leg's potential from the nearer bound. Motion in
+/// N·m or rad/s, stop in rad, domain in A, kink in Wb.
 pub type Margins<V> = PerGuard<V>;
 
 impl<V: Wide> Bounds<V> {
-    /// Makes bounds that cannot be crossed, for cores with or without kinks, for drives with or without comparators.
+    /// Makes bounds that cannot be crossed; `kinks`: whether cores have kinks, `comparators`: whether drives have
+    /// comparators.
     pub fn new(kinks: bool, comparators: bool) -> Self {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         Self {
@@ -120,14 +121,14 @@ impl<V: Wide> Bounds<V> {
 
 /// The mode that ends first among those examined so far.
 pub struct First {
-    /// Share of the step at which the mode ends; infinite: none ends.
+    /// Share of the step at which the mode ends; infinite if no mode ends.
     pub share: f64,
-    /// The guard that ends it.
+    /// The guard of that mode.
     pub guard: Option<Guard>,
 }
 
 impl First {
-    /// No mode so far.
+    /// No mode has ended so far.
     pub const NONE: Self = Self { share: f64::INFINITY, guard: None };
 
     fn take(&mut self, share: f64, guard: Guard) {
@@ -136,8 +137,8 @@ impl First {
         }
     }
 
-    /// Takes the guard as first if its margin over the step is crossed earlier; `slack`: distance below zero at which
-    /// it counts as crossed.
+    /// Replaces the first guard by this one if its margin over the step is crossed earlier; `slack`: distance below
+    /// zero at which the margin counts as crossed.
     pub fn ends(&mut self, guard: Guard, margin: Cubic<f64>, slack: f64) {
         let to = if margin.value[1] < -slack {
             1.0
@@ -150,7 +151,7 @@ impl First {
     }
 }
 
-/// Returns a margin over the step as a straight line, where its slopes are not known.
+/// Returns a margin over the step as a straight line, for margins whose slopes are unknown.
 fn straight(begin: f64, end: f64) -> Cubic<f64> {
     Cubic { value: [begin.max(0.0), end], slope: [end - begin.max(0.0); 2] }
 }

@@ -1,4 +1,4 @@
-//! Runs side by side, or one alone: the same code for both.
+//! Runs side by side, or one alone, by the same code.
 //!
 //! ```text
 //!   run 0  ─┐ wants a step                       ┌─ resume
@@ -6,8 +6,8 @@
 //!   …       │                                    │
 //!   run 7  ─┘                                    └─ …        a run that is over makes room for the next
 //! ```
-//! Each run steps to its own next instant. Its results do not depend on its neighbours: multiplication and addition
-//! are not fused, and no branch depends on anything that differs between machines of a kind.
+//! Each run steps to its own next instant. Its results do not depend on its neighbours: multiplication and addition are
+//! not fused, and no branch depends on values that differ between machines of one kind.
 
 pub mod bank;
 pub mod driven;
@@ -27,10 +27,10 @@ use crate::control::{Control, Want, can_move};
 use crate::sensing::Sensed;
 use crate::trace::{NoProbe, Probe};
 
-/// The source of runs and the receiver of their results. All types of detectors are behind this trait, so that the
-/// engine is compiled once for each width of registers and not once more for each detector.
+/// The source of cases and the receiver of finished runs. This trait hides the types of detectors, so that the engine
+/// is compiled once for each register width instead of once for each detector.
 trait Host<'a> {
-    /// Returns the next case, for this lane; none if there are no more.
+    /// Returns the next case for this lane; none if all cases have begun.
     fn next(&mut self, lane: usize) -> Option<Case<'a>>;
 
     /// Returns the command of the detector in this lane after these readings; `None` if the detector is done.
@@ -62,18 +62,18 @@ fn advance<'a, V: Wide>(
     }
 }
 
-/// Returns whether a sensor of voltages of a case has a filter, which follows the inside of each step.
+/// Returns whether a voltage sensor of a case has a filter, which needs the values inside each step.
 fn is_followed(case: &Case) -> bool {
     let settings = &case.sensors.settings;
     settings.dc_link.bandwidth.is_some() || settings.terminal.is_some_and(|of| of.bandwidth.is_some())
 }
 
-/// Returns whether the core of a case has kinks where its fluxes are zero.
+/// Returns whether the core of a case has kinks at zero flux.
 fn has_kinks(case: &Case) -> bool {
     case.motor.magnetics.core().kinks() != [false; 2]
 }
 
-/// Returns whether a case is of the kind of a bank.
+/// Returns whether a case can run in this bank: its machine has the same form of equations.
 fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     bank.machine.fits(case.motor, &case.inverter, can_move(case.rotor))
         && bank.bounds.sides.is_some() == has_kinks(case)
@@ -82,7 +82,7 @@ fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
         && (bank.control.follow || !is_followed(case))
 }
 
-/// Runs in the lanes of a bank.
+/// The runs in the lanes of a bank.
 struct SideBySide<'a, V: Wide> {
     bank: Bank<'a, V>,
     lanes: Vec<Option<Control<'a>>>,
@@ -191,8 +191,8 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
     by(case, detector, ledger, probe, false)
 }
 
-/// Carries out one detection with another integration method of order five, which shares only the equations with the
-/// engine's own: for tests, and to find the numerical error of a run.
+/// Carries out one detection with an independent fifth-order integrator, which shares only the equations with the
+/// engine's own steps. It serves tests and measures the numerical error of a run.
 pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
     detector: &mut D,
@@ -202,7 +202,7 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     by(case, detector, ledger, probe, true)
 }
 
-/// Carries out one run of a detector, with the engine's own steps or with the referee's.
+/// Carries out one run of a detector; `refereed`: whether the referee takes the steps instead of the engine.
 fn by<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
     detector: &mut D,
@@ -232,11 +232,11 @@ fn alone<'a>(
     driven.finish(None)
 }
 
-/// Runs detections side by side in the lanes of one thread until `cases` is exhausted. `done` receives each run with
-/// the number of its case, in the order in which runs end. Each run has the bits that [`run`] gives.
+/// Runs detections side by side in one thread until `cases` is exhausted. `done` receives each run with the number of
+/// its case, in the order in which runs end. Each result equals that of [`run`] bit by bit.
 ///
-/// Each case may have a motor, a link and a drive of its own. Cases of another kind than the first one's (another
-/// form of the equations, not other numbers) are carried out one by one.
+/// Each case may have its own motor, link and drive. Cases whose equations have another form than those of the first
+/// case (not just other numbers) are carried out one by one.
 pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
     cases: impl IntoIterator<Item = (Case<'a>, D)>,
     done: impl FnMut(usize, Run<T>),
@@ -244,7 +244,8 @@ pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
     run_side_by_side_in(Width::Avx512, cases, done);
 }
 
-/// Carries out [`run_side_by_side`] in registers no wider than `most`: the bits of the runs do not depend on it.
+/// Carries out [`run_side_by_side`] in registers no wider than `most`; the results do not depend on the width, bit by
+/// bit.
 pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
     most: Width,
     cases: impl IntoIterator<Item = (Case<'a>, D)>,
@@ -261,7 +262,7 @@ fn all(most: Width, host: &mut dyn Host<'_>) {
     }
 }
 
-/// Cases to be run.
+/// The runs of a host, as a computation for one register width.
 struct Work<'a, 'h> {
     first: Case<'a>,
     host: &'h mut dyn Host<'a>,

@@ -11,11 +11,11 @@ pub struct Ledger {
     pub source_loss: f64,
     /// Energy lost in switches and diodes, and in the arcs of wires that break.
     pub device_loss: f64,
-    /// Energy lost in the winding's resistance, including that of its ringing with the terminals.
+    /// Energy lost in the winding's resistance, including the loss of the winding's ringing with the terminals.
     pub copper_loss: f64,
     /// Energy lost in eddy currents.
     pub eddy_loss: f64,
-    /// Energy lost by hysteresis: where play cells of the stator's iron slide.
+    /// Energy lost by hysteresis, while play cells of the stator's iron slide.
     pub hysteresis_loss: f64,
     /// Work of the electromagnetic torque, cogging included, on the rotor.
     pub shaft_work: f64,
@@ -23,7 +23,7 @@ pub struct Ledger {
     pub friction_loss: f64,
     /// Part of the shaft work done on the load.
     pub load_work: f64,
-    /// Part of the shaft work lost where the rotor ran into the end of the brake's play.
+    /// Part of the shaft work lost in impacts of the rotor at the ends of the brake's play.
     pub impact_loss: f64,
     /// Change of the energy in the link's capacitor.
     pub link_change: f64,
@@ -52,14 +52,14 @@ impl Ledger {
         );
     }
 
-    /// Accounts for a device that charged a terminal at once: the rail gave energy `given` in J, from a `stiff`
-    /// source or from the link's capacitor, and the terminal stored `kept` of it.
+    /// Accounts for a device that charged a terminal at once: the rail gave `given` in J and the terminal stored
+    /// `kept`. `stiff`: the energy comes from the source, else from the link's capacitor.
     pub(crate) fn charge(&mut self, given: f64, kept: f64, stiff: bool) {
         self.source += if stiff { given } else { 0.0 };
         self.device_loss += given - kept;
     }
 
-    /// Returns the energy in J that the source delivered and no account contains: zero but for the integrator's
+    /// Returns the energy in J from the source that is missing in all accounts: zero, apart from the integrator's
     /// error.
     ///
     /// ```
@@ -82,7 +82,7 @@ impl Ledger {
             - self.field_change
     }
 
-    /// Returns the shaft work in J that no mechanical account contains.
+    /// Returns the shaft work in J that is missing in all mechanical accounts: zero, apart from the integrator's error.
     pub fn mechanical_imbalance(&self) -> f64 {
         self.shaft_work - self.friction_loss - self.load_work - self.impact_loss - self.kinetic_change
     }

@@ -4,19 +4,18 @@
 //!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
 //! ```
 //!
-//! Time is cut at every instant: gate edges and ADC triggers at whole nanoseconds, changes of conduction and of
-//! the rotor's motion wherever they fall. Between two neighbouring instants the flow is smooth and steps with two
-//! derivatives carry it, of one machine ([`run`]) or of several side by side ([`run_side_by_side`]). A run is a pure
-//! function of its [`Case`]: nothing reads a clock,
-//! and every random draw belongs to a purpose and has a number there ([`Streams`]).
+//! Time is divided at instants: gate edges and ADC triggers at whole nanoseconds, changes of conduction and of the
+//! rotor's motion at any time. Between two neighbouring instants the solution is smooth, and two-derivative steps
+//! integrate it, for one machine ([`run`]) or for several side by side ([`run_side_by_side`]). A run is a pure function
+//! of its [`Case`]: nothing reads a clock, and every random draw has a purpose and a number ([`Streams`]).
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 #![allow(
     clippy::needless_range_loop,
     reason = "legs and machines are walked by number: iterators are closures, which are not compiled for wide registers"
 )]
 
-/// Expands to `[f(0), f(1)]`. In an array's `map` the closure would be a function of its own, compiled without the
-/// instructions of wide registers, and each operation in it a call.
+/// Expands to `[f(0), f(1)]`. The closure of an array's `map` would be a separate function, compiled without the
+/// instructions of wide registers, and each operation in it would be a call.
 macro_rules! pair {
     ($k:ident => $of:expr) => {{
         let first = {
@@ -31,7 +30,7 @@ macro_rules! pair {
     }};
 }
 
-/// An option's `map`, expanded for the reason of [`pair`].
+/// Expands to the `map` of an option, without a closure for the same reason as [`pair`].
 macro_rules! some {
     ($of:expr, $value:pat => $to:expr) => {
         match $of {
@@ -41,7 +40,7 @@ macro_rules! some {
     };
 }
 
-/// Expands to `[f(0), f(1), f(2)]`, as [`pair`] does.
+/// Expands to `[f(0), f(1), f(2)]`, without a closure for the same reason as [`pair`].
 macro_rules! three {
     ($k:ident => $of:expr) => {{
         let [first, second] = pair!($k => $of);

@@ -62,7 +62,7 @@ impl Arrangement {
     }
 }
 
-/// The DC-link sensor.
+/// The sensor of the DC link's voltage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VoltageSensor {
     /// Standard deviation of the sensor's relative gain error.
@@ -77,7 +77,7 @@ pub struct VoltageSensor {
     pub adc: Option<Adc>,
 }
 
-/// The dividers at the terminals with their filters and converters: one from each terminal to the negative rail.
+/// Voltage dividers from each terminal to the negative rail, with their filters and converters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TerminalSensor {
     /// Standard deviation of each divider's relative gain error.
@@ -90,25 +90,25 @@ pub struct TerminalSensor {
     pub bandwidth: Option<f64>,
     /// The converters; none: exact.
     pub adc: Option<Adc>,
-    /// Resistance in Ω of each divider, with which it holds an idle terminal at the negative rail; none: it loads
-    /// nothing. Terminals with a capacitance are not discharged by it.
+    /// Resistance in Ω of each divider, which pulls an idle terminal to the negative rail; none: the dividers draw no
+    /// current. Terminals with a capacitance are not discharged by it.
     pub resistance: Option<f64>,
 }
 
 impl TerminalSensor {
-    /// Dividers without any error, which load nothing.
+    /// Dividers without errors that draw no current.
     pub const IDEAL: Self =
         Self { gain_error: 0.0, offset: 0.0, noise: 0.0, bandwidth: None, adc: None, resistance: None };
 }
 
-/// The resolver, which provides the "measured angle".
+/// The resolver, whose reading serves as the "measured angle".
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Resolver {
     /// Standard deviation of the resolver's error in rad electrical.
     pub error: f64,
 }
 
-/// The sensors as a type: the settings from which the errors of specimens are drawn.
+/// The sensors of a type of drive: settings from which the errors of each specimen are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorSettings {
     /// Arrangement of the current sensors.
@@ -127,36 +127,36 @@ pub struct SensorSettings {
     /// Largest additional deviation of each phase's corner frequency, as a share of the nominal one, uniformly
     /// distributed in both directions.
     pub bandwidth_mismatch: f64,
-    /// Slew rate of shunts' amplifiers in A/s: the fastest change of their output; 0: no limit. Only where [`Arrangement::follows_legs`].
+    /// Slew rate of the shunts' amplifiers in A/s: the fastest change of their output; 0: no limit. Applies only if
+    /// [`Arrangement::follows_legs`].
     pub slew: f64,
-    /// Acquisition: time constant in s with which each channel's capacitor follows the sensor between conversions, through the resistance
-    /// in front of the converter; 0: at once. Not beside a slew rate.
+    /// Acquisition: time constant in s with which each channel's sampling capacitor follows the sensor between
+    /// conversions, through the resistance before the converter; 0: immediately. Cannot be combined with a slew rate.
     pub acquisition: f64,
     /// The current sensors' converter; none: exact.
     pub adc: Option<Adc>,
-    /// Skew: the converter takes phases a, b and c one after the other, each this much later than the one before;
-    /// phase a together with the DC link. Conversions that would fall after the end of the command are taken at its
-    /// end.
+    /// Skew: the converter takes phase a together with the DC link, then phase b and phase c, each this much later than
+    /// the one before. Conversions that would fall after the end of the command are taken at its end.
     pub skew: Nanos,
-    /// Conversions of each sample, of which the reading is the mean; the code counts their sum.
+    /// Number of conversions of each sample. The reading is their mean; the code counts their sum.
     pub oversampling: u8,
-    /// From one conversion of a channel to the next one of the same sample; with `skew`, never less than twice it. Conversions that would fall after the end of the
-    /// command are taken at its end.
+    /// Time between successive conversions of a channel within a sample; at least twice `skew`. Conversions that would
+    /// fall after the end of the command are taken at its end.
     pub conversion: Nanos,
-    /// Pick-up of switching edges in all currents behind the filters; none: no pick-up.
+    /// Pick-up of switching edges in all currents, added after the filters; none: no pick-up.
     pub pick_up: Option<PickUp>,
     /// Jitter: largest deviation of each ADC trigger, uniformly distributed in both directions; a sample never leaves
     /// its command.
     pub jitter: Nanos,
     /// Delay of all triggers; a sample never leaves its command.
     pub sample_delay: Nanos,
-    /// Settling time of a shunt's amplifier as the drive assumes it: a shunt's reading is hidden until the dead time and this
-    /// time have passed since the last request to its leg, to any leg for the shunt in the DC link.
+    /// Settling time of a shunt's amplifier that the drive assumes: the reading of a shunt is hidden until the dead
+    /// time and this time have passed since the last request to its leg, or to any leg for the shunt in the DC link.
     pub settle: Nanos,
     /// The DC-link sensor.
     pub dc_link: VoltageSensor,
-    /// The dividers at the terminals; none: the drive does not read its terminals. They are converted together with
-    /// the DC link.
+    /// The dividers at the terminals; none: the drive does not read its terminals. The dividers are converted together
+    /// with the DC link.
     pub terminal: Option<TerminalSensor>,
     /// The resolver.
     pub resolver: Resolver,
@@ -170,13 +170,13 @@ impl SensorSettings {
         self.slew > 0.0 && self.arrangement.follows_legs()
     }
 
-    /// Returns the time from the first conversion of a sample to its last, skew apart.
+    /// Returns the time from the first conversion of a sample to its last one, without skew.
     pub fn averaged(&self) -> Nanos {
         self.conversion.max(self.skew * 2) * (u64::from(self.oversampling.max(1)) - 1)
     }
 
-    /// Returns the currents in A through the sensors of the three phases: all of them in line, those of the conducting lower
-    /// devices through shunts below the legs. A shunt in the DC link has the first place; the others are empty.
+    /// Returns the currents in A through the sensors of the three phases: all phase currents for sensors in line, and
+    /// the currents of conducting lower devices for low-side shunts. A shunt in the DC link uses the first value only.
     pub fn seen(&self, current: [f64; 3], modes: Modes) -> [f64; 3] {
         match self.arrangement {
             Arrangement::ThreeInLine | Arrangement::TwoInLine => current,
@@ -243,10 +243,11 @@ impl SensorSettings {
     };
 }
 
-/// One drive's sensors: the settings, and the errors of this specimen.
+/// One specimen's sensors: the settings, and the errors drawn from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensors {
-    /// Settings from which the errors were drawn; noise, jitter and converters still apply to each sample.
+    /// Settings from which the errors were drawn. Noise, jitter and conversion are applied to each sample according to
+    /// them.
     pub settings: SensorSettings,
     /// Gains of the phases' sensors.
     pub gain: [f64; 3],
@@ -269,7 +270,7 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// Makes sensors with exactly the mean of their settings.
+    /// Makes sensors without random errors: each value is the mean of its setting.
     pub const fn nominal(settings: SensorSettings) -> Self {
         Self {
             settings,

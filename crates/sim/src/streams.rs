@@ -14,8 +14,8 @@ pub use tape::{Strip, Tape};
 /// The purpose of a random number. Each purpose has its own draws, so that a new source of error does not shift the
 /// draws of the others, and two methods on the same trial have the same errors.
 ///
-/// The discriminant of a purpose is the place of its first draws. Purposes that are drawn together are neighbours by
-/// fours, because the generator computes four blocks at once.
+/// The discriminant of a purpose is the position of its first draws. Purposes that are drawn together are neighbours in
+/// groups of four, because the generator computes four blocks at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Purpose {
     /// The rotor's angle.
@@ -34,13 +34,13 @@ pub enum Purpose {
     LinkError = 6,
     /// Error of the resolver.
     Resolver = 7,
-    /// Noise of each current sample: draw 3 n + k is that of phase k in sample n.
+    /// Noise of each current sample: draw 3 n + k belongs to phase k in sample n.
     CurrentNoise = 8,
     /// Noise of each DC-link sample.
     LinkNoise = 9,
     /// Jitter of each ADC trigger.
     Jitter = 10,
-    /// Corner frequencies of the current sensors: draw 0 is in common, 1 to 3 are those of the phases.
+    /// Corner frequencies of the current sensors: draw 0 applies to all phases, draws 1 to 3 to one phase each.
     Bandwidth = 11,
     /// Values of keys with a tolerance, under the name of each key.
     Tolerance = 12,
@@ -54,24 +54,24 @@ pub enum Purpose {
     TerminalGain = 20,
     /// Offsets of the dividers at the terminals.
     TerminalOffset = 21,
-    /// Noise of each sample of the terminals' voltages: draw 3 n + k is that of phase k in sample n.
+    /// Noise of each sample of the terminals' voltages: draw 3 n + k belongs to phase k in sample n.
     TerminalNoise = 22,
     /// Offsets of the comparators.
     ComparatorOffset = 24,
     /// Propagation delays of the comparators.
     ComparatorDelay = 25,
-    /// Error of the timer's clock, and its phase against the pulses.
+    /// Error of the timer's clock, and the phase of its ticks relative to the pulses.
     CaptureTimer = 26,
     /// Noise at the comparators: one draw for each command with a threshold.
     ComparatorNoise = 27,
-    /// Place, size, sign and onset of faults: four draws for each fault.
+    /// Location, size, sign and onset of faults: four draws for each fault.
     Fault = 28,
 }
 
 /// The random draws of one trial: from its seed, or from a [`Tape`].
 ///
-/// Draw number n of a purpose is a function of seed, trial, purpose and n alone. It does not matter which other
-/// draws were taken before, of which kind they were, or whether they came one by one or many at once.
+/// Draw n of a purpose depends on seed, trial, purpose and n alone. It does not matter which other draws were taken
+/// before, of which kind, or how many at once.
 ///
 /// ```
 /// use standstill_sim::{Purpose, Streams, Tape};
@@ -99,8 +99,8 @@ impl<'t> Streams<'t> {
         Self { source: Source::new(seed, index), tape: None }
     }
 
-    /// Makes the draws recorded on a tape. A draw beyond the tape's end is made from the tape's own seed and appended
-    /// to it.
+    /// Makes draws that are read from a tape. Draws beyond the tape's end come from the tape's own seed and are
+    /// appended.
     pub fn taped(tape: &'t Tape) -> Self {
         Self { source: tape.source(), tape: Some(tape) }
     }
@@ -110,16 +110,16 @@ impl<'t> Streams<'t> {
         self.source.index
     }
 
-    /// Opens the draws of one purpose at their beginning. Nothing is computed before the first draw.
+    /// Opens the draws of one purpose at their beginning. The first draw is computed when it is requested.
     pub fn open(self, purpose: Purpose) -> Draws<'t> {
         self.open_named(purpose, "")
     }
 
-    /// Opens the draws of at most four successive purposes, and computes the first draws of all of them at once: the
-    /// generator takes as long for one purpose alone.
+    /// Opens the draws of at most four successive purposes, and computes the first draws of all of them at once. The
+    /// generator would need as long for a single purpose.
     ///
     /// # Panics
-    /// If the purposes do not follow one another.
+    /// If the discriminants of the purposes are not successive.
     pub fn open_together<const N: usize>(self, purposes: [Purpose; N]) -> [Draws<'t>; N] {
         let words = self.source.words(purposes[0] as u64);
         std::array::from_fn(|k| {
@@ -142,10 +142,10 @@ const AT_ONCE: usize = 32;
 /// Number of words of 64 bits in a block.
 const IN_BLOCK: usize = 8;
 
-/// Source of the draws of one trial: ChaCha's key and stream.
+/// Source of one trial's draws: key and stream of the ChaCha generator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Source {
-    /// ChaCha's key, derived from the seed once, not for each purpose.
+    /// ChaCha's key. It is derived from the seed once, not for each purpose.
     key: [u8; 32],
     index: u64,
 }
@@ -155,7 +155,7 @@ impl Source {
         Self { key: ChaCha8Rng::seed_from_u64(seed).get_seed(), index }
     }
 
-    /// Returns the source under another key, which follows from a name. An empty name leaves the source unchanged.
+    /// Returns the source with a key changed by a name. An empty name leaves the source unchanged.
     fn named(mut self, name: &str) -> Self {
         if !name.is_empty() {
             // FNV-1a.
@@ -169,9 +169,9 @@ impl Source {
         self
     }
 
-    /// Returns the words from a block on.
+    /// Returns the random words of four blocks, from `block` on.
     ///
-    /// ChaCha has 2^64 streams of 2^64 blocks per key: the seed makes the key, the trial is the stream.
+    /// ChaCha has 2^64 streams of 2^64 blocks per key. The seed gives the key, the trial's number the stream.
     fn words(&self, block: u64) -> [u64; AT_ONCE] {
         let mut rng = ChaCha8Rng::from_seed(self.key);
         rng.set_stream(self.index);

@@ -1,4 +1,4 @@
-//! Observers of a run, with every waveform and every event.
+//! Observers of a run, which receive all waveforms and events.
 
 use std::fmt;
 
@@ -27,20 +27,20 @@ pub struct Snapshot {
     pub torque: f64,
     /// Conduction mode of each leg.
     pub modes: Modes,
-    /// State of the comparators; none of a drive without any.
+    /// State of the comparators; none on a drive without comparators.
     pub comparator: Option<ComparatorState>,
 }
 
 /// State of a drive's comparators at an instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ComparatorState {
-    /// There is no level at which one would trip.
+    /// No comparator can trip: no level is set.
     Idle,
-    /// They are ignored for the blanking time after the begin of a stage.
+    /// The comparators are ignored for the blanking time after the begin of a stage.
     Blanked,
-    /// One trips as soon as its current reaches its level.
+    /// A comparator trips as soon as its current reaches its level.
     Watching,
-    /// One has tripped in this command.
+    /// A comparator has tripped in this command.
     Tripped,
 }
 
@@ -56,8 +56,8 @@ impl fmt::Display for ComparatorState {
 }
 
 impl Snapshot {
-    /// Returns the current in A from the DC link into the bridge: the sum over the legs whose upper device conducts. It is the current of
-    /// a shunt between link capacitor and bridge, and that at a comparator for the link.
+    /// Returns the current in A from the DC link into the bridge: the sum over the legs whose upper device conducts. A
+    /// shunt between link capacitor and bridge, and a comparator for the link, see this current.
     ///
     /// ```
     /// use standstill_inverter::Conduction::{LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
@@ -81,9 +81,9 @@ impl Snapshot {
         (0..3).filter(|k| self.modes[*k].is_upper()).map(|k| self.current[k]).sum()
     }
 
-    /// Returns the currents in A of each leg's devices, towards the motor. A leg in which no device conducts carries
-    /// none: a phase current, if there is one, charges the capacitance of its terminal. The current that charges a
-    /// terminal which follows a device's potential is left out.
+    /// Returns the currents in A of each leg's devices, positive towards the motor. The value is zero for a leg in
+    /// which no device conducts: its phase current, if there is one, charges the terminal's capacitance. The current
+    /// that charges a terminal following its device's potential is left out.
     ///
     /// ```
     /// use standstill_inverter::Conduction::{Blocked, LowerSwitch, UpperSwitch};
@@ -108,12 +108,12 @@ impl Snapshot {
     }
 }
 
-/// State of a part of the drive or motor from an instant on.
+/// New state of a faulty part of the drive or motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
-    /// Broken.
+    /// The part has broken.
     Broken,
-    /// Whole again.
+    /// The part works again.
     Whole,
 }
 
@@ -130,19 +130,20 @@ pub enum Event {
     Motion(Motion),
     /// The currents left the motor's flux map; the run ends.
     LeftMap,
-    /// A comparator tripped: that of this phase, phase a where one serves all.
+    /// A comparator of this phase tripped; phase a also stands for the comparator in the DC link.
     Trip(Phase),
-    /// This part broke, or is whole again.
+    /// This part broke, or works again.
     Fault(Broken, Health),
-    /// The drive took a sample: all that it read.
+    /// The drive took a sample, with this reading.
     Sample(Reading<f64>),
 }
 
 /// An observer that receives snapshots and events of a run.
 pub trait Probe {
-    /// Returns the longest time in s between two snapshots; none if no snapshots are wanted, which then cost nothing.
+    /// Returns the longest time in s between two snapshots; none if the observer takes no snapshots, which then cost no
+    /// time.
     fn resolution(&self) -> Option<f64>;
-    /// Receives one snapshot. At an instant there are two with the same time: before and after.
+    /// Receives one snapshot. At an instant there are two snapshots with the same time: before and after the change.
     fn snapshot(&mut self, snapshot: &Snapshot);
     /// Receives one event, at a time in s.
     fn event(&mut self, time: f64, event: Event);
@@ -160,7 +161,7 @@ impl Probe for NoProbe {
     fn event(&mut self, _: f64, _: Event) {}
 }
 
-/// An observer that keeps all snapshots and events.
+/// An observer that stores all snapshots and events.
 #[derive(Clone, Debug)]
 pub struct Trace {
     resolution: f64,
@@ -172,14 +173,14 @@ pub struct Trace {
     pub own: Own,
 }
 
-/// Channels and log of a user's detector over a run, with times in s.
+/// Channels and log that a user's detector provides over a run, with times in s.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Own {
-    /// Names of its channels.
+    /// Names of the channels.
     pub names: Vec<String>,
-    /// Values of the channels after each of its steps.
+    /// Values of all channels after each step of the detector.
     pub rows: Vec<(f64, Vec<f64>)>,
-    /// Lines of its log.
+    /// Lines of the log.
     pub log: Vec<(f64, String)>,
 }
 

@@ -5,17 +5,17 @@ use standstill_sim::{Adc, SensorSettings};
 
 use super::replay::{CHANNELS, LINK, Readings, Sample, TERMINAL, TIME};
 
-/// Relative threshold, with the diagonal scaled to one, below which an eigenvalue or the angle's remaining information is zero:
-/// the square of the differences' error.
+/// Relative threshold for a matrix scaled to a unit diagonal: a smaller eigenvalue, or less remaining information on
+/// the angle, counts as zero. It is the square of the relative error of the difference quotients.
 const RANK: f64 = 1e-9;
 
-/// Largest such threshold of readings whose differences are less exact.
+/// Largest value of this threshold, for readings whose difference quotients are less exact.
 const MOST_RANK: f64 = 1e-3;
 
 /// Sensitivities of the readings to one parameter.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// ∂/∂p of the values of each sample, in their unit per unit of the parameter.
+    /// Derivatives ∂/∂p of the values of each sample, in their unit per unit of the parameter.
     pub slope: Vec<Sample>,
     /// Numerical error of `slope`, per sample.
     pub error: Sample,
@@ -29,7 +29,8 @@ impl Column {
         (0..CHANNELS).any(|k| square(k) > self.error[k] * self.error[k] * count)
     }
 
-    /// Returns the square of the relative error of the captured times' slopes; 0 where the parameter does not change them.
+    /// Returns the square of the relative error of the captured times' slopes; 0 if the parameter does not change the
+    /// times.
     fn error_of_times(&self) -> f64 {
         let times = self.slope.iter().map(|slope| slope[TIME] * slope[TIME]).filter(|square| *square > 0.0);
         let (count, squares) = times.fold((0.0, 0.0), |(count, sum), square| (count + 1.0, sum + square));
@@ -50,9 +51,9 @@ pub struct Prior {
 #[derive(Clone, Debug)]
 pub struct Noise {
     readings: Readings,
-    /// Variance of a reading of each channel but the captured time: noise and quantization.
+    /// Variance of a reading in each channel, from noise and quantization; the captured time has its own variance.
     variance: Sample,
-    /// Variance in s² of the time that each sample captured.
+    /// Variance in s² of each sample's captured time.
     of_time: Vec<f64>,
     /// Variance of the sampling instant in s².
     jitter: f64,
@@ -60,7 +61,8 @@ pub struct Noise {
     slope: Vec<Sample>,
 }
 
-/// Returns the variance of a reading of `conversions` with this noise by this converter, quantization included.
+/// Returns the variance of a reading that averages `conversions` conversions, from this noise and from the converter's
+/// quantization.
 fn variance_of(noise: f64, adc: Option<Adc>, conversions: f64) -> f64 {
     let mut variance = noise * noise / conversions;
     if let Some(adc) = adc.filter(|adc| adc.rounds()) {
@@ -72,8 +74,8 @@ fn variance_of(noise: f64, adc: Option<Adc>, conversions: f64) -> f64 {
 }
 
 impl Noise {
-    /// Takes the noise of these sensors. `dwell`: how much later in s per A each captured time is with a higher threshold. A value
-    /// outside of its converter's range does not count as a reading.
+    /// Makes the noise model of these sensors. `dwell`: for each captured time, how many s later it would be per A of a
+    /// higher threshold. A value outside its converter's range does not count as a reading.
     pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<Sample>, dwell: &[f64]) -> Self {
         let current = variance_of(sensors.noise, sensors.adc, f64::from(sensors.oversampling.max(1)));
         let terminal = sensors.terminal.map_or(0.0, |of| variance_of(of.noise, of.adc, 1.0));
@@ -116,7 +118,7 @@ impl Noise {
         each.fold([false, true], |[any, all], exact| [any || exact, all && exact])
     }
 
-    /// Returns the readings without noise alone, with noise of 1 in place of none.
+    /// Returns a noise model of the noise-free readings alone, with unit variance in place of zero.
     pub fn of_exact(&self) -> Self {
         let mut alone = self.clone();
         for (sample, measured) in alone.readings.measured.iter_mut().enumerate() {
@@ -155,13 +157,13 @@ fn only(channel: usize, value: f64) -> Sample {
 #[derive(Clone, Debug)]
 pub struct Information {
     matrix: DMatrix<f64>,
-    /// See [`RANK`]; larger where differences of captured times are less exact.
+    /// Threshold for zero, see [`RANK`]; larger if difference quotients of captured times are less exact.
     rank: f64,
 }
 
 impl Information {
-    /// Computes the information matrix J from the sensitivities. Readings without noise do not count, see [`Noise::of_exact`]. The row
-    /// of a parameter is zero if no reading depends on it.
+    /// Computes the information matrix J from the sensitivities. Readings without noise are left out: see
+    /// [`Noise::of_exact`]. The row of a parameter is zero if no reading depends on it.
     pub fn new(noise: &Noise, columns: &[Column]) -> Self {
         let n = columns.len();
         let live: Vec<bool> = columns.iter().map(Column::responds).collect();

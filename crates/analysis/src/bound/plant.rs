@@ -1,4 +1,4 @@
-//! Plants with one changed parameter, for difference quotients.
+//! Plants with one changed parameter, for difference quotients of the readings.
 
 use standstill_interface::{Command, Dq, Nanos};
 use standstill_inverter::Inverter;
@@ -40,25 +40,27 @@ pub enum Parameter {
     Motor(Unknown),
     /// Relative change of the DC-link voltage.
     Link,
-    /// Turn-on delay of one leg in s; the leg's index.
+    /// Turn-on delay in s of the leg with this index.
     TurnOn(usize),
-    /// Turn-off delay of one leg in s; the leg's index.
+    /// Turn-off delay in s of the leg with this index.
     TurnOff(usize),
-    /// Offset of a comparator in A; its number.
+    /// Offset in A of the comparator with this number.
     Comparator(usize),
 }
 
-/// Factor on the steps of difference quotients of captured times, which are located to some picoseconds.
+/// Factor that enlarges the steps of difference quotients of captured times, because the times are located only to some
+/// picoseconds.
 const OF_TIMES: f64 = 20.0;
 
-/// Error in s of a captured time, and of a terminal's voltage as a share of the link's.
+/// Error of a captured time in s; the constant after it is the error of a terminal's voltage as a share of the link's
+/// voltage.
 const TIME_ERROR: f64 = 0.2e-9;
 const VOLTAGE_ERROR: f64 = 1e-9;
 
 /// Step of a comparator's offset as a share of the highest threshold.
 const OF_THRESHOLD: f64 = 1e-2;
 
-/// Returns the highest threshold of commands in A; none if none has one.
+/// Returns the highest threshold of the commands in A; none if no command has a threshold.
 fn highest(commands: &[Command<f64>]) -> Option<f64> {
     commands.iter().filter_map(|command| command.threshold).reduce(f64::max)
 }
@@ -72,8 +74,8 @@ struct Changed {
 }
 
 impl Parameter {
-    /// Returns the nominal value, for parameters that must not become negative, and the step of the difference quotient: large
-    /// against the integrator's error, small against the effect of the third derivative.
+    /// Returns the nominal value (infinite if the parameter may become negative) and the step of the difference
+    /// quotient. The step is large against the integrator's error and small against the effect of the third derivative.
     fn step(self, case: &Case, commands: &[Command<f64>]) -> (f64, f64) {
         let Case { motor, inverter, .. } = case;
         let threshold = highest(commands);

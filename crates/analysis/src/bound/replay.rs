@@ -21,25 +21,25 @@ impl<D: Detector<f64>> Detector<f64> for Recorder<D> {
     }
 }
 
-/// Detector that replays commands and keeps their readings.
+/// Detector that replays commands and stores their readings.
 struct Player<'a> {
     commands: std::slice::Iter<'a, Command<f64>>,
-    /// Tick in s of the timer.
+    /// Tick of the timer in s.
     tick: f64,
     readings: Readings,
 }
 
-/// Numbers that a sample may have.
+/// Number of channels of a sample.
 pub const CHANNELS: usize = 8;
-/// Channel of the current in the DC link; those of the phases are the three before.
+/// Channel of the DC link's current; channels 0 to 2 are the phase currents.
 pub const LINK: usize = 3;
-/// Channel of the voltage of terminal a, before those of b and c.
+/// Channel of terminal a's voltage; the next two are those of b and c.
 pub const TERMINAL: usize = 4;
 /// Channel of the captured time.
 pub const TIME: usize = 7;
 
-/// A number for each channel: three phase currents in A, the current of the DC link in A, three terminals' voltages in V, and the time
-/// in s to a comparator's trip.
+/// One value for each channel: three phase currents in A, the DC link's current in A, three terminal voltages in V, and
+/// the time in s until a comparator tripped.
 pub type Sample = [f64; CHANNELS];
 
 /// Readings of all samples, in the order of their triggers.
@@ -47,12 +47,13 @@ pub type Sample = [f64; CHANNELS];
 pub struct Readings {
     /// Values of each sample.
     pub value: Vec<Sample>,
-    /// True for each value that is a reading of its own.
+    /// For each value, true if it is an independent reading, not derived from others, repeated or missing.
     pub measured: Vec<[bool; CHANNELS]>,
 }
 
 impl Readings {
-    /// Adds a sample; `tick`: of the timer in s, if the time that it captured counts for this sample.
+    /// Adds a sample; `tick`: tick of the timer in s, or none if the captured time has already counted for an earlier
+    /// sample.
     fn add(&mut self, reading: &Reading<f64>, tick: Option<f64>) {
         let Reading { current: phase, link_current, terminal, link_sensed, .. } = reading;
         let is_measured = |sensed: &Sensed| *sensed == Sensed::Measured;
@@ -86,7 +87,7 @@ impl Detector<f64> for Player<'_> {
     }
 }
 
-/// Records the commands that a detector gives, whatever its conclusion is.
+/// Records the commands of a detector, whatever its outcome.
 pub fn record(case: &Case, detector: impl Detector<f64>) -> Result<Vec<Command<f64>>, RunError> {
     let mut recorder = Recorder { detector, commands: Vec::new() };
     match run(case, &mut recorder, false, &mut NoProbe).ended {
@@ -109,7 +110,7 @@ pub fn replay(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunErr
     }
 }
 
-/// Replays commands by the referee and returns the readings.
+/// Replays commands with the referee's integrator and returns the readings.
 pub fn replay_refereed(case: &Case, commands: &[Command<f64>]) -> Result<Readings, RunError> {
     let mut player = player(case, commands);
     match referee(case, &mut player, false, &mut NoProbe).ended {
@@ -133,8 +134,8 @@ pub fn has_pwm(command: &Command<f64>) -> bool {
         .any(|stage| stage.legs.0.iter().any(|leg| matches!(leg, Leg::Duty(_))))
 }
 
-/// Returns this case with a timer whose ticks are a billion of the longest pulse to a threshold, so that differences of captured
-/// times are not those of whole ticks.
+/// Returns the case with a timer tick of a billionth of the longest pulse with a threshold, so that rounding to whole
+/// ticks does not disturb the difference quotients of captured times.
 pub fn finely_timed<'a>(case: &Case<'a>, commands: &[Command<f64>]) -> Case<'a> {
     let mut case = case.clone();
     let longest = commands.iter().filter(|command| command.threshold.is_some());
@@ -144,8 +145,8 @@ pub fn finely_timed<'a>(case: &Case<'a>, commands: &[Command<f64>]) -> Case<'a> 
     case
 }
 
-/// Returns these commands with samples at all whole multiples of `interval` since the beginning of the first command. A command that a
-/// comparator's trip goes on from keeps its own: when these are, the trip decides.
+/// Returns the commands with samples at all whole multiples of `interval` since the beginning of the first one. A
+/// command with a threshold keeps its own sampling, because the times of its samples depend on the trip.
 pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     let interval = Nanos(interval.0.max(1));
     let mut start = Nanos::ZERO;
@@ -166,9 +167,10 @@ pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     commands.iter().map(resample).collect()
 }
 
-/// Returns the time derivative of each value at each sample, in its unit per s: central differences of two replays, one with all samples
-/// earlier by `reach` and one with all later. A sample that would leave its command is not moved, because the sampler clips jitter there.
-/// Its derivative is then half the one-sided difference quotient, whose effect is slightly smaller than that of the clipped jitter.
+/// Returns the time derivative of each value at each sample, in its unit per s. It is the central difference of two
+/// replays, one with all samples earlier by `reach` and one with all samples later. A sample that would leave its
+/// command is not moved, because the sampler clips jitter there. Its derivative is then half the one-sided difference
+/// quotient, whose effect is slightly smaller than that of the clipped jitter.
 pub fn slope(
     case: &Case,
     commands: &[Command<f64>],

@@ -2,21 +2,22 @@
 
 use super::{Look, Looks, Search, Side, View};
 
-/// An edge of a stretch: beyond it the limits do not hold.
+/// An edge of a stretch; the limits do not hold beyond it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     /// End of the stretch at which the edge lies.
     pub side: Side,
     /// Last value at which the limits hold.
     pub value: f64,
-    /// 95 % interval of the edge. An end is `None` (open) where no tried value shows that the limits surely hold or surely fail.
+    /// 95 % interval of the edge. An end is `None` (open) if no tried value shows that the limits surely hold or surely
+    /// fail there.
     pub interval: [Option<f64>; 2],
     /// True if the interval is as narrow as requested.
     pub narrow: bool,
-    /// Number of trials at each of the last values tried.
+    /// Number of trials at each of the values tried last.
     pub trials: u64,
-    /// Approximate number of trials that would make the interval as narrow as requested; none if it is, or if no forecast number
-    /// suffices.
+    /// Approximate number of trials that would make the interval as narrow as requested; none if it is narrow already,
+    /// or if no forecast number would suffice.
     pub needed: Option<u64>,
     /// Limits that are broken beyond the edge, or the reason why no value is possible there.
     pub bound: Bound,
@@ -27,13 +28,13 @@ pub struct Edge {
 pub enum Bound {
     /// Indices of the limits that are broken.
     Limits(Vec<usize>),
-    /// Starts without an answer break the limits: the starts with an answer keep all of them.
+    /// Starts without an answer break the limits; the starts with an answer keep all limits.
     Unanswered,
     /// Values beyond the edge are invalid.
     Refused,
 }
 
-/// Transition of a condition: the last position that fulfils it, and the next position that does not.
+/// Transition of a condition: the last position that fulfils the condition, and the next position that does not.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     last: Option<f64>,
@@ -53,9 +54,9 @@ impl Bound {
 }
 
 impl Search {
-    /// Finds the edge between two neighbouring positions, the first of which keeps the limits and the second, with index `end`,
-    /// does not; trials are increased until the interval is narrow enough. Positions are ordered from inside the stretch
-    /// outwards. None if the limits turn out to hold up to the last position.
+    /// Finds the edge between two neighbouring positions: the first keeps the limits, and the second, with index `end`,
+    /// does not. Trials are increased until the interval is narrow enough. Positions are ordered from inside the
+    /// stretch outwards. None if the limits turn out to hold up to the last position.
     pub(super) fn edge<E>(
         &self,
         looks: &mut Looks<'_, '_, E>,
@@ -102,7 +103,7 @@ impl Search {
         }
     }
 
-    /// Returns the next number of trials, given about how many are needed.
+    /// Returns the number of trials of the next attempt; `needed`: forecast of the number that suffices.
     fn more(&self, trials: u64, needed: Option<u64>) -> u64 {
         // What is forecast from few trials is no more than a guess.
         let most = trials.saturating_mul(60);
@@ -110,7 +111,8 @@ impl Search {
         next.max(self.sure_from.saturating_mul(2).min(most)).min(self.most)
     }
 
-    /// Returns true if this number of trials at the most favourable of these positions shows that the limits surely hold.
+    /// Returns true if this number of trials, at the most favourable of these positions, shows that the limits surely
+    /// hold.
     fn may_be_sure<E>(&self, looks: &mut Looks<'_, '_, E>, places: &[f64], trials: u64) -> Result<bool, E> {
         if trials < self.sure_from {
             return Ok(false);
@@ -192,8 +194,9 @@ impl Search {
     }
 }
 
-/// Interpolates the zero of the ratio's logarithm linearly between the two positions, shifted somewhat towards the farther one,
-/// so that the next look closes the bracket. `close` is the length of the bracket that suffices.
+/// Estimates where a ratio is 1, by linear interpolation of its logarithm between two positions. The estimate is
+/// shifted towards the farther position, so that the next look closes the bracket. `close`: length at which the bracket
+/// is short enough.
 fn guess(good: (f64, f64), bad: (f64, f64), close: f64) -> Option<f64> {
     let crossing = -good.1 / (bad.1 - good.1);
     if !(0.0..=1.0).contains(&crossing) || !(bad.1 - good.1).is_finite() || bad.1 == good.1 {

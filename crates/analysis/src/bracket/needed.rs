@@ -63,7 +63,8 @@ fn is_within(x: f64, edge: f64, side: Side) -> bool {
     if side == Side::Largest { x <= edge } else { x >= edge }
 }
 
-/// Returns one end of the forecast interval of the worst ratio after this number of trials. A result that is clear stays clear.
+/// Returns one end of the worst ratio's forecast interval after this number of trials. A result that is already clear
+/// stays clear.
 fn share(look: &Look, number: usize, end: usize, trials: u64) -> f64 {
     match look.clear {
         Some(kept) if trials >= look.trials => {
@@ -74,7 +75,7 @@ fn share(look: &Look, number: usize, end: usize, trials: u64) -> f64 {
     }
 }
 
-/// Returns the position at which the ratio crosses one: falling if `falls`, else rising.
+/// Returns the position at which the ratio crosses 1 while it falls (if `falls`) or rises.
 fn crossing(looks: &[(f64, &Look)], share: impl Fn(&Look) -> f64, falls: bool) -> Option<f64> {
     let beyond = |share: f64| (share <= 1.0) == falls;
     let number = looks.iter().position(|(_, look)| beyond(share(look)))?;

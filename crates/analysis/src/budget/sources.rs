@@ -19,12 +19,12 @@ pub struct Source {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Of {
-    /// Draws of a trial: their purpose, their key and their indices.
+    /// Random draws of a trial: their purpose, name and indices.
     Draws {
         purpose: Purpose,
-        /// Key of the tolerance; empty for other draws.
+        /// Key whose tolerance the draws give; empty for other draws.
         name: String,
-        /// Indices of the purpose's draws.
+        /// Indices of the draws within their purpose.
         range: Range<usize>,
     },
     /// Rounding by converters. Each start draws an offset of the codes, since no data sheet states offsets below one LSB.
@@ -38,10 +38,10 @@ pub(super) struct Start {
     pub codes: Codes,
 }
 
-/// Largest numbers of draws per trial that were read, of each of [`SAMPLED`].
+/// Largest number of draws that a trial read, for each purpose of [`SAMPLED`].
 pub(crate) type Lengths = [usize; SAMPLED.len()];
 
-/// Returns the largest numbers of draws that trials read from any of these tapes.
+/// Returns, for each purpose of [`SAMPLED`], the largest number of draws that any of these tapes was read for.
 pub(crate) fn lengths<'t>(tapes: impl Iterator<Item = &'t mut Tape>) -> Lengths {
     let mut most = [0; SAMPLED.len()];
     for tape in tapes {
@@ -97,8 +97,8 @@ impl Source {
         sources
     }
 
-    /// Returns the parts of the source, each with its name: one per draw, except that draws of all samples, and those of a phase,
-    /// stay together.
+    /// Returns the parts of the source, each with its name. There is one part per draw, except for errors of samples,
+    /// for the phase of the ripple and for the remanence, whose draws stay together.
     pub(crate) fn parts(&self) -> Vec<(String, Self)> {
         let Of::Draws { purpose, name, range } = &self.of else { return Vec::new() };
         let together = of_samples(*purpose) || matches!(purpose, Purpose::Ripple | Purpose::Memory);
@@ -122,15 +122,13 @@ impl Source {
         range.clone().map(part).collect()
     }
 
-    /// Returns the source's only draw on a tape, in standard deviations; none for a source of several draws, or of a phase, which
-    /// has no mean.
+    /// Returns the source's only draw on a tape, in standard deviations; none if the source has several draws.
     pub(crate) fn draw(&self, tape: &mut Tape) -> Option<f64> {
         let Of::Draws { purpose, name, range } = &self.of else { return None };
         (range.len() == 1).then(|| tape.normals_named(*purpose, name).get(range.start).copied())?
     }
 
-    /// Returns start `a` with the draws of this source from start `b`. Draws that `b` did not need are drawn anew if `a` needs
-    /// them.
+    /// Returns start `a` with this source's draws taken from start `b`. Draws that only `a` needs are drawn anew.
     pub(super) fn mixed(&self, a: &Start, b: &Start) -> Start {
         let mut mixed = a.clone();
         let Of::Draws { purpose, name, range } = &self.of else { return Start { codes: b.codes, ..mixed } };
@@ -145,14 +143,14 @@ impl Source {
         mixed
     }
 
-    /// Returns this start without this source: with its draws at their means, or without rounding.
+    /// Returns this start without this source: its draws are set to their means, or its rounding is removed.
     pub(super) fn removed(&self, start: &Start, longest: &Lengths) -> Start {
         let mut start = start.clone();
         self.remove(&mut start, longest);
         start
     }
 
-    /// Returns this start with this source only, all others of `all` removed.
+    /// Returns this start with this source as its only error: all others of `all` are removed.
     pub(super) fn alone(&self, start: &Start, all: &[Self], longest: &Lengths) -> Start {
         let mut start = start.clone();
         for other in all.iter().filter(|other| *other != self) {
@@ -168,7 +166,7 @@ impl Source {
         }
     }
 
-    /// Returns these draws with those of this source at their means.
+    /// Returns the tape with this source's draws set to their means.
     pub(crate) fn without(&self, tape: &Tape, longest: &Lengths) -> Tape {
         let mut tape = tape.clone();
         self.silence(&mut tape, longest);

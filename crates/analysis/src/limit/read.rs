@@ -1,4 +1,4 @@
-//! Parses limits and measures from text.
+//! Parses limits and measures.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,7 +13,7 @@ use crate::event::bound;
 const MEASURES: &str =
     "rms, p95, p99, P(|e| > 2 deg), wrong_poles, unanswered, moved, duration or peak_current";
 
-/// Error of a text that is no limit.
+/// Error of a text that is not a list of limits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LimitError {
     text: String,
@@ -26,9 +26,9 @@ enum Wrong {
     Empty,
     /// The limit has no `<=`.
     Sides,
-    /// The text before the `<=` is no measure.
+    /// The text before the `<=` is not a measure.
     Measure(MeasureError),
-    /// The bound that was found, and the bounds that the measure allows.
+    /// The bound is invalid: the text found, and the bounds that the measure allows.
     Bound(String, &'static str),
 }
 
@@ -54,7 +54,7 @@ impl fmt::Display for LimitError {
 
 impl std::error::Error for LimitError {}
 
-/// Error of a text that is no measure.
+/// Error of a text that is not a measure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeasureError {
     text: String,
@@ -91,14 +91,14 @@ impl FromStr for Measure {
     }
 }
 
-/// Allowed bounds of each unit, for messages.
+/// Allowed bounds for each unit, for messages.
 const ANGLES: &str = "an angle above 0 deg, such as `1 deg`";
 const SHARES: &str = "a share above 0 % and up to 100 % with its sign, such as `5 %`";
 const TIMES: &str = "a time above 0 s, such as `20 ms`";
 const CURRENTS: &str = "a current above 0 A, such as `8 A` or `800 mA`";
 
 impl Measure {
-    /// Parses a bound of this measure; the error has the text found and the bounds allowed.
+    /// Parses a bound of this measure. The error contains the text found and the bounds allowed.
     fn bound(self, text: &str) -> Result<f64, (String, &'static str)> {
         let least = f64::MIN_POSITIVE;
         let (found, needed) = match self {
@@ -114,7 +114,7 @@ impl Measure {
     }
 }
 
-/// Parses limits that are separated by commas; `of` reads the text of each bound.
+/// Parses limits separated by commas; `of` parses the text of each bound.
 fn each<T>(
     text: &str,
     of: impl Fn(Measure, &str) -> Result<T, (String, &'static str)>,

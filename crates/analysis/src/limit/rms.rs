@@ -1,28 +1,30 @@
-//! Root mean square of the axis error over starts of which some have no answer.
+//! Root mean square of the axis error, over starts of which some may have no answer.
 //!
-//! Each start without an answer counts as 90°. A few such starts make most of the mean square, and their share is seldom known
-//! well: if none is observed in n starts, their share may be up to 3.7/n. The interval of the mean square is therefore combined
-//! from the interval of this share and that of the other starts' mean square.
+//! Each start without an answer counts as 90°. A few such starts make most of the mean square, and their share is
+//! seldom known well: if no such start is observed in n starts, their share may still be up to 3.7/n. The interval of
+//! the mean square is therefore combined from the interval of this share and the interval of the other starts' mean
+//! square.
 
 use standstill_campaign::{Estimate, binomial_interval};
 
 use crate::sobol::ratio;
 
-/// Axis error in degrees as which a start without an answer counts.
+/// Axis error in degrees that a start without an answer counts as.
 const COUNTS: f64 = 90.0;
 
-/// Statistics of the observed starts, from which a root mean square is estimated.
+/// Statistics of the observed starts, from which the root mean square is estimated.
 pub(super) struct Seen {
-    /// Number of starts without an answer, and number of all starts.
+    /// Number of starts without an answer; the field after it is the number of all starts.
     without: usize,
     all: usize,
-    /// Mean square error of the starts with an answer in degrees², and their squared errors in ascending order.
+    /// Mean square error in degrees² of the starts with an answer; the field after it has their squared errors in
+    /// ascending order.
     square: Estimate,
     squares: Vec<f64>,
 }
 
 impl Seen {
-    /// Takes the errors in degrees; the value of a start without an answer is infinite.
+    /// Makes the statistics from the errors in degrees; the error of a start without an answer is infinite.
     pub(super) fn of(values: &[f64]) -> Self {
         let mut squares: Vec<f64> = values.iter().filter(|e| e.is_finite()).map(|e| e * e).collect();
         let square = ratio(squares.iter().map(|square| (*square, 1.0)));
@@ -32,9 +34,10 @@ impl Seen {
 
     /// Returns the root mean square with the 95 % interval that it would have after `trials` similar trials.
     ///
-    /// The mean square is p 90² + (1 − p) m: p the share without an answer, m the mean square of the others. The distances
-    /// from the estimate to the ends of both intervals, each by its effect, are added as squares (G. Y. Zou and A. Donner,
-    /// "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095).
+    /// The mean square is p 90² + (1 − p) m, with the share p of starts without an answer and the mean square m of the
+    /// others. The distances from the estimate to the ends of both intervals, weighted by their effect, are added as
+    /// squares (G. Y. Zou and A. Donner, "Construction of confidence limits about effect measures", 2008,
+    /// doi:10.1002/sim.3095).
     pub(super) fn rms(&self, trials: f64) -> Estimate {
         let share = super::share(self.without, self.all, trials);
         let whole = COUNTS * COUNTS;
@@ -63,7 +66,8 @@ impl Seen {
     }
 }
 
-/// Returns the root mean square with the interval of the observed starts alone, for comparisons on common random numbers.
+/// Returns the root mean square with an interval from the observed starts only, for comparisons on common random
+/// numbers.
 pub(super) fn seen(values: &[f64]) -> Estimate {
     let squares = values.iter().map(|e| if e.is_finite() { e * e } else { COUNTS * COUNTS });
     let square = ratio(squares.map(|square| (square, 1.0)));
@@ -83,17 +87,17 @@ fn least(squares: &[f64], trials: f64) -> f64 {
     0.5 * super::quantile(squares, 0.5, trials).low
 }
 
-/// The part of an rms estimate that starts without an answer, each counted as 90°, dominate.
+/// The part of an rms estimate that is mainly caused by starts without an answer, each counted as 90°.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dominated {
-    /// Starts without an answer make more than half of the mean square.
+    /// The value: starts without an answer cause more than half of the mean square.
     Value,
-    /// Starts without an answer may make more than half of the square of the interval's upper end.
+    /// The upper end of the interval: starts without an answer may cause more than half of its square.
     Interval,
 }
 
-/// Returns the part of a root mean square that starts without an answer dominate, given their share; none if they dominate
-/// neither.
+/// Returns the part of a root mean square that is mainly caused by starts without an answer; `share`: their share. None
+/// if neither part is.
 pub fn dominated(rms: &Estimate, share: &Estimate) -> Option<Dominated> {
     let most = |share: f64, rms: f64| share > 0.0 && share * COUNTS * COUNTS > rms * rms / 2.0;
     if most(share.value, rms.value) {
@@ -103,22 +107,23 @@ pub fn dominated(rms: &Estimate, share: &Estimate) -> Option<Dominated> {
     }
 }
 
-/// Returns true if starts without an answer make more than half of the interval above a root mean square.
+/// Returns true if the uncertain share of starts without an answer causes more than half of the interval above a root
+/// mean square.
 pub fn widens(rms: &Estimate, share: &Estimate) -> bool {
     2.0 * square_of(share.high - share.value) > rms.high * rms.high - rms.value * rms.value
 }
 
-/// Returns the root mean square in degrees that this share of starts without an answer makes alone.
+/// Returns the root mean square in degrees that starts without an answer of this share cause alone.
 pub fn made_by(share: f64) -> f64 {
     COUNTS * share.sqrt()
 }
 
-/// Returns the mean square in degrees² that this share of starts without an answer adds.
+/// Returns the mean square in degrees² that starts without an answer of this share add.
 pub fn square_of(share: f64) -> f64 {
     COUNTS * COUNTS * share
 }
 
-/// Returns the share of starts without an answer that alone makes a root mean square of `most` degrees.
+/// Returns the share of starts without an answer that alone causes a root mean square of `most` degrees.
 pub(super) fn share_of(most: f64) -> f64 {
     (most / COUNTS) * (most / COUNTS)
 }

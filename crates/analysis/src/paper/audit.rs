@@ -1,5 +1,5 @@
-//! Audit of the published tables against the paper's own equations: each statement is recomputed from the printed data, and
-//! listed whether it holds or not.
+//! Audit of the published tables against the paper's own equations: each statement is recomputed from the printed data
+//! and listed, whether it agrees or not.
 
 use serde::Serialize;
 use standstill_interface::{Abc, Phase};
@@ -18,7 +18,7 @@ pub struct Finding {
     pub printed: String,
     /// Value recomputed from the printed data.
     pub recomputed: String,
-    /// True if the two agree within the rounding of the printed number.
+    /// True if both values agree within the rounding of the printed number.
     pub agrees: bool,
     /// Explanation of the disagreement.
     pub note: String,
@@ -100,8 +100,8 @@ fn table_1() -> Vec<Finding> {
     findings
 }
 
-/// Searches for an order of the rows and columns, a sign of the saliency, a direction of rotation and a constant offset that
-/// would explain the printed angles.
+/// Searches for an order of the rows and columns, a sign of the saliency, a direction of rotation and a constant offset
+/// that together would explain the printed angles.
 fn relabelling() -> Finding {
     let mut best = (f64::INFINITY, String::new());
     for columns in orders(3) {
@@ -154,7 +154,8 @@ fn orders(n: usize) -> Vec<Vec<usize>> {
     all
 }
 
-/// Returns half of the shortest arc that contains all angles in [0, 360)°: their largest error with the best constant offset.
+/// Returns half of the shortest arc that contains all angles in [0, 360)°. This is their largest error after the best
+/// constant offset is removed.
 fn half_arc(mut angles: Vec<f64>) -> f64 {
     angles.sort_unstable_by(f64::total_cmp);
     let around = angles.first().zip(angles.last()).map_or(360.0, |(first, last)| first + 360.0 - last);

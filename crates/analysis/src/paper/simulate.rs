@@ -10,7 +10,7 @@ use standstill_scenario::{Record, Scenario, Specimen};
 /// One simulated row of both tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulatedRow {
-    /// Initial rotor angle in degrees: that of the resolver in the paper.
+    /// Initial rotor angle in degrees: the paper's resolver angle.
     pub angle_deg: f64,
     /// Line inductances L_AB, L_BC, L_CA in H by equation (4).
     pub ideal_lines: Abc<f64>,
@@ -21,8 +21,8 @@ pub struct SimulatedRow {
 }
 
 impl SimulatedRow {
-    /// Returns the angle found minus that of the resolver, in (−180, 180]°, as the paper states its errors; none without an
-    /// angle.
+    /// Returns the angle found minus the resolver's angle, in (−180, 180]°, as the paper states its errors; none if no
+    /// angle was found.
     pub fn error_to_resolver_deg(&self) -> Option<f64> {
         let resolver = Angle::from_degrees(self.resolver_deg);
         self.record.run.found().map(|found| Angle::from_radians(found).difference(resolver).to_degrees())

@@ -1,4 +1,4 @@
-//! Claims: what a requirement says of the starts of a case, what was seen of them, and what that shows.
+//! Claims: statements of a requirement on the starts of one case, the results of the trials, and the verdicts.
 
 use serde::{Deserialize, Serialize};
 use standstill_scenario::Record;
@@ -9,71 +9,71 @@ use super::rare::Rare;
 use super::sequential::{Mean, Share};
 use crate::faults::is_detected;
 
-/// Axis error in degrees as which a start without an answer counts, which no error exceeds.
+/// Axis error in degrees that a start without an answer counts as; no axis error is larger.
 const LARGEST_DEG: f64 = 90.0;
 
 /// Verdict on a requirement or a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// It is shown to hold.
+    /// The trials show that the statement holds.
     Passed,
-    /// The trials leave it open.
+    /// The trials do not decide.
     NotShown,
-    /// It is shown not to hold.
+    /// The trials show that the statement does not hold.
     Failed,
 }
 
 /// The statement that a claim makes, with its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Claimed {
-    /// The rms of the axis error in degrees is at most this.
+    /// The rms of the axis error is at most this value in degrees.
     Rms(f64),
-    /// At most a share of starts has this.
+    /// The share of starts with this result is at most the last value. The flag: starts without an answer count too.
     Share(Bad, bool, f64),
-    /// At most this share of dangerous starts is not detected.
+    /// The share of dangerous starts that are not detected is at most this.
     Undetected(f64),
 }
 
-/// Results of the trials as far as they bear on a claim.
+/// Results of the trials that matter for a claim.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seen {
-    /// Starts that count against it.
+    /// Number of starts that count against the claim.
     pub cases: u64,
-    /// Starts that it is about: all, or the dangerous ones.
+    /// Number of starts that the claim concerns: all starts, or the dangerous ones.
     pub of: u64,
     /// For a claim about an rms: the squared errors, divided by the square of 90°.
     pub squares: Vec<f64>,
-    /// The start that is worst, or the first one that counts against it, and its error in degrees if it has one.
+    /// The worst start, or the first one that counts against the claim, and its error in degrees if it has an error.
     pub worst: Option<(u64, f64)>,
 }
 
-/// A claim of a requirement in a case.
+/// One statement of a requirement in one case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claim {
     /// Number of the requirement in its list.
     pub requirement: usize,
     /// The statement, with its limit.
     pub claimed: Claimed,
-    /// True if it guards another claim: that few starts have no answer.
+    /// True if the claim was added to guard another one: it states that few starts have no answer.
     pub guards: bool,
-    /// Most trials.
+    /// Largest number of trials.
     pub most: u64,
-    /// Probability of an error of this claim.
+    /// Probability with which this claim's verdict may be wrong.
     pub alpha: f64,
     /// Results of the trials.
     pub seen: Seen,
-    /// Number of trials after which it was decided, or that were run.
+    /// Number of trials after which the claim was decided; if it is undecided, number of trials that were run.
     pub trials: u64,
-    /// Verdict by plain trials.
+    /// Verdict from plain trials.
     pub plain: Verdict,
-    /// Result of subset simulation, if it was asked for.
+    /// Result of subset simulation, if it was requested.
     pub rare: Option<Rare>,
-    /// Reason why it cannot be shown whatever the trials say.
+    /// Reason why the claim cannot be passed, whatever the trials show.
     pub open: Option<String>,
 }
 
 impl Claim {
-    /// Returns the verdict, by plain trials or by odds.
+    /// Returns the verdict from subset simulation if there is one, else from plain trials.
     pub fn verdict(&self) -> Verdict {
         let found = self.rare.as_ref().map_or(self.plain, |rare| rare.verdict);
         match (&self.open, found) {
@@ -97,7 +97,8 @@ impl Claim {
         }
     }
 
-    /// Returns the value that was seen, with the interval that holds at all times, by plain trials.
+    /// Returns the value that plain trials showed, and the ends of its interval, which is valid after any number of
+    /// trials.
     pub fn interval(&self) -> [f64; 3] {
         match self.claimed {
             Claimed::Rms(most) => {
@@ -114,7 +115,8 @@ impl Claim {
         }
     }
 
-    /// Returns the number of starts that would show it if they went on as those seen; none if that does not lead there.
+    /// Returns the number of starts after which the claim would be passed if further starts resembled those seen; none
+    /// if they would not show it.
     pub fn trials_needed(&self) -> Option<u64> {
         match self.claimed {
             Claimed::Rms(most) => self.mean(most).trials_needed(&self.seen.squares),
@@ -130,7 +132,7 @@ impl Claim {
         }
     }
 
-    /// Decides the claim if what was seen shows it.
+    /// Decides the claim if the results so far suffice.
     pub(super) fn look(&mut self) {
         let shown = match self.claimed {
             Claimed::Rms(most) => self.mean(most).shown(&self.seen.squares),
@@ -151,13 +153,13 @@ impl Claim {
     }
 }
 
-/// Returns a mean square over that of the largest axis error.
+/// Returns the square of an error in degrees, relative to the square of the largest axis error.
 fn square(deg: f64) -> f64 {
     (deg / LARGEST_DEG) * (deg / LARGEST_DEG)
 }
 
 impl Seen {
-    /// Adds a start, with the same start without the method's checks.
+    /// Adds a start; `without`: the record of the same start without the method's checks.
     pub(super) fn add(&mut self, claimed: Claimed, record: &Record, without: Option<&Record>, of: &Case) {
         let silent = demand::is_unanswered(record);
         let counts = match claimed {
@@ -189,7 +191,7 @@ impl Seen {
         }
     }
 
-    /// Adds what was seen of later starts.
+    /// Adds the results of later starts.
     pub(super) fn join(&mut self, other: Self) {
         self.cases += other.cases;
         self.of += other.of;

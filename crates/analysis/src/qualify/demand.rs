@@ -9,68 +9,70 @@ use standstill_scenario::{FaultMode, Record, Verdict as Ending, nearest};
 
 use crate::event::{Event, bound};
 
-/// A limit of a phase current.
+/// A limit on a phase current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Current {
-    /// In A.
+    /// A limit in A.
     Amperes(f64),
     /// A multiple of the motor's rated current.
     OfRated(f64),
 }
 
-/// A result of a start that counts against it.
+/// A result that counts against a start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bad {
-    /// It has no answer: undetermined, failed, or not simulated to its end.
+    /// The start has no answer: it is undetermined, failed, or could not be simulated to its end.
     Unanswered,
-    /// It has the wrong pole.
+    /// The start found the wrong pole.
     WrongPole,
-    /// Its angle, pole included, is off by more than this in degrees; of an answer that is a sector, beyond its border.
+    /// The angle, pole included, is off by more than this in degrees. If the answer is a sector, the error counts from
+    /// its border.
     Angle(f64),
-    /// Its axis is off by more than this in degrees.
+    /// The axis is off by more than this in degrees.
     Axis(f64),
-    /// Its answer is a sector in which the rotor is not.
+    /// The answer is a sector that does not contain the rotor's angle.
     WrongSector,
-    /// Its rotor moved by more than this in electrical degrees.
+    /// The rotor moved by more than this in electrical degrees.
     Moved(f64),
-    /// A phase current exceeded this.
+    /// A phase current exceeded this limit.
     Current(Current),
-    /// It took longer than this in s.
+    /// The detection took longer than this in s.
     Time(f64),
 }
 
-/// The limited measure, and its limit.
+/// A measure and its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LimitedMeasure {
-    /// The root mean square of the axis error in degrees, a start without an answer counted as 90°.
+    /// The root mean square of the axis error in degrees; a start without an answer counts as 90°.
     Rms(f64),
-    /// The share of starts with something that counts against them, at most `most`; with `or_unanswered`, or that have no answer.
+    /// The share of starts with the result `bad`, or without an answer if `or_unanswered`, is at most `most`.
     Share {
-        /// The result that counts.
+        /// The result that counts against a start.
         bad: Bad,
         /// Whether a start without an answer counts too.
         or_unanswered: bool,
         /// Largest allowed share.
         most: f64,
     },
-    /// Diagnostic coverage, at least this: of the starts whose answer is dangerous with the method's checks off, the share that has no answer
-    /// with the checks on.
+    /// Diagnostic coverage, at least this value: of the starts whose answer is dangerous without the method's checks,
+    /// the share that has no answer with the checks.
     Coverage(f64),
 }
 
-/// A demand on starts, with a fault in the drive or without.
+/// A demand on starts, with or without a fault in the drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demand {
-    /// The fault with which it is judged, in its usual size.
+    /// The fault under which the demand is judged, in its typical size; none: the drive has no fault.
     pub fault: Option<FaultMode>,
     /// The limited measure, and its limit.
     pub what: LimitedMeasure,
 }
 
-/// The share of starts that `moved`, `current` and `time` allow beyond their limits: as in `require`, 99 of 100 starts are within.
+/// The share of starts that may exceed the limits of `moved`, `current` and `time`: as in `require`, 99 of 100 starts
+/// must keep them.
 const BEYOND: f64 = 0.01;
 
-/// Text found in place of a limit or of a part of it, and what is allowed there.
+/// Text that was found in place of a limit or a part of it, and what is allowed there.
 pub(super) type Refused = (String, String);
 
 const SHAPE: &str = "a measure, `<=` and its limit, such as `rms <= 1 deg`, `p95 <= 3 deg`, `P(wrong_pole) <= 1e-6`, `P(undetermined) <= 1 %`, \
@@ -83,11 +85,11 @@ const AXES: &str = "an angle above 0 deg and below 90 deg, beyond which no axis 
 const TIMES: &str = "a time above 0 s, such as `20 ms`";
 const CURRENTS: &str = "a current above 0 A, such as `8 A`, or of the rated current, such as `1.2 rated`";
 const SHARES: &str = "a share of at least 1e-12, above 0 and below 1, such as `1e-6` or `1 %`";
-/// Least share: of smaller ones the functions that bets are made of have no digits left.
+/// Least allowed share. For smaller shares the functions that compute the bets have no significant digits left.
 const LEAST_SHARE: f64 = 1e-12;
 
 impl Demand {
-    /// Parses a limit as a requirement has it. The error has the text that was found, and what is allowed in its place.
+    /// Parses the limit of a requirement. The error contains the text that was found and what is allowed in its place.
     pub(super) fn parse(text: &str) -> Result<Self, Refused> {
         let (fault, rest) = match text.trim().strip_prefix("faults.") {
             None => (None, text.trim()),
@@ -134,14 +136,15 @@ impl Demand {
         Ok(Self { fault, what })
     }
 
-    /// Returns true if the event itself counts, so that starts without an answer count for the demand: there they must be few, too.
-    /// With a fault no answer is the right answer.
+    /// Returns true if the demand limits the share of an event other than a missing answer. A method could then meet
+    /// the demand by giving no answers, so their share must be limited too. With a fault in the drive a missing answer
+    /// is right, so nothing is added.
     pub(super) fn is_guarded(&self) -> bool {
         let silent = matches!(self.what, LimitedMeasure::Share { or_unanswered: false, bad, .. } if bad != Bad::Unanswered);
         silent && self.fault.is_none()
     }
 
-    /// Returns the event of a start whose odds decide, if plain trials do not; none where there is no such event.
+    /// Returns the event whose odds decide if plain trials do not; none if the demand has no such event.
     pub(super) fn event(&self, rated: f64) -> Option<Event> {
         let LimitedMeasure::Share { bad, or_unanswered: false, .. } = self.what else { return None };
         match bad {
@@ -178,7 +181,7 @@ fn current(text: &str) -> Result<Current, Refused> {
     bound::<Ampere>(text, f64::MIN_POSITIVE..).map(Current::Amperes).map_err(refused)
 }
 
-/// Reads a measure and its limit.
+/// Parses a measure and its limit.
 fn what(measure: &str, limit: &str) -> Result<LimitedMeasure, Refused> {
     let least = f64::MIN_POSITIVE;
     let refused = |needed: &'static str| move |found| (found, needed.to_owned());
@@ -215,7 +218,7 @@ fn what(measure: &str, limit: &str) -> Result<LimitedMeasure, Refused> {
     }
 }
 
-/// Reads an event: what stands in `P(…)`.
+/// Parses the event inside `P(…)`.
 fn event_of(text: &str) -> Result<Bad, Refused> {
     let least = f64::MIN_POSITIVE;
     match text {
@@ -258,7 +261,7 @@ pub(super) fn is_unanswered(record: &Record) -> bool {
 }
 
 impl Bad {
-    /// Returns true if this counts against a start of a motor of this rated current.
+    /// Returns true if a start has this result; `rated`: rated current of its motor in A.
     pub(super) fn happened(self, record: &Record, rated: f64) -> bool {
         let beyond = |value: Option<f64>, most: f64| value.is_some_and(|value| value.abs() > most);
         match self {

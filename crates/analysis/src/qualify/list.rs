@@ -16,7 +16,7 @@ use crate::Demands;
 use crate::faults::{Allowed, Entry};
 use crate::subset::Effort;
 
-/// The file of requirements, as TOML has it.
+/// The file of requirements, as its TOML is structured.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FileTable {
@@ -45,28 +45,29 @@ struct RequirementTable {
 /// A requirement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Requirement {
-    /// Its name, which no other requirement of the list has.
+    /// Identifier of the requirement, unique in the list.
     pub id: String,
-    /// Its wording, for people.
+    /// Text of the requirement, for people.
     pub text: String,
-    /// Its limit as it is written.
+    /// The limit, as written in the file.
     pub limit: String,
-    /// Its limit.
+    /// The parsed limit.
     pub demand: Demand,
-    /// Most trials in each of its cases.
+    /// Largest number of trials in each case.
     pub trials: u64,
-    /// The conditions over which it is judged: for each entry its name in the file, the keys that take its values, and the values.
+    /// The conditions over which the requirement is judged: for each entry its name in the file, the keys that take its
+    /// values, and the values.
     over: Vec<(String, Vec<String>, Vec<Value>)>,
 }
 
-/// A list of requirements, all of which share one probability of error.
+/// A list of requirements that share one probability of error.
 #[derive(Clone, Debug)]
 pub struct Requirements {
     /// Probability that no verdict of the list is wrong.
     pub confidence: f64,
-    /// Largest share of starts without an answer with which a probability of all starts is passed.
+    /// Largest share of starts without an answer with which a claim on the probability of an event can pass.
     pub unanswered: f64,
-    /// Cost of odds, which decide where plain trials do not; none: they are not asked.
+    /// Effort of the subset simulations that decide where plain trials do not; none: no subset simulation.
     pub odds: Option<Effort>,
     /// The requirements in their order.
     pub list: Vec<Requirement>,
@@ -75,15 +76,15 @@ pub struct Requirements {
 
 const CONFIDENCE: f64 = 0.95;
 const TRIALS: u64 = 100_000;
-/// Fewest trials of a requirement in a case.
+/// Fewest trials of a requirement per case.
 const FEWEST: u64 = 64;
-/// Most trials of a requirement in a case: contributions to an rms are kept in memory.
+/// Most trials of a requirement per case: contributions to an rms are kept in memory.
 pub const MOST_TRIALS: u64 = 10_000_000;
-/// Most requirements of a list, and most cases of one.
+/// Largest number of requirements in a list; the constant after it is the largest number of cases of one requirement.
 const MOST_REQUIREMENTS: usize = 1000;
 const MOST_CASES: usize = 1000;
 
-/// Shorthands of a requirement: name in the file, keys of the scenario.
+/// Shorthands for conditions: the name in the file, and the keys of the scenario that it sets.
 const MOTORS: (&str, &[&str]) = ("motors", &["motor"]);
 const ERRORS: (&str, &[&str]) = ("errors", &["errors"]);
 const TEMPERATURES: (&str, &[&str]) =
@@ -93,15 +94,15 @@ impl Requirements {
     /// Reads a file of requirements.
     ///
     /// # Errors
-    /// A file that cannot be read; a key or value that cannot be, with its line.
+    /// The file cannot be read, or a key or value is invalid; the error names its line.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         Self::of(Document::read(path)?)
     }
 
-    /// Reads requirements from text; `path` names it in messages.
+    /// Parses requirements from text; `path` is its name in messages.
     ///
     /// # Errors
-    /// A key or value that cannot be, with its line.
+    /// A key or value is invalid; the error names its line.
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         Self::of(Document::parse(path, text)?)
     }
@@ -150,10 +151,12 @@ impl Requirements {
         Ok(Self { confidence, unanswered, odds, list, document })
     }
 
-    /// Makes the cases of all requirements on a scenario: each once, with what is claimed in it.
+    /// Makes the cases of all requirements on a scenario. Each case is made once, with all claims of the requirements
+    /// on it.
     ///
     /// # Errors
-    /// Values that make no scenario, or a limit that its method or drive cannot have, with the line of the requirement.
+    /// Values make no valid scenario, or a limit does not apply to the method or drive; the error names the line of the
+    /// requirement.
     pub(super) fn cases(&self, plan: &Plan, document: &Document) -> Result<Vec<Case>, FileError> {
         let mut cases: Vec<Case> = Vec::new();
         for (number, requirement) in self.list.iter().enumerate() {
@@ -175,7 +178,7 @@ impl Requirements {
         Ok(cases)
     }
 
-    /// Makes the case of a requirement with these settings.
+    /// Makes the case that a requirement has with these settings.
     fn case(
         &self,
         plan: &Plan,
@@ -210,7 +213,7 @@ impl Requirements {
         Ok(Case { settings, fault: entry, plan, without, rated, allowed, motor, assumed, claims: Vec::new() })
     }
 
-    /// Refuses a limit that a case cannot have.
+    /// Checks that a requirement's limit applies to a case.
     fn check(&self, number: usize, case: &Case) -> Result<(), FileError> {
         let refuse =
             |found: String, needed: &str| Err(self.document.refuse(&key(number, "limit"), &found, needed));
@@ -237,7 +240,7 @@ impl Requirements {
         }
     }
 
-    /// Moves an error in a case to the line of the requirement, if it is about what the requirement sets.
+    /// Moves an error in a case to the line of the requirement, if the error concerns a key that the requirement sets.
     fn under(&self, number: usize, settings: &[(String, Value)], error: FileError) -> FileError {
         let of =
             |key: &str| settings.iter().any(|(set, _)| key == set || key.starts_with(&format!("{set}.")));
@@ -340,7 +343,7 @@ impl Requirement {
         Ok(Self { id: table.id, text: table.text, limit: table.limit, demand, trials, over })
     }
 
-    /// Returns the settings of each combination of what it is judged over.
+    /// Returns the settings of each combination of the requirement's conditions.
     fn combinations(&self) -> Vec<Vec<(String, Value)>> {
         let mut all: Vec<Vec<(String, Value)>> = vec![Vec::new()];
         for (_, keys, values) in &self.over {

@@ -1,4 +1,4 @@
-//! Effects outside of the simulation: the one list, which the manual's page repeats.
+//! Effects outside of the simulation. This is the only list; the manual's page repeats it.
 
 /// Effects that the simulation does not model, so that no verdict covers them.
 pub const NOT_MODELLED: [&str; 11] = [

@@ -1,4 +1,4 @@
-//! Rare events of a qualification: what subset simulation says where plain trials do not decide.
+//! Rare events of a qualification: subset simulation where plain trials do not decide.
 
 use standstill_campaign::{Estimate, student_beyond};
 use standstill_numeric::{exp, ln};
@@ -8,28 +8,28 @@ use super::{Case, Requirements, Verdict};
 use crate::subset::{Effort, Settings};
 use crate::{Anatomy, Event, Halt, Odds, RUNS, Sector, Trials, Watch};
 
-/// Result of subset simulation (`odds`) for a claim. Its interval is an estimate from the scatter between runs: unlike the intervals of
-/// plain trials it has no guaranteed coverage.
+/// Result of subset simulation (`odds`) for a claim. Its interval is estimated from the scatter between runs and has no
+/// guaranteed coverage, unlike the intervals of plain trials.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rare {
     /// The event.
     pub event: Event,
-    /// Its probability, with the interval of `standstill odds` at 95 %.
+    /// Probability of the event, with the 95 % interval of `standstill odds`.
     pub probability: Estimate,
-    /// The interval at the claim's probability of an error.
+    /// The ends of the interval at the claim's own probability of error.
     pub ends: [f64; 2],
     /// Number of trials.
     pub trials: u64,
-    /// Warnings of the subset simulation. With any of them the verdict is [`Verdict::NotShown`].
+    /// Warnings of the subset simulation. With any warning the verdict is [`Verdict::NotShown`].
     pub alarms: Vec<String>,
-    /// Where and with which draws the event happens: the conditions that trigger it.
+    /// The rotor angles and draws at which the event happens: the conditions that trigger it.
     pub triggers: Vec<Sector>,
-    /// Verdict on the claim by this probability.
+    /// Verdict on the claim according to this probability.
     pub verdict: Verdict,
 }
 
 impl Rare {
-    /// Compares odds with the largest allowed probability. What has an alarm is not shown.
+    /// Compares odds with the largest allowed probability. Odds with a warning show nothing.
     pub fn of(event: Event, odds: &Odds, most: f64, alpha: f64, triggers: Vec<Sector>) -> Self {
         let Estimate { value, low, high } = odds.probability;
         let freedom = f64::from(RUNS - 1);
@@ -48,7 +48,7 @@ impl Rare {
     }
 }
 
-/// Observer that keeps what belongs to a case apart from what belongs to others.
+/// Observer that stores the results of one case apart from those of other cases.
 struct Within<'a> {
     watch: &'a dyn Watch,
     case: String,
@@ -76,7 +76,7 @@ impl Watch for Within<'_> {
     }
 }
 
-/// Asks for the odds of what plain trials have left open in a case, event by event.
+/// Computes the odds for the claims of a case that plain trials left undecided, event by event.
 pub(super) fn decide(
     case: &mut Case,
     requirements: &Requirements,

@@ -1,28 +1,31 @@
-//! Tests that may be looked at after any number of trials, and intervals that hold after all of them at once.
+//! Sequential tests, which may be evaluated after any number of trials, and intervals that are valid at all these times
+//! together.
 //!
-//! Both rest on Ville's inequality: a product of fair bets on the trials, which starts at one and never falls below zero, exceeds 1/α
-//! at any time with a probability of at most α. So the error of stopping early is bounded whatever the rule for stopping is.
+//! Both rest on Ville's inequality: a product of fair bets on the trials, which starts at 1 and is never negative,
+//! exceeds 1/α at any time with a probability of at most α. So the probability of error is bounded for every stopping
+//! rule.
 
 use standstill_numeric::{exp, ln, ln_1p, ln_gamma};
 
-/// Weight of a prior: the number of cases that it counts as.
+/// Weight of the prior: the number of events that it is worth.
 const CASES: f64 = 0.5;
 
-/// A probability that is limited, of which cases are counted.
+/// A limited probability of an event whose occurrences are counted.
 ///
-/// The bets are a mixture over all probabilities f, weighted by a beta distribution whose mean is the limit: after k cases in n trials the
-/// product for the probability q is B(a + k, b + n − k)/B(a, b)/(q^k (1 − q)^(n−k)). The q for which it has stayed below 1/α are the interval
-/// (H. Robbins, "Statistical methods related to the law of the iterated logarithm", 1970, doi:10.1214/aoms/1177696786).
+/// The bets are a mixture over all probabilities f, weighted by a beta distribution whose mean is the limit: after k
+/// cases in n trials the product for the probability q is B(a + k, b + n − k)/B(a, b)/(q^k (1 − q)^(n−k)). The interval
+/// contains all q for which the product has stayed below 1/α (H. Robbins, "Statistical methods related to the law of
+/// the iterated logarithm", 1970, doi:10.1214/aoms/1177696786).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
     /// Largest allowed probability, between 0 and 1.
     pub most: f64,
-    /// Probability with which the interval may ever miss.
+    /// Probability with which the interval may ever fail to contain the true value.
     pub alpha: f64,
 }
 
 impl Share {
-    /// Returns the logarithm of the product of bets against the probability `q` after `cases` in `trials`.
+    /// Returns the logarithm of the product of bets against the probability `q`, after `cases` events in `trials`.
     fn against(self, q: f64, cases: f64, trials: f64) -> f64 {
         let (a, b) = (CASES, CASES * (1.0 - self.most) / self.most);
         let ln_beta = |a: f64, b: f64| ln_gamma(a) + ln_gamma(b) - ln_gamma(a + b);
@@ -51,8 +54,8 @@ impl Share {
         if high <= self.most { Some(true) } else { (low > self.most).then_some(false) }
     }
 
-    /// Returns the number of trials that would show that the limit holds, if cases went on to come at this rate; none if that rate is not
-    /// below the limit.
+    /// Returns the number of trials after which the limit would be shown to hold, if the event kept occurring at this
+    /// rate; none if the rate is not below the limit.
     pub fn trials_needed(self, rate: f64) -> Option<u64> {
         if rate >= self.most {
             return None;
@@ -62,7 +65,7 @@ impl Share {
     }
 }
 
-/// Returns the last place inside, between one inside and one at the end `to`.
+/// Returns the value nearest to `to` that is still inside, by bisection; `from` must be inside.
 fn edge(from: f64, to: f64, inside: impl Fn(f64) -> bool) -> f64 {
     let (mut within, mut outside) = (from, to);
     for _ in 0..200 {
@@ -76,7 +79,7 @@ fn edge(from: f64, to: f64, inside: impl Fn(f64) -> bool) -> f64 {
     outside
 }
 
-/// Returns the smallest number of trials that is enough, within a thousandth; none beyond 10^15.
+/// Returns the smallest sufficient number of trials, within a thousandth; none if it exceeds 10^15.
 fn first(enough: impl Fn(f64) -> bool) -> Option<u64> {
     const FURTHEST: f64 = 1e15;
     let mut high = 1.0;
@@ -100,27 +103,30 @@ fn first(enough: impl Fn(f64) -> bool) -> Option<u64> {
     Some(trials)
 }
 
-/// A mean of numbers from 0 to 1 that is limited.
+/// A limited mean of numbers from 0 to 1.
 ///
-/// Of the numbers nothing is assumed but that range. Against a mean of m or more the bets are 1 + λ (m − x) for several λ up to 1, against
-/// one of m or less 1 + c (x/m − 1) for several c below 1; no bet falls below zero, and under these means none gains on average (I.
-/// Waudby-Smith and A. Ramdas, "Estimating means of bounded random variables by betting", 2024, doi:10.1093/jrsssb/qkad009).
+/// Nothing but this range is assumed of the numbers. Against a mean of m or more the bets are 1 + λ (m − x) for several
+/// λ up to 1. Against a mean of m or less they are 1 + c (x/m − 1) for several c below 1. No bet becomes negative, and
+/// under these means no bet gains on average (I. Waudby-Smith and A. Ramdas, "Estimating means of bounded random
+/// variables by betting", 2024, doi:10.1093/jrsssb/qkad009).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mean {
     /// Largest allowed mean, between 0 and 1.
     pub most: f64,
-    /// Probability with which the interval may ever miss, half of it on each side.
+    /// Probability with which the interval may ever fail to contain the true value, half of it on each side.
     pub alpha: f64,
 }
 
-/// Sizes of the bets, each with its share of the stake. Most numbers lie far below the limit: the largest bet is best then.
+/// Sizes of the bets against a large mean, each with its share of the stake. Most numbers lie far below the limit, and
+/// the largest bet is best then.
 const ABOVE: [(f64, f64); 4] = [(1.0, 0.7), (0.5, 0.1), (0.25, 0.1), (0.1, 0.1)];
 const BELOW: [(f64, f64); 5] = [(0.5, 0.2), (0.25, 0.2), (0.1, 0.2), (0.03, 0.2), (0.01, 0.2)];
 
-/// Number of factors that are multiplied before their logarithm is taken: none is below 10^-12 or above 10^12 but of limits no one sets.
+/// Number of factors that are multiplied before the logarithm is taken. With any realistic limit each factor is between
+/// 10^-12 and 10^12, so the product does not overflow.
 const TOGETHER: usize = 8;
 
-/// Returns the logarithm of what a stake of one has become by bets of several sizes on these numbers.
+/// Returns the logarithm of the wealth that a stake of 1 becomes, by bets of several sizes on these numbers.
 fn ln_wealth(bets: &[(f64, f64)], values: &[f64], factor: impl Fn(f64, f64) -> f64) -> f64 {
     let of = |(size, share): &(f64, f64)| {
         let logs = values.chunks(TOGETHER).map(|part| ln(part.iter().map(|x| factor(*size, *x)).product()));
@@ -179,7 +185,8 @@ impl Mean {
         [low, high]
     }
 
-    /// Returns the number of trials that would show that the limit holds if all went on as these; none if they are not below it.
+    /// Returns the number of trials after which the limit would be shown to hold, if further numbers resembled these;
+    /// none if their mean is not below the limit.
     pub fn trials_needed(self, values: &[f64]) -> Option<u64> {
         let count = values.len() as f64;
         if values.is_empty() {
@@ -194,7 +201,7 @@ impl Mean {
     }
 }
 
-/// Means below this count as zero: of the squared errors of an axis, over 90°, those of an rms of 0.9 µ°.
+/// Means below this count as zero. For squared axis errors relative to 90° it corresponds to an rms of 0.9 µ°.
 const LEAST: f64 = 1e-16;
 
 #[cfg(test)]

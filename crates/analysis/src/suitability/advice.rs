@@ -1,5 +1,5 @@
-//! Advice for a motor that no settings suit: the change of drive or rotor that would suit it, found by trials of one change at a time;
-//! where no change suffices, other ways to start the motor.
+//! Advice for a motor that no settings suit: a change of drive or rotor that would suit it, found by trials of one
+//! change at a time; if no change suffices, other ways to start the motor.
 
 use standstill_campaign::Summary;
 use standstill_detect::MethodName;
@@ -13,14 +13,14 @@ use super::condition::QUICK;
 use super::search::Found;
 use super::{Demands, Progress, Suitability, SuitabilityError, relaxed};
 
-/// A change that was tried.
+/// A change that was tried for a motor that no settings suit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Advice {
     /// Description of the change in words.
     pub change: String,
     /// Keys of the scenario that the change sets, with their values.
     pub keys: Vec<(&'static str, String)>,
-    /// All demands after the change, if it changes one.
+    /// All demands after the change; none if the change leaves the demands as they are.
     pub demands: Option<Demands>,
     /// Settings with which the motor is suited after the change; none if the change does not help.
     pub helps: Option<Setting>,
@@ -36,23 +36,24 @@ choice! {
     }
 }
 
-/// Another way to start the motor, as it was tried.
+/// Another way to start the motor, with the results of trying it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alternative {
     /// The way.
     pub way: Way,
     /// Settings of the detector.
     pub setting: Setting,
-    /// Results of its starts, with the rotor in the last of the judged states.
+    /// Results of the starts, with the rotor in the last of the judged states.
     pub starts: Summary,
 }
 
-/// Numbers of starts by which alternatives are judged: those that find the axis, and alignment, which takes seconds of the motor's time.
+/// Number of starts by which the alternative that finds only the axis is judged; the constant after it is the number
+/// for alignment, which takes seconds of the motor's time.
 const STARTS: u64 = 200;
 const SLOW_STARTS: u64 = 24;
 
-/// Tries the changes that a drive's engineer can make, given the settings that were found for each method. Those for which no work
-/// is left are added to `untried`.
+/// Tries changes that an engineer of the drive can make, given the settings found for each method. Changes for which no
+/// work is left are added to `untried`.
 pub(super) fn tried(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
@@ -82,7 +83,7 @@ pub(super) fn tried(
     Ok(advice)
 }
 
-/// Returns the methods whose detections are short; all methods where no detection is.
+/// Returns the methods with short detections; all methods if none has short detections.
 fn short(methods: &[(MethodName, &Found)]) -> Vec<MethodName> {
     let has = |method: &MethodName| methods.iter().any(|(other, _)| other == method);
     let short: Vec<MethodName> = QUICK.into_iter().filter(has).collect();
@@ -128,7 +129,7 @@ fn changed(
     Ok(tried.into_iter().map(|(_, advice)| advice).collect())
 }
 
-/// Returns settings that meet the demands after a change.
+/// Returns settings that meet the demands after a change; none if there are none.
 fn of_change(
     bench: &Bench<'_>,
     change: &Change,
@@ -171,11 +172,11 @@ fn searched(bench: &Bench<'_>, methods: &[MethodName]) -> Result<Option<Setting>
     Ok(None)
 }
 
-/// Ratios of L_q to L_d that are tried where a sheet gives both the same.
+/// Ratios of L_q to L_d that are tried if a data sheet gives both axes the same inductance.
 const RATIOS: [f64; 5] = [1.06, 1.12, 1.25, 1.5, 2.0];
 
-/// Returns the least L_q that is tried with which a motor is suited whose sheet gives one inductance; none if the sheet has no key
-/// for it or none of them suffices.
+/// Finds the smallest tried L_q with which a motor is suited whose sheet gives only one inductance. None if the sheet
+/// has no key for L_q or no tried value suffices.
 fn salient(
     bench: &Bench<'_>,
     methods: &[MethodName],

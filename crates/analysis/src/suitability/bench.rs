@@ -1,4 +1,4 @@
-//! The bench on which settings are tried: motor, drive and sensors of a document, and the demands.
+//! The bench on which settings are tried: motor, drive and sensors from a document, and the demands.
 
 use standstill_campaign::CampaignError;
 use standstill_detect::{Method, MethodName};
@@ -10,12 +10,12 @@ use super::starts::{self, Starts, Stopped};
 use super::work::Allowance;
 use super::{Demands, SuitabilityError};
 
-/// A method with settings: keys of `[detector]` and their values, as a scenario file has them.
+/// A method with settings: keys of `[detector]` and their values, as in a scenario file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     /// The method.
     pub method: MethodName,
-    /// Keys that are set, with their values; all other settings suit the motor by default.
+    /// Keys that are set, with their values; all other settings follow from the motor by default.
     pub keys: Vec<(&'static str, String)>,
 }
 
@@ -36,7 +36,7 @@ impl Setting {
     /// Sets the method and its keys in a document.
     ///
     /// # Errors
-    /// A key that cannot be set.
+    /// A key cannot be set.
     pub fn set_in(&self, document: &mut Document) -> Result<(), FileError> {
         document.set("detector.method", self.method.name(), Origin::CommandLine)?;
         for (key, value) in &self.keys {
@@ -46,12 +46,12 @@ impl Setting {
     }
 }
 
-/// Returns a whole number as an integer, all else as a string.
+/// Converts a text to a TOML value: a whole number becomes an integer, all else a string.
 fn toml_value(text: &str) -> toml::Value {
     text.parse::<i64>().map_or_else(|_| text.into(), toml::Value::Integer)
 }
 
-/// Settings with the margins that starts showed.
+/// Settings, and the margins that trial starts showed.
 #[derive(Clone, Debug)]
 pub(super) struct Look {
     pub setting: Setting,
@@ -63,7 +63,7 @@ pub(super) struct Bench<'a> {
     pub document: &'a Document,
     pub motor: &'a Motor,
     pub demands: &'a Demands,
-    /// Work that may be done.
+    /// Work that may still be done.
     pub work: &'a Allowance,
     /// Largest phase current in A.
     pub most_current: f64,
@@ -71,20 +71,21 @@ pub(super) struct Bench<'a> {
     pub rotors: Vec<Rotor>,
     /// True if poles are judged.
     pub has_pole: bool,
-    /// The saturation of this bench's motor, as the share by which L_d falls, if the bench is the upper end of a range.
+    /// Saturation of this bench's motor (the share by which L_d falls), if this bench is the upper end of a range of
+    /// saturation.
     pub most_saturation: Option<f64>,
     /// The bench at the upper end of a range of saturation, if this bench is the lower end.
     pub upper_end: Option<&'a Bench<'a>>,
 }
 
-/// Objection to settings whose starts were not run.
+/// Objection to settings whose starts were not run because no work was left.
 const SPENT: &str = "not tried, as the work that this check may do is done";
 
-/// Offset from the scenario's seed of the search for settings. Other stages add larger offsets.
+/// Offset of the seed with which settings are searched, from the scenario's seed. Later stages use larger offsets.
 pub(super) const SEARCH: u64 = 0;
 
 impl<'a> Bench<'a> {
-    /// Makes the bench of a document. A state of the rotor that an override sets, such as a brake, is the only one that is
+    /// Makes the bench of a document. If an override sets the state of the rotor, such as a brake, only that state is
     /// judged.
     pub fn new(document: &'a Document, motor: &'a Motor, demands: &'a Demands, work: &'a Allowance) -> Self {
         let state =
@@ -114,12 +115,12 @@ impl Bench<'_> {
         std::iter::once(self).chain(self.upper_end)
     }
 
-    /// Returns the bench on which the same settings draw the most current.
+    /// Returns the bench on which given settings draw the most current.
     pub fn strained(&self) -> &Self {
         self.upper_end.unwrap_or(self)
     }
 
-    /// Adds the saturation of this bench to objections, if it is one end of a range.
+    /// Adds the saturation of this bench to the text of objections, if the bench is the upper end of a range.
     pub fn located(&self, mut objections: Vec<String>) -> Vec<String> {
         if let Some(share) = self.most_saturation {
             let with = format!(", with a saturation of {} %", standstill_quantity::rounded(share, 2));
@@ -130,12 +131,13 @@ impl Bench<'_> {
         objections
     }
 
-    /// Returns the last of the rotor's states: free if the rotor may move.
+    /// Returns the last state of the rotor that is judged: free if the rotor may move.
     pub fn last_rotor(&self) -> Rotor {
         self.rotors.last().copied().unwrap_or(Rotor::Locked)
     }
 
-    /// Returns the scenario with these settings and this state of the rotor, with the seed of the search. It is not checked.
+    /// Returns the scenario with these settings, this state of the rotor and the seed of the search, without checking
+    /// it.
     pub fn scenario(&self, setting: &Setting, rotor: Rotor) -> Result<Scenario<Method<f64>>, FileError> {
         let mut document = self.document.clone();
         setting.set_in(&mut document)?;
@@ -147,8 +149,8 @@ impl Bench<'_> {
         document.unchecked_scenario_of(self.motor)
     }
 
-    /// Runs starts with these settings; `draws` is added to the seed of the search. The inner error is the reason why the
-    /// settings cannot be set up, or that no work is left.
+    /// Runs starts with these settings; `draws` is added to the seed of the search. The inner error is the reason why
+    /// the settings cannot be set up, or states that no work is left.
     pub fn starts(
         &self,
         setting: &Setting,
@@ -174,7 +176,8 @@ impl Bench<'_> {
         }
     }
 
-    /// Tries settings on a few starts, with the rotor in the last of its states. None if they cannot be set up, or no work is left.
+    /// Tries settings on a few starts, with the rotor in the last judged state. None if the settings cannot be set up,
+    /// or if no work is left.
     pub fn look(&self, setting: Setting, trials: u64) -> Result<Option<Look>, SuitabilityError> {
         let Ok(starts) = self.starts(&setting, self.last_rotor(), SEARCH, trials)? else { return Ok(None) };
         let margins = self.margins(&[&starts]);
@@ -185,7 +188,7 @@ impl Bench<'_> {
         Margins::of(starts, self.demands, self.most_current, self.has_pole)
     }
 
-    /// Returns the objections to settings after these starts.
+    /// Returns the objections to settings that these starts give rise to.
     pub fn objections(&self, starts: &[&Starts]) -> Vec<String> {
         starts::objections(starts, self.demands, self.most_current, self.has_pole)
     }

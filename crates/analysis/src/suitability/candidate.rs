@@ -1,4 +1,4 @@
-//! Candidates: the methods that are tried, each with its best settings, and the choice of the recommended one.
+//! Candidates: the methods that are tried, each with its best settings, and the choice of the recommended method.
 
 use standstill_campaign::Statistics;
 use standstill_detect::{MethodName, Source};
@@ -12,8 +12,9 @@ use super::starts::{Spread, Starts};
 use super::work::Allowance;
 use super::{Candidate, Confirmed, Demands, Progress, SuitabilityError};
 
-/// Methods that are tried where the drive has their readings: those that need no separate test bench and finish within a fraction
-/// of a second. Six pulses are tried where a timer captures times: sampled, they read less than `bipolar` does from as many pulses.
+/// Methods that are tried if the drive has the readings that they need. They need no separate test bench and finish
+/// within a fraction of a second. Six pulses are tried only if a timer captures times: with sampled currents they
+/// measure less than `bipolar` does with as many pulses.
 pub const CANDIDATES: [MethodName; 7] = [
     MethodName::MaximumLikelihood,
     MethodName::MaximumLikelihoodAdaptive,
@@ -28,11 +29,11 @@ pub const CANDIDATES: [MethodName; 7] = [
 const TRIALS: u64 = 200;
 /// Number of starts of a candidate with continuous injection, which takes a hundred times as long.
 const FEW_TRIALS: u64 = 24;
-/// About the number of starts that a search of two methods and the confirmation of the best takes.
+/// Approximate number of starts for searching two methods and confirming the best one.
 const OF_A_JUDGEMENT: u64 = 8000;
 /// Largest number of settings of a method that are tried on fresh starts.
 const TRIED: usize = 3;
-/// Share of a method's work that is for looks at settings, before the starts of the best.
+/// Share of a method's work for the search of settings; the rest is for the starts of the best settings.
 const LOOKS: f64 = 0.8;
 
 /// Returns the candidate methods of a document.
@@ -69,7 +70,7 @@ pub(super) fn methods(
     }
 }
 
-/// Returns whether a method is a candidate on a drive with these readings.
+/// Returns whether a method is a candidate on a drive with these sources of readings.
 fn is_tried(method: MethodName, there: &[Source]) -> bool {
     let needed = match method {
         MethodName::SixPulse => &[Source::CapturedTimes],
@@ -79,8 +80,8 @@ fn is_tried(method: MethodName, there: &[Source]) -> bool {
 }
 
 impl Bench<'_> {
-    /// Searches settings of each method, each with an equal share of the work that is left; those with long detections come last.
-    /// Methods of which not all settings were tried are added to `untried`.
+    /// Searches settings of each method, each with an equal share of the remaining work. Methods with long detections
+    /// come last. Methods whose search was cut short are added to `untried`.
     pub fn searched(
         &self,
         methods: &[MethodName],
@@ -110,13 +111,14 @@ impl Bench<'_> {
         Ok(all.into_iter().map(|(_, candidate, found)| (candidate, found)).unzip())
     }
 
-    /// Returns true if searching and confirming settings that take as long as these may take more work than is left.
+    /// Returns true if searching and confirming settings whose starts take as long as these may need more work than is
+    /// left.
     pub fn is_dear(&self, setting: &Setting) -> Result<bool, SuitabilityError> {
         let starts = self.starts(setting, self.last_rotor(), SEARCH, FEW_TRIALS)?;
         Ok(starts.is_ok_and(|starts| starts.work / FEW_TRIALS * OF_A_JUDGEMENT > self.work.left()))
     }
 
-    /// Confirms settings before others are searched; none if they do not hold.
+    /// Confirms settings before others are searched; none if the confirmation fails.
     pub fn confirmed_first(
         &self,
         setting: &Setting,
@@ -134,7 +136,7 @@ impl Bench<'_> {
         }))
     }
 
-    /// Makes the candidate of a method from the best settings that were found.
+    /// Makes the candidate of a method from the best settings found.
     pub fn candidate(&self, method: MethodName, found: &Found) -> Result<Candidate, SuitabilityError> {
         let setting = found.looks.first().map_or_else(|| Setting::plain(method), |look| look.setting.clone());
         let settings = self.scenario(&setting, Rotor::Locked)?.detector;
@@ -173,7 +175,7 @@ impl Bench<'_> {
         })
     }
 
-    /// Returns the best candidate whose settings hold on fresh starts.
+    /// Returns the best candidate whose settings pass on fresh starts.
     pub fn recommended(
         &self,
         candidates: &mut [Candidate],

@@ -7,16 +7,16 @@ use standstill_sim::{Arrangement, Comparators};
 use super::bench::{Bench, Setting};
 use super::margins::Demand;
 
-/// A change of the scenario or of the current that is allowed.
+/// A change of the scenario or of the allowed current.
 pub(super) struct Change {
     pub words: String,
     pub keys: Vec<(&'static str, String)>,
     pub current: Option<f64>,
-    /// The demand that the change lifts.
+    /// The demand that the change removes.
     pub lifts: Option<Demand>,
 }
 
-/// Keys of errors of sensors and drive that are improved together.
+/// Keys of sensor and drive errors that are improved together.
 const FINER: [&str; 9] = [
     "sensors.bits",
     "sensors.range_low",
@@ -30,13 +30,13 @@ const FINER: [&str; 9] = [
 ];
 
 impl Change {
-    /// Returns true if the change makes an error of sensors or drive smaller.
+    /// Returns true if the change reduces an error of sensors or drive.
     pub fn is_finer(&self) -> bool {
         self.keys.iter().any(|(key, _)| FINER.contains(key))
     }
 }
 
-/// Lists the changes; the last one is all changes of sensors and dead time together, if there are several.
+/// Lists the changes. If several of them improve sensors and dead time, the last entry combines these.
 pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
     let mut changes = Vec::new();
     if bench.rotors.contains(&Rotor::Free) {

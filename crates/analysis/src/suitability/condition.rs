@@ -1,4 +1,4 @@
-//! Conditions of a verdict that the data sheet does not state.
+//! Conditions of a verdict that depends on values missing in the data sheet.
 
 use standstill_detect::MethodName;
 use standstill_plant::{Motor, PoleKnowledge};
@@ -11,48 +11,53 @@ use super::margins::Margins;
 use super::work::Allowance;
 use super::{Demands, Progress, Suitability, SuitabilityError};
 
-/// Condition on the motor under which the verdict holds.
+/// Condition on the motor under which the verdict is valid.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Condition {
-    /// The motor's saturation, which the sheet does not give, lies in this range.
+    /// The motor's saturation, which the data sheet does not give, lies in this range.
     Saturation {
-        /// Least share by which L_d falls at rated current along +d.
+        /// Smallest share by which L_d may fall at rated current along +d.
         least: f64,
-        /// Largest such share; the settings hold at both ends.
+        /// Largest share by which L_d may fall there; the settings suffice at both ends of the range.
         most: f64,
-        /// Least share by which L_d falls along −d, in iron that saturates equally in both directions; negative if L_d rises.
+        /// Smallest share by which L_d falls along −d, assuming iron that saturates equally in both directions;
+        /// negative if L_d rises.
         minus_d: f64,
     },
     /// The motor's flux map, which covers only one side of the d-axis, predicts the pole correctly.
     Pole,
 }
 
-/// Smallest fall of L_d that is tried, and the largest ones in their order: the first one with an answer is the upper end of the
-/// range.
+/// Smallest fall of L_d that is tried. The constant after it has the largest falls in the order in which they are
+/// tried: the first one with an answer is the upper end of the range.
 const SMALLEST: f64 = 0.005;
 pub(super) const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
-/// Ratio to which the search narrows the least fall.
+/// Ratio of the ends of the bracket at which the search for the smallest fall stops.
 const FINENESS: f64 = 1.08;
-/// Numbers of starts of a look, and of one before it.
+/// Number of starts of a look; the constant after it is the number of a cheaper look before it.
 const LOOK: u64 = 64;
 const FEW: u64 = 16;
-/// Evidence for the pole, as a multiple of what a decision needs, below which in few starts more starts do not help.
+/// Pole evidence of few starts, relative to the evidence that a decision needs, below which settings are dropped
+/// without more starts.
 const HOPELESS: f64 = 0.6;
-/// Pole evidence of settings that suffice; a decision needs 1.
+/// Pole evidence with which settings suffice; a decision needs 1.
 const ENOUGH: f64 = 1.05;
-/// Evidence of few starts, divided by that of other settings in many, below which these settings are left out.
+/// Settings are dropped if their evidence in few starts is below this share of the evidence of other settings in many
+/// starts.
 const FEW_TO_MANY: f64 = 0.85;
-/// Number of steps that are predicted from the evidence; then the range is halved.
+/// Number of search steps that are predicted from the evidence; later steps bisect the range.
 const PREDICTED: u32 = 6;
 
-/// Share of the work that is left for the search of the least saturation, before its settings are confirmed.
+/// Share of the remaining work for the search of the smallest saturation; the rest is for confirming its settings.
 const NARROWING: f64 = 0.7;
-/// Largest ratio of the ends of a range of saturation: of a narrower one no data sheet says that a motor lies in it.
+/// Largest ratio of the lower to the upper end of a range of saturation. No data sheet would show that a motor lies in
+/// a narrower range.
 const NARROWEST: f64 = 0.8;
-/// Factor by which a saturation exceeds the least that suffices on few starts, where there is no work for many.
+/// Factor added to the smallest saturation that suffices on few starts, if there is not enough work for many.
 const COMFORT: f64 = 1.15;
 
-/// Returns a document whose motor saturates by this share along +d, with the motor. None if the sheet has no key for it.
+/// Returns the document with a motor whose L_d falls by this share along +d, and that motor. None if the data sheet has
+/// no key for it.
 pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, Motor)> {
     let mut document = document.clone();
     let value = format!("{} %", standstill_quantity::rounded(share, 2));
@@ -64,7 +69,8 @@ pub(super) fn saturating(document: &Document, share: f64) -> Option<(Document, M
 /// Key of the saturation in a data sheet by nameplate.
 pub(super) const KEY: &str = "motor.nameplate.saturation";
 
-/// Calls a function with the bench of a motor whose saturation lies between two shares; none if the sheet has no key for it.
+/// Calls a function with the bench of a motor whose saturation lies between two shares; none if the data sheet has no
+/// key for saturation.
 pub(super) fn with_range<T>(
     document: &Document,
     demands: &Demands,
@@ -81,8 +87,9 @@ pub(super) fn with_range<T>(
     ask(&bench).map(Some)
 }
 
-/// Returns the least fall of L_d at which some method meets the demands, both there and at `most`, rounded up to two digits, with the
-/// settings that do; none if `most` itself does not suffice. Where no work is left, the least that was found to suffice so far.
+/// Finds the smallest fall of L_d with which some method meets the demands, both there and at `most`. Returns the fall,
+/// rounded up to two digits, with the settings; none if `most` itself does not suffice. If the work runs out, returns
+/// the smallest fall found so far.
 pub(super) fn least_saturation(
     document: &Document,
     demands: &Demands,
@@ -138,7 +145,7 @@ pub(super) fn least_saturation(
     Ok(Some((rounded_up(high), sufficing)))
 }
 
-/// A setting of which it is asked whether it suffices, with the pole evidence of its last look and the saturation there.
+/// Settings that are being tried. `evidence`: the saturation at their last look, and the pole evidence there.
 struct Tried {
     setting: Setting,
     evidence: Option<(f64, f64)>,
@@ -149,16 +156,17 @@ impl Tried {
         Self { setting, evidence: None }
     }
 
-    /// Returns the evidence that is expected at a saturation: about enough if nothing is known.
+    /// Returns the pole evidence expected at a saturation, in proportion to it; just enough if the settings were never
+    /// looked at.
     fn expected(&self, share: f64) -> f64 {
         self.evidence.map_or(ENOUGH, |(at, evidence)| evidence * share / at)
     }
 }
 
-/// Whether settings suffice at a saturation.
+/// Result of trying settings at one saturation.
 #[derive(Default)]
 struct Sufficiency {
-    /// Settings that suffice.
+    /// Settings that suffice; none if no settings do.
     sufficing: Option<Setting>,
     /// Largest pole evidence of the settings that were tried; a decision needs 1.
     evidence: f64,
@@ -171,7 +179,7 @@ pub(super) fn rounded_up(share: f64) -> f64 {
     standstill_quantity::rounded((digits - 1e-9).ceil(), power)
 }
 
-/// Returns the share by which L_d falls at rated current along −d, as the data sheet assumes it.
+/// Returns the share by which L_d falls at rated current along −d, according to the data sheet's assumptions.
 pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
     let sheet = document.data_sheet()?;
     let entries = sheet.entries();
@@ -180,7 +188,7 @@ pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
     Ok(share.map_or(f64::NAN, Quantity::value))
 }
 
-/// Methods that are tried in the search: those with short detections.
+/// Methods with short detections, which this search tries.
 pub(super) const QUICK: [MethodName; 5] = [
     MethodName::Bipolar,
     MethodName::MaximumLikelihood,
@@ -196,8 +204,9 @@ pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {
 }
 
 impl Bench<'_> {
-    /// Finds whether one of these settings meets the demands at a saturation, the most promising first. Few starts leave out those that
-    /// come nowhere near, or not as near as one that was too little.
+    /// Finds settings that meet the demands at a saturation, trying the most promising ones first. Settings are dropped
+    /// after few starts if their pole evidence is far too small, or clearly below that of settings that did not
+    /// suffice.
     fn answers(&self, settings: &mut [Tried], share: f64) -> Result<Sufficiency, SuitabilityError> {
         let enough = |margins: &Margins| margins.is_kept() && margins.pole.is_none_or(|pole| pole > ENOUGH);
         settings.sort_by(|a, b| b.expected(share).total_cmp(&a.expected(share)));
@@ -232,8 +241,8 @@ impl Bench<'_> {
 }
 
 impl Suitability {
-    /// Checks a motor whose saturation is not given: finds the least saturation that suffices, up to `most`; none if `most` does
-    /// not suffice, or if no work is left.
+    /// Checks a motor whose saturation is not given: finds the smallest saturation that suffices, up to `most`. None if
+    /// `most` does not suffice, or if no work is left.
     pub(super) fn with_saturation(
         document: &Document,
         demands: &Demands,

@@ -1,8 +1,9 @@
-//! Confirmation: checks settings on starts that had no part in their choice.
+//! Confirmation: checks settings on starts that were not used to choose them.
 //!
-//! Settings are searched with one seed, sifted with a second and confirmed with a third, so that the reported starts had no part
-//! in the choice. If a confirmation fails, the next settings are confirmed with a seed of their own, and each failure lowers the
-//! confidence: all bounds of one answer hold together with at least the remaining confidence (Bonferroni).
+//! Settings are searched with one seed, sifted with a second and confirmed with a third, so that the reported starts
+//! were not used in the choice. If a confirmation fails, the next settings are confirmed with another seed, and each
+//! failure lowers the confidence. All bounds of one answer hold together with at least the remaining confidence
+//! (Bonferroni).
 
 use serde::Serialize;
 use standstill_scenario::Rotor;
@@ -12,25 +13,26 @@ use super::bench::{Bench, SEARCH, Setting};
 use super::search::is_slow;
 use super::starts::Starts;
 
-/// Numbers of starts of the two looks in each state of the rotor; the second look is taken if the first is not clear. Each bound
-/// is one of 97.5 %, so that both looks together are wrong in less than 5 of 100 cases.
+/// Numbers of starts of the first and the second look in each state of the rotor. The second look is taken if the first
+/// is not clear. Each bound has a confidence of 97.5 %, so that both looks together are wrong in less than 5 of 100
+/// cases.
 const LOOKS: [u64; 2] = [500, 2000];
-/// Number of starts after which zero wrong poles show a share of at most one in ten thousand.
+/// Number of starts in which zero wrong poles show a share of at most one in ten thousand.
 const COUNTED: u64 = 37_000;
-/// Numbers of starts by which settings are sifted: in general, and with continuous injection, which takes a hundred times as
-/// long.
+/// Number of starts by which settings are sifted; the constant after it is the number for continuous injection, which
+/// takes a hundred times as long.
 const SIFTED: u64 = 300;
 const SLOWLY_SIFTED: u64 = 24;
 
-/// Offsets of the seeds of both stages from the scenario's seed.
+/// Offset of the sifting's seed from the scenario's seed; the constant after it is the offset of the confirmation's.
 const SIFTING: u64 = SEARCH + 1;
 const CONFIRMATION: u64 = SIFTING + 1;
 
-/// Results of fresh starts. Each bound of the error and of starts without an answer holds with [`Confirmed::confidence`] for
-/// these settings; movement and current are the largest of these starts.
+/// Results of fresh starts. Each bound of the error and of the share without an answer holds with
+/// [`Confirmed::confidence`] for these settings; movement and current are the largest values of these starts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Confirmed {
-    /// Number of starts in all: in each state of the rotor, and with each saturation that was tried.
+    /// Number of starts in all, over all states of the rotor and all saturations that were tried.
     pub starts: u64,
     /// Seed of the starts.
     pub seed: u64,
@@ -42,10 +44,11 @@ pub struct Confirmed {
     pub without_angle_at_most: f64,
     /// Number of starts with a wrong pole.
     pub wrong_poles: u64,
-    /// Number of starts in which wrong poles were counted, because the evidence does not show how rare they are; none if it does.
+    /// Number of starts in which wrong poles were counted, if the distribution of the evidence does not show how rare
+    /// they are; else none.
     pub counted: Option<u64>,
-    /// Upper bound of the share of wrong poles: by their number if they were counted, else by the distance of the pole evidence,
-    /// if that is normally distributed. None if poles are not judged.
+    /// Upper bound of the share of wrong poles: from their number if they were counted, else from the distribution of
+    /// the pole evidence if it is normal. None if poles are not judged.
     pub wrong_poles_at_most: Option<f64>,
     /// Largest movement of a free rotor, in electrical degrees.
     pub moved_deg: f64,
@@ -96,8 +99,8 @@ impl Bench<'_> {
         Ok(Vec::new())
     }
 
-    /// Confirms settings on fresh starts; the inner error has the objections if they fail. `failed` is the number of settings
-    /// that failed before.
+    /// Confirms settings on fresh starts; the inner error contains the objections if they fail. `failed` is the number
+    /// of settings that failed before.
     pub fn confirm(
         &self,
         setting: &Setting,
@@ -126,14 +129,14 @@ impl Bench<'_> {
         Ok(Ok(confirmed))
     }
 
-    /// Returns the upper bound of the share of starts without an angle or a pole.
+    /// Returns the upper bound of the share of starts without an angle or without a pole.
     fn without_answer(&self, starts: &Starts) -> f64 {
         let poles = if self.has_pole { starts.summary.undetermined } else { 0 };
         standstill_campaign::binomial_interval(starts.failed() + poles, starts.summary.trials).high
     }
 
-    /// Runs as many starts in one state of the rotor as are needed to show that the demands are met; the inner error has the
-    /// objections.
+    /// Runs as many starts in one state of the rotor as are needed to show that the demands are met. The inner error
+    /// contains the objections.
     fn held(
         &self,
         setting: &Setting,

@@ -1,4 +1,4 @@
-//! The demands by which settings, and finished runs, are judged.
+//! The demands by which settings and finished runs are judged.
 
 use serde::Serialize;
 
@@ -13,7 +13,7 @@ use serde::Serialize;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Demands {
-    /// Axis error in electrical degrees that 95 of 100 detections must not exceed.
+    /// Axis error in electrical degrees that 95 of 100 detections must keep.
     pub error_deg: f64,
     /// Largest allowed movement of a free rotor, in electrical degrees.
     pub movement_deg: f64,
@@ -29,7 +29,7 @@ pub struct Demands {
 }
 
 impl Demands {
-    /// 5°, 1°, one in a hundred, one in ten thousand, rated current and 1 s.
+    /// Demands of 5°, 1°, one in a hundred, one in ten thousand, rated current and 1 s, in the order of the fields.
     pub const DEFAULT: Self = Self {
         error_deg: 5.0,
         movement_deg: 1.0,

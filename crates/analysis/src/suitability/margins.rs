@@ -43,8 +43,8 @@ impl fmt::Display for Demand {
 /// Margins of all demands, as ratios of allowed to actual values: 1 is just enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Allowed error divided by the 95th percentile of the error, which counts from the border where answers are sectors; infinite if
-    /// that percentile is zero.
+    /// Allowed error divided by the 95th percentile of the error; if answers are sectors, the error counts from their
+    /// border. Infinite if that percentile is zero.
     pub error: f64,
     /// Allowed movement divided by the largest movement; infinite for a rotor that is held.
     pub movement: f64,
@@ -52,16 +52,18 @@ pub struct Margins {
     pub current: f64,
     /// Allowed time divided by the longest time.
     pub time: f64,
-    /// Evidence for the right pole that 99 of 100 starts reach, divided by what a decision needs. None if poles are not judged.
+    /// Evidence for the right pole that 99 of 100 starts reach, relative to the evidence that a decision needs. None if
+    /// poles are not judged.
     pub pole: Option<f64>,
     /// 1 if as many starts as demanded end with an angle, else 0.
     pub answers: f64,
 }
 
-/// Margins of movement and current that the search requires, because the extremes of many fresh starts exceed those of few.
+/// Margin of movement that the search requires, because the extremes of many fresh starts exceed those of few; the
+/// constant after it is the margin of the current.
 const ROOM_FOR_MOVEMENT: f64 = 1.1;
 const ROOM_FOR_CURRENT: f64 = 1.005;
-/// Margin of the pole evidence with which settings are not yet rejected, because more starts may show that it suffices.
+/// Smallest margin of the pole evidence with which settings are kept, because more starts may show that it suffices.
 const ROOM_OF_POLE: f64 = 0.93;
 
 impl Margins {
@@ -128,18 +130,18 @@ impl Margins {
         self.all().iter().all(|(demand, margin)| *demand == lifted || *margin >= room(*demand))
     }
 
-    /// Returns true if movement and current of fresh starts are far enough from their limits for the extremes of many more
-    /// starts.
+    /// Returns true if movement and current are far enough from their limits to allow for the larger extremes of many
+    /// more starts.
     pub(super) fn leaves_room(&self) -> bool {
         self.movement >= 1.03 && self.current >= 1.001
     }
 
-    /// Returns true if all demands are met with ease, so that no further settings need to be tried.
+    /// Returns true if all demands are met with ample margins, so that no further settings need to be tried.
     pub(super) fn is_easy(&self) -> bool {
         self.is_kept() && self.ease() >= 1.0
     }
 
-    /// Returns how near all demands are to being met with ease, at most 1.
+    /// Returns the smallest ratio of a margin to its ample value, at most 1.
     fn ease(&self) -> f64 {
         let eased = |(demand, margin): (Demand, f64)| match demand {
             Demand::Error | Demand::Movement => margin / 2.0,
@@ -149,8 +151,8 @@ impl Margins {
         self.all().into_iter().map(eased).fold(1.0, f64::min)
     }
 
-    /// Compares two margins: settings that meet all demands come first, then those that do so with more ease, then those with the
-    /// larger [`Self::spare`].
+    /// Compares two sets of margins. Settings that meet all demands come first, then those with the larger ratio to
+    /// ample margins, then those with the larger [`Self::spare`].
     pub(super) fn compare(&self, other: &Self) -> Ordering {
         let kept = self.is_kept().cmp(&other.is_kept());
         kept.then(self.ease().total_cmp(&other.ease())).then(self.spare().total_cmp(&other.spare()))

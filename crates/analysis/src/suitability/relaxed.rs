@@ -1,4 +1,5 @@
-//! The demands under which a motor would be suited: from the margins of the settings that were tried, confirmed by fresh starts.
+//! Relaxed demands under which a motor would be suited: computed from the margins of the tried settings and confirmed
+//! on fresh starts.
 
 use standstill_detect::MethodName;
 
@@ -9,16 +10,17 @@ use super::margins::{Demand, room};
 use super::search::{Found, is_slow};
 use super::{Demands, Progress, SuitabilityError};
 
-/// Errors and movements in degrees from which on an answer is of no use, and the longest detection in s.
+/// Errors and movements in degrees above which an answer is useless; the constant after it is the longest detection in
+/// s.
 const MOST_DEG: f64 = 30.0;
 const MOST_S: f64 = 20.0;
-/// Number of settings that are tried, the nearest to the demands first.
+/// Number of settings that are tried; those nearest to meeting the demands come first.
 const NEAREST: usize = 3;
-/// Factors by which a demand is relaxed further until fresh starts meet it.
+/// Factors by which a missed demand is relaxed in addition, one after the other, until fresh starts meet it.
 const FURTHER: [f64; 4] = [1.05, 1.15, 1.3, 1.5];
 
-/// Returns the demands, relaxed by as little as possible, under which settings that were found are confirmed; none if the settings
-/// lack a pole, answers, or more than an engineer can allow.
+/// Returns the demands, relaxed by as little as possible, under which some of the found settings are confirmed. None if
+/// the settings find no pole, give too few answers, or would need demands that are useless to an engineer.
 pub(super) fn tried(
     bench: &Bench<'_>,
     methods: &[(MethodName, &Found)],
@@ -45,7 +47,8 @@ pub(super) fn tried(
     Ok(None)
 }
 
-/// Returns by how much, as a sum of logarithms, a look misses the demands that may be relaxed; none if it misses another one.
+/// Returns by how much a look misses the demands that may be relaxed, as a sum of logarithms; none if it misses another
+/// demand.
 fn excess(look: &Look) -> Option<f64> {
     let mut sum = 0.0;
     for (demand, margin) in look.margins.all() {
@@ -60,7 +63,7 @@ fn excess(look: &Look) -> Option<f64> {
     Some(sum)
 }
 
-/// Returns the demands that a look meets, each relaxed by `factor` more where it is missed.
+/// Returns demands that a look meets; each missed demand is relaxed by an additional `factor`.
 fn relaxed(bench: &Bench<'_>, look: &Look, factor: f64) -> Demands {
     let (mut demands, margins) = (*bench.demands, look.margins);
     let more = |allowed: f64, demand: Demand, margin: f64| {
@@ -77,7 +80,8 @@ fn relaxed(bench: &Bench<'_>, look: &Look, factor: f64) -> Demands {
     demands
 }
 
-/// Returns in words where two demands differ; none where they do not, or where the new one is too lax to be of use.
+/// Describes in words how the new demands differ from the old ones; none if they are equal, or if the new demands are
+/// too lax to be of use.
 fn words(old: &Demands, new: &Demands) -> Option<String> {
     if new.error_deg > MOST_DEG.max(old.error_deg)
         || new.movement_deg > MOST_DEG.max(old.movement_deg)

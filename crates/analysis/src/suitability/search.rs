@@ -1,9 +1,9 @@
-//! Searches the settings with which a method meets the demands.
+//! Searches for settings with which a method meets the demands.
 //!
-//! The evidence for a pole grows with the square of the current, the precision of the axis in proportion to the current, the
-//! movement with a higher power of it. So the search begins at the largest allowed current and goes down in steps of a fifth;
-//! only if that does not suffice does it change the number of rounds, with whose root the noise falls. The current is set by the
-//! length of the pulses, or by the threshold of a comparator that ends them.
+//! The evidence for a pole grows with the square of the current, the precision of the axis with the current itself, and
+//! the movement with a higher power. So the search begins at the largest allowed current and goes down in steps of
+//! about a fifth. Only if that does not suffice, the number of rounds is changed: noise falls with its square root. The
+//! current is set by the length of the pulses, or by the threshold of a comparator that ends them.
 
 use standstill_detect::keys::THRESHOLD;
 use standstill_detect::{MethodName, Signature};
@@ -14,30 +14,33 @@ use super::SuitabilityError;
 use super::bench::{Bench, Look, SEARCH, Setting};
 use super::margins::Demand;
 
-/// Numbers of starts of a look: in general, and with continuous injection, which takes a hundred times as long.
+/// Number of starts of a look; the constant after it is the number for continuous injection, which takes a hundred
+/// times as long.
 const LOOK: u64 = 64;
 const SLOW_LOOK: u64 = 12;
 /// Number of starts from which the largest current is measured.
 const PROBE: u64 = 24;
 
-/// Lengths of pulses that are tried, as shares of the longest.
+/// Pulse lengths that are tried, as shares of the longest.
 const PULSES: [f64; 8] = [1.0, 0.85, 0.72, 0.6, 0.5, 0.36, 0.25, 0.17];
-/// Numbers of rounds that are tried beside the default.
+/// Numbers of rounds that are tried besides the default.
 const ROUNDS: [u8; 4] = [2, 6, 12, 24];
-/// Currents of vectors that are tried, as shares of the largest allowed.
+/// Vector currents that are tried, as shares of the largest allowed current.
 const VECTORS: [f64; 6] = [1.0, 0.95, 0.85, 0.7, 0.5, 0.3];
-/// Lengths of pulses about the best one, as shares of it, and numbers of rounds, which are tried if nothing else suffices.
+/// Pulse lengths around the best one, as shares of it, that are tried with several numbers of rounds if nothing else
+/// suffices.
 const NEAR: [f64; 4] = [0.92, 0.96, 1.04, 1.08];
 const NEAR_ROUNDS: [u8; 5] = [3, 4, 6, 9, 16];
-/// Shortest and longest pulse in s that a scenario may have.
+/// Shortest and longest pulse in s that a scenario allows.
 const PULSE_RANGE: [f64; 2] = [1e-6, 10e-3];
 
-/// Result of the search for settings of one method.
+/// Result of the search for one method's settings.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     /// Settings that were tried, the best first.
     pub looks: Vec<Look>,
-    /// The demand that keeps the method from using more current; none if the DC link cannot drive more or the pulse is at its longest.
+    /// The demand that forbids a larger current; none if the DC link cannot drive more current or the pulse has its
+    /// largest length.
     pub stop: Option<Demand>,
 }
 
@@ -46,21 +49,22 @@ pub(super) fn is_slow(method: MethodName) -> bool {
     matches!(method, MethodName::HfiRotating | MethodName::HfiPulsating)
 }
 
-/// The key that sets the current of a method's pulses.
+/// The key that sets the current of a method's pulses, and its values.
 #[derive(Clone, Copy)]
 struct Strength {
     key: &'static str,
-    /// Value at which about the allowed current flows.
+    /// Value of the key with which about the allowed current flows.
     first: f64,
-    /// Part of a value that raises no current: the dead time of a pulse.
+    /// Part of a value that does not increase the current, such as the dead time of a pulse.
     dead: f64,
     text: fn(f64) -> String,
-    /// Lengths of pulses, or currents of thresholds, that are tried as shares of the largest.
+    /// Values that are tried, as shares of the largest.
     shares: &'static [f64],
 }
 
 impl Strength {
-    /// Returns settings with a share of the largest value, of which none is known if the user set it.
+    /// Returns settings with the key at a share of its largest value; unchanged if `largest` is none because the user
+    /// set the key.
     fn set(&self, setting: &Setting, largest: Option<f64>, share: f64) -> Setting {
         let text = |largest: f64| (self.text)(self.dead + (largest - self.dead) * share);
         largest.map_or_else(|| setting.clone(), |largest| setting.with(self.key, &text(largest)))
@@ -68,7 +72,7 @@ impl Strength {
 }
 
 impl Bench<'_> {
-    /// Searches settings of a method. If the user's settings cannot be set up, the result is empty.
+    /// Searches settings of a method. The result is empty if the user's settings cannot be set up.
     pub fn search(&self, method: MethodName) -> Result<Found, SuitabilityError> {
         let plain = self.signed(Setting::plain(method))?;
         let mut found = Found { looks: Vec::new(), stop: Some(Demand::Current) };
@@ -88,8 +92,9 @@ impl Bench<'_> {
         Ok(found)
     }
 
-    /// Sets the detector's pole signature. By default it is the one in pulses of half the rated current. If the poles do not
-    /// differ there but do near rated current, the signature near rated current is set: the pulses will be as strong.
+    /// Sets the detector's pole signature. The default is the signature of pulses with half the rated current. If the
+    /// poles do not differ there but do near rated current, sets the signature near rated current, because the pulses
+    /// will be that strong.
     pub fn signed(&self, setting: Setting) -> Result<Setting, SuitabilityError> {
         let nameplate = self.scenario(&setting, Rotor::Locked)?.nameplate();
         let hidden = nameplate.pulse_signature == Signature::None && nameplate.signature != Signature::None;
@@ -115,8 +120,8 @@ impl Bench<'_> {
         Ok(pulses.flat_map(|setting| [setting.clone(), setting.with("rounds", "12")]).collect())
     }
 
-    /// Returns what sets the current of a method that reads axis and pole from the same pulses; none of a method with vectors of
-    /// their own for the pole.
+    /// Returns the key that sets the pulse current of a method that reads axis and pole from the same pulses. None for
+    /// a method that tests the pole with separate vectors.
     fn strength(&self, plain: &Setting) -> Result<Option<Strength>, SuitabilityError> {
         let scenario = self.scenario(plain, Rotor::Locked)?;
         let mut detector = scenario.detector;
@@ -135,14 +140,14 @@ impl Bench<'_> {
         })
     }
 
-    /// Returns about the length in s of the pulse after which the allowed current flows.
+    /// Returns the approximate length in s of a pulse after which the allowed current flows.
     fn first_pulse(&self, plain: &Setting) -> Result<f64, SuitabilityError> {
         let nameplate = self.scenario(plain, Rotor::Locked)?.nameplate();
         let rated = nameplate.rated_pulse.seconds() * self.most_current / self.motor.rated_current;
         Ok(rated + nameplate.dead_time.seconds())
     }
 
-    /// Tries settings of pulses that give axis and pole: their current first, then their number of rounds.
+    /// Tries settings of a method whose pulses give axis and pole: the current first, then the number of rounds.
     fn pulses(&self, plain: &Setting, strength: Strength, found: &mut Found) -> Result<(), SuitabilityError> {
         let detector = self.scenario(plain, Rotor::Locked)?.detector;
         let adaptive = detector.is_adaptive();
@@ -209,8 +214,8 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Tries settings of a method with a separate polarity test: the current of its vectors and its rule first, then how the axis
-    /// is found.
+    /// Tries settings of a method with a separate polarity test: the current and the decision rule of its vectors
+    /// first, then the settings that find the axis.
     fn vectors(&self, plain: &Setting, found: &mut Found) -> Result<(), SuitabilityError> {
         let slow = is_slow(plain.method);
         let trials = if slow { SLOW_LOOK } else { LOOK };
@@ -255,9 +260,9 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Returns the value of a key at which the largest current just meets its limit, and the demand that limits the value: the
-    /// current, or `None` if the DC link drives no more current. `dead` is the part of the value that raises no current. The value
-    /// is `None` if no value makes a workable setting.
+    /// Finds the value of a key at which the largest current just meets its limit. Returns the value and the demand
+    /// that limits it: the current, or `None` if the DC link drives no more current. The value is `None` if no value
+    /// makes a workable setting. `dead`: part of the value that does not increase the current.
     fn grown(
         &self,
         plain: &Setting,
@@ -297,7 +302,7 @@ impl Bench<'_> {
     }
 }
 
-/// Writes a time in microseconds for a file, rounded down to a convenient number.
+/// Formats a time in microseconds for a file, rounded down to a convenient number.
 fn microseconds(seconds: f64) -> String {
     let value = seconds.max(PULSE_RANGE[0]) * 1e6;
     let (step, power) = match value {
@@ -309,12 +314,12 @@ fn microseconds(seconds: f64) -> String {
     format!("{} us", down(value / step, power) * step)
 }
 
-/// Writes a current for a file, rounded down to three digits.
+/// Formats a current for a file, rounded down to three digits.
 fn amperes(value: f64) -> String {
     format!("{} A", down(value, magnitude(value).unwrap_or(0) - 2))
 }
 
-/// Writes a voltage for a file, rounded down to three digits.
+/// Formats a voltage for a file, rounded down to three digits.
 fn volts(value: f64) -> String {
     format!("{} V", down(value, magnitude(value).unwrap_or(0) - 2))
 }

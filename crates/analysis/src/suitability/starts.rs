@@ -1,4 +1,4 @@
-//! Starts under one condition, and their results.
+//! Starts under one set of conditions, and their results.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
@@ -16,22 +16,23 @@ use crate::event::evidence;
 pub(super) struct Starts {
     pub rotor: Rotor,
     pub summary: Summary,
-    /// Reasons of failed starts, with the number of starts for each. Starts that left the pole undetermined are not included.
+    /// Reasons of failed starts, with the number of starts for each reason. Starts with an undetermined pole are not
+    /// included.
     pub failures: BTreeMap<String, u64>,
     /// Time of the longest detection in s.
     pub longest_s: f64,
-    /// Pole evidence of each start with an axis, sorted: positive for the true pole, in units of the evidence that a decision
-    /// needs. From 1 up the start finds the right pole, from −1 down the wrong one.
+    /// Pole evidence of each start with an axis, sorted, relative to the evidence that a decision needs; positive for
+    /// the true pole. A start with 1 or more finds the right pole, a start with −1 or less the wrong one.
     pub evidence: Vec<f64>,
-    /// How the evidence is distributed over starts.
+    /// Distribution of the evidence over starts.
     pub spread: Spread,
-    /// Work of these starts.
+    /// Work done for these starts.
     pub work: u64,
 }
 
 /// Reason why starts were not run to their end.
 pub(super) enum Stopped {
-    /// The work that may be done is done.
+    /// No work is left.
     Spent,
     /// The trials could not be run.
     Campaign(CampaignError),
@@ -43,20 +44,20 @@ impl From<CampaignError> for Stopped {
     }
 }
 
-/// How a method's pole evidence is distributed over starts.
+/// Distribution of a method's pole evidence over starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Spread {
-    /// About normally: it repeats from start to start, but for the errors of drive and sensors.
+    /// Approximately normal: only the errors of drive and sensors change the evidence from start to start.
     Normal,
-    /// From angle to angle by more than by errors, with a short lower tail: six directions and floating terminals answer a pole
-    /// the more, the nearer it is to one of them.
+    /// The evidence depends on the rotor angle more than on errors, and its lower tail is short. This holds for methods
+    /// with six directions and for floating terminals, which respond more to a pole nearer to one of their directions.
     OverAngles,
     /// The method continues until its evidence suffices, so that the evidence is just enough for any motor.
     JustEnough,
 }
 
 impl Spread {
-    /// Returns the distribution of a method's evidence.
+    /// Returns the distribution of a method's pole evidence.
     pub fn of(mut method: Method<f64>) -> Self {
         let sequential =
             method.polarity_mut().is_some_and(|of| matches!(of.rule, PolarityRule::Sequential(_)));
@@ -67,14 +68,15 @@ impl Spread {
         }
     }
 
-    /// Returns true if few starts do not show how rare wrong poles are, so that they are counted in many.
+    /// Returns true if the distribution in few starts does not show how rare wrong poles are, so that they must be
+    /// counted in many starts.
     pub fn is_counted(self) -> bool {
         self != Self::Normal
     }
 }
 
 impl Starts {
-    /// Runs this number of starts of a scenario, as far as work is left.
+    /// Runs this number of starts of a scenario; stops if no work is left.
     pub fn of(
         scenario: &Scenario<Method<f64>>,
         rotor: Rotor,
@@ -121,9 +123,10 @@ impl Starts {
         counted.join(", ")
     }
 
-    /// Returns the first percentile of the pole evidence, as a multiple of the evidence that a decision needs. Few starts give it
-    /// by mean and standard deviation, or where angles spread the evidence by the lower tail: with the 5th and 25th percentile a
-    /// normal distribution's first is `q5 − 0.70 (q25 − q5)`.
+    /// Returns the first percentile of the pole evidence, relative to the evidence that a decision needs. From few
+    /// starts it is estimated by mean and standard deviation. If the evidence depends on the angle, it is estimated
+    /// from the lower tail: the first percentile of a normal distribution is `q5 − 0.70 (q25 − q5)`, with its 5th and
+    /// 25th percentile.
     pub fn least_evidence(&self) -> f64 {
         let n = self.evidence.len() as f64;
         if n < 2.0 {
@@ -145,7 +148,7 @@ impl Starts {
         }
     }
 
-    /// Returns a quantile of the evidence; of few starts between two of them. There is at least one.
+    /// Returns a quantile of the evidence, interpolated between two starts. There must be at least one start.
     fn quantile(&self, share: f64) -> f64 {
         let place = share * (self.evidence.len() - 1) as f64;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the starts")]
@@ -154,7 +157,8 @@ impl Starts {
         low + (high - low) * (place - below as f64)
     }
 
-    /// Returns mean and standard deviation of the evidence; the deviation is at least that of the lower half of the starts.
+    /// Returns mean and standard deviation of the evidence. The deviation is not taken smaller than that of the lower
+    /// half of the starts.
     fn moments(&self) -> (f64, f64) {
         let n = self.evidence.len() as f64;
         let mean = self.evidence.iter().sum::<f64>() / n;
@@ -165,9 +169,9 @@ impl Starts {
         (mean, all.max(lower).sqrt())
     }
 
-    /// Returns an upper bound of the share of wrong poles: by counting, or, for a method whose evidence repeats from start to
-    /// start, from the number of standard deviations between its mean and a wrong pole. Mean and deviation are taken at their 95
-    /// % bounds; the tail is assumed to be normal, and the lowest of the starts widens the deviation if it contradicts that.
+    /// Returns an upper bound of the share of wrong poles. It is found by counting, or, if the evidence is normally
+    /// distributed, from the number of standard deviations between its mean and a wrong pole. Mean and deviation are
+    /// taken at their 95 % bounds. The deviation is widened if the lowest start contradicts a normal tail.
     pub fn wrong_poles_at_most(&self) -> f64 {
         let counted =
             standstill_campaign::binomial_interval(self.summary.wrong_poles, self.summary.trials).high;
@@ -240,23 +244,23 @@ impl Starts {
     }
 }
 
-/// Subject of an objection that a rotor alone has that is free.
+/// Subject of an objection that applies only to a free rotor.
 const MOVEMENT: &str = "movement";
 
 /// A demand that starts do not meet.
 struct Objection {
-    /// Its subject.
+    /// Subject of the objection.
     about: &'static str,
-    /// Size by which objections of the same subject are compared.
+    /// Amount by which the demand is missed; objections with the same subject are compared by it.
     excess: f64,
-    /// Text up to the state of the rotor, and behind it.
+    /// Text before the state of the rotor; the text after the state is in `after`.
     before: String,
     rotor: Rotor,
     after: String,
 }
 
-/// Returns the objections to a method after starts in several states of the rotor, in words: of several states with the same objection
-/// the figures of the worst.
+/// Returns the objections to a method in words, after starts in several states of the rotor. If several states have the
+/// same objection, it has the figures of the worst state.
 pub(super) fn objections(
     starts: &[&Starts],
     demands: &Demands,
@@ -288,11 +292,11 @@ pub(super) fn objections(
     all.into_iter().map(text).collect()
 }
 
-/// Evidence above which more gains nothing: 1.3 times what a decision needs, in 99 of 100 starts.
+/// Evidence, reached by 99 of 100 starts, above which more evidence gains nothing: 1.3 times what a decision needs.
 pub(super) const COMFORTABLE: f64 = 1.3;
 
-/// Returns the pole evidence of a start with an axis as a multiple of the evidence that a decision needs. It is positive for the true
-/// pole, and zero if no evidence suffices.
+/// Returns the pole evidence of a start with an axis, relative to the evidence that a decision needs; positive for the
+/// true pole, zero if no evidence would suffice.
 fn towards_north(record: &Record) -> Option<f64> {
     let standstill_sim::Ended::Outcome(outcome) = record.run.ended else { return None };
     record.axis_deg()?;

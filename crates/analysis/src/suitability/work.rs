@@ -1,7 +1,7 @@
-//! The work that a check may do, so that its verdict takes about a minute of processor time at most.
+//! Limit on the work of a check, so that its verdict takes at most about a minute of processor time.
 //!
-//! Work is counted in evaluations of the machine's equations and in instants at which something changes, never in time, so that a
-//! verdict does not depend on the speed or the load of a machine.
+//! Work is counted in evaluations of the machine's equations and in instants at which something changes, never in time,
+//! so that a verdict does not depend on the speed or the load of a machine.
 
 use std::cell::Cell;
 
@@ -9,23 +9,23 @@ use standstill_inverter::Bridge;
 use standstill_odds::subset::Effort;
 use standstill_sim::Work;
 
-/// Number of segments and events that take as long as an evaluation of the equations. On the paper's motor a start of `bipolar` has 473
-/// evaluations and 372 segments and events and takes 162 µs; of `line-inductance-fast` 273, 125 and 90 µs; of rotating injection 10,315,
-/// 3,008 and 3.1 ms; of maximum likelihood 828, 1,123 and 420 µs (`standstill run paper-5k5 -s detector.method=M --trials 4000`,
-/// processor time on a busy machine).
+/// Number of segments and events that take as long as one evaluation of the equations. On the paper's motor a start of
+/// `bipolar` has 473 evaluations and 372 segments and events and takes 162 µs; of `line-inductance-fast` 273, 125 and
+/// 90 µs; of rotating injection 10,315, 3,008 and 3.1 ms; of maximum likelihood 828, 1,123 and 420 µs (`standstill run
+/// paper-5k5 -s detector.method=M --trials 4000`, processor time on a busy machine).
 const PER_EVALUATION: u64 = 3;
 
-/// Number of evaluations without a capacitance of the terminals that take as long as one with it, as in `field`. With seven, a unit of
-/// work took 0.19 µs on a hub motor and 0.15 µs on the paper's motor, where units of checks without it took 0.36 to 0.56 µs
-/// (`standstill check hub-hoverboard -s errors=field --json` has the work, processor time on a machine with eight times as much to do as it has
-/// cores).
+/// Number of evaluations without terminal capacitances that take as long as one evaluation with them, as in the error
+/// set `field`. With seven, a unit of work took 0.19 µs on a hub motor and 0.15 µs on the paper's motor, while a unit
+/// without the capacitances took 0.36 to 0.56 µs (`standstill check hub-hoverboard -s errors=field --json` has the
+/// work, processor time on a machine with eight times as much to do as it has cores).
 const OF_TERMINALS: u64 = 4;
 
-/// Work of [`Effort::Normal`]: about a minute at 0.33 µs an evaluation.
+/// Work of [`Effort::Normal`]: about a minute at 0.33 µs per evaluation.
 const NORMAL: u64 = 180_000_000;
 
-/// Returns the most work that a check of this effort may do, in evaluations of the machine's equations: normally about a minute of
-/// processor time, quickly a quarter of it, at most sixteen times as much.
+/// Returns the largest work of a check with this effort, in evaluations of the machine's equations. A normal check
+/// takes about a minute of processor time, a quick one a quarter, one of high effort sixteen times as much.
 pub const fn most(effort: Effort) -> u64 {
     match effort {
         Effort::Quick => NORMAL / 4,
@@ -34,7 +34,7 @@ pub const fn most(effort: Effort) -> u64 {
     }
 }
 
-/// Returns the work of one start with this bridge, in evaluations of the equations without a capacitance of the terminals.
+/// Returns the work of one start with this bridge, in evaluations of the equations without terminal capacitances.
 pub(super) fn of_start(work: &Work, bridge: &Bridge) -> u64 {
     let each = if bridge.terminal_capacitance > 0.0 { OF_TERMINALS } else { 1 };
     each * work.derivatives + (work.segments + work.events) / PER_EVALUATION
@@ -53,23 +53,23 @@ impl Allowance {
         Self { done: Cell::new(0), limit: Cell::new(most), cut: Cell::new(false) }
     }
 
-    /// Returns the work that was done.
+    /// Returns the work done so far.
     pub const fn done(&self) -> u64 {
         self.done.get()
     }
 
-    /// Returns what is left.
+    /// Returns the work that is left.
     pub const fn left(&self) -> u64 {
         self.limit.get().saturating_sub(self.done.get())
     }
 
-    /// Adds work that was done, and returns true if more may be done.
+    /// Adds work that was done, and returns true if any is left.
     pub fn spend(&self, work: u64) -> bool {
         self.done.set(self.done.get() + work);
         self.has(0)
     }
 
-    /// Returns true if as much work as this may be done; if not, a part of the check is cut.
+    /// Returns true if this much work is left. If not, records that a part of the check is cut.
     pub fn has(&self, work: u64) -> bool {
         let has = work < self.left();
         if !has {
@@ -78,8 +78,8 @@ impl Allowance {
         has
     }
 
-    /// Does a part of the check with at most a share of what is left; the answer has whether the part was cut. The part around it is
-    /// cut then, too.
+    /// Carries out a part of the check with at most a share of the remaining work. Returns the result and whether the
+    /// part was cut. The enclosing part then counts as cut, too.
     pub fn within<T>(&self, share: f64, part: impl FnOnce() -> T) -> (T, bool) {
         let (limit, cut) = (self.limit.get(), self.cut.replace(false));
         #[expect(
@@ -96,7 +96,7 @@ impl Allowance {
         (done, was_cut)
     }
 
-    /// Returns true if the part of the check under way had to leave something out because its work was used up.
+    /// Returns true if the present part of the check left something out because no work was left.
     pub const fn is_cut(&self) -> bool {
         self.cut.get()
     }

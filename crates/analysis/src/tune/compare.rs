@@ -8,12 +8,12 @@ use crate::limit::{Limits, Measure, Tally, rms};
 /// Number of bootstrap samples.
 const SAMPLES: u64 = 400;
 
-/// Returns the differences of each measure between two settings, second less first, with 95 % intervals. Effects of the random
-/// numbers that are common to both cancel. For a share, which may be zero, the interval is that of the trials in which only one
-/// of the settings had a case, and is known also if no case was observed. For other measures it comes from a bootstrap over
-/// paired trials (B. Efron, "Bootstrap methods", 1979, doi:10.1214/aos/1176344552), which does not cover what was not observed:
-/// see [`unseen`]. Only for equal settings (`alike`) is the difference known to be zero: others may differ in a trial that was
-/// not observed, such as a threshold that no trial has reached.
+/// Returns the difference of each measure between two settings, second less first, with its 95 % interval. Effects of
+/// the random numbers that are common to both cancel. For a share, the interval is computed from the trials in which
+/// only one of the settings had the event, and exists even if no event was observed. For other measures it comes from a
+/// bootstrap over paired trials (B. Efron, "Bootstrap methods", 1979, doi:10.1214/aos/1176344552), which does not cover
+/// what was not observed: see [`unseen`]. Only equal settings (`alike`) are known to have a difference of zero. Other
+/// settings may differ in a trial that was not observed, such as a threshold that no trial has reached.
 pub fn paired(
     taken: &Limits,
     [first, second]: [&Tally; 2],
@@ -68,7 +68,7 @@ fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
     Estimate { value: apart(a.to_vec(), b.to_vec()), low: at(25), high: at(975) }
 }
 
-/// Effect on the difference of two rms errors that starts without an answer may have although none was observed.
+/// Possible effect, on the difference of two rms errors, of starts without an answer although none was observed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unseen {
     /// Largest possible increase of the share of starts without an answer.
@@ -77,8 +77,8 @@ pub struct Unseen {
     pub rms_deg: f64,
 }
 
-/// Returns the effect of unobserved starts without an answer, if with it the second rms error might be no smaller than the first:
-/// `more` is the difference of the shares of starts without an answer.
+/// Returns the effect of unobserved starts without an answer, if they might make the second rms error as large as the
+/// first. `more`: difference of the shares of starts without an answer.
 pub fn unseen(first: &Estimate, second: &Estimate, more: &Estimate) -> Option<Unseen> {
     let rms_deg = (second.value * second.value + rms::square_of(more.high.max(0.0))).sqrt();
     (more.high > 0.0 && rms_deg >= first.value).then_some(Unseen { share: more.high, rms_deg })

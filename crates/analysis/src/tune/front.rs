@@ -7,15 +7,15 @@ use crate::limit::{Limit, Limits};
 use crate::require::Bench;
 use crate::{Halt, Watch};
 
-/// Number of bounds on the second measure for which the first is minimised anew.
+/// Number of bounds on the second measure; the first measure is minimised once for each.
 const VALUES: usize = 6;
 
-/// Largest number of points that are drawn.
+/// Largest number of points on the drawn front.
 const MOST: usize = 14;
 
-/// Returns settings along the Pareto front, as far as the search's own trials show: the first measure is minimised while the
-/// second is below a bound, for one bound after the other (V. Chankong and Y. Y. Haimes, "Multiobjective Decision Making", 1983,
-/// the ε-constraint method).
+/// Returns settings along the Pareto front, according to the search's own trials. The first measure is minimised while
+/// the second is below a bound, for one bound after the other (V. Chankong and Y. Y. Haimes, "Multiobjective Decision
+/// Making", 1983, the ε-constraint method).
 pub(super) fn along<E>(
     question: &Question<'_>,
     search: &mut Search<'_, E>,
@@ -63,7 +63,7 @@ fn merit(question: &Question<'_>, look: &Look) -> f64 {
     look.measured.as_ref().map_or(f64::INFINITY, |m| m.get(question.goal.minimise).value)
 }
 
-/// Returns settings that keep the limits, as far as this number of trials shows.
+/// Returns the settings that keep the limits according to their results with this number of trials.
 fn usable(question: &Question<'_>, looks: &[Look], trials: u64) -> Vec<Look> {
     let keeps = |look: &&Look| {
         let score = question.goal.score(look.measured.as_ref(), View::Likely);
@@ -72,7 +72,7 @@ fn usable(question: &Question<'_>, looks: &[Look], trials: u64) -> Vec<Look> {
     looks.iter().filter(keeps).cloned().collect()
 }
 
-/// Measures these settings on other trials.
+/// Measures these settings on fresh trials.
 pub(super) fn judged(
     bench: &Bench<'_>,
     taken: &Limits,
@@ -90,7 +90,8 @@ pub(super) fn judged(
     Ok(all)
 }
 
-/// Keeps the settings of which none is better in both measures, sorted by the second measure.
+/// Keeps only settings on the Pareto front, for which no other settings are better in both measures, sorted by the
+/// second measure.
 pub(super) fn keep(points: &mut Vec<Judged>, question: &Question<'_>) {
     let of = |judged: &Judged| {
         [question.goal.minimise, question.against].map(|measure| judged.measured.get(measure).value)

@@ -25,7 +25,8 @@ impl Measured {
         self.0.iter().find(|(taken, _)| *taken == measure).map_or(none, |(_, estimate)| *estimate)
     }
 
-    /// Returns what is added to the goal where no start has an answer; 0 where one has, or where the distance was not taken.
+    /// Returns a term that is added to the goal if no start has an answer; 0 if a start has an answer, or if the
+    /// distance was not measured.
     fn away(&self) -> f64 {
         let all_open = self.get(Measure::Unanswered).value >= 1.0;
         let distance = self.get(Measure::Distance).value;
@@ -33,8 +34,8 @@ impl Measured {
     }
 }
 
-/// Part of the starts' mean distance from an answer that counts where none has one: little beside the measures, so that a first start
-/// with an answer is worth more.
+/// Weight of the starts' mean distance from an answer if no start has an answer. It is small compared with the
+/// measures, so that a first start with an answer gains more.
 const OF_DISTANCE: f64 = 0.1;
 
 /// End of a confidence interval by which limits are judged.
@@ -46,11 +47,12 @@ pub enum View {
     Sure,
 }
 
-/// Score of settings: settings that break limits less are better, among equal ones those with the smaller measure (the rules of
-/// K. Deb, "An efficient constraint handling method for genetic algorithms", 2000, doi:10.1016/S0045-7825(99)00389-8).
+/// Score of settings. Settings that break limits less are better; among equal ones, those with the smaller measure (the
+/// rules of K. Deb, "An efficient constraint handling method for genetic algorithms", 2000,
+/// doi:10.1016/S0045-7825(99)00389-8).
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Score {
-    /// Sum of the relative amounts by which limits are broken; 0: all limits hold.
+    /// Sum of the relative amounts by which limits are broken; 0 if all limits hold.
     pub broken: f64,
     /// Logarithm of the measure to be minimised.
     pub merit: f64,
@@ -69,7 +71,7 @@ impl Score {
 /// Range of the measure's logarithm: values beyond an end count as that end.
 const MERITS: (f64, f64) = (-30.0, 8.0);
 
-/// Largest magnitude of a negative slack: that of a limit of zero that is exceeded, for example.
+/// Largest magnitude of a negative slack, such as the slack of an exceeded limit of zero.
 const BROKEN: f64 = 10.0;
 
 /// Returns the slack of a limit: 1 at a value of zero, 0 at the limit, −1 at twice the limit. Beyond that it falls with the logarithm of
@@ -89,9 +91,10 @@ fn left(value: f64, most: f64) -> f64 {
 }
 
 impl Goal {
-    /// Returns objective and constraints for the optimiser: the measure's logarithm, and the relative slack of each limit, which
-    /// is negative if the limit is broken. Invalid settings have the worst possible values. Where no start has an answer, whatever
-    /// counts starts without one is the same at all settings: there the starts' distance from an answer is added to both.
+    /// Returns objective and constraints for the optimiser: the measure's logarithm, and the relative slack of each
+    /// limit, which is negative if the limit is broken. Invalid settings have the worst possible values. If no start
+    /// has an answer, all measures that count such starts are equal for all settings, so the starts' distance from an
+    /// answer is added to objective and constraints.
     pub fn view(&self, measured: Option<&Measured>, view: View) -> (f64, Vec<f64>) {
         let Some(measured) = measured else {
             return (MERITS.1, vec![-BROKEN; self.limits.0.len()]);

@@ -1,10 +1,10 @@
 //! The search: settings that were tried, and the choice of the next ones.
 //!
-//! The optimiser is COBYLA (M. J. D. Powell, "A direct search optimization method that models the objective and constraint
-//! functions by linear interpolation", 1994, doi:10.1007/978-94-015-8330-5_4) of the crate `cobyla`: it needs no derivatives, has
-//! constraints, and its simplices are wide at first, so that the noise that is left with common random numbers does not mislead
-//! it. It does not support integers: settings are rounded for it, and afterwards each integer is moved by one as long as that
-//! helps, with the other keys searched anew.
+//! The optimiser is COBYLA (M. J. D. Powell, "A direct search optimization method that models the objective and
+//! constraint functions by linear interpolation", 1994, doi:10.1007/978-94-015-8330-5_4) of the crate `cobyla`: it
+//! needs no derivatives, has constraints, and its simplices are wide at first, so that the noise remaining with common
+//! random numbers does not mislead it. It does not support integers: settings are rounded, and afterwards each integer
+//! is moved by 1 as long as that helps, while the other keys are searched anew.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -24,14 +24,14 @@ pub struct Look {
     pub measured: Option<Measured>,
 }
 
-/// Function that measures settings by a number of trials; none if the values are invalid.
+/// Function that measures settings with a number of trials; returns none if the values are invalid.
 pub type Taker<'a, E> = &'a mut dyn FnMut(&[f64], u64) -> Result<Option<Measured>, E>;
 
 /// State of a search.
 pub struct Search<'a, E> {
     ranges: &'a [Range],
     take: Taker<'a, E>,
-    /// All settings that were tried, once for each number of trials.
+    /// All settings that were tried, with one entry for each number of trials.
     pub looks: Vec<Look>,
     known: HashMap<(Vec<u64>, u64), usize>,
 }
@@ -75,7 +75,8 @@ impl<'a, E> Search<'a, E> {
         Ok(how.goal.score(self.looks[number].measured.as_ref(), how.view))
     }
 
-    /// Searches better values of the keys `free`; returns all values, which are no worse than the initial ones.
+    /// Searches for better values of the keys `free`. Returns the values of all keys, which are no worse than the
+    /// initial ones.
     fn move_free(&mut self, from: &[f64], free: &[usize], how: &Descent<'_>) -> Result<Vec<f64>, E> {
         let began = self.looks.len();
         let mut best = (self.score(from, how)?, from.to_vec());
@@ -137,13 +138,14 @@ impl<'a, E> Search<'a, E> {
         Ok(best.1)
     }
 
-    /// Moves all keys; whole numbers are rounded.
+    /// Improves all keys together; whole numbers are rounded.
     pub fn wide(&mut self, from: &[f64], how: &Descent<'_>) -> Result<Vec<f64>, E> {
         let all: Vec<usize> = (0..self.ranges.len()).collect();
         self.move_free(from, &all, how)
     }
 
-    /// Moves each whole number by one in both directions as long as that helps, and searches the other keys anew for each step.
+    /// Moves each whole number by 1 in both directions as long as that helps, and searches the other keys anew for each
+    /// step.
     pub fn close(&mut self, from: &[f64], how: &Descent<'_>) -> Result<Vec<f64>, E> {
         let ranges = self.ranges;
         let free: Vec<usize> = (0..ranges.len()).filter(|key| !ranges[*key].whole).collect();

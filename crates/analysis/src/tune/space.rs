@@ -37,7 +37,7 @@ impl Range {
         value.clamp(self.low, self.high)
     }
 
-    /// Returns the position of a value in the range, from 0 to 1; values outside have the position of the nearer end.
+    /// Returns the position of a value in the range, from 0 to 1. A value outside has the position of the nearer end.
     pub fn place(&self, value: f64) -> f64 {
         let place = if self.low > 0.0 {
             ln(value.max(self.low) / self.low) / ln(self.high / self.low)

@@ -1,4 +1,4 @@
-//! Checks of random quantities: drawn numbers, odds of an event whose probability is known, and the error of tests that stop early.
+//! Checks of random quantities: random numbers, the odds of an event with a known probability, and sequential tests.
 
 use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
@@ -12,7 +12,8 @@ use crate::qualify::sequential::Share;
 use crate::subset::{Effort, Settings};
 use crate::{Odds, System};
 
-/// The mean of sixteen normals beyond a bound: a normal of a sixteenth of the variance.
+/// Event with a known probability: the mean of sixteen standard normals exceeds a bound. The variance of the mean is a
+/// sixteenth.
 struct MeanBeyond(f64);
 
 const DRAWS: usize = 16;
@@ -29,13 +30,13 @@ impl System for MeanBeyond {
     }
 }
 
-/// Number of standard deviations beyond which a normal lies once in a million.
+/// Number of standard deviations that a normal exceeds with a probability of one in a million.
 const MILLIONTH: f64 = 4.753_424_308_822_9;
 
-/// Decades by which odds may be off: their interval at 99.9 % has some ± 0.1.
+/// Allowed error of the odds in decades; their 99.9 % interval is about ± 0.1.
 const DECADES: f64 = 0.15;
 
-/// Subset simulation of an event of probability 1e-6.
+/// Checks subset simulation on an event of probability 1e-6.
 fn odds() -> Witness {
     let settings = Settings { states: Effort::Quick.states(), ..Settings::default() };
     let found = Odds::of(&MeanBeyond(MILLIONTH), &settings, &AtomicBool::new(false), |_| {});
@@ -43,7 +44,8 @@ fn odds() -> Witness {
     Witness::closed("logarithm of the odds of an event of one in a million", [-6.0, here], DECADES, "")
 }
 
-/// Draws that are normal: the share beyond one standard deviation, within four of its own.
+/// Checks that draws are normal: the share beyond one standard deviation must be within four of its own standard
+/// deviations.
 fn normals() -> Witness {
     const COUNT: u32 = 100_000;
     let known = 0.317_310_507_863;
@@ -58,15 +60,15 @@ fn normals() -> Witness {
     )
 }
 
-/// The exact interval of none in a thousand ends at 1 − 0.025^(1/1000).
+/// Checks the exact binomial interval for no event in a thousand trials, whose upper end is 1 − 0.025^(1/1000).
 fn exact_interval() -> Witness {
     let known = 1.0 - exp(ln(0.025) / 1000.0);
     let here = binomial_interval(0, 1000).high;
     Witness::closed("upper end of the exact interval of none in 1,000", [known, here], 1e-12, "")
 }
 
-/// The interval of a share that holds at all looks, after none of one: the q for which b/(a + b)/(1 − q) is below 1/α, with a = 1/2 and b = 2
-/// at a limit of 0.2.
+/// Checks the sequential interval of a share after one trial without the event: its upper end is the q for which b/(a +
+/// b)/(1 − q) = 1/α, with a = 1/2, and b = 2 for a limit of 0.2.
 fn sequential_interval() -> Witness {
     let known = 1.0 - 0.3 * 2.0 / 2.5;
     let here = Share { most: 0.2, alpha: 0.3 }.interval(0, 1)[1];

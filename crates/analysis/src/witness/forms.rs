@@ -1,4 +1,5 @@
-//! Closed forms of single pulses: what the equations of a circuit give by hand, and the simulation of the same circuit.
+//! Closed forms of single pulses: results that follow from a circuit's equations by hand, beside the simulation of the
+//! same circuit.
 
 use standstill_interface::{Abc, Command, Leg, Nanos, Phase, Sampling, Stage};
 use standstill_inverter::{Bridge, Conduction, DcLink, GateTiming, Inverter, OpenLeg};
@@ -11,7 +12,7 @@ use crate::bound::replay::{TERMINAL, TIME, replay, watched};
 
 /// Voltage of the link in V.
 const LINK: f64 = 550.0;
-/// Angle of the rotor in degrees at which lines are pulsed.
+/// Rotor angle in degrees during line pulses.
 const ANGLE_DEG: f64 = 43.2;
 
 /// Returns the built-in motor of the paper.
@@ -23,7 +24,7 @@ fn paper_motor() -> Result<Motor, WitnessError> {
 /// Returns a linear motor of L_A 9.2 mH, L_B −2.1 mH and 1 Ω.
 ///
 /// # Errors
-/// No built-in motor.
+/// There is no such built-in motor.
 pub fn line_motor() -> Result<Motor, WitnessError> {
     let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
     let core = Core::Linear(Linear::from_winding(&winding, 0.45));
@@ -45,16 +46,17 @@ fn case(motor: &Motor, open_leg: OpenLeg, angle_deg: f64) -> Case<'_> {
     Case { start_angle: angle_deg.to_radians(), ..Case::new(motor, inverter(open_leg)) }
 }
 
-/// Pulse of 80 µs on the line from a to b, sampled at its end.
+/// Returns a pulse of 80 µs on the line from a to b, sampled at its end.
 fn pulse() -> Command<f64> {
     let pulse = Nanos::from_micros(80);
     Command::hold(Stage::line(Phase::A, Phase::B, pulse), Sampling::once(pulse))
 }
 
-/// The current in A at the end of a pulse of 80 µs on a line from rest, U/2R (1 − exp(−2R t/L)), with the third leg open or with diodes.
+/// Checks the current in A at the end of a line pulse of 80 µs from rest, U/2R (1 − exp(−2R t/L)), with the third leg
+/// open or with diodes.
 ///
 /// # Errors
-/// A run that could not go on.
+/// A run could not continue.
 pub fn line_pulse(open_leg: OpenLeg) -> Result<Witness, WitnessError> {
     let motor = line_motor()?;
     let line = motor.winding.line_inductances(ANGLE_DEG.to_radians())[Phase::A];
@@ -69,10 +71,11 @@ pub fn line_pulse(open_leg: OpenLeg) -> Result<Witness, WitnessError> {
     ))
 }
 
-/// The time in s at which all gates off have brought that current to zero: (i + U/2R) exp(−2R t/L) = U/2R.
+/// Checks the time in s at which the diodes have brought that current to zero after all gates turned off: (i + U/2R)
+/// exp(−2R t/L) = U/2R.
 ///
 /// # Errors
-/// A run that could not go on.
+/// A run could not continue.
 pub fn gates_off() -> Result<Witness, WitnessError> {
     let motor = line_motor()?;
     let line = motor.winding.line_inductances(ANGLE_DEG.to_radians())[Phase::A];
@@ -89,10 +92,11 @@ pub fn gates_off() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("time at which gates that are off have ended the current", figures, 1e-10, "s"))
 }
 
-/// The current in A of a voltage step with eddy currents, V t/L + G V τ (1 − exp(−t/τ)), without resistance.
+/// Checks the current in A after a voltage step with eddy currents and without resistance, V t/L + G V τ (1 −
+/// exp(−t/τ)).
 ///
 /// # Errors
-/// A run that could not go on.
+/// A run could not continue.
 pub fn eddy_step() -> Result<Witness, WitnessError> {
     let (tau, depth, time) = (50e-6, 0.2, 300e-6);
     let mut motor = paper_motor()?.linearised();
@@ -110,10 +114,11 @@ pub fn eddy_step() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("current of a voltage step with eddy currents", [known, here], 1e-9 * known, "A"))
 }
 
-/// The time in s at which a comparator sees 8 A along a vector: the root of two exponentials, halved to the last bit.
+/// Checks the time in s at which a comparator trips at 8 A along a vector: the root of a sum of two exponentials, found
+/// by bisection to the last bit.
 ///
 /// # Errors
-/// A run that could not go on.
+/// A run could not continue.
 pub fn threshold() -> Result<Witness, WitnessError> {
     let (angle, level) = (1.1, 8.0);
     let motor = paper_motor()?.linearised();
@@ -145,10 +150,11 @@ pub fn threshold() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("time of a comparator's trip at 8 A", [low, here], 50e-12, "s"))
 }
 
-/// The voltage in V of the open terminal 100 µs into a pulse on a line, U/2 + r U exp(−2R t/L) with r by saliency and angle.
+/// Checks the voltage in V of the open terminal 100 µs into a line pulse, U/2 + r U exp(−2R t/L); r follows from
+/// saliency and angle.
 ///
 /// # Errors
-/// A run that could not go on.
+/// A run could not continue.
 pub fn open_terminal() -> Result<Witness, WitnessError> {
     let (angle, time) = (0.55_f64, Nanos::from_micros(100));
     let motor = paper_motor()?.linearised();
@@ -167,11 +173,11 @@ pub fn open_terminal() -> Result<Witness, WitnessError> {
     Ok(Witness::closed("voltage of the open terminal during a line pulse", [known, here], 1e-6, "V"))
 }
 
-/// The current in A of a vector that a dead time makes 2 µs shorter: its leg turns on so much later. Volt-seconds that are gone, 2/3 U t_d/L, in
-/// a motor without resistance.
+/// Checks the current in A that a vector loses to a dead time, which delays the turn-on of its leg by 2 µs: 2/3 U t_d/L
+/// in a motor without resistance.
 ///
 /// # Errors
-/// A run that could not go on.
+/// A run could not continue.
 pub fn dead_time() -> Result<Witness, WitnessError> {
     let (dead, on) = (2e-6, 80e-6);
     let mut motor = paper_motor()?.linearised();

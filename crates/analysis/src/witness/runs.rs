@@ -1,4 +1,4 @@
-//! Whole detections: conservation of energy, another integrator, another symmetry.
+//! Checks of whole detections: conservation of energy, an independent integrator, a symmetry.
 
 use standstill_detect::{Decay, LineInductance, MethodName};
 use standstill_inverter::{OpenLeg, Storage};
@@ -17,7 +17,7 @@ fn setting<E: std::fmt::Display>(error: &E) -> WitnessError {
     WitnessError::Setting(error.to_string())
 }
 
-/// Returns the energies of a whole detection by the paper's method, of a rotor that may turn on a link that sags.
+/// Returns the energies of a whole detection by the paper's method, with a free rotor and a DC link whose voltage sags.
 fn ledger(decay: Decay, name: &str) -> Result<Ledger, WitnessError> {
     let mut scenario = Scenario::paper(motor(name)?, ErrorSet::Default, decay, RotorState::Free, 1);
     scenario.drive.link.storage = Some(Storage { capacitance: 500e-6, source_resistance: 0.2 });
@@ -27,8 +27,8 @@ fn ledger(decay: Decay, name: &str) -> Result<Ledger, WitnessError> {
     run(&case, &mut detector, true, &mut NoProbe).ledger.ok_or_else(|| setting(&"a run without a ledger"))
 }
 
-/// Checks that energy is conserved: the source's energy is lost, stored or turned into motion. The figure is the imbalance over the
-/// energy that was lost or turned into motion.
+/// Checks that energy is conserved: the source's energy is lost, stored or turned into motion. The figure is the
+/// imbalance divided by the energy that was lost or turned into motion.
 fn energy(decay: Decay, name: &str) -> Result<Witness, WitnessError> {
     let ledger = ledger(decay, name)?;
     let scale = ledger.copper_loss + ledger.device_loss + ledger.shaft_work.abs();
@@ -36,8 +36,8 @@ fn energy(decay: Decay, name: &str) -> Result<Witness, WitnessError> {
     Ok(Witness::number(claim, "conservation", [0.0, ledger.imbalance() / scale], 1e-6, ""))
 }
 
-/// The commands of a detection, replayed by the engine and by another method of integration at a tighter tolerance: the largest
-/// difference of the currents in A.
+/// Checks the engine against an independent integrator: replays the commands of a detection with both, the second at a
+/// tighter tolerance, and takes the largest difference of the currents in A.
 fn agreement(method: MethodName) -> Result<Witness, WitnessError> {
     let scenario = Scenario::of_method(method, motor("paper-5k5")?, ErrorSet::Default, RotorState::Free, 1);
     let mut case = scenario.case(5);
@@ -58,7 +58,8 @@ fn agreement(method: MethodName) -> Result<Witness, WitnessError> {
     Ok(Witness::number(claim, "another integrator", [0.0, apart], limit, "A"))
 }
 
-/// The paper's method on a motor without saturation and with a leg that is truly open: the largest error of the axis in degrees.
+/// Checks the paper's method on a motor without saturation and with an ideally open leg: the largest error of the axis
+/// in degrees.
 fn paper(decay: Decay) -> Result<Witness, WitnessError> {
     let linear = motor("paper-5k5")?.linearised();
     let mut scenario = Scenario::paper(linear, ErrorSet::None, decay, RotorState::Locked, 1);

@@ -13,8 +13,8 @@ use crate::sensing::{Arrangement, Comparator, ComparatorSettings, Comparators, I
 use crate::trace::{ComparatorState, Event};
 use crate::{Draws, Purpose};
 
-/// From how many deviations of its noise below a threshold on a comparator is watched value by value: noise beyond
-/// them has a probability of 1e-9.
+/// Distance of the current from the threshold, in standard deviations of the comparator's noise, below which each noise
+/// value is drawn. Noise exceeds this distance with a probability of 1e-9.
 const FAR: f64 = 6.0;
 
 /// The comparators of one run.
@@ -23,12 +23,14 @@ pub struct Watching<'a> {
     settings: ComparatorSettings,
     specimen: Comparator,
     noise: Draws<'a>,
-    /// The threshold in A that the command has set, with the noise of its pulse; none where it has none, or once a comparator
-    /// has tripped there.
+    /// The threshold in A of the present command, including the noise of its pulse; none if the command has no
+    /// threshold, or once a comparator has tripped at it.
     threshold: Option<f64>,
-    /// The present value in A of noise that has a bandwidth; none while the current is too far from the threshold for it.
+    /// Present value in A of band-limited noise; none while the current is too far from the threshold for the noise to
+    /// matter.
     value: Option<f64>,
-    /// Time in ns from which on the comparators are looked at again; never if they are, or if none has anything to do.
+    /// Time in ns at which the comparators' levels change next: at the end of the blanking, or with the next value of
+    /// the noise. Never if no change is due.
     wakes: f64,
     /// Whether the last step ended just before a trip.
     near: bool,
@@ -55,7 +57,7 @@ impl<'a> Watching<'a> {
         })
     }
 
-    /// Time in ns of the next instant at which they change what they watch.
+    /// Returns the time in ns at which the comparators' levels change next.
     pub fn next(&self) -> f64 {
         self.wakes
     }
@@ -76,7 +78,8 @@ impl<'a> Watching<'a> {
         }
     }
 
-    /// Whether a first stage that may trip has still to be followed by what comes after it.
+    /// Returns whether the first stage of a command with a threshold is still running, so that its second stage is
+    /// still to come.
     pub fn goes_on(&self) -> bool {
         self.after.is_some()
     }
@@ -91,8 +94,8 @@ impl<'a> Watching<'a> {
         }
     }
 
-    /// Returns the level in A at which a comparator ends the stage; infinite if it does not. While no value of the noise is drawn, the
-    /// level is lower by [`FAR`] deviations, so that drawing begins in time.
+    /// Returns the level in A at which a comparator ends the stage; infinite if it ends none. While no value of the
+    /// noise is drawn, the level is [`FAR`] standard deviations lower, so that drawing begins in time.
     fn ends_stage(&self, input: Input) -> f64 {
         let exists = (input == Input::Link) == (self.settings.arrangement == Comparators::Common);
         let noise = match self.settings.noise_hold() {
@@ -116,8 +119,10 @@ impl<'a> Watching<'a> {
 }
 
 impl<'a> Control<'a> {
-    /// Prepares the comparators for a command that starts at `start`, and returns the end of its first part. Refuses a threshold
-    /// on a drive that cannot capture when it is reached.
+    /// Prepares the comparators for a command that starts at `start`.
+    ///
+    /// # Errors
+    /// The command has a threshold, but the drive has no timer that captures a trip.
     pub(super) fn set_comparators<V: Wide>(
         &mut self,
         bank: &mut Bank<'a, V>,
@@ -152,8 +157,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Lets the comparators watch again after the blanking, or with the next value of their noise. One whose level the current has
-    /// already passed trips at once.
+    /// Unblanks the comparators after the blanking time, or updates the value of their noise. A comparator whose level
+    /// the current has already passed trips at once.
     pub(super) fn unblank<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
         let now = self.time(bank);
         let Some(watching) = &mut self.comparators else { return Ok(()) };
@@ -201,7 +206,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Carries out what a comparator's trip at the present time leads to: the end of the stage after its delay, or of the run.
+    /// Handles the trip of a comparator at the present time: the trip ends the stage after the comparator's delay, or
+    /// ends the run.
     pub(super) fn trip<V: Wide>(&mut self, bank: &mut Bank<'a, V>, input: Input) -> Result<(), RunError> {
         let now = self.time(bank);
         let current = self.current_at(bank, input);
@@ -245,7 +251,7 @@ impl<'a> Control<'a> {
         if for_good { Err(RunError::overcurrent(current)) } else { Ok(()) }
     }
 
-    /// Begins what follows the first stage of a command with a threshold.
+    /// Begins the second stage of a command with a threshold.
     pub(super) fn go_on_after_trip<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let Some(watching) = &mut self.comparators else { return };
         (watching.threshold, watching.value, watching.near) = (None, None, false);

@@ -24,7 +24,7 @@ pub struct One {
     pub current: Plane,
     /// Inverse incremental inductance in 1/H in the run's plane.
     pub inverse_inductance: Symmetric,
-    /// Slope of the currents in A/s at constant flux.
+    /// Slope of the currents in A/s at constant flux, caused by eddy currents and by the rotor's rotation.
     pub drift: Plane,
     /// Voltage of the DC link in V.
     pub dc_link: f64,
@@ -67,8 +67,8 @@ impl One {
     }
 }
 
-/// Returns a port in the plane in which the axes of the legs are those of the phases, for legs that feed these phases: that plane is
-/// turned, or mirrored, against the stator's.
+/// Transforms a port into the plane in which leg k has the axis of phase k. `wires`: the phase that each leg really
+/// feeds. That plane is turned or mirrored against the stator's.
 fn as_wired(port: Port, wires: [usize; 3]) -> Port {
     // The matrix that takes the axis of each leg's phase to the leg's own: ⅔ Σ aₖ ⊗ p(k).
     let turned = |v: AlphaBeta<f64>| {
@@ -99,7 +99,7 @@ impl<'a> Control<'a> {
         self.currents_at(bank, &bank.here)
     }
 
-    /// Returns the phase currents in A at the time of `here`.
+    /// Returns the phase currents in A for the state `here`.
     pub(super) fn currents_at<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> [f64; 3] {
         let current = here.at.current.get(self.lane);
         self.axes(bank).map(|axis| axis.dot(current))
@@ -138,8 +138,8 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// Returns whether legs conduct without any current, as channels do that connect all terminals to one rail. Which device a leg has
-    /// after an edge of its gate does not follow from a current then.
+    /// Returns whether legs conduct without any current, as MOSFET channels do that connect all terminals to one rail.
+    /// The current does not tell then which device of a leg conducts after an edge of its gate.
     pub(super) fn conducts_nothing<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         let legs = &bank.machine.legs;
         let least = NO_CURRENT * self.case.motor.rated_current;
@@ -188,7 +188,7 @@ impl<'a> Control<'a> {
         self.resolve(bank)
     }
 
-    /// Lets legs without current begin to conduct where their gates and the machine's voltages require it.
+    /// Makes legs without current conduct if their gates and the machine's voltages require it.
     pub(super) fn begin_to_conduct<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
         self.found = self.time(bank);
         // Without a voltage between terminals, and nothing that induces one, they stay as they are.
@@ -203,8 +203,8 @@ impl<'a> Control<'a> {
         self.resolve(bank)
     }
 
-    /// Sets the currents of these legs to zero, which the step has at zero up to its error: the flux moves as a
-    /// voltage impulse at the legs' terminals would move it.
+    /// Sets the currents of these legs, which are zero within the error of a step, to exactly zero. The flux changes as
+    /// a voltage impulse at the legs' terminals would change it.
     pub(super) fn make_zero<V: Wide>(&self, bank: &mut Bank<'a, V>, legs: [bool; 3]) {
         let lane = self.lane;
         let all = legs.iter().filter(|leg| **leg).count() >= 2;
@@ -239,7 +239,7 @@ impl<'a> Control<'a> {
         self.set_sides(bank);
     }
 
-    /// Writes the sides of its kinks on which the core is into the bank's bounds.
+    /// Writes the signs of ψ_d and ψ_q, which select the sides of the core's kinks, into the bank's bounds.
     pub(super) fn set_sides<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         if let Some(sides) = &mut bank.bounds.sides {
             for (to, side) in sides.iter_mut().zip(self.sides) {

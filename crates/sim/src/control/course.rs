@@ -11,9 +11,10 @@ pub struct Course {
     pub end: Nanos,
     /// Instants at which the command asks for samples.
     pub sampling: Sampling,
-    /// Number of the trigger after the pending one.
+    /// Number of the next trigger after the pending one.
     pub number: u32,
-    /// The pending trigger: its nominal time after the command's begin, and its real time with delay and jitter.
+    /// The pending trigger: its nominal time since the begin of the command, and its actual time since the start of the
+    /// run, with delay and jitter.
     pub pending: Option<(Nanos, Nanos)>,
     /// Number of phases of the pending sample that the converter has already taken.
     pub taken: usize,
@@ -21,13 +22,13 @@ pub struct Course {
     pub current: [f64; 3],
     /// Voltage in V of the DC link in the pending sample.
     pub dc_link: f64,
-    /// Voltages of the terminals in V, converted together with the DC link.
+    /// Voltages of the terminals in V, which are converted together with the DC link's.
     pub terminal: [f64; 3],
-    /// Conversions of the pending sample so far, and their sum.
+    /// Number of conversions of the pending sample so far.
     pub conversions: u8,
     /// Time of the first phase's conversion, since the start of the run.
     pub converted_at: Nanos,
-    /// See `conversions`.
+    /// Sum of the conversions of the pending sample so far; none before the first one.
     pub sum: Option<Reading<f64>>,
 }
 
@@ -70,8 +71,8 @@ impl Course {
         Some((self.current, self.dc_link))
     }
 
-    /// Adds one of `count` conversions of all phases, each `apart` from the one before, or as soon as that is through. Returns
-    /// their mean once the sample is complete.
+    /// Adds one conversion of all phases to a sample that averages `count` conversions. The next conversion is due
+    /// `apart` later, or as soon as the present one is complete. Returns the mean once all conversions are done.
     pub fn averaged(&mut self, reading: Reading<f64>, count: u8, apart: Nanos) -> Option<Reading<f64>> {
         if count <= 1 {
             return Some(reading);
@@ -96,8 +97,8 @@ impl Course {
     }
 }
 
-/// Adds the values and codes of two conversions. If one conversion did not see a value, the sum is marked as not seen; a capture is
-/// the later one's.
+/// Adds the values and codes of two conversions. The sum has the worse status of both, and the capture of the later
+/// one.
 fn plus(a: &Reading<f64>, b: &Reading<f64>) -> Reading<f64> {
     let worse = |a: Sensed, b: Sensed| {
         let order = [Sensed::Hidden, Sensed::Clipped, Sensed::Derived];

@@ -1,4 +1,4 @@
-//! The terminals' potentials as a drive with dividers has them, and the filters behind the dividers.
+//! The potentials of the terminals on drives with voltage dividers, and the filters behind the dividers.
 
 use standstill_inverter::{Conduction, Gate, Modes};
 use standstill_numeric::Wide;
@@ -12,9 +12,9 @@ use crate::step::two_derivative::Here;
 impl<'a> Control<'a> {
     /// Returns the potentials of the terminals in V against the negative rail, with these gates and modes of the legs.
     ///
-    /// While no device conducts, the common potential of three blocked terminals is what their loads make of it: equal
-    /// leakages of both switches hold it halfway between the bounds; dividers pull the mean to the negative rail, as
-    /// far as no device begins to conduct (`Σ v_k / R = 0`).
+    /// While no device conducts, leakages and dividers set the common potential of the three blocked terminals. Equal
+    /// leakages of both switches hold it halfway between the bounds. Dividers pull the mean to the negative rail (`Σ
+    /// v_k / R = 0`), unless a device begins to conduct before.
     pub(super) fn potentials<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -68,7 +68,8 @@ impl<'a> Control<'a> {
         potential.map(|potential| potential + shift)
     }
 
-    /// Returns what the dividers show of the terminals in V just before an edge of this instant.
+    /// Returns the voltages in V at the dividers, or at the outputs of their filters, just before a gate edge at the
+    /// present time.
     pub(super) fn terminals_at_sample<V: Wide>(&self, bank: &Bank<'a, V>) -> [f64; 3] {
         if let Some(filters) = &self.terminal_filters {
             return filters.map(|filter| filter.output());
@@ -86,8 +87,9 @@ impl<'a> Control<'a> {
         self.terminal_filters = Some(at_rest.map(|potential| LowPass::new(corner, potential)));
     }
 
-    /// Advances the filters behind the dividers over the step that was just accepted; `thirds`: the machines at one and
-    /// two thirds of it. A filter takes a cubic through four points: a step in which terminals ring is taken in parts.
+    /// Advances the filters behind the dividers over the step that was just accepted; `thirds`: the states of the
+    /// machines at one and two thirds of the step. A filter integrates a cubic through four points, so a step in which
+    /// terminals ring is split.
     pub(super) fn follow_dividers<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
         let Some(mut filters) = self.terminal_filters else { return };
         let (lane, step) = (self.lane, &bank.outcome.tried);
@@ -118,8 +120,8 @@ impl<'a> Control<'a> {
         self.terminal_filters = Some(filters);
     }
 
-    /// Advances the filters behind the dividers over a time without current, from a time in ns to another one: in parts,
-    /// where the link ripples.
+    /// Advances the filters behind the dividers over a time without current, between two times in ns. Where the DC link
+    /// ripples, the time is split into `parts`.
     pub(super) fn rest_dividers<V: Wide>(&mut self, bank: &Bank<'a, V>, begin: f64, until: f64, parts: f64) {
         let Some(mut filters) = self.terminal_filters else { return };
         if until <= begin {
@@ -142,10 +144,11 @@ impl<'a> Control<'a> {
     }
 }
 
-/// Angle in rad that ringing terminals turn in a part of a step: a cubic is within 1e-6 of that much of a sine.
+/// Largest angle in rad by which ringing terminals turn in a part of a step. A cubic then deviates from a sine by at
+/// most 1e-6 of its amplitude.
 const TURNED: f64 = 0.3;
 
-/// Advances filters over `h` seconds of potentials at four equally spaced times.
+/// Advances the filters over `h` seconds, given the potentials in V at four equally spaced times.
 fn advance(filters: &mut [LowPass; 3], h: f64, points: &[[f64; 3]; 4]) {
     for (k, filter) in filters.iter_mut().enumerate() {
         filter.advance(h, points.map(|potential| potential[k]));

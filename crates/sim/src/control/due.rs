@@ -1,4 +1,4 @@
-//! Instants of a run: requests to legs that are due, instants of the source, and the wait for the next one while nothing happens.
+//! Instants of a run: due requests to legs, instants of the DC source, and waiting while nothing happens.
 
 use standstill_interface::Nanos;
 use standstill_numeric::Wide;
@@ -8,7 +8,7 @@ use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
 
 impl<'a> Control<'a> {
-    /// Replaces the requests that have been carried out at a time in ns by the next ones.
+    /// Replaces each request that has been carried out at a time in ns by the next request.
     pub(super) fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
         for k in 0..3 {
             while self.is_carried_out(bank, time, k) {
@@ -17,8 +17,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Returns whether the request to a leg has been carried out at a time in ns as far as it affects the leg's
-    /// conduction.
+    /// Returns whether the request to leg `k` has been carried out at a time in ns, as far as the request affects the
+    /// conduction of the leg.
     pub(super) fn is_carried_out<V: Wide>(&self, bank: &Bank<'a, V>, time: f64, k: usize) -> bool {
         let legs = &bank.machine.legs;
         let (direction, both) = (legs.direction(self.lane, k), legs.has_mosfets(self.lane));

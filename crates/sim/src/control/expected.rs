@@ -15,12 +15,12 @@ use crate::physics::terminals::of_legs;
 /// Length of the step to try, relative to the time in which a constant current charges a terminal to its bound.
 const CARRIED: f64 = 1.2;
 
-/// Share of the longest angle in which cubics locate the end of a leg's mode during an oscillation; a step of this
-/// angle is tried.
+/// Factor that keeps a step below the longest angle at which cubics can still locate the end of a leg's mode in an
+/// oscillation.
 const NEARLY: f64 = 0.95;
 
-/// Angle in rad up to which four powers of time approximate an oscillating current: they miss x⁵/120 of the charge,
-/// 5e-6 of it.
+/// Angle in rad up to which a fourth-order polynomial of time approximates the charge carried by an oscillating
+/// current: the neglected term, x⁵/120, is 5e-6 of the charge.
 const EXACT: f64 = 0.22;
 
 impl<'a> Control<'a> {
@@ -39,10 +39,10 @@ impl<'a> Control<'a> {
         voltage.through(one.inverse_inductance) + one.drift
     }
 
-    /// Sets the length of the next step after a change of conduction: the length that was next when the same number
-    /// of terminals floated last. The step is no longer than cubics locate the end of a leg's mode in an oscillation,
-    /// and little longer than a current takes to charge a terminal to its bound while these potentials in V are
-    /// behind the winding.
+    /// Sets the length of the next step after a change of conduction. Starts from the last step length used with the
+    /// same number of floating terminals. Limits it so that cubics can locate the end of a leg's mode in an
+    /// oscillation, and to little more than the time in which a current charges a terminal to its bound, with the
+    /// potentials `behind` in V behind the winding.
     pub(super) fn expect<V: Wide>(
         &self,
         bank: &mut Bank<'a, V>,
@@ -92,7 +92,7 @@ impl<'a> Control<'a> {
     }
 }
 
-/// Extrapolation of the currents over the next moment, in powers of time.
+/// Taylor series of the currents in time, after a change of conduction.
 struct Way {
     axes: [Plane; 3],
     /// The current in A and its first three derivatives by time in s.
@@ -126,8 +126,8 @@ impl Way {
         Self { axes, current: [one.current, rise, second, third], square, capacitance }
     }
 
-    /// Returns the times in s in which the current charges a terminal from its potential in V to a bound: with
-    /// constant current, and with the current's derivatives; the second is infinite where they are not exact.
+    /// Returns the times in s in which the current charges terminal `k` from a potential in V to a bound: first for a
+    /// constant current, then for the Taylor series. The second time is infinite where the series is not exact enough.
     fn carries(&self, k: usize, potential: f64, [low, high]: [f64; 2]) -> (f64, f64) {
         let [mut i, mut a, mut b, mut c] = self.current.map(|of| self.axes[k].dot(of));
         let mut room = (potential - low) * self.capacitance;

@@ -11,7 +11,7 @@ use crate::lanes::bank::Bank;
 use crate::trace::{ComparatorState, Event};
 
 impl<'a> Control<'a> {
-    /// Lets the parts that break at a time in ns break, and those that are whole again be so.
+    /// Applies the faults that begin or end at a time in ns.
     pub(super) fn change_faults<V: Wide>(
         &mut self,
         bank: &mut Bank<'a, V>,
@@ -50,8 +50,9 @@ impl<'a> Control<'a> {
         self.resolve(bank)
     }
 
-    /// Ends the currents of these legs at once, down to `least` A: the flux moves as an impulse of voltage at the legs moves it, in
-    /// steps where the core saturates. The field's energy that this takes is the arc's.
+    /// Interrupts the currents of these legs at once, down to `least` in A. The flux changes as a voltage impulse at
+    /// the legs would change it, in several steps where the core saturates. The arc receives the energy that the field
+    /// loses.
     fn interrupt<V: Wide>(&mut self, bank: &mut Bank<'a, V>, legs: [bool; 3], least: f64) {
         // Accounts are kept of one machine alone; their code would have no place among the functions for wide registers.
         let field = |control: &Self, bank: &Bank<'a, V>| {
@@ -74,10 +75,10 @@ impl<'a> Control<'a> {
     }
 }
 
-/// Newton steps in which a current ends; a core at twice its rated current takes five.
+/// Largest number of Newton steps that interrupt a current; a core at twice its rated current needs five.
 const MOST_STEPS: u8 = 50;
 
-/// Returns a command with no duty cycle above this share.
+/// Returns the command with its duty cycles limited to `most`.
 pub(super) fn limited(command: Command<f64>, most: f64) -> Command<f64> {
     let of = |leg: Leg<f64>| if let Leg::Duty(duty) = leg { Leg::Duty(duty.min(most)) } else { leg };
     let stage = |stage: Stage<f64>| Stage { legs: Abc(stage.legs.0.map(of)), ..stage };

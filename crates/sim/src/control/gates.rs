@@ -1,4 +1,4 @@
-//! The gate sequencer: requests to the legs that follow from commands, one after the other.
+//! The gate sequencer: turns commands into successive requests to the legs.
 
 #[cfg(test)]
 mod tests;
@@ -20,27 +20,28 @@ struct LegSequencer {
     plan: LegPlan,
     /// Requests of finished commands whose edges are still to come.
     left: VecDeque<(Nanos, Gate)>,
-    /// The next request that differs from the one before, once it was looked up.
+    /// The next request that differs from the previous one, if it has been looked up already.
     ahead: Option<(Nanos, Gate)>,
     /// The last request to the leg's driver, and the last one before the present command.
     requested: Gate,
     before: Gate,
-    /// Time of the last change of the request before the present command, as far as there was one.
+    /// Time of the last change of the request before the present command; none if there was no change.
     changed: Option<Nanos>,
-    /// Whether requests may have followed by alternation since one was last taken from this sequencer.
+    /// Whether the gates may have advanced through alternating PWM requests by themselves since this sequencer last
+    /// gave a request.
     alternates: bool,
-    /// The request to a leg whose gates may not follow it; none for any other leg.
+    /// Requests to a leg whose switches may fail; none for all other legs.
     faulty: Option<Faulty>,
 }
 
-/// The requests to a leg of which switches may be lost.
+/// Requests to a leg whose switches may fail to turn on.
 #[derive(Clone, Copy, Debug)]
 struct Faulty {
-    /// Whether the lower and the upper switch are lost at present.
+    /// Whether the lower and the upper switch fail to turn on at present.
     lost: [bool; 2],
-    /// The request under way: the time in ns from which on its switch is on, and its gate.
+    /// The request being carried out: the time in ns at which its switch turns on, and its gate.
     under_way: (f64, Gate),
-    /// The request after it.
+    /// The next request: its times of turn-off and turn-on in ns, and its gate.
     pending: Option<(f64, f64, Gate)>,
 }
 
@@ -55,7 +56,7 @@ impl Faulty {
         }
     }
 
-    /// Returns what becomes of the pending request.
+    /// Returns the pending request as the leg carries it out: both switches stay off where the requested one fails.
     fn carried(&self) -> Option<(f64, f64, Gate)> {
         let (off, on, gate) = self.pending?;
         Some(if self.loses(gate) { (off, off, Gate::Off) } else { (off, on, gate) })
@@ -63,8 +64,8 @@ impl Faulty {
 }
 
 impl LegSequencer {
-    /// Replaces the executed request by the next one, and enables alternation where the requests after that
-    /// alternate.
+    /// Replaces the executed request by the next one. If PWM requests alternate from there on, lets the gates advance
+    /// through them by themselves.
     fn expect_next<V: Wide>(&mut self, gates: &mut LegGates<V>, lane: usize) {
         let next = self.next();
         if let Some(faulty) = &mut self.faulty {
@@ -87,7 +88,7 @@ impl LegSequencer {
         }
     }
 
-    /// Updates the sequencer by the requests that have followed by alternation.
+    /// Updates the sequencer after the gates have advanced through alternating requests by themselves.
     fn catch_up<V: Wide>(&mut self, gates: &LegGates<V>, lane: usize) {
         if std::mem::take(&mut self.alternates) {
             let (off, gate) = gates.coming(lane);
@@ -133,8 +134,8 @@ impl LegSequencer {
         Some((off.0 as f64, on.0 as f64, gate))
     }
 
-    /// Returns whether the next request switches off before a gate would turn on at a time in ns: such a pulse is
-    /// lost.
+    /// Returns whether the next request turns the leg off before its gate would turn on at a time in ns. Such a pulse
+    /// is too short and never turns the switch on.
     fn loses(&mut self, on: f64) -> bool {
         self.peek().is_some_and(|(at, _)| (at + self.timing.turn_off_delay).0 as f64 <= on)
     }
@@ -221,12 +222,12 @@ impl GateSequencer {
         leg.expect_next(gates, lane);
     }
 
-    /// Prepares a leg for switches that are lost for some of the time.
+    /// Prepares a leg whose switches fail at some time of the run.
     pub fn may_lose(&mut self, k: usize) {
         self.sequencers[k].faulty = Some(Faulty::NONE);
     }
 
-    /// Sets whether the lower and the upper switch of a leg are lost from now on.
+    /// Sets which switches of a leg, lower and upper, fail to turn on from now on.
     pub fn lose<V: Wide>(&mut self, legs: &mut Legs<V>, lane: usize, k: usize, lost: [bool; 2]) {
         let Some(faulty) = &mut self.sequencers[k].faulty else { return };
         faulty.lost = lost;
@@ -236,7 +237,8 @@ impl GateSequencer {
         gates.expect(lane, faulty.carried());
     }
 
-    /// Returns the gate that a leg whose switches may be lost would have at a time in ns; none for any other leg.
+    /// Returns the gate that a leg would have at a time in ns if its switches worked; none for legs whose switches
+    /// cannot fail.
     pub fn intended(&self, k: usize, time: f64) -> Option<Gate> {
         let faulty = self.sequencers[k].faulty?;
         Some(match faulty.pending {
@@ -252,13 +254,14 @@ impl GateSequencer {
         })
     }
 
-    /// Returns the times of the last changes of the requests to the legs before `at`, a time of this command; none for a leg
-    /// that has kept its gates since the begin of the run.
+    /// Returns the times of the last changes of the requests to the legs before `at`, a time of this command; none for
+    /// a leg whose request has not changed since the start of the run.
     pub fn changed(&self, at: Nanos) -> [Option<Nanos>; 3] {
         self.sequencers.each_ref().map(|leg| leg.changed_before(at, self.start))
     }
 
-    /// Returns the requests to the legs just before `at`, a time of this command or its begin.
+    /// Returns the requests to the legs just before `at`, which is the begin of the present command or a later time
+    /// within it.
     pub fn requested(&self, at: Nanos) -> [Gate; 3] {
         self.sequencers
             .each_ref()

@@ -9,9 +9,9 @@ use crate::lanes::bank::Bank;
 use crate::physics::motion::{Contact, Motion};
 use crate::trace::Event;
 
-/// Tolerances by which a margin must be below zero to count as crossed: of a current (of a leg or a map) as a share
-/// of the rated current; below likewise of the flux as a share of that at rated current, of the angle in rad, and of
-/// the speed in rad/s.
+/// Tolerance of a current as a share of the rated current: the margin of a leg or of a map must be this far below zero
+/// to count as crossed. The constants below are the tolerances of the flux (as a share of that at rated current), of
+/// the angle (rad), and of the speed (rad/s).
 const CURRENT_SHARE: f64 = 1.25e-11;
 /// Tolerance of a blocked leg's potential, as a share of the link's voltage.
 const POTENTIAL_SHARE: f64 = 2e-9;
@@ -19,19 +19,20 @@ const FLUX_SHARE: f64 = 1.25e-11;
 const ANGLE_SLACK: f64 = 1e-12;
 const SPEED_SLACK: f64 = 1e-6;
 
-/// Tolerance of the torque that starts a rotor: at most this share of its stiction, or of the torque at rated
-/// current. Some rotors start at a micronewton metre.
+/// Tolerance of the torque that starts a rotor, as a share of its stiction or of the torque at rated current, whichever
+/// is smaller. Some rotors start at a micronewton metre.
 const STICTION_SHARE: f64 = 1e-4;
 const TORQUE_SHARE: f64 = 1e-9;
 
-/// Returns the tolerance in Wb by which the flux of a motor with kinks at zero must cross zero to change sides.
+/// Returns the tolerance in Wb by which the flux must be beyond zero before the core changes to the other side of a
+/// kink.
 pub(super) fn flux_slack(motor: &Motor) -> f64 {
     FLUX_SHARE * motor.winding.mean_inductance * motor.rated_current
 }
 
-/// Returns the magnitude in A below which a current may be set to zero where its mode ends: ten times the error of a
-/// step, because the cubic that located the end belongs to a longer step; and at least ten times the tolerance of the
-/// guard, at half of which the end is located.
+/// Returns the magnitude in A below which a current may be set to zero at the end of its mode. It is ten times the
+/// larger of two values. One is the error of a step, because the cubic that located the end belongs to a longer step.
+/// The other is the tolerance of the guard, at half of which the end is located.
 fn ended(case: &Case) -> f64 {
     let winding = &case.motor.winding;
     let least = winding.d_axis_inductance().min(winding.q_axis_inductance());
@@ -57,7 +58,8 @@ pub fn can_move(rotor: RotorState) -> bool {
 }
 
 impl<'a> Control<'a> {
-    /// Sets the rotor's initial motion; `pulled`: whether the branch makes a torque at the initial position, too.
+    /// Sets the rotor's initial motion; `pulled`: whether the play cells of the iron make a torque at the initial
+    /// position as well.
     pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, pulled: bool) {
         let case = &self.case;
         let cogging = case.motor.cogging(case.start_angle);

@@ -11,7 +11,7 @@ use crate::physics::gates::NEVER;
 use crate::step::error::REMEMBERED;
 
 impl<'a> Control<'a> {
-    /// Writes the machine at rest into its lane. Returns whether its branch makes a torque there.
+    /// Writes the machine at rest into its lane. Returns whether the play cells of the iron make a torque at rest.
     pub(super) fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
         let Case { motor, inverter, start_angle, load_torque, .. } = &self.case;
         let lane = self.lane;
@@ -76,9 +76,10 @@ impl<'a> Control<'a> {
         bank.schedule.live |= 1 << lane;
     }
 
-    /// Returns the longest step in ns: the winding's shorter time constant, beyond which values and slopes at both
-    /// ends say so little of the values between them that an error of zero may be an accident; where a stored voltage
-    /// or a filter follows the ripple, a fraction of its period; and a fraction of a sag.
+    /// Returns the longest step in ns: the shortest of the winding's shorter time constant, a fraction of the ripple's
+    /// period (where a capacitor or a filter follows the ripple), and a fraction of a sag. In a step longer than the
+    /// time constant, the values and slopes at both ends say too little about the values between them, and the error
+    /// estimate may be zero by accident.
     fn longest_step(&self) -> f64 {
         let motor = self.case.motor;
         let winding = &motor.winding;

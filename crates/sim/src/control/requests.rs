@@ -15,7 +15,7 @@ pub enum Task {
     Keep(Gate),
     /// In each carrier period the leg is low for `idle`, high for `on`, and low for the rest.
     Modulate { idle: Nanos, on: Nanos },
-    /// The leg switches once, at `at` after the begin of the stage.
+    /// The leg switches once, `at` after the begin of the stage.
     Once { from: Gate, at: Nanos, to: Gate },
 }
 
@@ -138,9 +138,9 @@ impl LegPlan {
         }
     }
 
-    /// The alternation of requests by pulse-width modulation: the durations in ns of requests for the upper and for
-    /// the lower switch, and the latest time in ns of a request that has at least two more after it. None if they do
-    /// not alternate. `at`: the time of the request two before the next.
+    /// Returns the intervals of alternating PWM requests: the durations in ns of requests for the upper and for the
+    /// lower switch, and the latest time in ns of a request that at least two more follow. None if the requests do not
+    /// alternate. `at`: the time of the request two before the next one.
     pub fn alternates(&self, at: Nanos) -> Option<([f64; 2], f64)> {
         let Some(Task::Modulate { idle, on }) = self.tasks.get(self.stage) else { return None };
         let begin = if self.stage == 0 { self.start } else { self.ends[0] };
@@ -159,7 +159,7 @@ impl LegPlan {
         self.advance();
     }
 
-    /// Returns the request to the leg just before `at`, a time after the start of the command.
+    /// Returns the request to the leg just before `at`, a time after the begin of the command.
     pub fn requested(&self, at: Nanos) -> Gate {
         let before = at - Nanos(1);
         let (stage, stage_start) = if before < self.ends[0] { (0, self.start) } else { (1, self.ends[0]) };
@@ -179,8 +179,8 @@ impl LegPlan {
         }
     }
 
-    /// Returns the time of the last change of the request within the command before `at`, a time after its start; none if there
-    /// was none. `before`: the request before the command.
+    /// Returns the time of the last change of the request between the begin of the command and `at`, a later time; none
+    /// if there was no change. `before`: the request before the command.
     pub fn changed(&self, before: Gate, at: Nanos) -> Option<Nanos> {
         let (last, end) = (at - Nanos(1), self.ends[0]);
         let first = self.changed_in(0, before, last.min(end - Nanos(1)));
@@ -220,7 +220,7 @@ pub fn on_time(duty: f64, carrier: Nanos) -> Nanos {
     Nanos((duty.clamp(0.0, 1.0) * carrier.0 as f64).round() as u64)
 }
 
-/// Largest number of samples of a command: more than any method needs, fewer than exhaust the memory.
+/// Largest number of samples of a command. No method needs as many, and they fit into memory.
 const MOST_SAMPLES: u32 = 1 << 20;
 
 /// Checks whether a command can be carried out.

@@ -1,4 +1,5 @@
-//! One run: after each step it carries out all that is due at the instant, and returns its next request.
+//! One run: after each step it carries out all that is due at the instant, and returns what the run needs next: a step,
+//! or a command.
 //!
 //! ```text
 //!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
@@ -22,7 +23,7 @@ use crate::physics::motion::Motion;
 use crate::sensing::{LowPass, Sampler};
 use crate::trace::{Event, Probe};
 
-/// The next request of a run to its caller.
+/// What a run needs next from its caller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Want {
     /// A step of the run's machine.
@@ -38,7 +39,7 @@ pub enum Want {
 /// chatter. A segment of a PWM period has at most a handful.
 const MOST_EVENTS: u32 = 1000;
 
-/// Time in ns in which no machine has a thousand events.
+/// Length in ns of the window in which events are counted; no machine has a thousand events within it.
 const NO_TIME: f64 = 1e3;
 
 /// A run in a lane of a bank.
@@ -48,7 +49,7 @@ pub struct Control<'a> {
     pub(super) lane: usize,
     pub(super) probe: Option<&'a mut dyn Probe>,
     pub(super) sequencer: GateSequencer,
-    /// Conduction modes and gates that the observer saw last.
+    /// Conduction modes and gates that the observer was shown last.
     pub(super) shown: (Modes, [Gate; 3]),
     pub(super) motion: Motion,
     /// Sides of zero of ψ_d and ψ_q, +1 or −1, where the core has kinks there; else 0.
@@ -60,9 +61,9 @@ pub struct Control<'a> {
     pub(super) comparators: Option<Watching<'a>>,
     /// Time in ns of the next instant at which a part breaks or is whole again.
     pub(super) breaks: f64,
-    /// Commands so far, where parts break.
+    /// Number of commands so far; counted only in cases with faults.
     commands: u32,
-    /// Whether no comparator trips at present.
+    /// Whether a fault keeps all comparators from tripping at present.
     pub(super) deaf: bool,
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
@@ -77,13 +78,12 @@ pub struct Control<'a> {
     /// Whether time has passed since the link's voltage was last updated.
     pub(super) stale: bool,
     first: bool,
-    /// Error if the run has no initial state.
+    /// The error of a case without an initial state, with which its first command ends; none if the state exists.
     pub(super) nowhere: Option<RunError>,
 }
 
 impl<'a> Control<'a> {
-    /// Puts a case into a lane of a bank of its kind, at rest. An observer and a ledger are possible only for a
-    /// machine alone.
+    /// Puts a case at rest into a lane of a bank that fits it. Only a machine alone can have an observer and a ledger.
     pub fn new<V: Wide>(
         case: Case<'a>,
         bank: &mut Bank<'a, V>,
@@ -156,7 +156,7 @@ impl<'a> Control<'a> {
         self.stale = false;
     }
 
-    /// Begins the detector's next command.
+    /// Begins a command of the detector, and returns what the run needs next.
     pub fn command<V: Wide>(&mut self, bank: &mut Bank<'a, V>, command: &Command<f64>) -> Want {
         self.readings.clear();
         let carrier = self.case.inverter.carrier_period;
@@ -199,8 +199,8 @@ impl<'a> Control<'a> {
         self.go_on(bank, true)
     }
 
-    /// Continues after a step that brought the machine to an instant or to the end of a mode, or that could not be
-    /// taken because a blocked leg's potential was out of its bounds.
+    /// Continues after a step that brought the machine to an instant or to the end of a mode. `out_of_bounds`: whether
+    /// the step was refused because a blocked leg's potential was out of its bounds.
     pub fn resume<V: Wide>(&mut self, bank: &mut Bank<'a, V>, out_of_bounds: bool) -> Want {
         let lane = self.lane;
         let mut ended = Ok(());
@@ -227,7 +227,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Continues after a step that could not be taken: with other modes where legs conduct without a current, else not.
+    /// Continues after a step that could not be taken. If legs conduct without a current, finds their modes anew; else
+    /// ends the run with an error.
     pub fn recover<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Want {
         let error = bank.why_broken(self.lane);
         if error != RunError::Stuck || self.found >= self.time(bank) || !self.conducts_nothing(bank) {
@@ -242,8 +243,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Counts an event, and refuses too many within [`NO_TIME`]. Over a long wait, terminals that ring and iron with
-    /// hysteresis have many ends of modes.
+    /// Counts an event. Refuses more than [`MOST_EVENTS`] within [`NO_TIME`]; spread over a longer time, many events
+    /// are legitimate: ringing terminals and iron with hysteresis end many modes.
     fn count_event<V: Wide>(&mut self, bank: &Bank<'a, V>) -> Result<(), RunError> {
         let time = self.time(bank);
         if time > self.counted_from + NO_TIME {

@@ -11,7 +11,7 @@ use crate::sensing::Instant;
 use crate::trace::Event;
 
 impl<'a> Control<'a> {
-    /// Makes the next trigger pending: the one after the pending trigger, or the first.
+    /// Makes the next trigger pending: the first one, or the one after the pending trigger.
     pub(super) fn next_trigger(&mut self) {
         let Course { start, end, sampling, number, pending, .. } = self.course;
         let last = pending.map_or(start, |(_, at)| at);
@@ -23,9 +23,9 @@ impl<'a> Control<'a> {
         self.course.number += 1;
     }
 
-    /// Returns whether samples are read off the steps that pass them: filters follow a step between its ends as
-    /// exactly as at its ends, and their outputs change nothing in the machine. Where a capacitor or a filter stores
-    /// the link's voltage, or a sample depends on a request, steps end at samples.
+    /// Returns whether samples are interpolated within steps. Filters are as exact within a step as at its ends, and
+    /// their outputs do not act on the machine, so steps need not end at samples. Steps do end at samples where a
+    /// capacitor or a filter stores the link's voltage, or where a sample depends on a request.
     pub(super) fn reads_within<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         let settings = &self.case.sensors.settings;
         settings.bandwidth.is_some()
@@ -64,8 +64,8 @@ impl<'a> Control<'a> {
         self.expect_sample(bank);
     }
 
-    /// Writes the time of the next reading of the sensors into the bank's schedule. After its end the next command
-    /// may read them at once.
+    /// Writes the time of the next sample into the bank's schedule; after the last sample, the end of the command,
+    /// because the next command may sample at once.
     pub(super) fn expect_sample<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         let end = self.course.end;
         let next = self.course.pending.map_or(end, |(_, at)| at.min(end));
@@ -98,8 +98,9 @@ impl<'a> Control<'a> {
         self.convert(nominal, self.time(bank), current, dc_link, terminal, requests);
     }
 
-    /// Returns of each leg whether the drive takes the amplifier of its shunt to have settled at `at`, a time of this command: the
-    /// dead time and the settling time have passed since the last request to the leg, to any leg for the shunt in the DC link.
+    /// Returns for each leg whether the drive takes the amplifier of its shunt to have settled at `at`, a time of this
+    /// command. It has settled when the dead time and the settling time have passed since the last request to the leg;
+    /// for a shunt in the DC link, since the last request to any leg.
     fn settled(&self, at: Nanos) -> [bool; 3] {
         let settings = &self.case.sensors.settings;
         if settings.settle == Nanos::ZERO {
@@ -116,8 +117,9 @@ impl<'a> Control<'a> {
         settled
     }
 
-    /// Converts the values at a time in ns: currents in A, the link's voltage and those of the terminals in V. Returns whether all
-    /// phases have been converted. `requests`: see [`Instant`].
+    /// Converts the values at a time in ns: currents in A, the link's voltage and those of the terminals in V. Returns
+    /// whether all phases have been converted. The last argument: the requested gates, and whether each leg's amplifier
+    /// has settled.
     fn convert(
         &mut self,
         nominal: Nanos,

@@ -1,4 +1,5 @@
-//! Terminals with a capacitance: which devices conduct follows from each terminal's own potential and current.
+//! Conduction of legs whose terminals have a capacitance: each terminal's own potential and current decide which device
+//! conducts.
 
 use standstill_inverter::{Conduction, Gate, Modes};
 use standstill_numeric::Wide;
@@ -9,8 +10,8 @@ use crate::case::RunError;
 use crate::guard::POTENTIAL_DEEP;
 use crate::lanes::bank::Bank;
 
-/// Bounds closer together than this share of the link's voltage count as one: a leg between them conducts for either
-/// sign of its current.
+/// Width between the bounds of a terminal, as a share of the link's voltage, below which both bounds count as one. A
+/// leg at such a bound conducts for either sign of its current.
 const ONE_BOUND: f64 = 1e-9;
 
 /// Time in s within which a current must exceed the currentless threshold for its leg to begin to conduct.
@@ -30,16 +31,16 @@ impl<'a> Control<'a> {
         (potential - low).min(high - potential) <= self.near(bank, leg, shortest)
     }
 
-    /// Returns the shortest step in s where a mode that was found at this time has already ended: the distance to the
-    /// next representable time, 4e-6 ns after 17 s. No step is shorter, so the change of currents and potentials
-    /// within it decides the mode. Zero otherwise.
+    /// Returns the distance in s to the next representable time, 4e-6 ns after 17 s, if the modes were found at the
+    /// present time already; zero otherwise. No step is shorter, so the changes of currents and potentials within this
+    /// time decide the mode.
     pub(super) fn shortest<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
         let time = self.time(bank);
         if self.found == time { (time.next_up() - time) * 1e-9 } else { 0.0 }
     }
 
-    /// Returns the current in A through a leg's device by which its terminal follows the link, for a current of this
-    /// direction.
+    /// Returns the capacitive current in A through a leg's device, by which its terminal follows the link's voltage.
+    /// The device is the one that carries a current of this direction.
     fn following<V: Wide>(&self, bank: &Bank<'a, V>, direction: f64, leg: usize) -> f64 {
         let bridge = &self.case.inverter.bridge;
         let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
@@ -60,7 +61,8 @@ impl<'a> Control<'a> {
         bridge.terminal_capacitance * rise
     }
 
-    /// Returns the slope in A/s of [`Self::following`] for a leg at the upper rail, where legs' currents change by `slopes` in A/s.
+    /// Returns the slope in A/s of [`Self::following`] for a leg at the upper rail, while the currents of the legs
+    /// change by `slopes` in A/s.
     fn following_slope<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -105,8 +107,8 @@ impl<'a> Control<'a> {
     /// potential to the nearer of its bounds at once; a current that flows out of the leg at the lower bound, or into
     /// the leg at the upper one, flows through a device; all other currents charge their terminals.
     ///
-    /// A current that passes through zero within the `shortest` time in s counts as zero: its slope decides, and not
-    /// its sign.
+    /// A current that passes through zero within the `shortest` time in s counts as zero: the sign of its slope
+    /// decides, not its own sign.
     pub(super) fn settle_terminals<V: Wide>(
         &mut self,
         bank: &mut Bank<'a, V>,
@@ -193,8 +195,8 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// Charges a terminal through a device to the potential `to` in V at once, with a charge from the upper rail or
-    /// from the lower one.
+    /// Charges a terminal through a device to the potential `to` in V at once. The charge comes from the upper rail if
+    /// `upper`, else from the lower rail.
     fn move_terminal<V: Wide>(&mut self, bank: &mut Bank<'a, V>, leg: usize, to: f64, upper: bool) {
         let lane = self.lane;
         let from = bank.here.state.potential[leg].get(lane);

@@ -1,5 +1,5 @@
-//! The observer of a run, and all that follows its steps from within: snapshots, the sensors' filters, the energy
-//! balance.
+//! The observer of a run, and everything that follows the inside of its steps: snapshots, sensor filters, and the
+//! energy balance.
 
 use standstill_interface::Phase;
 use standstill_inverter::{Gate, Modes};
@@ -11,7 +11,7 @@ use crate::step::two_derivative::Here;
 use crate::trace::{Event, Snapshot};
 
 impl<'a> Control<'a> {
-    /// Follows the step that was just accepted; `thirds`: the machines at one and two thirds of the step.
+    /// Follows the step that was just accepted; `thirds`: the states of the machines at one and two thirds of the step.
     pub fn follow<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
         if let Some(filter) = &mut self.link_filter {
             let points = [&bank.outcome.begin, &thirds[0], &thirds[1], &bank.outcome.tried.end]
@@ -28,8 +28,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Returns the observer's longest time in s between two snapshots; none without an observer or if it wants no
-    /// snapshots.
+    /// Returns the longest time in s between two snapshots of the observer; none if there is no observer, or if it
+    /// takes no snapshots.
     fn resolution(&self) -> Option<f64> {
         self.probe.as_ref().and_then(|probe| probe.resolution())
     }
@@ -65,8 +65,8 @@ impl<'a> Control<'a> {
         self.show_change(bank);
     }
 
-    /// Returns the first gate edge before a time in ns and after a time of each leg: the leg, the time of the edge,
-    /// and the gate from then on.
+    /// Returns the first gate edge before a time in ns, searched in each leg after that leg's own time. The result is
+    /// the leg, the time of the edge, and the new gate.
     fn next_gate<V: Wide>(
         &self,
         bank: &Bank<'a, V>,
@@ -82,8 +82,8 @@ impl<'a> Control<'a> {
         ahead.min_by(|(_, a, _), (_, b, _)| a.total_cmp(b))
     }
 
-    /// Reports gates that have switched and devices that have begun or ceased to conduct, and shows the machine before and
-    /// after.
+    /// Reports the gates that have switched and the devices that have begun or ceased to conduct. Shows the observer
+    /// the machine before and after the change.
     #[inline]
     pub(super) fn show_change<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         if V::ALONE && self.probe.is_some() {

@@ -1,4 +1,5 @@
-//! Arguments of effects: places in a step, one machine at one time; and functions that copy some lanes.
+//! Arguments of effects: states within a step, and one machine at one time. Also functions that copy the values of
+//! selected lanes.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, Wide};
@@ -20,9 +21,9 @@ pub struct Begin<'s, 'a, V: Wide> {
     pub h: V,
     /// The machines.
     pub machine: &'s Machine<'a, V>,
-    /// The machines' branch, in code for machines with one.
+    /// The parallel branch of the play cells; none in code for machines without hysteresis.
     pub branch: Option<&'s Branch<V>>,
-    /// The legs during the step.
+    /// The conducting legs during the step.
     pub legs: &'s Conducting<V>,
     /// State and operating point at the beginning.
     pub here: &'s Here<V>,
@@ -30,38 +31,38 @@ pub struct Begin<'s, 'a, V: Wide> {
     pub change: &'s Change<V>,
 }
 
-/// The end of a step, once the core was evaluated there.
+/// The end of a step, after the core was evaluated there.
 #[derive(Clone, Copy)]
 pub struct End<'s, 'a, V: Wide> {
     /// The beginning of the step.
     pub begin: &'s Begin<'s, 'a, V>,
-    /// The place at which the core was evaluated.
+    /// The point at which the core was evaluated.
     pub looked: &'s Looked<V>,
     /// Slopes of flux and current at the end.
     pub change: &'s Change<V>,
 }
 
-/// The place at which the core was evaluated, with the linear response there.
+/// The point at which the core was evaluated, and the linear response around it.
 #[derive(Clone, Copy)]
 pub struct Looked<V: Wide> {
     /// Flux in Wb at which the core was evaluated.
     pub flux: Plane<V>,
     /// Current in A at that flux.
     pub current: Plane<V>,
-    /// The branch at that flux.
+    /// The parallel branch at that flux.
     pub branch: Option<BranchPoint<V>>,
     /// Inverse incremental inductance Γ in 1/H at that flux.
     pub gamma: Symmetric<V>,
-    /// Change of the current per unit of impulse at the blocked leg's terminal.
+    /// Change of the current in A per V·s of a voltage impulse at the blocked leg's terminal.
     across: Plane<V>,
-    /// 1 over the change of the blocked leg's own current per unit of that impulse.
+    /// Reciprocal of the change of the blocked leg's own current per V·s of that impulse.
     per_impulse: V,
-    /// Whether any machine idles.
+    /// Whether in any machine no leg carries current.
     pub any_idle: bool,
 }
 
 impl<V: Wide> Looked<V> {
-    /// Makes the record of the place `there` at which the core was just evaluated, with this branch.
+    /// Records the point `there` at which the core was just evaluated, with this value of the parallel branch.
     #[inline(always)]
     pub fn at(there: &Here<V>, branch: Option<BranchPoint<V>>, legs: &Conducting<V>) -> Self {
         let (terminals, gamma) = (&legs.terminals, there.at.inverse_inductance);
@@ -94,14 +95,14 @@ impl<V: Wide> Looked<V> {
         at.current = at.current - change;
     }
 
-    /// Returns a flux in Wb less the impulse at a blocked leg's terminal.
+    /// Returns a flux in Wb corrected by the voltage impulse that keeps the blocked leg's current unchanged.
     #[inline(always)]
     pub fn held(&self, legs: &Conducting<V>, flux: Plane<V>) -> Plane<V> {
         flux - legs.terminals.blocked * (self.across.dot(flux) * self.per_impulse)
     }
 
-    /// Returns the flux in Wb and the current in A that make the torque: those of the core, without the branch's
-    /// current.
+    /// Returns the flux in Wb and the current in A that make the torque: the core's, without the current of the
+    /// parallel branch.
     #[inline(always)]
     pub fn core(&self, flux: Plane<V>, current: Plane<V>) -> [Plane<V>; 2] {
         match &self.branch {
@@ -111,12 +112,12 @@ impl<V: Wide> Looked<V> {
     }
 }
 
-/// A place within an attempted step.
+/// A point in time within an attempted step.
 #[derive(Clone, Copy)]
 pub struct Span<'s, 'a, V: Wide> {
     /// The machines.
     pub machine: &'s Machine<'a, V>,
-    /// The machines' branch at the beginning of the step.
+    /// The parallel branch of the play cells at the beginning of the step.
     pub branch: Option<&'s Branch<V>>,
     /// State and operating point at the beginning of the step.
     pub from: &'s Here<V>,
@@ -127,7 +128,7 @@ pub struct Span<'s, 'a, V: Wide> {
 }
 
 impl<V: Wide> Span<'_, '_, V> {
-    /// Returns the cubic over the step with these values and these slopes, per second, at both ends.
+    /// Returns the cubic over the step with these values and these slopes, per second, at the beginning and at the end.
     #[inline(always)]
     pub fn cubic(&self, value: [V; 2], rise: [V; 2]) -> Cubic<V> {
         Cubic { value, slope: [rise[0] * self.step.h, rise[1] * self.step.h] }
@@ -158,7 +159,7 @@ pub struct Moment<'s, 'a, V: Wide> {
 }
 
 impl<V: Wide> Moment<'_, '_, V> {
-    /// Returns this machine's value of a pack of lanes.
+    /// Returns this machine's value from a vector with one value per lane.
     pub fn one(&self, pack: &V) -> f64 {
         pack.get(self.lane)
     }

@@ -123,8 +123,8 @@ impl<V: Wide> RotorFlux<V> {
     }
 }
 
-/// Returns the lagging flux χ in Wb at the end of a step of `x` time constants, by the rule with two derivatives,
-/// which is linear in χ.
+/// Returns the lagging flux χ in Wb at the end of a step of `x` time constants, by the two-derivative rule, which is
+/// linear in χ.
 #[inline(always)]
 pub(crate) fn lag_behind<V: Wide>(x: V, lagging: Dq<V>, begin: &RotorFlux<V>, end: &RotorFlux<V>) -> Dq<V> {
     let (half, twelfth, square) = (x * 0.5, x * (1.0 / 12.0), x * x * (1.0 / 12.0));

@@ -15,8 +15,8 @@ use crate::step::error::Accuracy;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
-/// Flux error in Wb attributed to each volt by which the link's voltage was corrected: the volt integrated over a
-/// third of a microsecond, because the corrected voltage is far more exact than the correction, as with the angle.
+/// Time in s that converts a correction of the link's voltage in V into an estimated flux error in Wb. It is only a
+/// third of a microsecond, because the corrected voltage is far more exact than the size of the correction suggests.
 const SHARE_OF_LINK: f64 = 3e-7;
 
 /// Quantities of the DC link over a step.
@@ -28,9 +28,9 @@ pub struct LinkStep<V> {
     pub rise: [V; 2],
     /// Second derivative of the voltage in V/s² at the beginning.
     bend: V,
-    /// Predicted integral of the voltage in V·s.
+    /// Integral of the predicted voltage over the step in V·s.
     pub area: V,
-    /// Corrected integral less the predicted one, in V·s.
+    /// Integral of the corrected voltage less that of the predicted one, in V·s.
     pub more: V,
     /// Correction of the voltage in V at the end.
     correction: V,
@@ -43,8 +43,8 @@ impl<V: Wide> LinkStep<V> {
         [self.voltage[end], self.rise[end]]
     }
 
-    /// Returns the voltage's integral over a step of `h` seconds, in V·s, less that of its tangent at the beginning,
-    /// and less that of the cubic between its ends.
+    /// Returns two differences in V·s for a step of `h` seconds: the predicted integral of the voltage less that of the
+    /// tangent at the beginning, and the predicted integral less that of the cubic between the ends.
     #[inline(always)]
     pub fn surplus(&self, h: V) -> [V; 2] {
         let begin = self.voltage[0] * h + self.rise[0] * (h * h * 0.5);
@@ -166,7 +166,8 @@ impl<V: Wide> Effect<V> for Links<V> {
 }
 
 impl<V: Wide> Links<V> {
-    /// Writes the source of a lane at the time of `here`, and the link's voltage where it equals the source's.
+    /// Updates the source's voltage in a lane to the time of `here`, and the link's voltage if no capacitor separates
+    /// the two.
     pub fn look(&self, lane: usize, here: &mut Here<V>) {
         let source = self.source_of(lane, here.time.get(lane) * 1e-9);
         here.source.voltage.put(lane, source.voltage);
@@ -176,7 +177,7 @@ impl<V: Wide> Links<V> {
         }
     }
 
-    /// Returns the integral of the voltage in V·s from the beginning of a step to `there` within it.
+    /// Returns the integral of the voltage in V·s from the beginning of a step to the point `there` within it.
     #[inline(always)]
     pub fn area_within(&self, span: &Span<'_, '_, V>, there: &Here<V>) -> V {
         match &self.storage {
@@ -186,7 +187,7 @@ impl<V: Wide> Links<V> {
     }
 }
 
-/// Returns the cubic of the capacitor's voltage over the step.
+/// Returns the cubic of the link capacitor's voltage over the step.
 #[inline(always)]
 pub fn stored<V: Wide>(span: &Span<'_, '_, V>) -> Cubic<V> {
     span.cubic([span.from.state.link, span.step.end.state.link], span.step.link.rise)
@@ -213,7 +214,8 @@ impl<V: Wide> Storages<V> {
         (source - link) * self.rate - self.taken(rail, current)
     }
 
-    /// Returns the fall of the voltage in V/s by the current of the upper rail, Σ rail_k i_k = 3/2 rail · i.
+    /// Returns the rate in V/s at which the current of the upper rail, Σ rail_k i_k = 3/2 rail · i, discharges the
+    /// capacitor.
     #[inline(always)]
     fn taken(&self, rail: &Plane<V>, current: Plane<V>) -> V {
         rail.dot(current) * self.elastance * 1.5

@@ -29,11 +29,12 @@ const ROUNDS: usize = 4;
 /// Parts of a step over which cells slide by one formula each.
 const PARTS: usize = 4;
 
-/// How far beyond the end of its mode a cell may be found, as a share of the flux error of a step: beyond its reach when it begins to
-/// slide, beyond the point of reversal when it stops. The share is small because a cell is much softer than the core.
+/// Tolerance by which a cell may overshoot the end of its mode, as a share of the flux error of a step. A cell that
+/// begins to slide may be beyond its reach by this; a cell that stops, beyond the point of reversal. The share is small
+/// because a cell is much softer than the core.
 const SLACK: f64 = 0.1;
 
-/// Multiple of this tolerance by which a cell may miss the end of its mode where a step was to end there.
+/// Multiple of this tolerance by which a cell may miss the end of its mode in a step that was cut to end there.
 const DEEP: f64 = 10.0;
 
 /// The play cells of the machines in the lanes.
@@ -50,9 +51,9 @@ pub struct Cells<V: Wide> {
     /// Flux in Wb at the machines' last accepted state, and the elastic flux of each cell there.
     from: Plane<V>,
     away: BranchState<V>,
-    /// Which cells slide.
+    /// Masks of the lanes in which each cell slides.
     slides: [V::Mask; MOST_CELLS],
-    /// The cells' part, in 1/H, of the Γ last evaluated at the machines' present state.
+    /// The stiffness in 1/H that the cells add to Γ, as last evaluated at the machines' present state.
     tangent: Symmetric<V>,
 }
 
@@ -63,11 +64,12 @@ pub struct Moved<V: Wide> {
     tangent: Symmetric<V>,
     /// Cells that slide after the step.
     slides: [V::Mask; MOST_CELLS],
-    /// Guard function over the step: of a stuck cell r² − |e|² in Wb², of a sliding one n · ψ′ in Wb per step.
+    /// Guard function of each cell over the step: r² − |e|² in Wb² for a stuck cell, n · ψ′ in Wb per step for a
+    /// sliding one.
     cubic: [Cubic<V>; MOST_CELLS],
     /// Distance of each cell from the end of its mode, in Wb: negative beyond it.
     margin: [V; MOST_CELLS],
-    /// Tolerance in the units of `cubic`.
+    /// Tolerance of each cell, in the unit of its guard function `cubic`.
     slack: [V; MOST_CELLS],
     /// Error of the step in Wb caused by the cells.
     off: V,
@@ -103,7 +105,7 @@ fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
 }
 
 impl<V: Wide> Cells<V> {
-    /// Makes cells for lanes that are still empty.
+    /// Makes cells for lanes without machines.
     pub fn idle() -> Self {
         Self { reach: [V::of(1.0); MOST_CELLS], ..Self::default() }
     }
@@ -186,7 +188,7 @@ impl<V: Wide> Cells<V> {
         sum
     }
 
-    /// Returns the cells at the beginning of a step.
+    /// Returns the record of a step in which the cells have not moved.
     #[inline(always)]
     fn blank(&self) -> Moved<V> {
         let (zero, away, slides) = (V::of(0.0), self.away, self.slides);
@@ -194,9 +196,9 @@ impl<V: Wide> Cells<V> {
         Moved { away, tangent: self.tangent, slides, cubic, margin: three, slack: three, off: zero }
     }
 
-    /// Returns the cells after a step to these elastic fluxes in Wb, with their part of Γ at its end; `change`: of
-    /// the flux in Wb; `rise`: slope of the flux at both ends in Wb per step. The core was evaluated at a distance of
-    /// `off` in Wb from the end.
+    /// Returns the cells after a step to these elastic fluxes in Wb. `tangent`: stiffness in 1/H that they add to Γ at
+    /// the end; `change`: change of the flux in Wb over the step; `rise`: slope of the flux at both ends in Wb per
+    /// step; `off`: distance in Wb between the end and the point at which the core was evaluated.
     #[inline(always)]
     fn moved(
         &self,
@@ -239,8 +241,9 @@ impl<V: Wide> Cells<V> {
         moved
     }
 
-    /// Estimates the error in Wb of a step caused by its cells: the path is no parabola, and the core was evaluated
-    /// at a distance of `off` in Wb from the end. `rise`: slope of the flux at both ends, in Wb per step.
+    /// Estimates the error in Wb that the cells cause in a step, because the path of the flux is not a parabola and
+    /// because the core was evaluated at a distance of `off` in Wb from the end. `rise`: slope of the flux at both
+    /// ends, in Wb per step.
     #[inline(always)]
     fn off(&self, change: Plane<V>, rise: [Plane<V>; 2], off: Plane<V>) -> V {
         let areas = [rise[0].cross(change) * (1.0 / 6.0), change.cross(rise[1]) * (1.0 / 6.0)];

@@ -1,4 +1,4 @@
-//! The rotor within a step: angle and speed, by the same rule as the flux.
+//! The rotor within a step: angle and speed, integrated by the same rule as the flux.
 
 use standstill_interface::Dq;
 use standstill_numeric::Wide;
@@ -14,13 +14,13 @@ use crate::physics::state::State;
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::Here;
 
-/// Shares of the corrections of the angle, and of the angle that a speed makes within a step, that count as error.
-/// For an acceleration e^(−x s) the prediction errs by x²/24 and x²/6, the corrected value by x³/720 and x⁴/720 while
-/// x is small. No step is longer than the winding's time constant, so torque, of second order in the currents, has x
-/// of 2 at most; up to there the share is at most 0.012 and 0.021. Eight and five times that, for torque that is no
-/// single exponential.
+/// Share of the correction of the angle that counts as error of a step; [`SHARE_OF_SPEED`] is the share for the angle
+/// that a corrected speed makes within the step. For an acceleration e^(−x s) with small x, the prediction errs by
+/// x²/24 and x²/6, the corrected value by x³/720 and x⁴/720. No step is longer than the winding's time constant, so for
+/// torque, which is of second order in the currents, x is at most 2, and the ratio of the errors at most 0.012 and
+/// 0.021. The constants are eight and five times that, for torque that is not a single exponential.
 pub(crate) const SHARE_OF_ANGLE: f64 = 0.1;
-/// See [`SHARE_OF_ANGLE`].
+/// Share of the angle made by the speed's correction that counts as error: see [`SHARE_OF_ANGLE`].
 pub(crate) const SHARE_OF_SPEED: f64 = 0.1;
 
 /// Quantities of the rotors over a step.
@@ -31,7 +31,8 @@ pub struct RotorStep<V> {
     jerk: [V; 2],
     /// Slope of the torque at both ends, in N·m/s.
     pub torque_rise: [V; 2],
-    /// Correction of the angle in rad, with the share of the speed's correction that counts.
+    /// Correction of the angle in rad, plus the weighted correction of the speed: the rotor's contribution to the
+    /// error.
     correction: V,
 }
 
@@ -154,7 +155,7 @@ impl<V: Wide> Rotors<V> {
         there.at.torque = there.at.torque + self.torque_change(&there.at, change[0], change[1]);
     }
 
-    /// Updates the torque by the last corrections, and the motion that follows from it.
+    /// Updates the torque after the last corrections, and computes the motion from it.
     #[inline(always)]
     pub fn finish(
         &self,

@@ -1,7 +1,7 @@
-//! Terminals with a capacitance within a step: the winding rings with them while no device of a leg conducts.
+//! Terminals with a capacitance within a step: they ring with the winding while no device of their leg conducts.
 //!
-//! Two oscillators replace the winding's quadrature. `ringing.rs` solves them, `modes.rs` finds them, and
-//! `floating.rs` decides whether an oscillation may end a leg's mode.
+//! Two oscillators replace the winding's quadrature. `ringing.rs` solves them, `modes.rs` finds them, and `floating.rs`
+//! decides whether an oscillation may end a leg's mode.
 
 pub mod floating;
 pub mod modes;
@@ -29,7 +29,7 @@ use crate::step::two_derivative::{Here, Tried};
 impl<V: Wide> Effect<V> for Legs<V> {
     type Step = ();
 
-    /// Sets the potentials to half the link's voltage, where equal leakages of both switches hold them.
+    /// Sets the potentials to half the link's voltage: equal leakages of both switches hold them there.
     fn rest(&self, lane: usize, case: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
         let half = case.inverter.link.source(0.0) / 2.0;
         state.potential.iter_mut().for_each(|potential| potential.put(lane, half));
@@ -53,8 +53,9 @@ impl<V: Wide> Effect<V> for Legs<V> {
         stored.terminal_change += moment.case.inverter.bridge.terminal_capacitance * squares / 2.0;
     }
 
-    /// Adds the losses of devices and of the ringing. The drop of a conducting leg is −offset + resistance · i. A leg
-    /// in which no device conducts carries nothing, or charges its terminal through the winding's ringing resistance.
+    /// Adds the losses of devices and of the ringing. The voltage drop of a conducting leg is −offset + resistance · i.
+    /// A leg in which no device conducts carries no current, or charges its terminal through the winding's ringing
+    /// resistance.
     fn power(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, powers: &mut Ledger) {
         let (legs, current) = (&span.step.legs.leg, moment.phases());
         let drop = |k: usize| {
@@ -66,8 +67,8 @@ impl<V: Wide> Effect<V> for Legs<V> {
         powers.copper_loss += moment.case.inverter.bridge.terminal_resistance * squares;
     }
 
-    /// Adds the energy of charging a terminal that follows its device's potential: the currents through the device
-    /// are too small to count but for their energy.
+    /// Adds the energy that charges a terminal following its device's potential. The currents through the device are
+    /// too small to matter otherwise.
     fn work(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, spent: &mut Ledger) {
         let capacitance = moment.case.inverter.bridge.terminal_capacitance;
         if capacitance == 0.0 {
@@ -89,9 +90,9 @@ impl<V: Wide> Effect<V> for Legs<V> {
 #[derive(Clone, Copy)]
 pub struct TerminalStep<V> {
     begin: End<V>,
-    /// Voltage in V of the floating terminals on the winding at the beginning.
+    /// Voltage in V that the floating terminals put on the winding at the beginning.
     floating: Plane<V>,
-    /// Integral of the link's voltage in V·s less that of its tangent, and less that of a cubic:
+    /// Surplus of the link's voltage integral in V·s over that of its tangent, and over that of a cubic: see
     /// [`LinkStep::surplus`].
     surplus: [V; 2],
     /// The oscillators: extrapolated from the beginning at first, then between both ends.
@@ -128,7 +129,8 @@ impl<V: Wide> TerminalStep<V> {
     }
 
     /// Solves the oscillators between both ends, with the slopes at the end, and corrects the potentials. Returns the
-    /// flux in Wb that the prediction misses, and the resistance in Ω that is left to its feedback.
+    /// error of the predicted flux in Wb, and the resistance in Ω whose drop the winding's correction still has to
+    /// contain.
     #[inline(always)]
     pub fn correct(
         &mut self,
@@ -154,7 +156,7 @@ impl<V: Wide> TerminalStep<V> {
         (missing, self.ringing.left_to_cubics(&terminals.resistance, h))
     }
 
-    /// Returns the solution between two known ends, with the oscillators of the beginning.
+    /// Returns the solution between two known ends, with the eigenmodes found at the beginning.
     pub fn between(&self, end: &super::End<'_, '_, V>, link: &LinkStep<V>, there: &Here<V>) -> Ringing<V> {
         let begin = end.begin;
         let way = there.state.flux - begin.here.state.flux;
@@ -162,15 +164,16 @@ impl<V: Wide> TerminalStep<V> {
         Ringing::between(self.ringing.modes, begin.h, self.floating, [&self.begin, &last])
     }
 
-    /// Returns the terminals' contribution to the step's error, relative to the tolerance; the core was evaluated at
-    /// a distance of `off` in Wb from the end.
+    /// Returns the terminals' contribution to the step's error, relative to the tolerance; `off`: distance in Wb
+    /// between the end and the point at which the core was evaluated.
     #[inline(always)]
     pub fn error(&self, off: Plane<V>, accuracy: &Accuracy<V>) -> V {
         ringing_error(accuracy, &self.ringing, off)
     }
 }
 
-/// Writes flux and potentials within a step into `there`, where the integral of the link's voltage up to there is `area` in V·s.
+/// Writes flux and potentials at a point within a step into `there`; `area`: integral of the link's voltage up to that
+/// point, in V·s.
 #[inline(always)]
 pub fn within<V: Wide>(span: &Span<'_, '_, V>, ringing: &Ringing<V>, area: V, there: &mut Here<V>) {
     let Span { machine, from, step: Tried { h, legs, .. }, share, .. } = *span;

@@ -1,5 +1,5 @@
-//! The winding within a step: its flux is the integral of the voltage, which is exact, less a quadrature of the drop
-//! R i.
+//! The winding within a step: its flux is the integral of the terminal voltage, which is exact, less a quadrature of
+//! the resistive drop R i.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
@@ -68,7 +68,7 @@ impl<V: Wide> WindingStep<V> {
         Self { known, predicted: [there.state.flux, here.at.current] }
     }
 
-    /// Returns the flux in Wb that the prediction misses.
+    /// Returns the flux in Wb to be added to the prediction, from the quadrature of the resistive drop.
     #[inline(always)]
     pub fn missing(&self, end: &End<'_, '_, V>, there: &Here<V>, link: &LinkStep<V>) -> Plane<V> {
         let End { begin, looked, change } = *end;
@@ -85,7 +85,7 @@ impl<V: Wide> WindingStep<V> {
         Plane::choose(legs.idle, through, missing)
     }
 
-    /// Adds the missing flux in Wb, with its feedback through the drop across a resistance in Ω.
+    /// Adds the missing flux in Wb to the state, less the change that its own resistive drop causes.
     #[inline(always)]
     pub fn correct(end: &End<'_, '_, V>, missing: Plane<V>, resistance: Symmetric<V>, there: &mut Here<V>) {
         let (looked, legs) = (end.looked, end.begin.legs);
@@ -96,8 +96,8 @@ impl<V: Wide> WindingStep<V> {
         there.at.current = there.at.current + missing.through(looked.gamma);
     }
 
-    /// Returns the winding's contribution to the step's error, relative to the tolerance; the core was evaluated at a
-    /// distance of `off` in Wb from the end.
+    /// Returns the winding's contribution to the step's error, relative to the tolerance; `off`: distance in Wb between
+    /// the end and the point at which the core was evaluated.
     #[inline(always)]
     pub fn error(end: &End<'_, '_, V>, there: &Here<V>, off: Plane<V>, accuracy: &Accuracy<V>) -> V {
         let End { begin, change, .. } = *end;
@@ -106,7 +106,7 @@ impl<V: Wide> WindingStep<V> {
     }
 }
 
-/// Returns the flux in Wb within a step; `area`: integral of the link's voltage up to there in V·s.
+/// Returns the flux in Wb at a point within a step; `area`: integral of the link's voltage up to that point, in V·s.
 #[inline(always)]
 pub fn flux_within<V: Wide>(span: &Span<'_, '_, V>, area: V) -> Plane<V> {
     let Span { from, step, share, .. } = *span;

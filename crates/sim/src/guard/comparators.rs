@@ -1,4 +1,4 @@
-//! Guards of the comparators: where the currents that they watch reach their levels.
+//! Guards of the comparators: the currents at which the comparators trip.
 
 use standstill_numeric::Wide;
 
@@ -8,14 +8,15 @@ use crate::sensing::Input;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
 
-/// Currents in A at which the comparators trip. Those that do not watch have infinite ones.
+/// Currents in A at which the comparators trip; infinite for comparators that do not watch.
 #[derive(Clone, Copy, Debug)]
 pub struct Levels<V> {
     /// Level of the current in the DC link.
     pub link: V,
     /// Levels of each phase's current into the motor and out of it.
     pub phase: [[V; 3]; 2],
-    /// 1 where those of the phases watch shunts below the legs, which see a leg while its lower device conducts; else 0.
+    /// 1 if the comparators of the phases watch low-side shunts, which see a leg only while its lower device conducts;
+    /// else 0.
     pub below: V,
 }
 
@@ -65,7 +66,8 @@ impl<V: Wide> Levels<V> {
         Input::Out(2),
     ];
 
-    /// Sets the level of each comparator of a lane; `below`: whether those of the phases watch shunts below the legs.
+    /// Sets the level of each comparator of a lane; `below`: whether the comparators of the phases watch low-side
+    /// shunts.
     pub fn put(&mut self, lane: usize, below: bool, level: impl Fn(Input) -> f64) {
         self.below.put(lane, f64::from(u8::from(below)));
         self.link.put(lane, level(Input::Link));
@@ -77,8 +79,9 @@ impl<V: Wide> Levels<V> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Returns the smallest margin in A of the comparators within the step and at its end, and the smallest at its end of those
-    /// that the current had not passed before: a level that an edge jumps over trips where the step begins.
+    /// Returns two margins in A: the smallest of all comparators within the step and at its end, and the smallest at
+    /// its end among comparators that the current had not already passed at the beginning. A level that a gate edge
+    /// jumps over trips at the beginning of the step.
     #[inline(always)]
     pub fn room_to_trip(&self, levels: &Levels<V>) -> [V; 2] {
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
@@ -96,7 +99,7 @@ impl<V: Wide> Tried<V> {
 }
 
 impl<V: Wide> Bank<'_, V> {
-    /// Examines the comparators.
+    /// Offers the trips of comparators within the step of a lane to `first`.
     pub fn trips(&self, lane: usize, first: &mut First) {
         let (Some(levels), tried) = (&self.bounds.levels, &self.outcome.tried) else { return };
         // Of this machine alone: code for wide registers belongs into the functions for them.

@@ -1,4 +1,4 @@
-//! Guards of the core: the end of its flux map, its kinks, and the modes of the branch beside it.
+//! Guards of the core: the end of its flux map, its kinks, and the modes of the parallel play cells.
 
 use standstill_numeric::Wide;
 
@@ -28,7 +28,7 @@ impl<V: Wide> Bounds<V> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Returns the smaller of `least` and the margins of map and kinks at the end of the step, with the slack added.
+    /// Returns the smallest of `least` and the margins, plus slack, of flux map and kinks at the end of the step.
     #[inline(always)]
     pub fn room_of_core(&self, mut least: V, machine: &Machine<V>, bounds: &Bounds<V>) -> V {
         if machine.circuits.have_ends() {
@@ -44,7 +44,7 @@ impl<V: Wide> Tried<V> {
 }
 
 impl<V: Wide> Bank<'_, V> {
-    /// Keeps the quantities of a step that [`Self::core_ends`] uses.
+    /// Copies the values of a step that [`Self::core_ends`] needs later.
     #[inline(always)]
     pub fn keep_core(&mut self, tried: &Tried<V>) {
         let to = &mut self.outcome.tried;
@@ -62,7 +62,7 @@ impl<V: Wide> Bank<'_, V> {
         }
     }
 
-    /// Examines the range of the core's flux map, its kinks, and the branch beside it.
+    /// Offers the end of the flux map, the core's kinks, and the modes of the play cells to `first`.
     pub fn core_ends(&self, lane: usize, first: &mut First) {
         let (tried, slack, one) = (&self.outcome.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
         let [begin, end] = tried.margins.each_ref().map(|margins| one(&margins.domain));

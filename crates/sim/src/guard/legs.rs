@@ -1,4 +1,4 @@
-//! Guards of the legs: where their currents end, and where blocked or floating ones reach a rail.
+//! Guards of the legs: a current reaches zero, or the potential of a blocked or floating leg reaches a rail.
 
 use standstill_numeric::{Mask, Wide};
 
@@ -11,12 +11,13 @@ use crate::physics::state::State;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
 
-/// Smallest share of a step after which a blocked leg's potential is taken to reach its bound: its slope is not
-/// known, and a straight line that begins close to the bound says little. A twentieth shortens a step fast enough.
+/// Smallest share of a step after which a blocked leg's potential may be estimated to reach its bound. The slope of the
+/// potential is unknown, and a straight line that begins close to the bound is a poor estimate. A share of a twentieth
+/// still shortens steps fast enough.
 const LEAST_SHARE: f64 = 0.05;
 
-/// Multiple of the slack of a blocked leg's potential (2e-9 of the link's voltage) by which the potential may be
-/// beyond its bound where the leg is taken to conduct: the error of conducting late grows with the square.
+/// Multiple of the slack (2e-9 of the link's voltage) by which the potential of a blocked leg may have passed its bound
+/// when the leg begins to conduct. The error of conducting late grows with the square of this distance.
 pub const POTENTIAL_DEEP: f64 = 2e3;
 
 impl<V: Wide> Bounds<V> {
@@ -56,8 +57,8 @@ impl<V: Wide> Bounds<V> {
     }
 }
 
-/// Returns the margin in V of legs that are all blocked: the differences of their potentials follow from the induced
-/// voltages, and their common part is taken halfway between the bounds.
+/// Returns the margin in V of machines whose legs are all blocked. The induced voltages give the differences of the
+/// potentials; their common part is taken halfway between the bounds.
 #[inline(always)]
 fn room_of_idle<V: Wide>(
     machine: &Machine<V>,
@@ -76,8 +77,8 @@ fn room_of_idle<V: Wide>(
 }
 
 impl<V: Wide> Tried<V> {
-    /// Returns the smaller of `least` and the margins of the legs within the step, the smallest margin at its end by which a mode may end
-    /// there, and the blocked leg's margin at its beginning; with the slack added.
+    /// Returns three margins of the legs, with the slack added: the smallest of `least` and of the margins within the
+    /// step; the smallest at its end at which a mode may end; and the blocked leg's margin at its beginning.
     #[inline(always)]
     pub fn room_of_legs<const RARE: bool>(&self, mut least: V, bounds: &Bounds<V>) -> [V; 3] {
         let (mut slack, mut ended) = (bounds.slack.leg, [bounds.ended; 3]);
@@ -105,7 +106,8 @@ impl<V: Wide> Tried<V> {
         [least, at_mode_end, at_begin]
     }
 
-    /// Returns the lanes where a leg's current falls at the beginning of the step and rises at its end.
+    /// Returns the lanes in which a leg's current falls at the beginning of the step and rises at its end, so that it
+    /// may dip to zero between.
     #[inline(always)]
     fn may_dip(&self) -> V::Mask {
         let mut turns = V::of(f64::NEG_INFINITY);
@@ -128,8 +130,8 @@ impl<V: Wide> Tried<V> {
         least
     }
 
-    /// Returns the smallest of the legs' margins with ringing terminals: of conducting legs the smallest current in
-    /// A, of others the smallest distance in V to a bound, where they may reach it.
+    /// Returns the smallest margin of the legs with ringing terminals: the smallest current in A of conducting legs,
+    /// and the smallest distance in V of other legs from a bound that they may reach.
     #[inline(always)]
     fn dips_or_swings(&self, floating: &Floating<V>, bounds: &Bounds<V>) -> V {
         let far = V::of(f64::INFINITY);
@@ -157,7 +159,8 @@ impl<V: Wide> Tried<V> {
 }
 
 impl<V: Wide> Bank<'_, V> {
-    /// Examines the currents of conducting legs and the potentials of the others.
+    /// Offers the zero crossings of conducting legs' currents, and the bounds of the other legs' potentials, to
+    /// `first`.
     pub fn legs_end(&self, lane: usize, first: &mut First) {
         let (tried, one) = (&self.outcome.tried, |pack: &V| pack.get(lane));
         // Of two legs that conduct, both currents end at once.

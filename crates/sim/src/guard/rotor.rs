@@ -28,7 +28,8 @@ impl<V: Wide> Bounds<V> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Returns the smaller of `least` and the margins of the rotor within the step, with the slack added; keeps that of its motion.
+    /// Returns the smallest of `least` and the rotor's margins within the step, with the slack added. Stores the margin
+    /// of the motion.
     #[inline(always)]
     pub fn room_of_rotor(&mut self, mut least: V, machine: &Machine<V>, bounds: &Bounds<V>) -> V {
         if machine.rotors.is_some() {
@@ -40,7 +41,7 @@ impl<V: Wide> Tried<V> {
         least
     }
 
-    /// Returns the margin of the rotor's motion over the step, as far as it follows from the torque.
+    /// Returns the margin of the rotor's motion over the step, with a slope computed from that of the torque.
     #[inline(always)]
     fn torque_margin(&self, machine: &Machine<V>, bounds: &Bounds<V>) -> Cubic<V> {
         let [_, by_speed, by_torque, by_size] = bounds.motion;
@@ -61,7 +62,7 @@ impl<V: Wide> Tried<V> {
 }
 
 impl<V: Wide> Bank<'_, V> {
-    /// Keeps the quantities of a step that [`Self::motion_ends`] uses.
+    /// Copies the values of a step that [`Self::motion_ends`] needs later.
     #[inline(always)]
     pub fn keep_motion(&mut self, tried: &Tried<V>) {
         let (begin, to) = (&mut self.outcome.begin, &mut self.outcome.tried);
@@ -74,7 +75,7 @@ impl<V: Wide> Bank<'_, V> {
         }
     }
 
-    /// Examines whether the rotor starts, stops, or reaches the end of the brake's play.
+    /// Offers the rotor's start, its stop, and the ends of the brake's play to `first`.
     pub fn motion_ends(&self, lane: usize, first: &mut First) {
         let (tried, slack, one) = (&self.outcome.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
         first.ends(Guard::Motion, tried.motion.get(lane), one(&slack.motion));

@@ -28,7 +28,7 @@ pub struct Bank<'a, V: Wide> {
     pub bounds: Bounds<V>,
     /// The machines' present states.
     pub here: Here<V>,
-    /// The machines' sensors, where these have a state (filters, pick-up).
+    /// The machines' sensors, if these have a state (filters, pick-up).
     pub sensed: Option<Sensed<V>>,
     /// Instants to which the machines step.
     pub schedule: Schedule<V>,
@@ -47,20 +47,20 @@ pub struct Schedule<V> {
     pub stop: V,
     /// Time in ns of each machine's next reading of the sensors or of its command's end, whichever is earlier.
     pub sample: V,
-    /// A bit for each machine of which a mode ends at `mode_end`.
+    /// A bit for each machine whose mode ends at `mode_end`.
     pub to_mode_end: u32,
     /// Time in ns at which that mode ends.
     pub mode_end: V,
-    /// A bit for each machine that cannot come nearer to the end: the mode ends between `mode_end` and the
-    /// representable time before it.
+    /// A bit for each machine that has no representable time closer to the end: the mode ends between `mode_end` and
+    /// the representable time before it.
     pub nearest: u32,
     /// Guard of the mode that ends at `mode_end`; none if a margin was negative by rounding only.
     pub ending_mode: [Option<Guard>; MOST_LANES],
-    /// Expected time in ns at which a current has charged a terminal to its bound.
+    /// Time in ns at which a current is expected to have charged a terminal to its bound.
     pub expected: V,
     /// Leg of the terminal that is expected to reach its bound at `expected`.
     pub carried: [usize; MOST_LANES],
-    /// A bit for each machine that had such an expectation when the conduction of its legs last changed.
+    /// A bit for each machine that had an expected time when the conduction of its legs last changed.
     pub swept: u32,
 }
 
@@ -73,14 +73,14 @@ pub struct StepControl<V: Wide> {
     pub next: V,
     /// Largest length in ns of a step.
     pub longest: V,
-    /// Next step length in ns for each number of floating terminals, from none to all three, as last used: terminals
-    /// that ring need shorter steps than currents that flow.
+    /// Last step length in ns for each number of floating terminals, from none to three: ringing terminals need shorter
+    /// steps than flowing currents.
     pub next_by_floating: [V; 4],
     /// Number of successive rejected steps.
     pub refused: V,
-    /// Whether the inside of steps is used: `begin` and `tried` of the outcome are then those of the last step.
+    /// Whether values inside steps are needed; if so, `begin` and `tried` of the outcome are those of the last step.
     pub follow: bool,
-    /// Whether the referee takes the steps of a machine alone.
+    /// Whether the referee integrates instead; only for a machine alone.
     pub refereed: bool,
 }
 
@@ -97,37 +97,37 @@ pub struct Outcome<V: Wide> {
     pub evaluations: V,
     /// State at the beginning of the last step.
     pub begin: Here<V>,
-    /// The branch at the beginning of the last step.
+    /// The play cells at the beginning of the last step.
     pub begin_branch: Option<Branch<V>>,
     /// The last attempted step.
     pub tried: Tried<V>,
-    /// Result of the last step. It is read number by number: a wide load of values that were stored in small pieces
+    /// Result of the last step. Each field is read by itself: a wide load of values that were stored in small pieces
     /// would have to wait for all stores before it.
     pub served: Served,
 }
 
-/// Result of a step: a bit mask of the machines for each case.
+/// Result of a step: for each case, a bit mask of the machines.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Served {
     /// Machines that took the step.
     pub accepted: u32,
-    /// Machines at their next instant, or where a mode ends.
+    /// Machines that reached their next instant or the end of a mode.
     pub arrived: u32,
-    /// Machines of which a blocked leg's potential was out of its bounds before the step.
+    /// Machines in which a blocked leg's potential was out of its bounds before the step.
     pub out_of_bounds: u32,
-    /// Machines that change too fast for any step, or have values that are not a number.
+    /// Machines that change too fast for any step, or have values that are not numbers.
     pub broken: u32,
-    /// Broken machines whose slopes steps can follow, but which are beyond the end of a mode in each step.
+    /// Broken machines that steps could follow, but that every step takes beyond the end of a mode.
     pub stuck: u32,
-    /// Machines of which a request to a leg has been carried out, leg by leg: the next request is needed.
+    /// For each leg, machines whose request has been carried out, so that they need the next one.
     pub carried_out: [u32; 3],
-    /// Machines of which a mode ends within the step.
+    /// Machines in which a mode ends within the step.
     crossed: u32,
 }
 
 impl<'a, V: Wide> Bank<'a, V> {
-    /// Makes a bank for machines of the kind of this motor, on this kind of inverter; `free`: whether rotors can
-    /// move, `follow`: whether the inside of steps is used.
+    /// Makes a bank for machines of the same kind as this motor, inverter and sensors; `free`: whether rotors can move,
+    /// `follow`: whether values inside steps are needed.
     pub fn like(
         motor: &'a Motor,
         inverter: &Inverter,
@@ -173,7 +173,8 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
     }
 
-    /// Tries a step of each live machine. Where a mode ends within the step, the next step will end there.
+    /// Tries one step of each live machine. If a mode ends within the step, the step is rejected and the next one ends
+    /// at the end of the mode.
     pub fn step(&mut self) {
         if self.machine.is_rare() || self.control.refereed {
             V::compute(StepOf::<_, true>(self));
@@ -195,12 +196,12 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
     }
 
-    /// Returns the error of a broken machine.
+    /// Returns the error of a machine that cannot step.
     pub fn why_broken(&self, lane: usize) -> RunError {
         if self.outcome.served.stuck >> lane & 1 == 1 { RunError::Stuck } else { RunError::NotFinite }
     }
 
-    /// Evaluates a machine anew at its state.
+    /// Evaluates a machine again at its present state.
     pub fn look(&mut self, lane: usize) {
         V::compute(LookAt(self, 1 << lane));
     }
@@ -210,7 +211,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         V::compute(There(self.span(share)))
     }
 
-    /// Returns a place in the step taken last, by its share of the step.
+    /// Returns a point within the last step, given as a share of the step.
     pub fn span(&self, share: f64) -> Span<'_, 'a, V> {
         let Outcome { begin, begin_branch, tried, .. } = &self.outcome;
         let (machine, branch) = (&self.machine, begin_branch.as_ref());
@@ -253,7 +254,7 @@ impl<V: Wide> Compute for RestOf<'_, '_, V> {
     }
 }
 
-/// Evaluation of the machines at a place in a step.
+/// Evaluation of the machines at a point within a step.
 struct There<'b, 'a, V: Wide>(Span<'b, 'a, V>);
 
 impl<V: Wide> Compute for There<'_, '_, V> {

@@ -11,8 +11,8 @@ use crate::physics::plane::Plane;
 use crate::sensing::{SensorSettings, Sensors};
 use crate::trace::{Probe, Snapshot};
 
-/// A machine, initially at rest, to which the caller gives the commands: for programs that do not call a detector but
-/// are called themselves, as in a co-simulation. A copy continues independently, with the same bits after the same
+/// A machine, initially at rest, to which the caller gives commands. It serves programs that do not call a detector but
+/// are called themselves, such as a co-simulation. A copy continues independently, with the same bits after the same
 /// commands.
 ///
 /// ```
@@ -59,8 +59,7 @@ impl<'a> Driven<'a> {
     }
 
     /// Makes a motor alone at rest, whose terminals are held at given potentials ([`Driven::feed`]). The case's
-    /// inverter and sensors are left out: neither the link's ripple nor terminal capacitances or filters have an
-    /// effect.
+    /// inverter and sensors have no effect: no ripple of the link, no terminal capacitance, no filter.
     pub fn motor(case: &Case<'a>) -> Self {
         let mut alone = case.clone();
         alone.inverter.link = DcLink::stiff(case.inverter.link.voltage);
@@ -91,8 +90,7 @@ impl<'a> Driven<'a> {
     /// Carries out a command to its end and returns its readings.
     ///
     /// # Errors
-    /// The command is invalid, or the machine cannot continue, for the reason given. The machine then stays at the
-    /// instant of the error.
+    /// The command is invalid, or the machine cannot continue. The machine then stays at the instant of the error.
     pub fn carry_out(&mut self, command: &Command<f64>) -> Result<&[Reading<f64>], RunError> {
         let Self { bank, control } = self;
         let mut want = control.command(bank, command);
@@ -132,7 +130,7 @@ impl<'a> Driven<'a> {
     /// potentials has no effect: the winding's neutral is not connected.
     ///
     /// # Errors
-    /// Those of [`Driven::carry_out`]; also potentials that are not finite numbers.
+    /// The errors of [`Driven::carry_out`], or [`RunError::NotFinite`] if a potential is not a finite number.
     pub fn feed(&mut self, potential: [f64; 3], duration: Nanos) -> Result<(), RunError> {
         if !potential.iter().all(|potential| potential.is_finite()) {
             return Err(RunError::NotFinite);

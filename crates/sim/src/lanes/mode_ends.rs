@@ -7,7 +7,7 @@ use crate::guard::First;
 use crate::step::two_derivative::Tried;
 
 impl<V: Wide> Bank<'_, V> {
-    /// Keeps the quantities of a step that [`Self::find_end`] uses.
+    /// Copies the values of a step that [`Self::find_end`] needs later.
     #[inline(always)]
     pub(super) fn keep_for_ends<const RARE: bool>(&mut self, tried: &Tried<V>) {
         let (begin, to) = (&mut self.outcome.begin, &mut self.outcome.tried);

@@ -1,4 +1,4 @@
-//! Detectors of the runs in the lanes, of any type and any numeric type.
+//! Detectors of the runs in the lanes, for any type of detector and any numeric type.
 
 use standstill_interface::{Abc, Command, Detector, Leg, Outcome, Reading, Real, Stage, Step};
 use standstill_numeric::MOST_LANES;
@@ -39,7 +39,7 @@ impl<T: Real> Adapter<T> {
         }
     }
 
-    /// Returns the complete result of a finished run of a detector. The next run may begin.
+    /// Returns the complete result of a finished run of a detector, and frees the adapter for the next run.
     pub fn run<D: Detector<T> + ?Sized>(&mut self, finished: Finished, detector: Option<&mut D>) -> Run<T> {
         if let (Some(RunError::TimeLimit(limit)), Some(detector)) = (finished.ended, detector)
             && let Some(outcome) = detector.overdue(limit)
@@ -63,7 +63,7 @@ pub struct Slots<T: Real, D, C, F> {
     lanes: [Option<Slot<T, D>>; MOST_LANES],
 }
 
-/// The case in a lane, by its number, and its detector.
+/// A case in a lane: its number, its detector and its adapter.
 struct Slot<T: Real, D> {
     number: usize,
     detector: Option<D>,
@@ -120,8 +120,8 @@ fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
     }
 }
 
-/// Converts a stage to double precision, leg by leg: an array's `map` is not inlined, and costs a short detection 2 %
-/// of its time.
+/// Converts a stage to double precision, leg by leg. `map` of an array is not inlined and would make a short detection
+/// 2 % slower.
 #[inline]
 fn stage_of<T: Real>(stage: &Stage<T>) -> Stage<f64> {
     let Abc([a, b, c]) = &stage.legs;

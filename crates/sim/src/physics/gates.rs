@@ -1,26 +1,26 @@
 //! The gates of several inverters side by side, encoded as numbers.
 //!
-//! A request turns both switches of a leg off at once, and the requested one on after the dead time. For each leg two
-//! requests are known: the last one under way and the one after it:
+//! A request turns both switches of a leg off at once, and the requested one on after the dead time. Each leg stores
+//! two requests: `from`, which is being carried out, and `to`, the pending one:
 //! ```text
 //!          done            off       on
 //!   … off   │  from (on)    │  off    │  to (on) …
 //!   ────────┴───────────────┴─────────┴──────────► time
 //! ```
-//! A gate whose request is followed by the next before its dead time is over never turns on: its request then becomes
-//! one for both switches off.
+//! If the next request comes before the dead time of a request is over, the gate of that request never turns on. It is
+//! then replaced by a request for both switches off.
 //!
-//! In the middle of a stage with pulse-width modulation, requests follow each other at two alternating intervals.
-//! These intervals, and the time until which they hold, are numbers too, so that the next request follows in all
-//! lanes at once.
+//! In the middle of a stage with pulse-width modulation, requests alternate at two fixed intervals. Each leg also
+//! stores these intervals and the time until which they apply, so that its next request is computed for all lanes at
+//! once.
 
 use standstill_inverter::Gate;
 use standstill_numeric::{Mask, Wide};
 
-/// A time in ns after any instant.
+/// A time in ns after all instants.
 pub const NEVER: f64 = f64::INFINITY;
 
-/// The switch of a leg that is on: a bit mask of the machines for each switch.
+/// Whether the upper or the lower switch of a leg is on: a bit mask of the machines for each switch.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct On<M = u32> {
     /// The upper switch.
@@ -52,8 +52,9 @@ impl On {
 }
 
 impl<M: Mask> On<M> {
-    /// Returns where these gates affect a leg whose current flows out of it or into it: a current through a diode
-    /// continues through the diode whatever the switch in parallel does, unless that switch conducts `both` ways.
+    /// Returns the machines in which the gates of a leg affect its conduction. `out`, `into`: the machines whose
+    /// current flows out of or into the leg. A current through a diode stays in the diode whatever the parallel switch
+    /// does, unless that switch conducts `both` ways.
     #[inline(always)]
     fn matter(self, out: M, into: M, both: M) -> M {
         (out & self.high) | (into & self.low) | ((both | !(out | into)) & (self.high | self.low))
@@ -63,32 +64,34 @@ impl<M: Mask> On<M> {
 /// The gates of one leg of each machine. Times in ns.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LegGates<V> {
-    /// Time from which on the gate is `from`, unless it changes before.
+    /// Time from which the gate is `from`, unless the gate changes before.
     done: V,
-    /// Time at which the next request turns both switches off, and time at which its switch turns on.
+    /// Time at which the next request turns both switches off; the field after it is the time at which the requested
+    /// switch turns on.
     off: V,
     on: V,
     from: On,
     to: On,
-    /// Duration from a request for the upper switch to the next request, duration from a request for the lower switch
-    /// to the next, and duration from turn-off to turn-on.
+    /// Duration from a request for the upper switch to the next request for the lower switch. The two fields after it:
+    /// duration from a request for the lower switch to the next one for the upper, and duration from turn-off to
+    /// turn-on.
     high_for: V,
     low_for: V,
     dead: V,
-    /// Latest turn-off time of a request that follows by alternation.
+    /// Latest turn-off time of an alternating request.
     alternates_until: V,
 }
 
-/// Requests for both switches in alternation, all of which turn on. Times in ns.
+/// Alternating requests for the two switches of a leg, each long enough to turn its switch on. Times in ns.
 #[derive(Clone, Copy, Debug)]
 pub struct Alternation {
-    /// Duration from a request for the upper switch to the one for the lower.
+    /// Duration from a request for the upper switch to the next request for the lower switch.
     pub high_for: f64,
-    /// Duration from a request for the lower switch to the next one for the upper.
+    /// Duration from a request for the lower switch to the next request for the upper switch.
     pub low_for: f64,
     /// Duration from a request's turn-off to the turn-on of its switch.
     pub dead: f64,
-    /// Latest turn-off time of a request that follows by this alternation.
+    /// Latest turn-off time of an alternating request.
     pub until: f64,
 }
 
@@ -100,7 +103,7 @@ impl<V: Wide> LegGates<V> {
         gates
     }
 
-    /// Lets requests alternate from the pending one on.
+    /// Makes the requests after the pending one alternate.
     pub fn alternate(&mut self, lane: usize, by: Alternation) {
         self.high_for.put(lane, by.high_for);
         self.low_for.put(lane, by.low_for);
@@ -113,8 +116,8 @@ impl<V: Wide> LegGates<V> {
         (self.off.get(lane), self.to.of(lane))
     }
 
-    /// Replaces executed requests by the next one where it follows by alternation. Returns the lanes of the other
-    /// executed requests, whose successors the caller must give.
+    /// Replaces executed requests by the next ones in lanes whose requests alternate. Returns the other lanes with an
+    /// executed request, for which the caller must set the next one.
     #[inline(always)]
     pub fn follow_on(&mut self, carried_out: V::Mask) -> V::Mask {
         let next = self.off + V::choose(V::Mask::of_bits(self.to.high), self.high_for, self.low_for);
@@ -142,7 +145,7 @@ impl<V: Wide> LegGates<V> {
         self.off.get(lane) == NEVER
     }
 
-    /// Sets the pending request: its turn-off time in ns, its turn-on time in ns, and its gate; none for no request.
+    /// Sets the pending request: its turn-off time in ns, its turn-on time in ns, and its gate; `None` for no request.
     pub fn expect(&mut self, lane: usize, request: Option<(f64, f64, Gate)>) {
         let (off, on, gate) = request.unwrap_or((NEVER, NEVER, Gate::Off));
         self.off.put(lane, off);
@@ -156,26 +159,26 @@ impl<V: Wide> LegGates<V> {
         (self.to.of(lane) != Gate::Off).then(|| self.on.get(lane))
     }
 
-    /// Cancels the turn-on of the pending request, because the request after it comes too early.
+    /// Cancels the turn-on of the pending request, because the request after it turns the leg off before.
     pub fn lose(&mut self, lane: usize) {
         let off = self.off.get(lane);
         self.expect(lane, Some((off, off, Gate::Off)));
     }
 
-    /// Sets the gate of the request under way, and the time in ns from which on it is on.
+    /// Sets the gate that is being turned on, and its turn-on time in ns.
     pub fn put_under_way(&mut self, lane: usize, (on, gate): (f64, Gate)) {
         self.done.put(lane, if gate == Gate::Off { -NEVER } else { on });
         self.from.put(lane, gate);
     }
 
-    /// Makes the pending request the one under way. The caller gives the one after it next.
+    /// Replaces the executed request by the pending one. The caller must then set the new pending request.
     pub fn carry_out(&mut self, lane: usize) {
         let to = self.to.of(lane);
         self.done.put(lane, if to == Gate::Off { -NEVER } else { self.on.get(lane) });
         self.from.put(lane, to);
     }
 
-    /// Returns the switches that are on at times in ns.
+    /// Returns the switches that are on, each lane at its own time in ns.
     #[inline(always)]
     pub fn at(&self, time: V) -> On<V::Mask> {
         let (from, to) = (self.from.masks::<V::Mask>(), self.to.masks::<V::Mask>());
@@ -196,8 +199,8 @@ impl<V: Wide> LegGates<V> {
         }
     }
 
-    /// Returns the next edge after times in ns that may affect a leg with its current in these directions, where its
-    /// switches conduct `both` ways or only forwards. Some of these edges change nothing; none is missing.
+    /// Returns the next edge after times in ns that may affect a leg whose current has these directions; `both`:
+    /// whether its switches conduct in both directions. Some of these edges change nothing, but none is missed.
     #[inline(always)]
     pub fn next_edge(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V {
         let from = self.from.masks::<V::Mask>().matter(out, into, both);
@@ -205,15 +208,15 @@ impl<V: Wide> LegGates<V> {
         V::choose(from & self.done.above(time), self.done.least(later), later)
     }
 
-    /// Returns the lanes where the pending request has been carried out at times in ns as far as it affects a leg
-    /// with its current in these directions.
+    /// Returns the lanes in which the pending request has been carried out at times in ns, as far as the request
+    /// affects a leg whose current has these directions.
     #[inline(always)]
     pub fn carried_out(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V::Mask {
         let to = self.to.masks::<V::Mask>().matter(out, into, both);
         !self.on.above(time) | (!self.off.above(time) & !self.done.above(time) & !to)
     }
 
-    /// Returns the next edge of a lane after a time in ns, and its gate from then on.
+    /// Returns the next edge of a lane after a time in ns, and the new gate.
     pub fn next_of(&self, lane: usize, time: f64) -> (f64, Gate) {
         let (done, off, on) = (self.done.get(lane), self.off.get(lane), self.on.get(lane));
         if time < done && done < off {

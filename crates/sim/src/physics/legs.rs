@@ -23,20 +23,20 @@ pub struct Legs<V: Wide> {
     reverse: [V; 2],
     /// A bit for each machine with MOSFETs.
     mosfets: u32,
-    /// Voltage in V by which the potential of a leg with both switches off may be beyond the rails, leg by leg: infinite where its
-    /// wire is open.
+    /// Voltage in V by which the potential of each leg with both switches off may exceed the rails; infinite for a leg
+    /// whose wire is open.
     beyond: [V; 3],
     /// Resistance in Ω of each wire's contacts, in series with its phase.
     contact: [V; 3],
     /// Phase that each leg of each machine feeds.
     wires: [[usize; 3]; MOST_LANES],
-    /// 1 over the capacitance of each terminal in 1/F, where terminals have a capacitance. A leg in which no device
-    /// conducts then carries the current that charges its terminal; no leg is blocked.
+    /// Inverse capacitance of each terminal in 1/F, if terminals have a capacitance. A leg in which no device conducts
+    /// then carries the current that charges its terminal, and no leg is blocked.
     pub elastance: Option<V>,
-    /// Resistance in Ω for this charging current, defined as the resistance of one phase against the two others. Each
-    /// terminal has its own resistance, so that no voltage jumps: a device begins or ceases to conduct where its
-    /// leg's current, and with it the leg's drop, is zero. An isotropic resistance of the winding would make the drop
-    /// jump there, and neither mode could last.
+    /// Resistance in Ω that damps the charging current of terminals, defined as the resistance of one phase against the
+    /// two others. Each terminal has its own resistance, so that no voltage jumps when a device begins or ceases to
+    /// conduct: at that time the current of its leg, and with it the voltage drop, is zero. With an isotropic
+    /// resistance of the winding the drop would jump there, and neither mode could last.
     ringing: V,
     /// Gates, leg by leg.
     pub gates: [LegGates<V>; 3],
@@ -44,14 +44,15 @@ pub struct Legs<V: Wide> {
     pub out: [u32; 3],
     /// For each leg, a bit for each machine whose current flows into the leg. A leg without either bit is blocked.
     pub into: [u32; 3],
-    /// Voltage in V of terminals held by an external source: the legs then have no effect.
+    /// Terminal voltage in V if an external source holds the terminals; the legs then have no effect.
     pub fed: Option<Plane<V>>,
 }
 
-/// Terminal voltage of a leg with current, `u = rail · U_dc + offset − resistance · i`; all zeros for a leg without.
+/// Terminal voltage of a conducting leg, `u = rail · U_dc + offset − resistance · i`; all values are zero for other
+/// legs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Leg<V> {
-    /// Share of the link's voltage: 1 at the positive rail, 0 at the negative.
+    /// The leg's share of the link's voltage: 1 at the positive rail, 0 at the negative.
     pub rail: V,
     /// Constant part of the voltage in V.
     pub offset: V,
@@ -61,7 +62,7 @@ pub struct Leg<V> {
     pub direction: V,
 }
 
-/// The legs at one time.
+/// The conduction of the legs at one time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Conducting<V: Wide> {
     /// Terminal voltage, leg by leg.
@@ -72,14 +73,14 @@ pub struct Conducting<V: Wide> {
     pub idle: V::Mask,
     /// Switches that are on, leg by leg.
     pub on: [On<V::Mask>; 3],
-    /// All legs together, with the winding's resistance.
+    /// The three legs together, with the winding's resistance.
     pub terminals: Terminals<V>,
 }
 
 /// Legs and winding resistance as seen from a winding without neutral.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Terminals<T> {
-    /// Part of the terminals' voltage vector that is proportional to the link: in V per V of the link.
+    /// Part of the terminals' voltage vector that is proportional to the link's voltage, in V per V.
     pub rail: Plane<T>,
     /// Constant part of the terminals' voltage vector in V.
     pub offset: Plane<T>,
@@ -87,12 +88,11 @@ pub struct Terminals<T> {
     pub resistance: Symmetric<T>,
     /// Axis of the leg that is blocked while the others conduct; zero if there is none.
     pub blocked: Plane<T>,
-    /// 1 if no leg is blocked while others conduct, else 0.
+    /// 1 if no leg is blocked while the others conduct, else 0.
     pub none_blocked: T,
 }
 
-/// Lower and upper limit of the potential at which a leg can be blocked, each as a share of the link's voltage plus a
-/// constant in V.
+/// Lower and upper limit of the potential of a blocked leg, each as a share of the link's voltage plus a constant in V.
 #[derive(Clone, Copy, Debug)]
 pub struct Range<V> {
     low: [V; 2],
@@ -100,7 +100,7 @@ pub struct Range<V> {
 }
 
 impl<V: Lane> Range<V> {
-    /// Returns the limits in V at a link voltage in V.
+    /// Returns the limits in V for a link voltage in V.
     #[inline(always)]
     pub fn at(&self, link: V) -> [V; 2] {
         [self.low[0] * link + self.low[1], self.high[0] * link + self.high[1]]
@@ -152,7 +152,8 @@ impl<V: Wide> Legs<V> {
         of_legs(&self.axes.each_ref().map(|axis| axis.get(lane)), &contact, alone)
     }
 
-    /// Sets which legs of a lane may float beyond the rails.
+    /// Sets how far the legs of a lane may float beyond the rails: without limit if their wire is open, else by the
+    /// diodes' drop.
     pub fn put_open(&mut self, lane: usize, bridge: &Bridge) {
         let diode_drop = bridge.devices.diode_drop;
         for (to, open) in self.beyond.iter_mut().zip(bridge.disconnected) {
@@ -184,7 +185,7 @@ impl<V: Wide> Legs<V> {
     }
 
     /// Sets the conduction modes of a lane's legs from now on. A single conducting leg carries no current, unless the
-    /// others' terminals have a capacitance.
+    /// terminals of the other legs have a capacitance.
     pub fn put(&mut self, lane: usize, modes: Modes) {
         let conducting = modes.iter().filter(|mode| **mode != Conduction::Blocked).count();
         let flows = conducting > 1 || self.elastance.is_some();
@@ -231,7 +232,7 @@ impl<V: Wide> Legs<V> {
         [a.dot(current), b.dot(current), c.dot(current)]
     }
 
-    /// Returns the next gate edges after times in ns that may affect the legs.
+    /// Returns the next gate edges after times in ns that may affect the legs' currents.
     #[inline(always)]
     pub fn next_edge(&self, time: V) -> V {
         let mut edge = V::of(f64::INFINITY);
@@ -242,14 +243,14 @@ impl<V: Wide> Legs<V> {
         edge
     }
 
-    /// Returns, leg by leg, the lanes where a request has been carried out at times in ns.
+    /// Returns for each leg the lanes in which its request has been carried out at times in ns.
     #[inline(always)]
     pub fn carried_out(&self, time: V) -> [V::Mask; 3] {
         [self.carried_out_of(0, time), self.carried_out_of(1, time), self.carried_out_of(2, time)]
     }
 
-    /// Replaces executed requests by the next ones where they follow by alternation. Returns the lanes of the other
-    /// executed requests.
+    /// Replaces executed requests by the next ones in lanes whose requests alternate. Returns the other lanes with an
+    /// executed request, for which the caller must set the next one.
     #[inline(always)]
     pub fn follow_on(&mut self, carried_out: [V::Mask; 3]) -> [V::Mask; 3] {
         let [a, b, c] = &mut self.gates;
@@ -267,7 +268,7 @@ impl<V: Wide> Legs<V> {
         [V::Mask::of_bits(self.out[k]), V::Mask::of_bits(self.into[k])]
     }
 
-    /// Returns the legs at times in ns, with windings of such a resistance in Ω.
+    /// Returns the conduction of the legs at times in ns, with windings of this resistance in Ω per phase.
     #[inline(always)]
     pub fn at<const RARE: bool>(&self, time: V, winding: V) -> Conducting<V> {
         let capacitive = self.elastance_if::<RARE>().is_some();
@@ -343,7 +344,7 @@ impl<V: Wide> Legs<V> {
         self.range_beyond(&on, V::choose(a, of_a, V::choose(b, of_b, of_c)))
     }
 
-    /// Returns the potentials at which devices of leg `k` with such gates begin to conduct.
+    /// Returns the potentials at which devices of leg `k`, with these switches on, begin to conduct.
     #[inline(always)]
     pub fn range(&self, k: usize, on: &On<V::Mask>) -> Range<V> {
         self.range_beyond(on, self.beyond[k])

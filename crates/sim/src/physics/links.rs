@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use standstill_inverter::{DcLink, Source};
 use standstill_numeric::{Lane, Wide};
 
-/// DC links of one kind: with or without ripple, sag and storage, each with numbers of its own.
+/// DC links of one kind: all with or all without ripple, sag and storage, but each with its own values.
 #[derive(Clone, Debug)]
 pub struct Links<V: Wide> {
     /// Mean voltage of the source in V.
@@ -48,7 +48,7 @@ pub struct Storages<V: Wide> {
 }
 
 impl<V: Wide> Links<V> {
-    /// Makes links of the kind of this one, which is in all lanes.
+    /// Makes links of the same kind as `link`, with its values in all lanes.
     pub fn like(link: &DcLink) -> Self {
         let mut links = Self {
             voltage: V::of(0.0),
@@ -62,15 +62,14 @@ impl<V: Wide> Links<V> {
         links
     }
 
-    /// Returns whether a link is of this kind.
+    /// Returns whether a link is of the same kind.
     pub fn fits(&self, link: &DcLink) -> bool {
         self.ripple.is_some() == (link.ripple != 0.0)
             && self.sag.is_some() == link.sag.is_some()
             && self.storage.is_some() == link.storage.is_some()
     }
 
-    /// Returns whether the links' voltage can change so much between two instants that legs without current begin to
-    /// conduct.
+    /// Returns whether the link's voltage can change enough between two instants to make legs without current conduct.
     pub const fn vary(&self) -> bool {
         self.sag.is_some() || self.storage.is_some()
     }
@@ -104,7 +103,7 @@ impl<V: Wide> Links<V> {
         Source::at(self.voltage, ripple, sag, t)
     }
 
-    /// Returns the source of one lane at a time in s, with the bits of [`Self::source`].
+    /// Returns the source of one lane at a time in s, bit by bit equal to [`Self::source`].
     pub fn source_of(&self, lane: usize, t: f64) -> Source<f64> {
         let one = |packs: [&V; 3]| packs.map(|pack| pack.get(lane));
         let ripple =
@@ -114,7 +113,8 @@ impl<V: Wide> Links<V> {
     }
 
     /// Returns the integral of the source's voltage over a step of `h` seconds, in V·s, from its values and slopes at
-    /// both ends. Exact for a ripple; of a sag that of the cubic through two values and two slopes.
+    /// both ends. The result is exact for a ripple; for a sag it is the integral of the cubic through both values and
+    /// slopes.
     #[inline(always)]
     pub fn area(&self, h: V, begin: Source<V>, end: Source<V>) -> V {
         match (&self.ripple, &self.sag) {
@@ -126,8 +126,8 @@ impl<V: Wide> Links<V> {
     }
 }
 
-/// Returns the integral over `h` of the cubic with these values and slopes at its ends: h/2 (y₀ + y₁) + h²/12 (y₀′ −
-/// y₁′).
+/// Returns the integral over the length `h` of the cubic with these values and slopes at its ends: h/2 (y₀ + y₁) +
+/// h²/12 (y₀′ − y₁′).
 #[inline(always)]
 pub fn hermite_area<T: Lane>(h: T, value: [T; 2], slope: [T; 2]) -> T {
     h * 0.5 * (value[0] + value[1]) + h * h * (1.0 / 12.0) * (slope[0] - slope[1])

@@ -2,13 +2,13 @@
 //!
 //! ```text
 //!   dψ/dt = v − R i          v from the legs, i = ∂W/∂ψ
-//!   di/dt = Γ dψ/dt + ω ∂i/∂θ + what eddy currents lose
+//!   di/dt = Γ dψ/dt + ω ∂i/∂θ + decay by eddy currents
 //!   dθ/dt = ω,   J/p dω/dt = T − T_load − friction
 //!   C dU/dt = (E − U)/R_s − i_dc
 //!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
 //!   C dv_k/dt = −i_k         the potential of a terminal in whose leg no device conducts
 //! ```
-//! A branch beside the core has laws of its own (`effect.rs`).
+//! The parallel branch of play cells has its own equations (`effect.rs`).
 
 use standstill_interface::Dq;
 use standstill_inverter::Inverter;
@@ -21,22 +21,22 @@ use super::plane::Plane;
 use super::state::State;
 use crate::effect::{Branch, BranchPoint, keep_symmetric};
 
-/// Machines of one kind, each with numbers of its own.
+/// Machines of one kind, each with its own parameters.
 #[derive(Clone, Debug)]
 pub struct Machine<'a, V: Wide> {
-    /// Parameters of the magnetic circuits, a lane for each machine.
+    /// Parameters of the magnetic circuits, one lane for each machine.
     pub circuits: Circuits<V>,
-    /// Each machine's magnetic circuit, of which `circuits` has the parameters.
+    /// The magnetic circuits whose parameters `circuits` contains.
     pub cores: [&'a MagneticCircuit; MOST_LANES],
     /// Resistance of the winding in Ω.
     pub resistance: V,
     /// The DC side.
     pub links: Links<V>,
-    /// The legs in their modes.
+    /// The legs and their conduction modes.
     pub legs: Legs<V>,
     /// Heading of the run's plane in the stator's plane: the initial position of the rotors.
     pub start: Heading<V>,
-    /// The branch beside the machines' cores, if they have one.
+    /// The play cells in parallel to the machines' cores; none without hysteresis.
     pub branch: Option<Branch<V>>,
     /// The rotors; none if all are locked.
     pub rotors: Option<Rotors<V>>,
@@ -63,7 +63,7 @@ pub struct Rotors<V: Wide> {
     cogging: [V; 2],
 }
 
-/// Operating point of a machine at one state.
+/// Operating point of a machine: the values that follow from its state.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Operating<T> {
     /// Current of the winding in A.
@@ -72,38 +72,38 @@ pub struct Operating<T> {
     pub inverse_inductance: Symmetric<T>,
     /// Derivative of the current by the angle, ∂i/∂θ in A/rad at constant ψ in the run's plane.
     pub turning: Plane<T>,
-    /// Slope of the current in A/s by eddy currents, at constant ψ.
+    /// Slope of the current in A/s at constant ψ, caused by eddy currents.
     pub relaxing: Plane<T>,
-    /// ∂²W/∂θ∂ψ in A/rad, the slope of ∂W/∂θ over the flux, from which the torque's slope follows.
+    /// ∂²W/∂θ∂ψ in A/rad: the slope of ∂W/∂θ over the flux, needed for the slope of the torque.
     pub energy_turn: Plane<T>,
-    /// ∂²W/∂θ² in J/rad², divided by 3/2, at constant ψ.
+    /// ∂²W/∂θ² in J/rad² at constant ψ, divided by 3/2.
     pub energy_bend: T,
     /// Electromagnetic torque in N·m, cogging included.
     pub torque: T,
     /// Slope of the cogging torque over the angle, in N·m/rad.
     pub cogging_slope: T,
-    /// Flux of the core in Wb: that of the winding but for harmonics.
+    /// Flux of the core in Wb: the winding's flux without the harmonics' part.
     pub core_flux: Dq<T>,
-    /// Current of the core in A, with which its flux map is read.
+    /// Current of the core in A, at which its flux map is evaluated.
     pub core_current: Dq<T>,
     /// Difference of the winding's flux and the lagging flux χ, in Wb in the rotor's plane.
     pub lag: Dq<T>,
 }
 
-/// Slopes of a machine at one state with its legs in their modes.
+/// Time derivatives of a machine at one state with given conduction modes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Change<T> {
     /// Slope of the flux, dψ/dt in V.
     pub flux: Plane<T>,
     /// Slope of the current, di/dt in A/s.
     pub current: Plane<T>,
-    /// Potential in V of the leg that is blocked while the others conduct; meaningless if no leg is.
+    /// Potential in V of the leg that is blocked while the others conduct; meaningless if there is no such leg.
     pub blocked_potential: T,
 }
 
 impl<'a, V: Wide> Machine<'a, V> {
-    /// Makes machines of the kind of this motor, which is in all lanes, on this kind of inverter; `free`: whether
-    /// rotors can move.
+    /// Makes machines of the same kind as this motor and inverter, with the motor's values in all lanes; `free`:
+    /// whether rotors can move.
     pub fn like(motor: &'a Motor, inverter: &Inverter, free: bool) -> Self {
         let link = &inverter.link;
         let (zero, one) = (V::of(0.0), V::of(1.0));
@@ -123,7 +123,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         machine
     }
 
-    /// Puts a machine of this kind into a lane, its rotor at an electrical angle in rad under a load in N·m.
+    /// Puts a machine of this kind into a lane, with its rotor at an electrical angle in rad and a load torque in N·m.
     pub fn put(
         &mut self,
         lane: usize,
@@ -157,7 +157,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Returns whether a machine is of this kind.
+    /// Returns whether a machine is of the same kind.
     pub fn fits(&self, motor: &Motor, inverter: &Inverter, free: bool) -> bool {
         self.circuits.fits(&motor.magnetics)
             && self.links.fits(&inverter.link)
@@ -175,7 +175,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Returns currents, inductances and torque at a state, with this branch.
+    /// Returns currents, inductances and torque at a state, with this value of the parallel branch.
     #[inline(always)]
     pub fn operating(&self, state: &State<V>, branch: Option<&BranchPoint<V>>) -> Operating<V> {
         let zero = V::of(0.0);
@@ -240,14 +240,14 @@ impl<'a, V: Wide> Machine<'a, V> {
         at_state
     }
 
-    /// Returns [`Self::branch`] in code for rare kinds of machines (`RARE`, see [`Self::is_rare`]); none in other code,
-    /// from which the compiler can then remove the branch.
+    /// Returns [`Self::branch`] in code for rare kinds of machines (`RARE`, see [`Self::is_rare`]), else none, so that
+    /// the compiler removes the branch from the other code.
     #[inline(always)]
     pub fn branch_if<const RARE: bool>(&self) -> Option<&Branch<V>> {
         if RARE { self.branch.as_ref() } else { None }
     }
 
-    /// Finds the modes in which the branch of the selected machines begins a step.
+    /// Finds which play cells of the selected machines slide at the beginning of a step.
     #[inline(always)]
     pub fn find_modes(&mut self, of: V::Mask, legs: &Conducting<V>, at: &mut Operating<V>, state: &State<V>) {
         let Some(mut branch) = self.branch.take() else { return };
@@ -267,7 +267,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         if self.rotors.is_some() { at.turning * speed + at.relaxing } else { at.relaxing }
     }
 
-    /// Returns the slopes of flux and currents at a state.
+    /// Returns the time derivatives of flux and currents at a state.
     #[inline(always)]
     pub fn change<const RARE: bool>(
         &self,
@@ -306,20 +306,20 @@ impl<'a, V: Wide> Machine<'a, V> {
         Change { flux, current, blocked_potential: short * -1.5 }
     }
 
-    /// Returns whether eddy currents or a branch react to the flux, which steps with ringing terminals do not solve
-    /// together with the oscillation.
+    /// Returns whether eddy currents or play cells react to the flux. Steps with ringing terminals do not contain this
+    /// reaction in the solution of the oscillation.
     #[inline(always)]
     pub fn lags(&self) -> bool {
         self.circuits.eddies().is_some() || self.branch.is_some()
     }
 
-    /// Returns whether the machines have terminals with a capacitance or a branch, whose steps only the code for rare
-    /// kinds contains.
+    /// Returns whether the machines have terminals with a capacitance, or play cells. Only the code for rare kinds of
+    /// machines can step them.
     pub fn is_rare(&self) -> bool {
         self.legs.elastance.is_some() || self.branch.is_some()
     }
 
-    /// Returns whether anything but a voltage can change the currents.
+    /// Returns whether the currents can change without a voltage: by rotation or by eddy currents.
     #[inline(always)]
     pub fn drifts(&self) -> bool {
         self.rotors.is_some() || self.circuits.eddies().is_some()
@@ -337,7 +337,7 @@ fn minus<V: Wide>(a: &Symmetric<V>, b: &Symmetric<V>) -> Symmetric<V> {
 }
 
 impl<V: Wide> Rotors<V> {
-    /// Lets the rotor of a lane keep its speed whatever its torque is.
+    /// Makes the rotor of a lane keep its speed, whatever its torque.
     pub fn drive(&mut self, lane: usize) {
         self.per_inertia.put(lane, 0.0);
     }
@@ -348,8 +348,7 @@ impl<V: Wide> Rotors<V> {
         (torque - self.load - self.dry_friction - speed * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// Returns the change of the torque in N·m by corrections of the flux in Wb and the current in A, at constant
-    /// angle.
+    /// Returns the change of the torque in N·m when flux in Wb and current in A are corrected, at constant angle.
     #[inline(always)]
     pub fn torque_change(
         &self,
@@ -367,7 +366,7 @@ impl<V: Wide> Rotors<V> {
         (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// Returns the slope of the torque in N·m/s. The branch contributes nothing to it.
+    /// Returns the slope of the torque in N·m/s. The parallel branch makes no torque and is left out.
     #[inline(always)]
     pub fn torque_rise(
         &self,

@@ -1,8 +1,8 @@
-//! Whether the rotor moves: held, resting on its stiction or against a stop, or sliding.
+//! Motion of the rotor: held, at rest by stiction or against a stop, or sliding.
 
 use standstill_plant::Rotor;
 
-/// Speed in rad/s (electrical) below which a sliding rotor counts as stopped when its motion is decided.
+/// Speed in rad/s (electrical) below which a rotor counts as stopped when its state of motion is decided.
 pub const RESTING_SPEED: f64 = 1e-9;
 
 /// The rotor's state of motion.
@@ -16,7 +16,7 @@ pub enum Motion {
     Forward,
     /// Free and moving backwards, or about to.
     Backward,
-    /// Free without any dry friction: its speed may have either sign.
+    /// Free without dry friction: its speed may have either sign.
     Floating,
     /// At the forward end of the brake's play, pressed against it or held by friction.
     AtUpper,
@@ -87,7 +87,8 @@ impl Motion {
         }
     }
 
-    /// Returns the angles in rad electrical at which the rotor may run into an end of the brake's play.
+    /// Returns the angles in rad electrical at which the moving rotor may run into an end of the brake's play; infinite
+    /// for ends that it moves away from.
     pub const fn way(self, [lower, upper]: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Forward => [f64::NEG_INFINITY, upper],

@@ -15,8 +15,8 @@ pub struct State<T = f64> {
     pub speed: T,
     /// DC-link voltage in V.
     pub link: T,
-    /// The flux χ in Wb that lags behind by eddy currents, in the rotor's plane.
+    /// The lagging flux χ of the eddy currents in Wb, in the rotor's plane.
     pub lagging: Dq<T>,
-    /// Potentials of the terminals in V against the negative rail, where they have a capacitance; else unused.
+    /// Potentials of the terminals in V against the negative rail, if terminals have a capacitance; else unused.
     pub potential: [T; 3],
 }

@@ -1,16 +1,16 @@
 //! Terminals with a capacitance, of several machines side by side.
 //!
 //! While no device of a leg conducts, the leg's current charges its terminal's capacitance against the negative rail,
-//! and the terminal's potential is a state; while one conducts, the potential is the device's. No leg is blocked, and
-//! no equation is implicit.
+//! and the terminal's potential is a state variable. While a device conducts, it determines the potential. No leg is
+//! blocked, and no equation is implicit.
 
 use standstill_numeric::{Symmetric, Wide};
 
 use super::legs::{Conducting, Legs};
 use super::plane::Plane;
 
-/// Returns the matrix in the winding's plane of three legs' resistances in Ω, or of their terminals' elastances in
-/// 1/F: `Σ ⅔ w a ⊗ a` over their axes a, added to the matrix `beside`.
+/// Returns the matrix in the winding's plane that three legs' resistances in Ω, or their terminals' inverse
+/// capacitances in 1/F, make together: `Σ ⅔ w a ⊗ a` over the legs' axes a, plus the matrix `beside`.
 #[inline(always)]
 pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V>) -> Symmetric<V> {
     let mut sum = beside;
@@ -24,14 +24,13 @@ pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V
 }
 
 impl<V: Wide> Legs<V> {
-    /// Returns [`Self::elastance`] in code for terminals that may have a capacitance; none in code for terminals
-    /// without.
+    /// Returns the inverse capacitance of the terminals in code for rare kinds of machines (`RARE`), else none.
     #[inline(always)]
     pub fn elastance_if<const RARE: bool>(&self) -> Option<V> {
         if RARE { self.elastance } else { None }
     }
 
-    /// Returns the voltage in V that legs without a conducting device put on the winding.
+    /// Returns the voltage in V that the legs without a conducting device put on the winding.
     #[inline(always)]
     pub fn floating(&self, legs: &Conducting<V>, potential: &[V; 3]) -> Plane<V> {
         let zero = V::of(0.0);
@@ -42,7 +41,7 @@ impl<V: Wide> Legs<V> {
         sum
     }
 
-    /// Returns the matrix K in 1/F by which that voltage falls with the current: `dw/dt = −K i`.
+    /// Returns the matrix K in 1/F by which currents change that voltage: `dw/dt = −K i`.
     #[inline(always)]
     pub fn charging(&self, legs: &Conducting<V>) -> Symmetric<V> {
         let zero = V::of(0.0);
@@ -52,8 +51,8 @@ impl<V: Wide> Legs<V> {
         of_legs(&self.axes, &each, none)
     }
 
-    /// Returns the changes in V by a charge in A·s, in the run's plane, of the potentials of legs without a
-    /// conducting device; zero for the others.
+    /// Returns by how many V a charge in A·s (a vector in the run's plane) changes the potentials of the legs without a
+    /// conducting device; zero for the other legs.
     #[inline(always)]
     pub fn charged(&self, legs: &Conducting<V>, charge: Plane<V>) -> [V; 3] {
         let zero = V::of(0.0);
@@ -62,7 +61,7 @@ impl<V: Wide> Legs<V> {
         three!(k => V::choose(legs.flows[k], zero, -(charge[k] * elastance)))
     }
 
-    /// Returns the potentials in V, in which those of conducting legs follow from their devices at a link voltage in
+    /// Returns the potentials in V, with those of conducting legs recomputed from their devices, for a link voltage in
     /// V and these currents in A.
     #[inline(always)]
     pub fn potentials(&self, legs: &Conducting<V>, potential: [V; 3], link: V, current: Plane<V>) -> [V; 3] {

@@ -1,4 +1,4 @@
-//! Comparators: they end a pulse where its current reaches a threshold, and a timer captures when.
+//! Comparators: they end a pulse when its current reaches a threshold, and a timer captures the time.
 
 use standstill_interface::{Nanos, Phase, choice};
 
@@ -17,20 +17,20 @@ choice! {
     }
 }
 
-/// Number of comparators of a drive with comparators of their own for each phase: current into the motor for phases a, b
-/// and c, then current out of it.
+/// Number of comparators on a drive with two per phase: first for current into the motor in phases a, b and c, then for
+/// current out of it.
 pub const OWN: usize = 6;
 
-/// How long a value of a comparator's noise holds, as a share of its time constant.
+/// Time for which a comparator's noise keeps its value, as a share of the noise's time constant.
 const NOISE_HOLD: f64 = 0.25;
 
-/// The comparators as a type: the settings from which the errors of specimens are drawn. Without a timer and without an
-/// overcurrent trip a drive has none.
+/// The comparators of a type of drive: settings from which the errors of each specimen are drawn. A drive that has
+/// neither a timer nor an overcurrent trip has no comparators.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparatorSettings {
-    /// Currents that they compare with the threshold.
+    /// Currents that the comparators compare with the threshold.
     pub arrangement: Comparators,
-    /// Duration in s of a tick of the timer that captures their trips; 0: no timer.
+    /// Tick in s of the timer that captures the comparators' trips; 0: no timer.
     pub timer: f64,
     /// Standard deviation of the relative error of the timer's clock.
     pub timer_error: f64,
@@ -40,17 +40,17 @@ pub struct ComparatorSettings {
     pub delay: f64,
     /// Standard deviation in s of each comparator's delay.
     pub delay_spread: f64,
-    /// Noise of the current at the comparator in A rms, see [`Comparator`].
+    /// Noise of the current at each comparator in A rms: see [`Comparator`].
     pub noise: f64,
-    /// Corner frequency of that noise in Hz; 0: so low that a pulse has one value.
+    /// Corner frequency of that noise in Hz; 0: the noise stays constant during a pulse.
     pub noise_bandwidth: f64,
-    /// Blanking: how long after the begin of each stage the comparators are ignored.
+    /// Blanking: time after the begin of each stage during which the comparators are ignored.
     pub blanking: Nanos,
-    /// Bits of the converter that sets the threshold; 0: exact.
+    /// Bits of the converter that sets the threshold; 0: the threshold is exact.
     pub bits: u8,
     /// Upper end of that converter's range in A.
     pub range: f64,
-    /// Current in A at which the comparators switch the drive off for good; 0: they do not.
+    /// Current in A at which the comparators switch the drive off for good; 0: never.
     pub trip: f64,
 }
 
@@ -69,19 +69,21 @@ impl ComparatorSettings {
         self.timer > 0.0 || self.trip > 0.0
     }
 
-    /// Returns how long a value of the noise holds in ns, and its correlation with the next one; none for noise without a bandwidth.
+    /// Returns the time in ns for which the noise keeps its value, and the correlation of successive values; none if
+    /// the noise has no bandwidth.
     pub(crate) fn noise_hold(&self) -> Option<(f64, f64)> {
         let time_constant = 1.0 / (std::f64::consts::TAU * self.noise_bandwidth);
         (self.noise > 0.0 && self.noise_bandwidth > 0.0)
             .then(|| (time_constant * 1e9 * NOISE_HOLD, standstill_numeric::exp(-NOISE_HOLD)))
     }
 
-    /// Returns the highest threshold in A that the drive's converter sets; 0 without one, which sets any.
+    /// Returns the highest threshold in A that the drive's converter can set; 0 without a converter, because any
+    /// threshold can then be set.
     pub fn highest(&self) -> f64 {
         if self.bits == 0 { 0.0 } else { self.set(self.range) }
     }
 
-    /// Returns the threshold in A that the drive's converter sets for this one.
+    /// Returns the threshold in A that the drive's converter sets when `threshold` in A is requested.
     ///
     /// ```
     /// use standstill_sim::ComparatorSettings;
@@ -100,33 +102,35 @@ impl ComparatorSettings {
     }
 }
 
-/// One drive's comparators and timer: the errors of this specimen.
+/// The errors of one specimen's comparators and timer.
 ///
-/// A comparator trips once: the drive latches its output, so that neither noise nor the current that reverses in the link
-/// when the gates open changes anything. A hysteresis would show only before that, where it is part of the offset.
+/// A comparator trips once. The drive latches its output, so later noise has no effect, nor has the current in the link
+/// that reverses when the gates open. A comparator's hysteresis would matter only before the trip, where it is part of
+/// the offset.
 ///
-/// Noise has the spectrum of a first-order filter: its correlation falls by e in τ = 1/(2π f). The comparator trips at the first
-/// crossing, so the faster the noise, the earlier and the less scattered the trip. A value holds for τ/4, which stands for the
-/// time that a comparator needs to respond. Without a bandwidth τ is longer than a pulse: one draw shifts its threshold.
+/// The noise has the spectrum of a first-order filter: its correlation falls to 1/e in τ = 1/(2π f). The comparator
+/// trips at the first crossing, so the faster the noise, the earlier and the less scattered the trip. The noise keeps
+/// each value for τ/4, in place of the response time of the comparator. Without a bandwidth τ is longer than a pulse,
+/// so one draw shifts the threshold of the whole pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparator {
-    /// Offset of each comparator in A: as if the current were less by it. One alone has the first.
+    /// Offset of each comparator in A, by which the current appears smaller. A single comparator uses the first value.
     pub offset: [f64; OWN],
     /// Propagation delay of each comparator in s.
     pub delay: [f64; OWN],
     /// Duration of the timer's tick in s.
     pub tick: f64,
-    /// By what share of a tick, at most half of one, the timer starts before the pulse.
+    /// Time by which the timer starts before the pulse, as a share of a tick; at most half a tick.
     pub phase: f64,
 }
 
 impl Comparator {
-    /// The comparators of a drive without errors.
+    /// Makes the comparators of a drive without errors.
     pub const fn nominal(settings: &ComparatorSettings) -> Self {
         Self { offset: [0.0; OWN], delay: [settings.delay; OWN], tick: settings.timer, phase: 0.0 }
     }
 
-    /// Draws the comparators of one specimen; nothing is drawn for a drive without any.
+    /// Draws the comparators of one specimen; draws nothing for a drive without comparators.
     pub(super) fn draw(settings: &ComparatorSettings, streams: Streams) -> Self {
         let mut drawn = Self::nominal(settings);
         if !settings.any() {
@@ -146,26 +150,26 @@ impl Comparator {
         drawn
     }
 
-    /// Returns the whole ticks of the timer up to a time in s after the pulse's begin.
+    /// Returns the number of whole ticks that the timer counts up to a time in s after the pulse's begin.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a conversion saturates")]
     pub fn ticks(&self, time: f64) -> u32 {
         (time / self.tick + self.phase).floor() as u32
     }
 }
 
-/// A comparator of a drive.
+/// One comparator of a drive, named by the current at its input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// The one for the current in the DC link.
+    /// The current in the DC link.
     Link,
-    /// The one of a phase (0 to 2) for current into the motor.
+    /// The current of a phase (0 to 2) into the motor.
     Into(usize),
-    /// The one of a phase (0 to 2) for current out of the motor.
+    /// The current of a phase (0 to 2) out of the motor.
     Out(usize),
 }
 
 impl Input {
-    /// Its number among the comparators of a drive.
+    /// Returns the comparator's number among those of a drive.
     pub fn number(self) -> usize {
         match self {
             Self::Link => 0,
@@ -174,7 +178,7 @@ impl Input {
         }
     }
 
-    /// Its phase; a for the one in the DC link.
+    /// Returns the comparator's phase; a for the comparator in the DC link.
     pub fn phase(self) -> Phase {
         Phase::ALL[self.number() % 3]
     }

@@ -1,4 +1,4 @@
-//! Analogue-to-digital converters: those of several sensors side by side.
+//! Analogue-to-digital converters, for several sensors side by side.
 
 use super::Sensors;
 use crate::Misreading;
@@ -15,7 +15,7 @@ pub struct Adc {
 }
 
 impl Adc {
-    /// Bits assumed for a converter that does not round: 20 A in steps of 19 nA.
+    /// Number of bits assumed for a converter that does not round: 20 A in steps of 19 nA.
     const FINE: u8 = 31;
 
     /// Returns the converter's number of codes.
@@ -34,22 +34,22 @@ impl Adc {
     }
 }
 
-/// Sensors with their converters, side by side, such as those of the three phases and of the link: the computation of
-/// all values of a sample has no branch that depends on a value.
+/// Sensors and their converters side by side, such as those of the three phases and the link. All values of a sample
+/// are computed without a branch that depends on a value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Channels<const N: usize> {
     gain: [f64; N],
     offset: [f64; N],
     /// Standard deviation of the noise of a sample.
     noise: [f64; N],
-    /// Whether there is a converter in each channel.
+    /// Whether each channel has a converter.
     converts: [bool; N],
     low: [f64; N],
     /// Distance between two codes (1 LSB) in the unit measured.
     step: [f64; N],
     /// Highest code.
     last: [f64; N],
-    /// Number of bits of a converter's count: zero without rounding.
+    /// Number of bits of each channel's code; zero without rounding.
     counted: [u32; N],
 }
 
@@ -81,7 +81,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Multiplies gains and offsets, as a reference of the converters does that is too low.
+    /// Multiplies the gain and the offset of each channel by a factor, as a converter reference that is too low would
+    /// do.
     pub(super) fn grow(&mut self, by: [f64; N]) {
         for k in 0..N {
             self.gain[k] *= by[k];
@@ -90,7 +91,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Lets a channel read wrongly. A frozen one and a bit of a code are not of its gain and offset.
+    /// Changes gain, offset and noise of a channel to those of a faulty sensor. Frozen values and stuck bits are
+    /// handled elsewhere.
     pub(super) fn misread(&mut self, k: usize, how: Misreading) {
         let (gain, offset, noise) = (&mut self.gain[k], &mut self.offset[k], &mut self.noise[k]);
         match how {
@@ -102,7 +104,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Returns the reading of a channel with a bit of its code set or clear; unchanged where no converter rounds.
+    /// Returns the reading of a channel with one bit of its code set or cleared; unchanged if the converter does not
+    /// round.
     pub(super) fn with_bit(
         &self,
         k: usize,
@@ -119,8 +122,9 @@ impl<const N: usize> Channels<N> {
         (self.low[k] + of * self.step[k], of == 0.0 || of == self.last[k], code)
     }
 
-    /// Returns the readings of these values, with standard normals for the noise: the value of the nearest code,
-    /// whether that code is the first or the last, and the code. Without a converter the reading is not rounded.
+    /// Returns the readings of these values; `normals`: standard normals for the noise. A reading is the value of the
+    /// nearest code, whether that code is the first or the last, and the code. Without a converter the reading is not
+    /// rounded.
     #[inline(always)]
     pub(super) fn read(&self, there: [f64; N], normals: [f64; N]) -> [(f64, bool, u32); N] {
         let (mut raw, mut code, mut value) = ([0.0; N], [0.0; N], [0.0; N]);
@@ -141,11 +145,11 @@ impl<const N: usize> Channels<N> {
     }
 }
 
-/// 2^52, from which on all floating-point numbers are whole.
+/// 2^52, above which all floating-point numbers are integers.
 const WHOLE: f64 = 4_503_599_627_370_496.0;
 
-/// Returns the nearest whole number to a value between 0 and 2^32, halves upwards: `round` without a library call,
-/// without a conversion and without a branch that half of all values take. Not-a-number stays not-a-number.
+/// Returns the integer nearest to a value between 0 and 2^32, with halves rounded upwards. Unlike `round` it needs no
+/// library call, no conversion, and no branch that half of all values take. Not-a-number stays not-a-number.
 #[inline(always)]
 fn nearest(value: f64) -> f64 {
     // Adding 2^52 rounds, halves to the even number.
@@ -153,7 +157,7 @@ fn nearest(value: f64) -> f64 {
     if value - even >= 0.5 { even + 1.0 } else { even }
 }
 
-/// Converts a code from 0 to 2^31, the most that a converter can have, to an integer; not-a-number becomes 0.
+/// Converts a code from 0 to 2^31, the largest of any converter, to an integer; not-a-number becomes 0.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation, reason = "above 2^52 the low bits are the whole number")]
 fn whole(code: f64) -> u32 {

@@ -1,11 +1,11 @@
-//! The dividers at the terminals: what the drive reads of its terminals' voltages.
+//! Dividers at the terminals: the drive's readings of its terminal voltages.
 
 use standstill_interface::Sensed;
 
 use super::{Channels, Sensors};
 use crate::{Draws, Purpose, Streams};
 
-/// The dividers of one drive with their converters.
+/// The dividers of one drive and their converters.
 #[derive(Clone, Debug)]
 pub struct Dividers<'t> {
     channels: Channels<3>,
@@ -14,7 +14,7 @@ pub struct Dividers<'t> {
 }
 
 impl<'t> Dividers<'t> {
-    /// Returns the dividers of these sensors; none where the drive has none.
+    /// Makes the dividers of these sensors; none if the drive has no dividers.
     pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Option<Self> {
         let of = sensors.settings.terminal?;
         Some(Self {
@@ -29,7 +29,8 @@ impl<'t> Dividers<'t> {
         })
     }
 
-    /// Reads these voltages in V: each one's reading, where it comes from, and the converter's code.
+    /// Reads these voltages in V. Returns for each one the reading, the status of the reading, and the converter's
+    /// code.
     pub fn read(&mut self, there: [f64; 3]) -> [(f64, Sensed, u32); 3] {
         let mut noise = [0.0; 3];
         if self.is_noisy {

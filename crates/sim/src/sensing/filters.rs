@@ -14,7 +14,8 @@ pub struct Filters<V> {
     pub output: [V; 3],
 }
 
-/// Oscillations of the phases' currents over a step: two oscillations, and for each of them the factor with which each phase has it.
+/// Oscillations of the phase currents over a step: two modal oscillations, and for each of them the factors by which it
+/// appears in the three phases.
 pub type Rings<'o, V> = (&'o [Oscillation<V>; 2], &'o [[V; 3]; 2]);
 
 impl<V: Wide> Filters<V> {
@@ -37,8 +38,8 @@ impl<V: Wide> Filters<V> {
         }
     }
 
-    /// Returns the filter outputs of a lane in such a step, side by side: of as many phases from `first` on as there
-    /// are lanes, each after its share of the step, with the step's oscillations over that share.
+    /// Returns the filter outputs of one lane within a step. The result has one phase per lane, from phase `first` on,
+    /// each after its own share of the step, and includes the step's oscillations over that share.
     #[inline(always)]
     pub fn within(
         &self,
@@ -74,8 +75,8 @@ impl<V: Wide> Filters<V> {
     }
 }
 
-/// Returns a filter's output after a step `a` time constants long, exact up to rounding, for a cubic and for
-/// oscillations with a share each, to which a filter responds by `a/(a + σ) z (e^(σ s) − e^(−a s))`.
+/// Returns a filter's output after a step of `a` time constants, exact up to rounding. The input is a cubic plus
+/// oscillations times a factor each, to which a filter responds by `a/(a + σ) z (e^(σ s) − e^(−a s))`.
 #[inline(always)]
 fn after<V: Wide>(output: V, a: V, input: &Powers<V>, rings: Option<(&[Oscillation<V>; 2], [V; 2])>) -> V {
     let (decay, means) = means(a);
@@ -93,7 +94,8 @@ fn after<V: Wide>(output: V, a: V, input: &Powers<V>, rings: Option<(&[Oscillati
     output
 }
 
-/// Number of time constants up to which the weights are computed from the last one on, beyond which from the first.
+/// Step length in time constants below which the weights are computed from the last one backwards, and above which from
+/// the first one forwards.
 const SUMMED: f64 = 1.0;
 
 /// Returns e^(−a), and ∫ e^(−a (1 − s)) sⁿ ds over a step for n from 0 to 3: n! φ_(n+1)(−a), with φ_(n+1)(−a) = (1/n!
@@ -116,7 +118,7 @@ fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     (V::choose(far, decay_beyond, decay), all)
 }
 
-/// Returns [`means`] of short steps: φ₄ from its series, the others from φ₄.
+/// Returns [`means`] for short steps: φ₄ from its series, the others backwards from φ₄.
 #[inline(always)]
 fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);
@@ -131,7 +133,7 @@ fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     (one - a * first, [first, second, third * 2.0, last * 6.0])
 }
 
-/// Returns [`means`] of long steps, from the first one on.
+/// Returns [`means`] for long steps, from the first weight forwards.
 #[inline(always)]
 fn beyond<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);

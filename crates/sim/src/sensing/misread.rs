@@ -3,18 +3,18 @@
 use super::Channels;
 use crate::{Broken, Faults, Misreading};
 
-/// The faults of sensors in one run, and what their channels read last.
+/// The faults of sensors in one run, and the last readings of their channels.
 #[derive(Clone, Debug)]
 pub(crate) struct Misread {
     faults: Faults,
     /// The last conversion of all channels.
     last: Option<[(f64, bool, u32); 4]>,
-    /// Last value of each channel while it was not frozen; none before its first reading.
+    /// Last reading of each channel while it was not frozen; none before its first reading.
     held: [Option<f64>; 4],
 }
 
 impl Misread {
-    /// Makes the faulty sensors; none where no fault concerns a sensor.
+    /// Makes the faulty sensors of a case; none if no fault concerns a sensor.
     pub fn of(faults: Faults) -> Option<Self> {
         let concerns = |broken| {
             matches!(broken, Broken::Sensor(..) | Broken::Exchanged(..) | Broken::Drift(_) | Broken::Stale)
@@ -26,7 +26,8 @@ impl Misread {
         })
     }
 
-    /// Reads the channels at a time in ns: values, standard normals for the noise, and results as in [`Channels::read`].
+    /// Reads the channels at a time in ns, with their faults; `normals`: standard normals for the noise. The results
+    /// are those of [`Channels::read`].
     pub fn read(
         &mut self,
         channels: &Channels<4>,

@@ -1,4 +1,4 @@
-//! Pick-up: voltages that switching edges induce in the wires between current sensors and converter.
+//! Pick-up: interference that switching edges induce in the wires between current sensors and converter.
 
 #[cfg(test)]
 mod tests;
@@ -11,8 +11,8 @@ use crate::effect::terminals::ringing::Oscillation;
 use crate::effect::terminals::swing::{Powers, decayed, scaled};
 use crate::physics::legs::Conducting;
 
-/// Pick-up of an edge of a leg's potential from one rail to the other in all current readings, t seconds later:
-/// `± amplitude · e^(−t/decay) · cos(2π frequency t)`, positive for an edge upwards.
+/// Pick-up in all current readings, t seconds after the potential of a leg jumps from one rail to the other: `±
+/// amplitude · e^(−t/decay) · cos(2π frequency t)`, positive for a rising edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PickUp {
     /// Amplitude in A.
@@ -23,24 +23,23 @@ pub struct PickUp {
     pub frequency: f64,
 }
 
-/// The pick-up of all edges so far, of machines side by side. All edges ring at one frequency, so their sum is one
-/// complex number.
+/// The summed pick-up of all edges so far, of machines side by side. All edges ring at the same frequency, so their sum
+/// is one complex number.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PickedUp<V> {
     /// Amplitude per edge in A.
     amplitude: V,
-    /// Rate of decay in 1/s, and angular frequency in rad/s.
+    /// Rate of decay in 1/s; the field after it is the angular frequency in rad/s.
     decay: V,
     turn: V,
-    /// Last potential of each leg as a share of the link's voltage: 0 and 1 at the rails, a half where the leg
-    /// floats.
+    /// Last potential of each leg as a share of the link's voltage: 0 and 1 at the rails, one half for a floating leg.
     levels: [V; 3],
     /// Real and imaginary part of the present pick-up in A.
     phasor: [V; 2],
 }
 
-/// Amplitude in A below the resolution of any reading, at which pick-up is set to zero: numbers that continue to
-/// decay would become subnormal.
+/// Amplitude in A at which pick-up is set to zero. It is far below the resolution of any reading, and smaller numbers
+/// would become subnormal.
 const NOTHING: f64 = 1e-30;
 
 impl<V: Wide> PickedUp<V> {
@@ -58,8 +57,8 @@ impl<V: Wide> PickedUp<V> {
         self.phasor[0].get(lane)
     }
 
-    /// Returns the pick-up of a lane in A after shares of a step of `h` seconds in which potentials move like this,
-    /// with the step's oscillations over those shares.
+    /// Returns the pick-up of one lane in A after given shares of a step of `h` seconds; `moves`: movement of the
+    /// potentials, with the step's oscillations.
     #[inline(always)]
     pub fn within(
         &self,
@@ -81,12 +80,12 @@ impl<V: Wide> PickedUp<V> {
         then.phasor[0]
     }
 
-    /// Adds the pick-up of a leg's potential that jumps by a share of the link's voltage.
+    /// Adds the pick-up of a leg whose potential jumps by a share of the link's voltage.
     pub fn jump(&mut self, lane: usize, share: f64) {
         self.phasor[0].put(lane, self.at(lane) + self.amplitude.get(lane) * share);
     }
 
-    /// Adds the pick-up of the legs' new potentials in the lanes of `taken`, for terminals without a capacitance.
+    /// Adds the pick-up of changed leg potentials in the lanes of `taken`, for terminals without a capacitance.
     #[inline(always)]
     pub fn follow(&mut self, taken: V::Mask, legs: &Conducting<V>) {
         let (zero, half, one) = (V::of(0.0), V::of(0.5), V::of(1.0));
@@ -106,7 +105,7 @@ impl<V: Wide> PickedUp<V> {
         }
     }
 
-    /// Advances the lanes of `taken` by `h` seconds in which potentials move like this.
+    /// Advances the pick-up in the lanes of `taken` by `h` seconds; `moves`: movement of the potentials meanwhile.
     #[inline(always)]
     pub fn advance(&mut self, taken: V::Mask, h: V, moves: Option<(&Moves<V>, &[Oscillation<V>; 2])>) {
         let zero = V::of(0.0);
@@ -128,18 +127,18 @@ impl<V: Wide> PickedUp<V> {
     }
 }
 
-/// Change of the sum of all terminals' potentials over a step, as a multiple of the link's voltage: a cubic of the time within the step,
-/// plus a factor for each of the step's two oscillations.
+/// Movement of the sum of all terminal potentials over a step, as a multiple of the link's voltage: a cubic of time
+/// plus the step's two oscillations with a factor each.
 #[derive(Clone, Copy, Debug)]
 pub struct Moves<V> {
     /// Cubic part of the movement.
     pub cubic: Powers<V>,
-    /// Shares of the oscillations.
+    /// Factors of the two oscillations.
     pub shares: [V; 2],
 }
 
 impl<V: Wide> Moves<V> {
-    /// Copies the movement of a lane to all lanes, each over a share of the step.
+    /// Copies one lane's movement to all lanes; each lane covers its own share of the step.
     #[inline(always)]
     fn of_lane(&self, lane: usize, share: V) -> Self {
         let one = |number: &V| V::of(number.get(lane));
@@ -148,8 +147,8 @@ impl<V: Wide> Moves<V> {
         Self { cubic: scaled(&cubic, share, share), shares }
     }
 
-    /// Returns the response ∫ e^(z (1 − s)) x(s) ds over a step: n! φ_(n+1)(z) for a power of s, with φ_(n+1) = (φ_n
-    /// − 1/n!)/z, and for an oscillation w e^(σ s) and its conjugate w (e^σ − e^z)/(σ − z) each.
+    /// Returns the response ∫ e^(z (1 − s)) x(s) ds over a step. A power of s responds by n! φ_(n+1)(z), with φ_(n+1) =
+    /// (φ_n − 1/n!)/z. An oscillation w e^(σ s) and its conjugate respond by w (e^σ − e^z)/(σ − z) each.
     #[inline(always)]
     fn answer(&self, z: [V; 2], grown: [V; 2], of: &[Oscillation<V>; 2]) -> [V; 2] {
         let (zero, one) = (V::of(0.0), V::of(1.0));

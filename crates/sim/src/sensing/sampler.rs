@@ -8,7 +8,7 @@ use super::misread::Misread;
 use super::{Arrangement, Channels, Sensors};
 use crate::{Draws, Faults, Purpose, Streams};
 
-/// The sampler of one run: takes its samples.
+/// The sampler of one run: converts physical values to readings.
 #[derive(Clone, Debug)]
 pub struct Sampler<'t> {
     sensors: Sensors,
@@ -25,15 +25,16 @@ pub struct Sampler<'t> {
 pub struct Instant {
     /// Time in ns since the start of the run.
     pub time: f64,
-    /// Currents in A through the sensors, behind their filters if they have any: see [`super::SensorSettings::seen`].
+    /// Currents in A through the sensors, after the filters if there are any: see [`super::SensorSettings::seen`].
     pub current: [f64; 3],
-    /// Voltage of the DC link in V, behind its sensor's filter if it has one.
+    /// Voltage of the DC link in V, after its sensor's filter if there is one.
     pub dc_link: f64,
-    /// Voltages of the terminals in V, behind their filters if they have any; of a drive that reads them.
+    /// Voltages of the terminals in V, after their filters if there are any; unused if the drive does not read its
+    /// terminals.
     pub terminal: [f64; 3],
     /// The request to each leg just before the trigger's nominal time.
     pub requested: [Gate; 3],
-    /// Whether the drive takes the amplifier of each leg's shunt to have settled by then.
+    /// Whether the drive takes the amplifier of each leg's shunt to have settled by that time.
     pub settled: [bool; 3],
 }
 
@@ -46,7 +47,7 @@ impl<'t> Sampler<'t> {
         Self { sensors: *sensors, channels, noise, link_noise, jitter, dividers, misread }
     }
 
-    /// Returns the real sampling instant of a trigger at `nominal`, with delay and jitter, within its command.
+    /// Returns the actual sampling instant of a trigger at `nominal`, with delay and jitter, limited to its command.
     pub fn instant(&mut self, nominal: Nanos, command_start: Nanos, command_end: Nanos) -> Nanos {
         let jitter = self.sensors.settings.jitter.0;
         let late = nominal.0 + self.sensors.settings.sample_delay.0;
@@ -151,7 +152,7 @@ mod tests {
         Sampler::new(&Sensors::nominal(settings), Faults::default(), Streams::new(1, 0))
     }
 
-    /// A converter behind a sensor without errors, in each of the four channels.
+    /// Returns a function that reads a value through a converter behind a sensor without errors.
     fn converter(adc: Adc) -> impl Fn(f64) -> (f64, bool, u32) {
         let dc_link = crate::VoltageSensor { adc: Some(adc), ..SensorSettings::IDEAL.dc_link };
         let settings = SensorSettings { adc: Some(adc), dc_link, ..SensorSettings::IDEAL };

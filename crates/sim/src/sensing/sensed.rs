@@ -1,4 +1,4 @@
-//! Sensors with a state of machines side by side: filters and pick-up follow each step from its beginning to its end.
+//! Sensors with a state, of machines side by side: filters and pick-up are integrated over each step.
 
 use standstill_numeric::{Compute, Wide};
 
@@ -17,31 +17,34 @@ use crate::step::two_derivative::{Here, Tried};
 pub struct Sensed<V: Wide> {
     /// Filters of the sensors.
     pub filters: Option<Filters<V>>,
-    /// Output in A of amplifiers with a slew rate, and that rate in A/s.
+    /// Outputs in A of the slew-rate-limited amplifiers, and their slew rate in A/s.
     slewing: Option<([V; 3], V)>,
-    /// Capacitors of the converters, as filters of the sensors' inputs: see [`Acquiring`].
+    /// The converters' sampling capacitors: see [`Acquiring`].
     acquiring: Option<Acquiring<V>>,
     /// Pick-up of the sensors.
     pub picked_up: Option<PickedUp<V>>,
-    /// Where the sensors are.
+    /// Arrangement of the current sensors.
     arrangement: Arrangement,
     passed: Passed<V>,
 }
 
-/// Capacitors in front of the converters. Behind a filter with the time constant τ that of a capacitor with another one, ρ, has the output
-/// `(τ x − ρ y)/(τ − ρ)`, x the filter's output and y that of a filter with ρ alone: both have the same input, so both are exact.
+/// The converters' sampling capacitors, of time constant ρ, behind the sensors' filters, of time constant τ. The two in
+/// series have the output `(τ x − ρ y)/(τ − ρ)`, where x is the output of the filter alone and y that of a filter with
+/// ρ alone. Both have the same input, so the combination is as exact as each of them.
 #[derive(Clone, Copy, Debug, Default)]
 struct Acquiring<V> {
     filters: Filters<V>,
-    /// The share τ/(τ − ρ) of the sensors' filters; zero without these.
+    /// The factor τ/(τ − ρ) of the sensors' filters; zero without filters.
     of_sensors: [V; 3],
 }
 
-/// By what share of the larger one time constants must differ at least: those that differ less are taken to differ so much.
+/// Least difference of the two time constants, as a share of the larger one; a smaller difference is replaced by this
+/// one.
 const APART: f64 = 1e-4;
 
 impl<V: Wide> Acquiring<V> {
-    /// Puts capacitors with this time constant in s into a lane, behind filters with these time constants in s, if there are any.
+    /// Puts sampling capacitors with the time constant `own` in s into a lane; `filters`: time constants in s of the
+    /// filters before them, if there are any.
     fn put(&mut self, lane: usize, own: f64, filters: Option<[f64; 3]>) {
         let mut owns = [own; 3];
         for k in 0..3 {
@@ -55,7 +58,7 @@ impl<V: Wide> Acquiring<V> {
     }
 }
 
-/// The quantities of a step that the sensors need.
+/// The quantities of the last step that the sensors need.
 #[derive(Clone, Debug, Default)]
 struct Passed<V: Wide> {
     taken: V::Mask,
@@ -69,7 +72,7 @@ struct Passed<V: Wide> {
     rise: [Plane<V>; 2],
     /// Oscillation of the currents where terminals have a capacitance.
     ringing: Option<Oscillating<V>>,
-    /// The sensors at the beginning of the step, and the inputs of their filters during it.
+    /// The filters at the beginning of the step, and their inputs during it.
     filters: Option<Filters<V>>,
     picked_up: Option<PickedUp<V>>,
     input: [Powers<V>; 3],
@@ -81,14 +84,14 @@ struct Passed<V: Wide> {
 #[derive(Clone, Copy, Debug)]
 struct Oscillating<V> {
     of: [Oscillation<V>; 2],
-    /// Vector from a modal oscillation to the current in A.
+    /// Vectors that map each modal oscillation to the current in A.
     to: [Plane<V>; 2],
-    /// Voltage by which an ampere moves a terminal in a second, as a multiple of the link's voltage.
+    /// Voltage by which a charge of 1 A·s moves a terminal, as a multiple of the link's voltage.
     per_charge: V,
 }
 
 impl<V: Wide> Sensed<V> {
-    /// Makes sensors of this kind; none where no sensor has a state.
+    /// Makes sensors of the same kind as these; none if no sensor has a state.
     pub fn like(settings: &SensorSettings) -> Option<Self> {
         let filters = settings.bandwidth.is_some();
         let (acquiring, slewing) = (settings.acquisition > 0.0, settings.slews());
@@ -103,7 +106,7 @@ impl<V: Wide> Sensed<V> {
         })
     }
 
-    /// Returns whether sensors are of the kind of these.
+    /// Returns whether sensors with these settings are of the same kind as `of`.
     pub fn fits(of: Option<&Self>, settings: &SensorSettings) -> bool {
         let plain = settings.bandwidth.is_none() && settings.pick_up.is_none();
         let Some(sensed) = of else { return plain && settings.acquisition == 0.0 && !settings.slews() };
@@ -136,7 +139,7 @@ impl<V: Wide> Sensed<V> {
         }
     }
 
-    /// Returns the sensors' outputs of a lane in A, at these currents in A.
+    /// Returns the sensors' outputs of a lane in A; `current`: the currents in A at their inputs.
     pub fn at(&self, lane: usize, current: [f64; 3]) -> [f64; 3] {
         let mut shown = current;
         if let Some(filters) = &self.filters {
@@ -156,14 +159,13 @@ impl<V: Wide> Sensed<V> {
         shown.map(|shown| shown + added)
     }
 
-    /// Returns the outputs of a lane's phases in A behind their filters, each at a time in ns within the step
-    /// followed last.
+    /// Returns the filter outputs in A of a lane's phases, each at its own time in ns within the last step.
     pub fn within(&self, lane: usize, times: [f64; 3]) -> [f64; 3] {
         V::compute(Within(&self.passed, lane, times))
     }
 
-    /// Keeps the quantities of a step that the sensors need, before its end becomes the present state of the machines
-    /// that took it.
+    /// Stores the quantities of a step that the sensors need, before its end overwrites the present state of the
+    /// machines that accepted it.
     #[inline(always)]
     pub fn keep<const RARE: bool>(
         &mut self,
@@ -191,13 +193,13 @@ impl<V: Wide> Sensed<V> {
         }
     }
 
-    /// Follows the step that was kept, with legs of these axes.
+    /// Advances the sensors over the stored step; `axes`: magnetic axes of the legs' phases.
     pub fn follow(&mut self, axes: &[Plane<V>; 3]) {
         V::compute(Follow(self, axes));
     }
 
-    /// Advances the lanes of `taken` by `h` seconds in which no current flows and no potential moves; `legs`: the
-    /// legs meanwhile.
+    /// Advances the lanes of `taken` by `h` seconds in which no current flows and no potential moves; `legs`:
+    /// conduction of the legs meanwhile.
     #[inline(always)]
     pub fn rest(&mut self, taken: V::Mask, h: V, legs: &Conducting<V>) {
         let none = [V::of(0.0); 4];
@@ -216,8 +218,9 @@ impl<V: Wide> Sensed<V> {
 }
 
 impl<V: Wide> Sensed<V> {
-    /// Lets amplifiers with a slew rate follow the currents through shunts, which are `seen` in A at the end of `h` seconds; those behind
-    /// filters follow these. A current changes by less than the rate between the edges at which it jumps.
+    /// Advances slew-rate-limited amplifiers by `h` seconds. Their input is the current `seen` by the shunts in A at
+    /// the end of this time, or the filters' output if there are filters. Between the edges at which it jumps, a
+    /// current changes more slowly than the slew rate.
     #[inline(always)]
     fn slew(&mut self, taken: V::Mask, h: V, seen: [V; 3]) {
         let Some((output, rate)) = &mut self.slewing else { return };
@@ -272,7 +275,7 @@ impl<V: Wide> Compute for Within<'_, V> {
     }
 }
 
-/// Advance of the sensors over the step that was kept.
+/// Advance of the sensors over the stored step.
 struct Follow<'s, V: Wide>(&'s mut Sensed<V>, &'s [Plane<V>; 3]);
 
 impl<V: Wide> Compute for Follow<'_, V> {

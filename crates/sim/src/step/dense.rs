@@ -7,7 +7,7 @@ use crate::effect::winding::flux_within;
 use crate::effect::{Effect, Looked, Span, terminals};
 
 impl<V: Wide> Span<'_, '_, V> {
-    /// Returns the machines at this place of the step, as exactly as at its end: the flux from the voltage and the
+    /// Returns the machines at this point within the step, as exactly as at its end: the flux from the voltage and the
     /// integral of the currents' cubic, the currents from the core.
     #[inline(always)]
     pub fn there(&self) -> Here<V> {

@@ -7,10 +7,11 @@ use std::array::from_fn;
 
 use standstill_numeric::Lane;
 
-/// Number of derivatives that a step needs: six within it and the one at its end.
+/// Number of derivatives that a step evaluates: six within it and one at its end.
 pub const STAGES: usize = 7;
 
-/// Share of the step at which each derivative is taken, and the weights of the derivatives before it.
+/// Stages: the share of the step at which each derivative is evaluated, and the weights of the previous derivatives
+/// there.
 const STAGE: [(f64, [f64; STAGES - 1]); STAGES] = [
     (0.0, [0.0; 6]),
     (0.2, [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
@@ -21,14 +22,14 @@ const STAGE: [(f64, [f64; STAGES - 1]); STAGES] = [
     (1.0, [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0]),
 ];
 
-/// One step from `start` over `h`, not yet accepted; of one machine or of several side by side.
+/// One attempted step from `start` over `h`; of one machine or of several side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct Attempt<const N: usize, T = f64> {
     /// Length of the step in s.
     pub h: T,
     /// State at the beginning.
     pub start: [T; N],
-    /// State at the end, order 5.
+    /// State at the end, of order 5.
     pub end: [T; N],
     /// Derivatives at the beginning, within, and at the end.
     pub slopes: [[T; N]; STAGES],
@@ -55,7 +56,7 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
         self
     }
 
-    /// Returns the state after the step with these weights of its slopes.
+    /// Returns the state after the step, as the sum of its slopes with these weights.
     #[inline(always)]
     fn after(&self, weights: &[f64; STAGES - 1]) -> [T; N] {
         from_fn(|n| {
@@ -69,8 +70,8 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
         })
     }
 
-    /// Returns the largest component of the error estimate, each relative to its tolerance: at most 1 to be accepted.
-    /// Not a number if any component is.
+    /// Returns the largest component of the error estimate relative to its tolerance; the step is acceptable up to 1.
+    /// Not a number if any component is not a number.
     #[inline(always)]
     pub fn error(&self, tolerance: &[f64; N]) -> T {
         let [k1, _, k3, k4, k5, k6, k7] = &self.slopes;

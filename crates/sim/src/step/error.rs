@@ -1,7 +1,7 @@
 //! Error estimate of a step, relative to the tolerance.
 //!
-//! Each factor has a reason, which `tests` compares with closed forms; all factors are checked against the referee,
-//! too, on eight motors and with larger and smaller tolerances (`tests/suite/{referee,convergence,accuracy}.rs`).
+//! Each factor has a reason, which `tests` compares with closed forms. All factors are also checked against the
+//! referee, on eight motors and with larger and smaller tolerances (`tests/suite/{referee,convergence,accuracy}.rs`).
 
 #[cfg(test)]
 mod tests;
@@ -13,24 +13,25 @@ use crate::effect::terminals::ringing::Ringing;
 use crate::physics::machine::Change;
 use crate::physics::plane::Plane;
 
-/// Required accuracy of a step, machine by machine.
+/// Required accuracy of a step, one value per machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Accuracy<V: Wide> {
-    /// 1 over the largest error of a step in Wb.
+    /// Reciprocal of the largest allowed error of a step, in 1/Wb.
     pub per_flux: V,
-    /// 1 over the largest error of the angle in rad.
+    /// Reciprocal of the largest allowed error of the angle, in 1/rad.
     pub per_angle: V,
-    /// 1 over a flux in Wb over which saturation changes much.
+    /// Reciprocal of a flux over which saturation changes considerably, in 1/Wb.
     pub per_flux_scale: V,
-    /// Inductance of the winding in H where the currents between the ends matter too, as for filters; else 0.
+    /// Inductance of the winding in H if the currents within steps must be accurate too, because filters follow them;
+    /// else 0.
     pub filtered: V,
     /// Time in ns over which a filter's past input still affects a sample.
     pub remembered: V,
 }
 
 impl<V: Wide> Accuracy<V> {
-    /// Returns the accuracy of a step until a time in ns: currents between its ends matter only if the next sample,
-    /// at `sample`, shows them.
+    /// Returns the accuracy of a step that ends at a time in ns. The currents within it must be accurate only if the
+    /// next sample, at `sample` in ns, still depends on them.
     #[inline(always)]
     pub fn of_step(&self, until: V, sample: V) -> Self {
         let shown = (until + self.remembered).above(sample);
@@ -38,43 +39,45 @@ impl<V: Wide> Accuracy<V> {
     }
 }
 
-/// Number of time constants after which a filter's past input is neglected: e^−4, 2 % of it, is then left.
+/// Number of time constants after which a filter's past input is neglected; e^−4, 2 % of it, is left then.
 pub const REMEMBERED: f64 = 4.0;
 
-/// Error of the drop's quadrature, per ohm and ampere of the fourth-order term below. For a current that decays with
-/// x = h/τ that term is x⁴/18 and the quadrature misses x⁴/720, a fortieth of the term. Eight times that, for
-/// currents that are no single exponential; the sum of two resistances doubles the factor once more.
+/// Error of the quadrature of the resistive drop, per ohm and ampere of the fourth-order term below. For a current that
+/// decays with x = h/τ that term is x⁴/18, and the quadrature errs by x⁴/720, a fortieth of the term. The constant is
+/// eight times that, for currents that are not a single exponential. It is doubled from that for the case in which two
+/// resistances add up.
 const QUADRATURE: f64 = 0.2;
 
-/// Error of the force on terminals that ring, per weber. Of a force e^(−x s) a cubic misses x⁴/24 s²(1 − s)² within a
-/// step, which moves the flux by x⁴/720 at most, a fortieth of the fourth-order term, and by less where the
-/// oscillation turns meanwhile. An undamped oscillation keeps its error: 80 steps in a row may have the same error
-/// before the sum reaches the tolerance.
+/// Error of the force on ringing terminals, per weber. For a force e^(−x s) a cubic errs by x⁴/24 s²(1 − s)² within a
+/// step. This error moves the flux by at most x⁴/720, a fortieth of the fourth-order term, and by less where the
+/// oscillation turns meanwhile. In an undamped oscillation the errors add up: 80 successive steps may have the same
+/// error before their sum reaches the tolerance.
 const RINGING: f64 = 2.0;
 
-/// Error of a linear correction from the place where the core was evaluated, as a factor of the square of the flux
-/// over the flux by which saturation changes much: half of the curvature, which is up to eight times 1 over that flux
-/// in a core with cusps.
+/// Error of the linear correction from the point at which the core was evaluated, as a factor of the squared distance
+/// in Wb over the flux in which saturation changes considerably. It is half of the curvature, and the curvature is up
+/// to eight times the reciprocal of that flux in a core with cusps.
 const CURVATURE: f64 = 4.0;
 
-/// Share of the currents' fourth-order term between the ends of a step that reaches a filter: at most h⁴ i⁗/384 of h⁴
-/// i⁗/18, a twentieth, and twice that.
+/// Share of the currents' fourth-order term within a step that reaches a filter. The error of a cubic is at most h⁴
+/// i⁗/384, a twentieth of the term h⁴ i⁗/18; the constant is twice that.
 const FILTERED: f64 = 0.1;
 
-/// Error of the rule for the lagging flux: of e^−x it misses x⁵/720. If the winding's flux changes too, as e^(−k x
-/// s), the rule misses some (k + 1/2)⁵ times that, at k = 2 a hundred times in units of that flux, which is never far
-/// more than the lag: 72 times, and an error below the estimate for all k up to 2.
+/// Error of the rule for the lagging flux. For e^−x the rule errs by x⁵/720. If the winding's flux changes too, as
+/// e^(−k x s), the rule errs by about (k + 1/2)⁵ times that: for k = 2 a hundred times, relative to that flux, which is
+/// never much larger than the lag. The constant is 72 times the first error, and the error is below the estimate for
+/// all k up to 2.
 const RELAXING: f64 = 0.1;
 
-/// Returns the error in Wb of a lagging flux, with a lag of at most `most` in Wb, over `x` of its time constants.
+/// Returns the error in Wb of the lagging flux over a step of `x` time constants; `most`: largest lag in Wb.
 #[inline(always)]
 pub(crate) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
     most * (x * x) * (x * x) * x * RELAXING
 }
 
-/// Returns the error of a step in which terminals ring, relative to the tolerance: from the error of its cubics in
-/// Wb, from the distance `off` in Wb of the core's evaluation to the end, and, where filters measure them, from the
-/// error of the currents between its ends.
+/// Returns the error of a step with ringing terminals, relative to the tolerance. It has three parts: the error of the
+/// step's cubics in Wb; the distance `off` in Wb between the end and the point at which the core was evaluated; and, if
+/// filters follow the currents, the error of the currents within the step.
 #[inline(always)]
 pub(crate) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V>, off: Plane<V>) -> V {
     let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;

@@ -2,7 +2,7 @@
 
 use standstill_numeric::{Lane, Wide};
 
-/// Cubic polynomial over a step: values at the beginning and at the end, and slopes there times the step's length.
+/// Cubic polynomial over a step, given by its values at both ends and by its slopes there times the step's length.
 #[derive(Clone, Copy, Debug)]
 pub struct Cubic<T> {
     /// Values at the beginning and at the end.
@@ -36,29 +36,29 @@ impl<T: Lane> Cubic<T> {
         [a, s, rise * 3.0 - s - s - e, s + e - rise - rise]
     }
 
-    /// Returns the value at a share of the step.
+    /// Returns the value after a share of the step.
     #[inline(always)]
     pub fn at(&self, x: T) -> T {
         let [a, s, c, d] = self.powers();
         a + x * (s + x * (c + x * d))
     }
 
-    /// Returns the slope per step at a share of the step.
+    /// Returns the slope, per step, after a share of the step.
     #[inline(always)]
     pub fn rise(&self, x: T) -> T {
         let [_, s, c, d] = self.powers();
         s + x * (c + c + x * (d * 3.0))
     }
 
-    /// Returns the integral from the beginning to a share of the step, per step.
+    /// Returns the integral from the beginning up to a share of the step, divided by the step's length.
     #[inline(always)]
     pub fn area(&self, x: T) -> T {
         let [a, s, c, d] = self.powers();
         x * (a + x * (s * 0.5 + x * (c * (1.0 / 3.0) + x * (d * 0.25))))
     }
 
-    /// Returns approximately the lowest value within the step, where the cubic falls at its beginning and rises at
-    /// its end; else infinity.
+    /// Returns approximately the lowest value within the step if the cubic falls at its beginning and rises at its end;
+    /// else infinity.
     #[inline(always)]
     pub fn dip(&self) -> T {
         let zero = T::of(0.0);
@@ -70,9 +70,9 @@ impl<T: Lane> Cubic<T> {
 }
 
 impl Cubic<f64> {
-    /// Returns the share of the step at which the cubic falls to `level`, between two shares: it is above the level
-    /// at the first and below at the second. Exact to rounding: by Newton's rule, by bisection where that leaves the
-    /// bracket.
+    /// Returns the share of the step, between `from` and `to`, at which the cubic falls to `level`. The cubic must be
+    /// above the level at `from` and below at `to`. Exact up to rounding, by Newton's method, and by bisection where a
+    /// Newton step leaves the bracket.
     pub fn falls_to(&self, level: f64, from: f64, to: f64) -> f64 {
         let [a, s, c, d] = self.powers();
         let a = a - level;
@@ -108,9 +108,9 @@ impl Cubic<f64> {
     }
 }
 
-/// Error of a cubic's root, as a share of the step, before the last iteration of Newton's rule.
+/// Error of a cubic's root, as a share of the step, at which the next Newton iteration is the last.
 const CLOSE: f64 = 1e-8;
-/// Number of iterations in which even bisection finds a root to that error.
+/// Largest number of iterations; bisection alone reaches that error within it.
 const MOST_ROUNDS: u32 = 60;
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
-//! An independent method for the step: the method of Dormand and Prince over the same equations, one machine at a
-//! time.
+//! An independent integrator: the method of Dormand and Prince for the same equations, one machine at a time.
 //!
-//! The referee shares neither the quadrature nor the prediction nor the error estimate of the engine's own step, so
-//! it can judge whether that step is right. It evaluates the core seven times a step.
+//! The referee shares neither the quadrature nor the prediction nor the error estimate of the engine's own step, so it
+//! can judge that step. It evaluates the core seven times per step.
 
 use standstill_interface::Dq;
 use standstill_numeric::Wide;
@@ -18,12 +17,12 @@ use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::dormand_prince::Attempt;
 
-/// Count of a state's numbers, without its branch and with it.
+/// Number of values of a state, without the pinned fluxes of the play cells; the constant after it counts them too.
 const OWN: usize = 10;
 const NUMBERS: usize = OWN + size_of::<BranchState<f64>>() / size_of::<f64>();
 
-/// Tolerance of the speed in rad/s and of the link's voltage in V, per unit of the tolerance of the angle and of the
-/// flux: such errors matter as much within a tenth of a millisecond.
+/// Tolerance of the speed in rad/s per rad of the angle's tolerance, and of the link's voltage in V per Wb of the
+/// flux's tolerance. Within a tenth of a millisecond such errors grow to the tolerances of angle and flux.
 const PER_SECOND: f64 = 1e4;
 
 fn numbers<V: Wide>(state: &State<V>, pinned: &BranchState<V>) -> [V; NUMBERS] {
@@ -37,7 +36,7 @@ fn numbers<V: Wide>(state: &State<V>, pinned: &BranchState<V>) -> [V; NUMBERS] {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Tries a step to times in ns with the referee's method.
+    /// Tries a step to times in ns with the method of Dormand and Prince.
     pub fn refereed(
         machine: &Machine<V>,
         bounds: &Bounds<V>,
@@ -86,7 +85,7 @@ impl<V: Wide> Tried<V> {
     }
 }
 
-/// Returns the tolerance of each number of a state.
+/// Returns the tolerance of each value of a state.
 fn tolerances<V: Wide>(accuracy: &Accuracy<V>) -> [f64; NUMBERS] {
     let (flux, angle) = (1.0 / accuracy.per_flux.get(0), 1.0 / accuracy.per_angle.get(0));
     let (speed, volt) = (angle * PER_SECOND, flux * PER_SECOND);
@@ -94,7 +93,7 @@ fn tolerances<V: Wide>(accuracy: &Accuracy<V>) -> [f64; NUMBERS] {
     std::array::from_fn(|n| own.get(n).copied().unwrap_or(flux))
 }
 
-/// Returns the state with these numbers at a time in s. Without a capacitor the link follows its source.
+/// Returns the state with these values at a time in s. Without a capacitor the link's voltage is the source's.
 fn state_of<V: Wide>(machine: &Machine<V>, time: V, y: &[V; NUMBERS]) -> State<V> {
     let [x, y, turned, speed, mut link, d, q, a, b, c, ..] = *y;
     if machine.links.storage.is_none() {
@@ -104,12 +103,12 @@ fn state_of<V: Wide>(machine: &Machine<V>, time: V, y: &[V; NUMBERS]) -> State<V
     State { flux: Plane::new(x, y), turned, speed, link, lagging, potential: [a, b, c] }
 }
 
-/// Returns the pinned fluxes of the branch in Wb.
+/// Returns the pinned fluxes of the play cells in Wb.
 fn pinned_of<V: Wide>(y: &[V; NUMBERS]) -> BranchState<V> {
     std::array::from_fn(|k| Plane::new(y[OWN + 2 * k], y[OWN + 1 + 2 * k]))
 }
 
-/// Returns the slopes of a state, and of the pinned fluxes of the branch, at a time in s.
+/// Returns the time derivatives of a state and of the play cells' pinned fluxes, at a time in s.
 fn slope<V: Wide>(
     machine: &Machine<V>,
     legs: &Conducting<V>,

@@ -1,13 +1,13 @@
-//! The step: a method of order four with two derivatives and one evaluation of the core.
+//! The step: a fourth-order two-derivative method with one evaluation of the core per step.
 //!
-//! The voltage between two instants is known and is integrated exactly. Only the drop R i needs a quadrature, `∫i ≈
-//! h/2 (i₀ + i₁) + h²/12 (i₀′ − i₁′)`, whose slopes `i′ = Γ ψ′ + …` cost nothing beside the currents. The flux at the
-//! end is first predicted; there the core is evaluated; and the difference to the quadrature is corrected by one
-//! linear step with Γ, which also takes the current of a blocked leg to zero. Angle, speed and the link's voltage are
+//! The voltage between two instants is known and is integrated exactly. Only the resistive drop R i needs a quadrature,
+//! `∫i ≈ h/2 (i₀ + i₁) + h²/12 (i₀′ − i₁′)`, whose slopes `i′ = Γ ψ′ + …` need no further evaluation of the core. The
+//! flux at the end is predicted, and the core is evaluated there. Then one linear correction with Γ removes the
+//! difference to the quadrature and sets the current of a blocked leg to zero. Angle, speed and the link's voltage are
 //! integrated by the same rule.
 //!
-//! The error is estimated from the third derivative of the currents that follows from their values and slopes at both
-//! ends.
+//! The error is estimated from the third derivative of the currents, which follows from the currents' values and slopes
+//! at both ends.
 
 use standstill_inverter::Source;
 use standstill_numeric::Wide;
@@ -44,21 +44,22 @@ pub struct Here<V: Wide> {
 pub struct Tried<V: Wide> {
     /// Length of the step in s.
     pub h: V,
-    /// The legs during the step.
+    /// The conduction of the legs during the step.
     pub legs: Conducting<V>,
     /// The machines at the end of the step.
     pub end: Here<V>,
     /// Slopes of the machines at the beginning and at the end of the step.
     pub change: [Change<V>; 2],
-    /// The links over the step.
+    /// The DC links over the step.
     pub link: LinkStep<V>,
-    /// The rotors over the step, where they can move.
+    /// The rotors over the step; none if they cannot move.
     pub rotor: Option<RotorStep<V>>,
-    /// The terminals over the step, where they have a capacitance.
+    /// The floating terminals over the step; none if terminals have no capacitance.
     pub floating: Option<Floating<V>>,
-    /// The branch beside the core over the step, where there is one.
+    /// The play cells over the step; none without hysteresis.
     pub branch: Option<BranchStep<V>>,
-    /// Currents of the phases, or of the devices that feed them, in A at both ends.
+    /// Currents in A at both ends of the step: of the phases, or of the legs' devices where terminals have a
+    /// capacitance.
     pub phases: [[V; 3]; 2],
     /// Margins of the guards at both ends.
     pub margins: [Margins<V>; 2],
@@ -66,22 +67,23 @@ pub struct Tried<V: Wide> {
     pub phase_rise: [[V; 3]; 2],
     /// The torque in N·m at both ends.
     pub torque: [V; 2],
-    /// Margin of the rotor's motion over the step, as far as it follows from the torque.
+    /// Margin of the rotor's motion over the step, with a slope computed from that of the torque.
     pub motion: Cubic<V>,
-    /// Error of the step relative to the tolerance: at most 1 to be accepted; not a number if any part is.
+    /// Error of the step relative to the tolerance; the step is acceptable up to 1. Not a number if any part is not a
+    /// number.
     pub error: V,
-    /// Smallest margin of blocked legs at the beginning of the step, with the slack added: negative where a leg was
-    /// out of its bounds before.
+    /// Smallest margin of blocked legs at the beginning of the step, with the slack added; negative if a leg was
+    /// already out of its bounds.
     pub blocked_at_begin: V,
-    /// Smallest of all margins in the step and at its end, with the slack added: negative where a mode ends within
-    /// the step.
+    /// Smallest of all margins within the step and at its end, with the slack added; negative if a mode ends within the
+    /// step.
     pub least_margin: V,
-    /// Smallest margin of blocked legs at the end of the step, with the larger slack within which a leg is taken to
-    /// conduct.
+    /// Smallest margin of blocked legs at the end of the step, with the larger slack beyond which a leg must have begun
+    /// to conduct.
     pub least_at_mode_end: V,
 }
 
-/// Effects over a step, as both methods of a step leave them.
+/// The effects' quantities of a step, computed by the engine's method or by the referee's.
 #[derive(Clone, Copy)]
 pub(super) struct Parts<V: Wide> {
     pub link: LinkStep<V>,
@@ -91,7 +93,7 @@ pub(super) struct Parts<V: Wide> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// Tries a step to times in ns; `RARE`: whether terminals may have a capacitance, or the core a branch.
+    /// Tries a step to times in ns; `RARE`: whether machines may have ringing terminals or play cells.
     #[inline(always)]
     pub fn new<const RARE: bool>(
         machine: &Machine<V>,
@@ -168,7 +170,7 @@ impl<V: Wide> Tried<V> {
         Self::between::<RARE>(&end, bounds, there, Parts { link, rotor, ringing, branch: branched }, error)
     }
 
-    /// Completes the step up to its end, with the modes that end within it.
+    /// Completes the record of a step whose end is known, and finds the modes that end within it.
     #[inline(always)]
     pub(super) fn between<const RARE: bool>(
         of: &End<'_, '_, V>,

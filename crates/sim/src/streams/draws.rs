@@ -8,7 +8,7 @@ use super::normal::{
 };
 use super::{AT_ONCE, IN_BLOCK, Purpose, Source, Tape};
 
-/// The draws of one trial and purpose, in their order. Each draw takes one number, an angle two.
+/// The draws of one trial and purpose, in their order. Each draw takes one random number; an angle takes two.
 ///
 /// ```
 /// use standstill_sim::{Purpose, Streams};
@@ -23,7 +23,7 @@ use super::{AT_ONCE, IN_BLOCK, Purpose, Source, Tape};
 #[derive(Clone, Debug)]
 pub struct Draws<'t> {
     seeded: Seeded,
-    /// The tape and the number of the strip on it.
+    /// The tape, and the number of its strip with these draws.
     strip: Option<(&'t Tape, usize)>,
     /// Number of the next draw.
     next: u64,
@@ -35,7 +35,7 @@ impl<'t> Draws<'t> {
         Self { seeded: Seeded::new(source, purpose), strip, next: 0 }
     }
 
-    /// Loads the first words of the draws, computed from the seed elsewhere.
+    /// Sets the first random words of the draws, which the caller has computed from the seed.
     #[inline(always)]
     pub(super) fn beginning_with(mut self, words: &[u64]) -> Self {
         self.seeded.take(words, 0);
@@ -68,7 +68,8 @@ impl<'t> Draws<'t> {
         }
     }
 
-    /// Draws a standard normal truncated to ±`most`, by its quantile: the draw keeps its rank.
+    /// Draws a standard normal truncated to ±`most`: the quantile of the truncated distribution, so that the draw keeps
+    /// its rank.
     pub fn normal_within(&mut self, most: f64) -> f64 {
         let normal = self.normal();
         let outside = lower_tail(most);
@@ -91,7 +92,7 @@ impl<'t> Draws<'t> {
         }
     }
 
-    /// Draws a uniform number in this range.
+    /// Draws a uniform number in `range`.
     pub fn uniform_in(&mut self, range: Range<f64>) -> f64 {
         range.start + (range.end - range.start) * self.uniform()
     }
@@ -106,8 +107,8 @@ impl<'t> Draws<'t> {
         integer
     }
 
-    /// Draws a uniform angle in rad in [0, 2π): the direction of two normals. Unlike a share of a turn it has no ends
-    /// where neighbouring directions are far apart on a tape.
+    /// Draws a uniform angle in rad in [0, 2π): the direction of a vector of two normals. A small change of the normals
+    /// then changes the angle little, which would not hold at the ends of a uniform share of a turn.
     pub fn angle(&mut self) -> f64 {
         let (x, y) = (self.normal(), self.normal());
         let angle = standstill_numeric::atan2(y, x);
@@ -123,7 +124,7 @@ impl<'t> Draws<'t> {
     }
 }
 
-/// Draws by their numbers, computed from the seed.
+/// Draws computed from the seed, found by their numbers.
 #[derive(Clone, Debug)]
 struct Seeded {
     source: Source,
@@ -167,7 +168,7 @@ impl Seeded {
         self.at_hand(number)
     }
 
-    /// Returns the normals with these numbers, if all of them have been computed.
+    /// Returns the normals with these numbers if all of them have already been computed.
     #[inline]
     fn normals_at_hand(&self, numbers: Range<u64>) -> Option<&[f64]> {
         let Range { start, end } = self.numbers;
@@ -178,7 +179,7 @@ impl Seeded {
         self.block.get(place(numbers.start)?..place(numbers.end)?)
     }
 
-    /// Returns a normal of a tape's strip, and appends it to the strip if it is missing.
+    /// Returns a normal from a tape's strip, and appends it if the strip is too short.
     fn taped(&mut self, (tape, strip): (&Tape, usize), number: u64) -> f64 {
         let place = usize::try_from(number).expect("a tape fits into the memory");
         tape.read(strip, place, |number| self.normal(number))
@@ -192,10 +193,10 @@ impl Seeded {
         self.block[place]
     }
 
-    /// Computes the uniforms of the block that contains this number.
+    /// Computes the uniform numbers of the block that contains draw `number`.
     ///
-    /// The first block of each purpose is at the place of the purpose's discriminant; the others follow far behind,
-    /// four by four.
+    /// The discriminant of a purpose is the position of its first block. Its other blocks are far behind all first
+    /// blocks, in groups of four.
     #[cold]
     fn load(&mut self, number: u64) {
         const FIRST: u64 = IN_BLOCK as u64;
@@ -212,7 +213,7 @@ impl Seeded {
         self.numbers = numbers;
     }
 
-    /// Stores the uniforms of these words, the first of which has number `from`.
+    /// Stores the uniform numbers of these random words; `from`: the number of the first draw.
     fn take(&mut self, words: &[u64], from: u64) {
         for (uniform, word) in self.block.iter_mut().zip(words) {
             *uniform = uniform_of_word(*word);

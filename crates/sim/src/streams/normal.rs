@@ -1,8 +1,8 @@
 //! A draw as a uniform number and as a standard normal.
 //!
-//! A draw is one of 2^48 values k with the same probability. As a uniform it is u = (k + ½)/2^48, as a standard
-//! normal z = Φ⁻¹(u), between −7.86 and 7.86. The values are so far apart that Φ(z) finds k again from the rounded z:
-//! a list of normals has everything that was drawn.
+//! A draw is one of 2^48 values k with equal probability. As a uniform number it is u = (k + ½)/2^48, as a standard
+//! normal z = Φ⁻¹(u), between −7.86 and 7.86. The values are far enough apart to recover k from the rounded z through
+//! Φ(z), so a list of normals contains all information of the draws.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -14,19 +14,19 @@ use super::AT_ONCE;
 /// Number of values that a draw can have.
 const VALUES: f64 = (1_u64 << 48) as f64;
 
-/// Returns the uniform number in (0, 1) of a random word.
+/// Returns the uniform number in (0, 1) that a random word gives.
 #[inline(always)]
 pub(super) fn uniform_of_word(word: u64) -> f64 {
     uniform_of_value(word >> 16)
 }
 
-/// Returns the uniform number of value k.
+/// Returns the uniform number (k + ½)/2^48 for the value k.
 #[inline(always)]
 fn uniform_of_value(value: u64) -> f64 {
     (value as f64 + 0.5) / VALUES
 }
 
-/// Returns the value k of a uniform number.
+/// Returns the value k that a uniform number has.
 #[inline]
 pub(super) fn value(uniform: f64) -> u64 {
     // Between 0 and 2^48.
@@ -40,24 +40,25 @@ pub(super) fn lower_tail(z: f64) -> f64 {
     0.5 * standstill_numeric::erfc(z * FRAC_1_SQRT_2)
 }
 
-/// Returns the uniform number of the value to which a standard normal belongs: Φ(z), rounded.
+/// Returns the uniform number Φ(z) for a standard normal z, rounded to the nearest of the 2^48 values.
 pub(super) fn uniform_of_normal(normal: f64) -> f64 {
     let below = uniform_of_value(value(lower_tail(normal.abs())).min((1 << 47) - 1));
     if normal < 0.0 { below } else { 1.0 - below }
 }
 
-/// Largest distance of a uniform number from ½ at which [`central`] holds.
+/// Largest distance of a uniform number from ½ for which [`central`] is valid.
 const CENTRAL: f64 = 0.425;
 
 /// Returns the standard normal of a uniform number, Φ⁻¹(u): algorithm AS 241 of M. J. Wichura, "The percentage points
-/// of the normal distribution", Applied Statistics 37 (1988), pp. 477–484, to about 1 part in 10^16 but for rounding.
+/// of the normal distribution", Applied Statistics 37 (1988), pp. 477–484, with a relative error of about 1e-16 plus
+/// rounding.
 #[inline]
 pub(super) fn normal_of_uniform(uniform: f64) -> f64 {
     let off = uniform - 0.5;
     if off.abs() <= CENTRAL { central(off) } else { tail(uniform) }
 }
 
-/// Replaces uniform numbers by their standard normals, with the bits of [`normal_of_uniform`].
+/// Replaces uniform numbers by their standard normals, bit by bit equal to [`normal_of_uniform`].
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
 pub(super) fn normals_of_uniforms(numbers: &mut [f64; AT_ONCE]) {
     let uniforms = *numbers;
@@ -89,13 +90,13 @@ pub(super) fn normals_of_uniforms(numbers: &mut [f64; AT_ONCE]) {
     }
 }
 
-/// Count of numbers in the tails that are computed together.
+/// Number of tail values that are computed together.
 const SIDE_BY_SIDE: usize = 8;
 
-/// Probability above which the coefficients of the near tail hold for certain: they hold down to e^−25.
+/// Tail probability above which the coefficients of the near tail are certainly valid; their limit is e^−25.
 const FAR: f64 = 2e-11;
 
-/// Returns [`tail`] for probabilities above [`FAR`], without a branch.
+/// Returns the result of [`tail`] for tail probabilities above [`FAR`], without a branch.
 #[inline(always)]
 fn near_tail(uniform: f64) -> f64 {
     let beyond = 1.0 - uniform;
@@ -104,7 +105,7 @@ fn near_tail(uniform: f64) -> f64 {
     ratio(NEAR_TAIL, r - 1.6).copysign(uniform - 0.5)
 }
 
-/// Evaluates a polynomial with the constant first.
+/// Evaluates a polynomial whose first coefficient is the constant.
 #[inline(always)]
 fn polynomial(coefficients: [f64; 8], x: f64) -> f64 {
     coefficients.into_iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
@@ -116,7 +117,7 @@ fn ratio([above, below]: [[f64; 8]; 2], x: f64) -> f64 {
     polynomial(above, x) / polynomial(below, x)
 }
 
-/// Returns Φ⁻¹(½ + off) near the middle.
+/// Returns Φ⁻¹(½ + off) for a small `off`, up to [`CENTRAL`].
 #[inline(always)]
 fn central(off: f64) -> f64 {
     off * ratio(MIDDLE, CENTRAL * CENTRAL - off * off)
@@ -145,7 +146,7 @@ mod coefficients {
         ],
     ];
 
-    /// Coefficients of the near tail: √(−ln p) up to 5.
+    /// Coefficients of the near tail, for √(−ln p) up to 5.
     pub const NEAR_TAIL: [[f64; 8]; 2] = [
         [
             1.42343711074968357734, 4.63033784615654529590, 5.76949722146069140550, 3.64784832476320460504,
@@ -157,7 +158,7 @@ mod coefficients {
         ],
     ];
 
-    /// Coefficients of the far tail: √(−ln p) above 5.
+    /// Coefficients of the far tail, for √(−ln p) above 5.
     pub const FAR_TAIL: [[f64; 8]; 2] = [
         [
             6.65790464350110377720, 5.46378491116411436990, 1.78482653991729133580, 2.96560571828504891230e-1,

@@ -1,4 +1,4 @@
-//! Draws given by the caller.
+//! Tapes: draws given by the caller.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 
 use super::{Draws, Purpose, Source};
 
-/// The draws of one trial as standard normals, purpose by purpose. Rare-event simulation and sensitivity analysis set
-/// them; a tape that is empty at first contains the trial's draws afterwards.
+/// The draws of one trial as standard normals, purpose by purpose. Rare-event simulation and sensitivity analysis
+/// choose them. A trial that starts with an empty tape fills it with its draws.
 ///
-/// A uniform number is read from a normal as Φ(z), an angle as the direction of two normals. Draws that are not read
-/// stay as they are. Where a trial reads beyond the end of the tape, the draws that the tape's own seed and number
-/// give there are appended: new standard normals, independent of all others.
+/// A uniform number is read as Φ(z) of a normal, an angle as the direction of two normals. Draws that are not read
+/// remain unchanged. Where a trial reads beyond the end of the tape, draws from the tape's own seed and trial number
+/// are appended: new standard normals, independent of all others.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tape {
     source: Source,
@@ -26,12 +26,12 @@ impl Clone for Tape {
     }
 }
 
-/// The draws of one purpose.
+/// A strip of a tape: the draws of one purpose and name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Strip {
     /// Purpose of the draws.
     pub purpose: Purpose,
-    /// Name of the draws, where a purpose has several.
+    /// Name of the draws, for a purpose with several strips.
     pub name: String,
     /// The draws.
     pub normals: Vec<f64>,
@@ -40,9 +40,9 @@ pub struct Strip {
 }
 
 impl Strip {
-    /// Moves each draw x to √(1 − s²) x + s ξ with a new draw ξ: again a standard normal. The step s is `width` times
-    /// the draw's deviation, or `width` where no deviation is given, and at most 1. Returns whether there was any
-    /// draw to move.
+    /// Moves each draw x to √(1 − s²) x + s ξ with a new draw ξ; the result is again a standard normal. The step size s
+    /// is `width` times the draw's entry in `deviations`, or `width` if it has no entry, and at most 1. Returns whether
+    /// there was any draw to move.
     pub fn step(&mut self, width: f64, deviations: &[f64], draws: &mut Draws) -> bool {
         for (k, x) in self.normals.iter_mut().enumerate() {
             let step = (width * deviations.get(k).copied().unwrap_or(1.0)).min(1.0);
@@ -59,27 +59,27 @@ impl Strip {
 }
 
 impl Tape {
-    /// Makes a tape without draws. Draws of trial `index` under `seed` are appended as they are read.
+    /// Makes an empty tape. Missing draws are those of trial `index` under `seed`, appended as they are read.
     pub fn new(seed: u64, index: u64) -> Self {
         Self { source: Source::new(seed, index), strips: RefCell::default() }
     }
 
-    /// Sets the trial whose draws are appended from now on.
+    /// Sets the trial from which missing draws are appended from now on.
     pub fn grow_from(&mut self, seed: u64, index: u64) {
         self.source = Source::new(seed, index);
     }
 
-    /// Returns the number of the trial whose draws are appended.
+    /// Returns the number of the trial from which missing draws are appended.
     pub fn index(&self) -> u64 {
         self.source.index
     }
 
-    /// Returns the draws of one purpose, to be read, given or changed.
+    /// Returns the draws of one purpose for reading and changing.
     pub fn normals(&mut self, purpose: Purpose) -> &mut Vec<f64> {
         self.normals_named(purpose, "")
     }
 
-    /// Returns the draws of one purpose under a name.
+    /// Returns the draws of one purpose and name for reading and changing.
     pub fn normals_named(&mut self, purpose: Purpose, name: &str) -> &mut Vec<f64> {
         &mut self.strip_named(purpose, name).normals
     }
@@ -90,12 +90,12 @@ impl Tape {
         &mut self.strips.get_mut()[number]
     }
 
-    /// Returns all draws, to be changed, in the order in which they were first requested.
+    /// Returns all strips for changing, in the order in which they were first requested.
     pub fn strips(&mut self) -> &mut [Strip] {
         self.strips.get_mut()
     }
 
-    /// Sets the numbers of read draws to zero, before the next trial.
+    /// Sets the read counts of all strips to zero, before the next trial.
     pub fn rewind(&mut self) {
         for strip in self.strips.get_mut() {
             strip.read = 0;
@@ -106,7 +106,7 @@ impl Tape {
         self.source
     }
 
-    /// Returns the number of a strip, which is made if it is missing.
+    /// Returns the number of a strip, and makes the strip if it is missing.
     pub(super) fn strip(&self, purpose: Purpose, name: &str) -> usize {
         let mut strips = self.strips.borrow_mut();
         let found = strips.iter().position(|strip| strip.purpose == purpose && strip.name == name);
@@ -116,7 +116,7 @@ impl Tape {
         })
     }
 
-    /// Returns a draw of a strip; missing draws up to it are appended from `seeded`.
+    /// Returns one draw of a strip. If the strip is too short, appends draws from `seeded` up to this one.
     pub(super) fn read(&self, strip: usize, number: usize, mut seeded: impl FnMut(u64) -> f64) -> f64 {
         let strip = &mut self.strips.borrow_mut()[strip];
         for missing in strip.normals.len()..=number {

@@ -1,4 +1,4 @@
-//! Play cells as an effect: a branch beside the core.
+//! Play cells as an effect: a branch in parallel to the core.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
@@ -21,8 +21,8 @@ impl<V: Wide> Effect<V> for Cells<V> {
         self.blank()
     }
 
-    /// Corrects the current, which was extrapolated from the core's evaluation with the cells' stiffness alone: a
-    /// sliding cell turns all along the path.
+    /// Corrects the current. The extrapolation from the point where the core was evaluated used the cells' stiffness
+    /// there, but the elastic flux of a sliding cell turns along the whole path.
     #[inline(always)]
     fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, moved: &mut Moved<V>) {
         let (begin, looked) = (end.begin, end.looked);
@@ -60,13 +60,13 @@ impl<V: Wide> Effect<V> for Cells<V> {
 
 /// The branch in parallel to the core, as steps and control use it.
 impl<V: Wide> Cells<V> {
-    /// Makes the branch for machines of this motor's kind; none if they have no such branch.
+    /// Makes empty cells for machines like this motor; none if the motor has no hysteresis.
     pub fn like(motor: &Motor) -> Option<Self> {
         motor.magnetics.cells().map(|_| Self::idle())
     }
 
-    /// Puts a case into a lane; `flux`: flux in Wb without current, in the rotor's plane, to which the flux of the
-    /// branch's own current is added. Returns whether that current makes a torque.
+    /// Puts a case into a lane. `flux` is the flux in Wb without current, in the rotor's plane; the flux of the
+    /// branch's own current is added to it. Returns whether that current makes a torque.
     ///
     /// # Errors
     /// No flux balances the current of the iron's remanence.
@@ -92,8 +92,8 @@ impl<V: Wide> Cells<V> {
         found
     }
 
-    /// Finds the modes in which the selected machines begin a step at a flux in Wb. The closure gives the flux's
-    /// slope in V from the stiffness in 1/H that is the branch's part of Γ.
+    /// Finds whether each cell of the selected machines slides or is stuck at the beginning of a step, at a flux in Wb.
+    /// The closure computes the slope of the flux in V from the stiffness in 1/H that the branch adds to Γ.
     #[inline(always)]
     pub fn find_modes(
         &mut self,
@@ -124,13 +124,13 @@ impl<V: Wide> Cells<V> {
         self.point(self.away_at(flux, along))
     }
 
-    /// Returns the branch's part of Γ in 1/H, as last evaluated at the machines' present state.
+    /// Returns the stiffness in 1/H that the branch adds to Γ, as last evaluated at the machines' present state.
     #[inline(always)]
     pub fn stiffness(&self) -> Symmetric<V> {
         self.tangent
     }
 
-    /// Sets the branch's part of Γ in 1/H of the selected machines after Γ was evaluated anew.
+    /// Sets the stiffness in 1/H that the branch adds to Γ, for the selected machines, after Γ was evaluated anew.
     #[inline(always)]
     pub fn set_stiffness(&mut self, of: V::Mask, stiffness: Symmetric<V>) {
         keep_symmetric(of, stiffness, &mut self.tangent);
@@ -147,15 +147,15 @@ impl<V: Wide> Cells<V> {
         self.set_stiffness(of, moved.tangent);
     }
 
-    /// Returns the branch's smallest margin in a step, in Wb, plus the tolerance of any step and plus that of a step
-    /// that was to end where a mode ends; negative where a mode ended.
+    /// Returns the smallest margin of the cells in a step, in Wb; negative if a mode ended. The first value includes
+    /// the tolerance of ordinary steps, the second that of steps cut to end where a mode ends.
     #[inline(always)]
     pub fn room(&self, moved: &Moved<V>) -> [V; 2] {
         let least = moved.margin[0].least(moved.margin[1]).least(moved.margin[2]);
         [least + self.slack, least + self.slack * DEEP]
     }
 
-    /// Adds the branch's modes that end within the step of a lane.
+    /// Offers the cells' modes that end within the step of a lane to `first`.
     pub fn ends(&self, moved: &Moved<V>, lane: usize, first: &mut First) {
         for k in (0..MOST_CELLS).filter(|k| moved.margin[*k].get(lane) < -self.slack.get(lane)) {
             first.ends(Guard::Branch, moved.cubic[k].get(lane), moved.slack[k].get(lane));
@@ -204,7 +204,7 @@ impl<V: Wide> Cells<V> {
     }
 }
 
-/// Converts the missing solution for the current of the iron's remanence into an error of the run.
+/// Converts the failed search for the current of the iron's remanence into an error of the run.
 fn without_a_state(error: &NoConvergence) -> RunError {
     match error.beyond {
         Some(_) => RunError::left_map([error.current.d, error.current.q]),

@@ -8,7 +8,7 @@ use crate::physics::machine::{Change, Machine};
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
-/// Floating terminals within an attempted step.
+/// State of floating terminals over an attempted step.
 #[derive(Clone, Copy, Debug)]
 pub struct Floating<V: Wide> {
     /// Oscillation of the terminals with the winding.
@@ -19,25 +19,26 @@ pub struct Floating<V: Wide> {
     pub rise: [[V; 3]; 2],
     /// Range of potentials in V in which no device of a leg conducts, at both ends.
     pub range: [[[V; 2]; 3]; 2],
-    /// Legs whose oscillation stays within their modes, whatever its number of periods in the step.
+    /// Lanes in which the oscillation of a leg cannot end its mode, however many periods the step has.
     pub safe: [V::Mask; 3],
-    /// Amplitude of the potentials as a share of a large oscillation: one of a quarter of the link's voltage, or
-    /// more.
+    /// Amplitude of the potentials relative to a large oscillation, whose amplitude is a quarter of the link's voltage;
+    /// at most 1.
     pub size: V,
 }
 
-/// Square of the angle in rad by which a mode may turn in a step where an oscillation may end a leg's mode: up to
-/// there the cubics of currents and potentials locate that end. With a smaller oscillation the angle may be larger: a
-/// cubic misses a share of the amplitude that grows with the fourth power, θ⁴/384: 1e-3 at 0.77 rad.
+/// Square of the largest angle in rad by which an eigenmode may turn in a step where an oscillation may end a leg's
+/// mode: up to this angle the cubics of currents and potentials locate that end. With a smaller oscillation the angle
+/// may be larger: the error of a cubic is a share of the amplitude that grows with the fourth power, θ⁴/384: 1e-3 at
+/// 0.77 rad.
 pub const SEEN: f64 = 0.6;
 
-/// [`SEEN`] where there are both eddy currents and terminals that ring: up to this angle the cubic of the flux is as
-/// exact as all else.
+/// Replaces [`SEEN`] in machines with both eddy currents and ringing terminals: up to this angle the cubic of the flux
+/// is as exact as the rest of the step.
 pub const LAGGED: f64 = 0.09;
 
 impl<V: Wide> Floating<V> {
-    /// Describes the terminals in a step of `h` seconds between two places, with these slopes of the machines and
-    /// these currents of the devices in A.
+    /// Describes the terminals over a step of `h` seconds between two states, given the slopes of the machines and the
+    /// devices' currents in A.
     #[inline(always)]
     pub fn new(
         machine: &Machine<V>,
@@ -80,8 +81,8 @@ impl<V: Wide> Floating<V> {
         }
     }
 
-    /// Returns a value above 1 where a leg's mode may end in a step too long to locate that end, or where a step with
-    /// eddy currents is too long.
+    /// Returns a value above 1 if the step is too long: too long to locate the end of a leg's mode that may lie within
+    /// it, or too long for eddy currents.
     #[inline(always)]
     pub fn too_long(&self, lagged: bool) -> V {
         let (most, size) = if lagged { (LAGGED, V::of(1.0)) } else { (SEEN, self.size) };
@@ -90,7 +91,7 @@ impl<V: Wide> Floating<V> {
         V::choose(all_safe, V::of(0.0), turned * turned * size)
     }
 
-    /// Returns the distance in V of a terminal's potential from its lower and its upper bound over the step.
+    /// Returns the distances in V of a terminal's potential from its lower and from its upper bound over the step.
     #[inline(always)]
     pub fn sides(&self, k: usize) -> [Cubic<V>; 2] {
         let of =
@@ -107,8 +108,8 @@ impl<V: Wide> Floating<V> {
     }
 }
 
-/// Returns the distances in V of a potential from its bounds over a step, from potential, slope, lower and upper
-/// bound at both ends.
+/// Returns the distances in V of a potential from its bounds over a step. Each array has potential, slope, lower bound
+/// and upper bound at one end of the step.
 #[inline(always)]
 fn sides<T: Lane>([begin, end]: &[[T; 4]; 2]) -> [Cubic<T>; 2] {
     let signs = [1.0, -1.0];

@@ -7,7 +7,8 @@ use standstill_numeric::{Symmetric, Wide};
 
 use crate::physics::plane::Plane;
 
-/// Ratio of the squares of both modes' frequencies above which a mode counts as ringing: below it is rounding.
+/// Ratio of the squared frequencies of both modes above which the slower mode counts as ringing; a smaller frequency is
+/// rounding.
 const RINGS: f64 = 1e-9;
 
 /// The two eigenmodes of machines side by side.
@@ -15,7 +16,7 @@ const RINGS: f64 = 1e-9;
 pub struct Modes<V> {
     /// Matrix RᵀG: maps flux in Wb to ξ; the columns of its transpose map the modal currents I to the current in A.
     pub to: [Plane<V>; 2],
-    /// Matrix RᵀG⁻¹: maps current in A to I; its transpose maps ξ to flux in Wb.
+    /// Matrix RᵀG⁻¹: maps the current in A to the modal currents I; its transpose maps ξ to the flux in Wb.
     pub back: [Plane<V>; 2],
     /// Square of each mode's angular frequency, ω² in 1/s².
     pub square: [V; 2],
@@ -62,9 +63,9 @@ impl<V: Wide> Modes<V> {
         Self { to, back, square, damping }
     }
 
-    /// Returns, for the phase currents and the terminal potentials, bounds of their oscillation in the next `h` seconds,
-    /// and its present values. `current` and `rise` are the winding's current in A and its slope in A/s; `elastance` is
-    /// that of the terminals in 1/F.
+    /// Returns bounds on the oscillation of the phase currents and of the terminal potentials in the next `h` seconds,
+    /// and the present values of that oscillation. `current` and `rise` are the winding's current in A and its slope in
+    /// A/s; `elastance` is the inverse capacitance of the terminals in 1/F.
     ///
     /// With the modal current I and η = I′ + D I, the amplitude of a mode is the root of I² + η²/ω². Resistance reduces
     /// the sum of both squared amplitudes, so neither amplitude exceeds the root of that sum. The coupling D₁₂ makes an

@@ -1,18 +1,18 @@
 //! Terminals that ring with the winding, within a step.
 //!
 //! ```text
-//!   dψ/dt = F + w         F = rail U + offset − R i,  w what the terminals without a conducting device put on the winding
-//!   dw/dt = −K i          their charge
-//!   i = i₀ + Γ₀ (ψ − ψ₀) + j(t)      j what is not linear, small and slow
+//!   dψ/dt = F + w         F = rail U + offset − R i,  w voltage that floating terminals put on the winding
+//!   dw/dt = −K i          currents charge them
+//!   i = i₀ + Γ₀ (ψ − ψ₀) + j(t)      j nonlinear remainder, small and slow
 //! ```
-//! With Γ₀ as it was at the step's beginning this is two oscillators, which are found as the eigenvectors of G K G with
-//! G = √Γ₀: `ξ = RᵀG (ψ − ψ₀)`, `η = RᵀG w`, `I = RᵀG⁻¹ i = ξ + J`,
+//! With the constant Γ₀ of the step's beginning, these equations are two oscillators: the eigenvectors of G K G with G
+//! = √Γ₀: `ξ = RᵀG (ψ − ψ₀)`, `η = RᵀG w`, `I = RᵀG⁻¹ i = ξ + J`,
 //! ```text
 //!   ξ′ = η + f,   η′ = −ω² I
 //! ```
-//! They are solved exactly for f and J that are cubics with the values and slopes at both ends. Where ω is zero this is the
-//! quadrature of any other step. The winding's resistance damps: `f = f* − 2δ I`, and the damped oscillator is solved
-//! exactly as well, where a step is longer than the damping can be left to the cubics.
+//! The oscillators are solved exactly for cubics f and J with the values and slopes at both ends. Where ω is zero, the
+//! solution is the quadrature of any other step. The winding's resistance damps them: `f = f* − 2δ I`. The damped
+//! oscillator is solved exactly as well in steps that are too long for cubics to contain the damping.
 
 use standstill_numeric::{Symmetric, Wide, sin_cos};
 
@@ -23,26 +23,25 @@ use crate::physics::legs::Terminals;
 use crate::physics::machine::{Change, Operating};
 use crate::physics::plane::Plane;
 
-/// Square of the angle in rad that a mode turns in a step: if it is larger, the mode is solved as an oscillation about a
-/// polynomial.
+/// Square of the angle in rad by which a mode turns in a step; a mode that turns by more is solved as an oscillation
+/// about a polynomial.
 const TURNS: f64 = 0.25;
 
-/// Square of the angle in rad up to which a cubic approximates an oscillation, within 3e-7 of it.
+/// Square of the angle in rad up to which a cubic approximates an oscillation with an error of at most 3e-7.
 const FOLLOWED: f64 = 0.01;
 
-/// Largest damping, as a share of a mode's frequency, that is solved together with the mode, so that it oscillates;
-/// cubics carry the damping beyond it.
+/// Largest damping, as a share of a mode's frequency, that the solution of the damped oscillator contains; cubics carry
+/// the rest.
 const MOST_DAMPED: f64 = 0.9;
 
-/// Number of successive steps with equal errors that together reach the tolerance, where no damping reduces the
-/// errors.
+/// Number of successive steps whose equal errors together reach the tolerance, if no damping reduces them.
 pub const ALIKE: f64 = 80.0;
 
-/// Total error of a damped oscillation in multiples of the tolerance, about 5e-8 of rated current with the usual one:
-/// the errors of its steps decay with it.
+/// Largest total error of a damped oscillation, in multiples of the tolerance; about 5e-8 of rated current at the usual
+/// tolerance. The errors of earlier steps decay with the oscillation.
 const DAMPED: f64 = 5.0;
 
-/// Returns the fourth-order term that a cubic lacks: as for the currents of any other step (`error.rs`).
+/// Estimates the fourth-order term that a cubic neglects, as `error.rs` does for the currents of any other step.
 #[inline(always)]
 fn fourth_order<V: Wide>(of: &Powers<V>) -> V {
     let (second, third) = ((of[2] + of[3]).abs(), of[3].abs());
@@ -67,8 +66,8 @@ pub struct End<V> {
 }
 
 impl<V: Wide> End<V> {
-    /// Computes force and current from the slopes of the machines; the link's voltage in V and its slope in V/s; ψ −
-    /// ψ₀ in Wb.
+    /// Computes force and current from the slopes of the machines. `[link, link_rise]`: the link's voltage in V and its
+    /// slope in V/s; `flux`: ψ − ψ₀ in Wb.
     #[inline(always)]
     pub(super) fn of(
         terminals: &Terminals<V>,
@@ -97,7 +96,7 @@ pub struct Ringing<V> {
     pub turned: [V; 2],
     /// η per step at the beginning of the step.
     velocity: [V; 2],
-    /// Force per step, without its part that damps.
+    /// Force per step, without its damping part.
     force: [Powers<V>; 2],
     /// Nonlinear remainder J of the modal currents.
     remainder: [Powers<V>; 2],
@@ -119,8 +118,8 @@ struct Turn<V> {
 }
 
 impl<V: Wide> Ringing<V> {
-    /// Returns the solution for a step of `h` seconds of which only the beginning is known: force and remainder are
-    /// extrapolated. `w`: voltage in V of the floating terminals at the beginning.
+    /// Extrapolates the solution over a step of `h` seconds from the force and the remainder at its beginning. `w`:
+    /// voltage in V of the floating terminals at the beginning.
     #[inline(always)]
     pub fn ahead(modes: Modes<V>, h: V, w: Plane<V>, begin: &End<V>) -> Self {
         Self::new::<false>(modes, h, w, [begin, begin])
@@ -231,8 +230,8 @@ impl<V: Wide> Ringing<V> {
         (V::choose(far, flux, near[0]), V::choose(far, mean, near[1]))
     }
 
-    /// Returns the part of a resistance in Ω that is left to cubics: all but the part that damps the modes in their
-    /// own solution.
+    /// Returns the part of a resistance in Ω whose drop cubics carry: all except the part that damps the modes in their
+    /// solution.
     #[inline(always)]
     pub(super) fn left_to_cubics(&self, resistance: &Symmetric<V>, h: V) -> Symmetric<V> {
         // Of a step without length there is no damping.
@@ -282,7 +281,7 @@ impl<V: Wide> Ringing<V> {
         Oscillation { phasor, turns: [zero - damping, angle], over: [decay * cos, decay * (sin * angle)] }
     }
 
-    /// Returns the error of the currents between the ends as far as their remainders are no cubics, as a flux in Wb.
+    /// Returns the error in Wb of the currents between the ends, which arises where their remainders are not cubics.
     #[inline(always)]
     pub fn error_between(&self) -> V {
         let mut all = V::of(0.0);
@@ -293,8 +292,8 @@ impl<V: Wide> Ringing<V> {
         all
     }
 
-    /// Returns the error of a step in Wb as far as force and remainder are no cubics, scaled so that [`ALIKE`] steps
-    /// in a row with this error stay within the tolerance.
+    /// Returns the error of a step in Wb, which arises where force and remainder are not cubics. It is scaled so that
+    /// [`ALIKE`] successive steps with this error stay within the tolerance.
     #[inline(always)]
     pub fn error(&self) -> V {
         let mut all = V::of(0.0);
@@ -320,12 +319,12 @@ pub struct Oscillation<V> {
     pub phasor: [V; 2],
     /// Complex rate σ per step.
     pub turns: [V; 2],
-    /// Factor e^σ over the whole step.
+    /// Factor e^σ by which the oscillation changes over the whole step.
     pub over: [V; 2],
 }
 
 impl<V: Wide> Oscillation<V> {
-    /// Copies the oscillation of a lane to all lanes, each over a share of the step.
+    /// Copies one lane's oscillation to all lanes; lane k covers its own share of the step.
     #[inline(always)]
     pub fn of_lane(&self, lane: usize, share: V) -> Self {
         let [decay, turn] = pair!(n => share * self.turns[n].get(lane));

@@ -6,7 +6,7 @@ use standstill_numeric::{PER_FACTORIAL, Wide, eight, sin_cos};
 /// Argument up to which the series is summed; beyond it the functions follow from sine and cosine.
 const SUMMED: f64 = 1.0;
 
-/// Returns c_k for arguments up to [`SUMMED`], where the truncated terms are less than rounding.
+/// Returns c_k for arguments up to [`SUMMED`], where the truncation error is below rounding.
 #[inline(always)]
 fn series<V: Wide>(x: V, x2: V, x4: V, k: usize) -> V {
     let c = PER_FACTORIAL;

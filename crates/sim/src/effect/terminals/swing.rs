@@ -17,13 +17,13 @@ pub fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Powers<V> {
     hermite::Cubic { value, slope }.powers()
 }
 
-/// Returns the cubic's coefficients, or those of its tangent at the beginning.
+/// Returns the coefficients of the cubic; without `CUBIC`, those of its tangent at the beginning.
 #[inline(always)]
 pub fn over<V: Wide, const CUBIC: bool>(value: [V; 2], slope: [V; 2]) -> Powers<V> {
     if CUBIC { cubic(value, slope) } else { [value[0], slope[0], V::of(0.0), V::of(0.0)] }
 }
 
-/// Returns the coefficients of the cubic over a share of the step, times `first`.
+/// Returns the coefficients of the cubic restricted to the first `share` of the step, times `first`.
 #[inline(always)]
 pub fn scaled<V: Wide>(of: &Powers<V>, share: V, first: V) -> Powers<V> {
     let [a, b, c, d] = *of;
@@ -41,8 +41,8 @@ pub fn at_end<V: Wide>(of: &Powers<V>) -> V {
     of[0] + of[1] + of[2] + of[3]
 }
 
-/// Returns the polynomial about which I oscillates: the parabola that solves `I″ + 2 y I′ + θ² I = f′ + J″ + 2 y J′`,
-/// whose right side is a parabola for cubics f and J.
+/// Returns the polynomial about which the modal current I oscillates: the parabola that solves `I″ + 2 y I′ + θ² I = f′
+/// + J″ + 2 y J′`. The right side is a parabola if f and J are cubics.
 #[inline(always)]
 pub fn about<V: Lane>(turned: V, damping: V, f: &Powers<V>, j: &Powers<V>) -> [V; 3] {
     let twice = damping + damping;
@@ -57,7 +57,7 @@ pub fn about<V: Lane>(turned: V, damping: V, f: &Powers<V>, j: &Powers<V>) -> [V
     [zeroth, first, second]
 }
 
-/// Solution of an oscillation over a step in which it turns by little or is not damped.
+/// Solution of a mode over a step in which it turns by a small angle, or is not damped.
 pub struct Near<V> {
     pub turned: V,
     pub damping: V,
@@ -67,8 +67,8 @@ pub struct Near<V> {
 }
 
 impl<V: Wide> Near<V> {
-    /// Returns ξ at the end of the step and the mean of I, with η at its beginning; with damping, force and remainder
-    /// times `e^(y s)` are approximated by cubics.
+    /// Returns ξ at the end of the step and the mean of I; `velocity`: η at its beginning. With damping, cubics
+    /// approximate force and remainder times `e^(y s)`.
     #[inline(always)]
     pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>, damped: V::Mask) -> [V; 2] {
         let (turned, y) = (self.turned, self.damping);
@@ -94,8 +94,8 @@ impl<V: Wide> Near<V> {
     }
 }
 
-/// Returns the cubic with the values and slopes of e^(y s) times another at both ends; the other itself without
-/// damping.
+/// Returns a cubic that matches e^(y s) times the given cubic, in values and slopes at both ends. Without damping,
+/// returns the given cubic.
 #[inline(always)]
 fn grown<V: Wide>(of: &Powers<V>, y: V, decay: V, damped: V::Mask) -> Powers<V> {
     let [a, b, c, d] = *of;
@@ -123,8 +123,8 @@ pub struct Far<V> {
 }
 
 impl<V: Wide> Far<V> {
-    /// Returns ξ at the end of the step and the mean of I, with η at its beginning: a parabola plus a decaying
-    /// oscillation about it.
+    /// Returns ξ at the end of the step and the mean of I; `velocity`: η at its beginning. The solution is a parabola
+    /// plus a decaying oscillation about it.
     #[inline(always)]
     pub fn after(&self, velocity: V, f: &Powers<V>, j: &Powers<V>) -> [V; 2] {
         let (turned, damping, decay) = (self.turned, self.damping, self.decay);
@@ -143,7 +143,7 @@ impl<V: Wide> Far<V> {
     }
 }
 
-/// Returns e^(−x) for non-negative x. From 64 on the result is below rounding.
+/// Returns e^(−x) for non-negative x, cut at x = 64, where the result is below rounding.
 #[inline(always)]
 pub fn decayed<V: Wide>(x: V) -> V {
     let part = x.least(V::of(64.0)) * (-1.0 / 128.0);

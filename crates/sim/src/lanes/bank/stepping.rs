@@ -10,31 +10,29 @@ use crate::physics::gates::NEVER;
 use crate::physics::machine::Machine;
 use crate::step::two_derivative::{Here, Tried};
 
-/// Largest number of successive rejected steps, which ends a run: each is shorter than the one before, or is cut
-/// where a mode ends.
+/// Largest number of successive rejected steps; one more ends the run. Each retry is shorter, or is cut where a mode
+/// ends.
 const MOST_REFUSED: f64 = 200.0;
 
-/// Share of the tolerance at which the next step's error aims, and the largest ratio of the next step's length to
-/// this one's.
+/// Share of the tolerance at which the error of the next step aims.
 const HALF: f64 = 0.5;
-/// See [`HALF`].
+/// Largest ratio of the length of the next step to that of the present one.
 const LONGER_AT_MOST: f64 = 4.0;
-/// [`LONGER_AT_MOST`] where terminals ring: the error depends on the phase of the oscillation, and is small by
-/// accident twice in each period.
+/// Replaces [`LONGER_AT_MOST`] where terminals ring: there the error depends on the phase of the oscillation, and is
+/// small by accident twice in each period.
 const LONGER_WHERE_IT_RINGS: f64 = 1.5;
-/// Bounds of the length of a step that is tried again, as shares of the rejected one: at most 0.7, which a fourth
-/// power makes of four times the tolerance, and at least a tenth: the error's order does not hold where the error is
-/// large.
+/// Largest length of a retried step, as a share of the rejected one. A fourth power gives 0.7 for an error of four
+/// times the tolerance.
 const SHORTER_AT_LEAST: f64 = 0.7;
-/// See [`SHORTER_AT_LEAST`].
+/// Smallest length of a retried step, as a share of the rejected one: the order of the error does not hold where the
+/// error is large.
 const SHORTER_AT_MOST: f64 = 0.1;
 
-/// Shortest step in ns: nothing can be resolved below it.
+/// Shortest step in ns; time has no finer resolution.
 const SHORTEST: f64 = 1e-6;
 
 impl<V: Wide> Bank<'_, V> {
-    /// Shortens steps that would pass the time at which a terminal is expected to reach its bound, so that they end
-    /// there.
+    /// Cuts steps at the time at which a terminal is expected to reach its bound.
     #[inline(always)]
     fn end_as_expected(&mut self, live: V::Mask, free_end: V) {
         let plan = &mut self.schedule;
@@ -51,8 +49,8 @@ impl<V: Wide> Bank<'_, V> {
     }
 }
 
-/// A step of each machine. Terminals that ring and a branch beside the core take more room than the rest of a step:
-/// `RARE` is false where no machine has either, and their code is then left out.
+/// One step of all machines. `RARE`: whether any machine has ringing terminals or play cells; their code is larger than
+/// the rest of a step and is left out otherwise.
 pub(super) struct StepOf<'b, 'a, V: Wide, const RARE: bool>(pub(super) &'b mut Bank<'a, V>);
 
 impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
@@ -168,8 +166,8 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
     }
 }
 
-/// Makes the end of a step the present state of the machines that took it. Quantities that are constant in machines
-/// of this kind are not copied; `kinks`: whether the core's flux is needed.
+/// Makes the end of a step the present state of the machines that accepted it. Values that are constant for this kind
+/// of machine are not copied; `kinks`: whether the core's flux is copied.
 #[inline(always)]
 pub(super) fn take<V: Wide>(
     machine: &Machine<V>,
