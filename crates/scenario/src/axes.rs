@@ -1,4 +1,4 @@
-//! Sweep axes: the keys that are varied, and the points that follow from them.
+//! Sweep axes: the keys that are varied, and the points of the sweep.
 
 use std::f64::consts::LN_10;
 
@@ -86,8 +86,8 @@ impl JsonSchema for AxisSpec {
 }
 
 impl AxisSpec {
-    /// Parses an axis as on a command line: `from:to:points`, with `:log` at the end for a geometric range, or values separated
-    /// by commas.
+    /// Parses an axis as written on the command line: `from:to:points`, with `:log` at the end for a geometric range,
+    /// or values separated by commas.
     pub fn parse(text: &str) -> Result<Self, String> {
         let parts: Vec<&str> = text.split(':').map(str::trim).collect();
         let value = |text: &str| {
@@ -135,7 +135,7 @@ pub struct DesignTable {
     pub points: Option<usize>,
 }
 
-/// One point of the sweep: the key of each axis with its value, in the order of the axes.
+/// One point of the sweep, with a value for the key of each axis, in the order of the axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Point {
     /// Path of each axis' key, and the key's value at this point.
@@ -213,7 +213,7 @@ impl<'a> Axis<'a> {
         }
     }
 
-    /// Returns the value at a position along the axis, as a fraction from 0 (first value) to 1 (last value).
+    /// Returns the value at a position along the axis, from 0 (first value) to 1 (last value).
     fn at(&self, share: f64) -> Value {
         match self {
             Self::List(values) => {
@@ -242,8 +242,8 @@ impl<'a> Axis<'a> {
     }
 }
 
-/// Refuses a value from the command line that would have no effect, because axes of these keys set their own value at every
-/// point.
+/// Refuses a value from the command line that would have no effect because an axis sets its key, or a part of it, at
+/// every point.
 pub(super) fn check_typed<'a>(
     document: &Document,
     axes: impl Iterator<Item = &'a String>,

@@ -26,12 +26,12 @@ impl ScenarioFile {
     /// Builds and checks the scenario. Relative paths in the file start at the folder of `files`.
     ///
     /// # Errors
-    /// An invalid value, with its key.
+    /// A value is invalid; the error names its key.
     pub fn scenario(&self, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
         self.scenario_of(&self.motor(files)?, files)
     }
 
-    /// Returns the methods that find on this drive what they read: currents, or the terminals' voltages.
+    /// Returns the methods whose readings this drive provides: currents, or terminal voltages.
     pub fn served(&self) -> Vec<MethodName> {
         let arrangement = self.sensors.arrangement.map_or(Arrangement::ThreeInLine, |Named(place)| place);
         let timer = self.sensors.timer.is_some_and(|tick| tick.value() > 0.0);
@@ -59,7 +59,7 @@ impl ScenarioFile {
         Ok(scenario)
     }
 
-    /// Temperatures of winding and magnets as the file sets them.
+    /// Returns the temperatures of winding and magnets that the file sets.
     pub(super) fn temperature(&self) -> Temperature {
         Temperature {
             winding: self.rotor.winding_temperature.map(Quantity::value),
@@ -67,7 +67,7 @@ impl ScenarioFile {
         }
     }
 
-    /// Builds the scenario on a built motor without a check that the method's settings can work.
+    /// Builds the scenario on a built motor, without checking that the method's settings can work.
     pub(super) fn assemble(&self, motor: &Motor, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
         check("trials", &Quantity::<One>::si(self.trials as f64))?;
         self.limit.iter().try_for_each(|limit| check("limit", limit))?;
@@ -151,8 +151,8 @@ impl ScenarioFile {
         })
     }
 
-    /// Returns the dividers at the terminals of a drive, with the errors of the error set and the file's converter; none where the drive
-    /// does not read its terminals.
+    /// Returns the dividers at the terminals of a drive, with the errors of the error set and the file's converter;
+    /// none if the drive does not read its terminals.
     fn dividers(&self, motor: &Motor, drive: &DriveSettings) -> Result<Option<TerminalSensor>, FileError> {
         let sensors = &self.sensors;
         if sensors.terminals != Some(true) {
@@ -169,8 +169,8 @@ impl ScenarioFile {
         Ok(Some(of))
     }
 
-    /// Returns the A/D converter of the DC-link sensor for a link of `dc_link` volts; none if the error set and the file give no
-    /// converter.
+    /// Returns the A/D converter of the DC-link sensor for a link of `dc_link` volts; none if neither the error set nor
+    /// the file gives a converter.
     pub(super) fn link_converter(&self, motor: &Motor, dc_link: f64) -> Result<Option<Adc>, FileError> {
         let adc = self.errors.0.sensors(motor.rated_current, dc_link).dc_link.adc;
         let range = self.sensors.dc_link_range.map(|range| [0.0, range.value()]);
@@ -178,7 +178,7 @@ impl ScenarioFile {
     }
 }
 
-/// Checks that the drive has readings that a method can work with.
+/// Checks that the drive has the readings that a method needs.
 fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result<(), FileError> {
     if scenario.serves(&scenario.detector) {
         return Ok(());
@@ -210,8 +210,8 @@ fn check_sensors(method: MethodName, scenario: &Scenario<Method<f64>>) -> Result
     Err(FileError::key("detector.method", &found, &needed))
 }
 
-/// Checks that a motor's iron has a hysteresis, and that its core model covers all currents up to the coercive current: after
-/// former operation the iron of a motor without current may stand for any of them.
+/// Checks that a motor's iron has hysteresis, and that its core model covers all currents up to the coercive current:
+/// at zero winding current, the core may be at any of them after former operation.
 pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     let circuit = &motor.magnetics;
     let Some(hysteresis) = circuit.hysteresis() else {
@@ -233,11 +233,12 @@ pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Largest current at which the channel's drop is checked, as a multiple of the rated current: the sensors clip there.
+/// Largest current at which the channel's voltage drop is checked, as a multiple of the rated current; the sensors clip
+/// there.
 const MOST_CURRENT: f64 = 2.5;
 
-/// Checks that a MOSFET's channel drops less than its body diode up to [`MOST_CURRENT`]: a diode that conducts beside the channel
-/// is not modelled.
+/// Checks that a MOSFET's channel drops less voltage than its body diode up to [`MOST_CURRENT`]: a diode conducting in
+/// parallel to the channel is not modelled.
 pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(), FileError> {
     let drop = devices.switch_resistance * MOST_CURRENT * rated_current;
     if devices.kind == DeviceKind::Igbt || drop <= devices.diode_drop {
@@ -255,8 +256,8 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
 /// Largest current through a divider, as a share of the rated current.
 const MOST_LOAD: f64 = 1e-3;
 
-/// Checks that dividers load their terminals so little that their current is none of the winding's, which leaves it out, and that
-/// they load none with a capacitance, which they would discharge.
+/// Checks that dividers draw a negligible current, because the equations of the winding leave it out. Also checks that
+/// they draw none from terminals with a capacitance, because their discharge is not simulated.
 fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<(), FileError> {
     let Some(load) = scenario.sensors.terminal.and_then(|of| of.resistance) else { return Ok(()) };
     let least = scenario.drive.link.voltage / (MOST_LOAD * rated_current);
@@ -273,7 +274,7 @@ fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<()
 }
 
 impl InverterTable {
-    /// Checks the rules between the inverter's keys, and sets the numbers that follow from several keys.
+    /// Checks the rules between the inverter's keys, and sets the numbers that depend on several keys.
     fn apply_rules(&self, drive: &mut DriveSettings) -> Result<(), FileError> {
         let is_mosfet = drive.bridge.devices.kind == DeviceKind::Mosfet;
         self.needs(

@@ -1,4 +1,4 @@
-//! A scenario as TOML text: the position of each key, the overrides, and the errors with their positions.
+//! A scenario as TOML text, with the position of each key, the overrides, and errors that name positions.
 
 mod error;
 
@@ -20,7 +20,7 @@ pub struct Document {
     pub(super) table: Table,
     pub(super) changed: Vec<(String, Origin)>,
     files: Files,
-    /// True if the program that runs the trials holds the class that `detector.python` names.
+    /// True if the running program provides the class that `detector.python` names.
     pub(super) hosted: bool,
 }
 
@@ -28,8 +28,8 @@ pub struct Document {
 const MOST_PARTS: usize = 16;
 
 impl Document {
-    /// Reads a scenario file. [`Document::files`] does not list the file itself: its content counts with all overrides, which
-    /// identify a run.
+    /// Reads a scenario file. [`Document::files`] does not list the file itself: its content, with all overrides, is
+    /// part of a run's identity anyway.
     pub fn read(file: &Path) -> Result<Self, FileError> {
         let text = Files::default().text(file);
         let text =
@@ -37,7 +37,7 @@ impl Document {
         Self::parse(file, &text)
     }
 
-    /// Parses a scenario from text; `file` names it in messages, and relative paths start at the folder of `file`.
+    /// Parses a scenario from text. `file` is its name in messages, and relative paths start at the folder of `file`.
     pub fn parse(file: &Path, text: &str) -> Result<Self, FileError> {
         let table = text.parse::<Table>().map_err(|error| FileError::Syntax {
             file: file.to_owned(),
@@ -133,14 +133,14 @@ impl Document {
         self.table.insert("motor".to_owned(), Value::Table(sheet));
     }
 
-    /// Returns the table that these parts of a key's path name.
+    /// Returns the table at these parts of a key's path; none if there is no such table.
     fn holder(&mut self, parts: &[&str]) -> Option<&mut Table> {
         let Some((first, below)) = parts.split_first() else { return Some(&mut self.table) };
         let value = self.table.get_mut(*first)?;
         below.iter().try_fold(value, |value, part| child_mut(value, part))?.as_table_mut()
     }
 
-    /// Returns true if `[motor]` has entries besides tables that were only just opened for an override.
+    /// Returns true if `[motor]` has entries other than empty tables that an override created.
     fn table_has_motor(&self) -> bool {
         match self.table.get("motor") {
             Some(Value::Table(motor)) => motor.values().any(|value| !is_empty(value)),
@@ -155,7 +155,7 @@ impl Document {
         }
     }
 
-    /// Makes a key a sweep axis, in place of its value in the file.
+    /// Turns a key into a sweep axis, which replaces its value in the file.
     pub fn vary(&mut self, key: &str, axis: &AxisSpec) -> Result<(), FileError> {
         let value =
             Value::try_from(axis).map_err(|error| FileError::key(key, &error.to_string(), "an axis"))?;
@@ -166,7 +166,8 @@ impl Document {
         Ok(())
     }
 
-    /// Files that the scenario names, as far as they were read. Their paths are relative to the folder of the scenario file.
+    /// Files that were read because the scenario names them. Their paths are relative to the folder of the scenario
+    /// file.
     pub fn files(&self) -> &Files {
         &self.files
     }
@@ -176,7 +177,8 @@ impl Document {
         self.files = self.files.sealed();
     }
 
-    /// Allows further files only below this folder from now on; without a folder, no further file is read.
+    /// Restricts reading of further files to this folder and those below it; without a folder, forbids reading further
+    /// files.
     ///
     /// # Errors
     /// `folder` is not a folder.
@@ -225,10 +227,10 @@ impl Document {
         Ok(file)
     }
 
-    /// Parses the document into the tables of another kind of file, whose mistakes are named as those of a scenario.
+    /// Parses the document into the tables of another kind of file, with the same error messages as for scenarios.
     ///
     /// # Errors
-    /// An unknown key; a value that cannot be, with the key's line.
+    /// A key is unknown or a value is invalid; the error names its line.
     pub fn read_as<T: serde::de::DeserializeOwned>(&self) -> Result<T, FileError> {
         read_keyed(Value::Table(self.table.clone()))
             .map_err(|TableError { key, message }| FileError::serde(&key, &message))
@@ -277,7 +279,7 @@ impl Document {
     }
 }
 
-/// Returns what a part of a key's path names: an entry of a table, or an element of a list by its number.
+/// Returns the value that one part of a key's path names: an entry of a table, or an element of a list by its number.
 fn child<'v>(value: &'v Value, part: &str) -> Option<&'v Value> {
     match value {
         Value::Table(table) => table.get(part),

@@ -18,24 +18,25 @@ pub(crate) fn dc_link(motor: &Motor) -> f64 {
     motor.dc_link.unwrap_or(DC_LINK)
 }
 
-/// Default ringing that the sensors pick up from switching edges. Usual time constants are 0.3 to 1 µs, frequencies 3 to 10 MHz.
+/// Default pick-up of switching edges by the sensors: no amplitude. Usual time constants are 0.3 to 1 µs, frequencies 3
+/// to 10 MHz.
 pub(crate) const PICK_UP: PickUp = PickUp { amplitude: 0.0, decay: 0.5e-6, frequency: 5e6 };
 
-/// Capacitance in F of each terminal in the field: two switches and a metre of cable.
+/// Capacitance in F of each terminal in the error set `field`: two switches and a metre of cable.
 const TERMINAL_CAPACITANCE: f64 = 0.3e-9;
 
-/// Highest nominal DC-link voltage in V at which drives have MOSFETs: the highest that is safe to touch, and 80 to 100 V devices
-/// with a few milliohms are usual there.
+/// Highest nominal DC-link voltage in V of drives with MOSFETs. It is the highest voltage that is safe to touch, and 80
+/// to 100 V devices with a few milliohms are usual there.
 const MOSFET_LINK: f64 = 60.0;
 
-/// Returns the kind of switches of this motor's drive by its nominal DC-link voltage. A 550 V drive that is run at 48 V keeps its
-/// IGBTs.
+/// Returns the usual kind of switches for this motor's nominal DC-link voltage. A 550 V drive that is run at 48 V keeps
+/// its IGBTs.
 pub(crate) fn device_kind(motor: &Motor) -> DeviceKind {
     if dc_link(motor) <= MOSFET_LINK { DeviceKind::Mosfet } else { DeviceKind::Igbt }
 }
 
-/// Returns the switches and diodes of a real drive for this rated current in A. The slopes of their characteristics are scaled to
-/// give the same drop at rated current in every drive.
+/// Returns the switches and diodes of a real drive for this rated current in A. The slopes of their characteristics are
+/// scaled so that the drop at rated current is the same in every drive.
 fn devices(kind: DeviceKind, rated_current: f64) -> Devices {
     let slope = 8.0 / rated_current;
     match kind {
@@ -77,7 +78,7 @@ choice! {
     }
 }
 
-/// Settings of an inverter type, from which specimens are drawn.
+/// Settings of a type of inverter, from which specimens are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveSettings {
     /// Characteristics of switches and diodes.
@@ -106,7 +107,7 @@ impl DriveSettings {
 }
 
 impl ErrorSet {
-    /// Returns the settings of the drive for this motor, at its nominal DC-link voltage, with switches of this kind.
+    /// Returns the settings of the drive for this motor, at its nominal DC-link voltage, with this kind of switches.
     pub fn drive(self, motor: &Motor, kind: DeviceKind) -> DriveSettings {
         let ideal = DriveSettings {
             bridge: Bridge {
@@ -140,7 +141,8 @@ impl ErrorSet {
         }
     }
 
-    /// Returns the settling time that a drive assumes of the amplifier of a shunt in its DC link: ten time constants in the field.
+    /// Returns the settling time that a drive assumes for the amplifier of its DC-link shunt. In the error set `field`
+    /// it is ten time constants.
     pub(crate) const fn settle(self) -> Nanos {
         match self {
             Self::None | Self::Noise => Nanos::ZERO,
@@ -149,8 +151,9 @@ impl ErrorSet {
         }
     }
 
-    /// Returns the settings of the sensors of a drive for this rated current in A and this DC-link voltage in V. Their ranges are
-    /// 2.5 times the current and 1.8 times the voltage, and their errors are in proportion to these.
+    /// Returns the settings of a drive's sensors for this rated current in A and this DC-link voltage in V. The
+    /// sensors' ranges are 2.5 times the current and 1.8 times the voltage, and their errors scale with current and
+    /// voltage.
     pub fn sensors(self, rated_current: f64, dc_link: f64) -> SensorSettings {
         let scale = rated_current / 8.0;
         let default = SensorSettings {
@@ -234,9 +237,9 @@ impl ErrorSet {
         }
     }
 
-    /// Returns the dividers at the terminals of this drive, where it has any, for this rated current in A. Their range is 1.8 times the
-    /// link's voltage; they draw 0.55 mA at it, or half a thousandth of the rated current if that is less, and nothing from terminals
-    /// with a capacitance, whose discharge is not simulated.
+    /// Returns the dividers that this drive would have at its terminals, for this rated current in A. Their range is
+    /// 1.8 times the link's voltage. At this voltage they draw 0.55 mA, or half a thousandth of the rated current if
+    /// that is less. They draw nothing from terminals with a capacitance, whose discharge is not simulated.
     pub fn dividers(self, rated_current: f64, drive: &DriveSettings) -> TerminalSensor {
         let dc_link = drive.link.voltage;
         let scale = dc_link / DC_LINK;

@@ -1,7 +1,8 @@
-//! Faults of motor, inverter, sensors and software: their tables in a file, and what a trial makes of them.
+//! Faults of motor, inverter, sensors and software: their tables in a file, and their settings in a trial.
 //!
-//! A fault that is there from the begin changes the trial's case, or what the drive knows; one that begins during the detection is
-//! handed to the simulator with its times. Its place, size, sign and onset are draws of the trial, as errors of a drive are.
+//! A fault that exists from the begin changes the trial's case, or the drive's knowledge. A fault that begins during
+//! the detection is passed to the simulator with its times. The trial draws its place, size, sign and onset, as it
+//! draws the errors of a drive.
 
 mod apply;
 mod mode;
@@ -36,7 +37,7 @@ choice! {
     }
 }
 
-/// A value, or two between which each trial draws one.
+/// A value, or a pair of values between which each trial draws one.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(untagged)]
 pub enum Between {
@@ -83,31 +84,32 @@ pub struct FaultTable {
     pub lasts: Option<Quantity<Second>>,
 }
 
-/// A checked fault: trials draw between the two values of `size` and `onset`.
+/// A checked fault. Each trial draws size and onset between the two values of `size` and `onset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultSettings {
     /// The failure mode.
     pub mode: FaultMode,
-    /// Where.
+    /// The phase, leg or sensor that is faulty.
     pub at: FaultPlace,
     /// Smallest and largest size, in SI units; zero for a fault without a size.
     pub size: [f64; 2],
-    /// First and last command from whose begin the onset counts; none: from the start of the detection.
+    /// First and last command from whose begin the onset may count; none: the onset counts from the start of the
+    /// detection.
     pub command: Option<[u32; 2]>,
-    /// Earliest and latest onset in s after it.
+    /// Earliest and latest onset in s after that begin.
     pub onset: [f64; 2],
-    /// Time in s after which the part is whole again; infinite where it stays broken.
+    /// Time in s after which the part works again; infinite if it stays broken.
     pub lasts: f64,
 }
 
-/// Largest time in s at which a fault may begin, and for which it may last.
+/// Latest time in s at which a fault may begin, and longest time for which it may last.
 const LONGEST: f64 = 20.0;
 
 impl FaultTable {
-    /// Checks the fault with this number, from 0.
+    /// Checks the fault with this number, counted from 0.
     ///
     /// # Errors
-    /// An invalid value, with its key.
+    /// A value is invalid; the error names its key.
     fn settings(&self, number: usize) -> Result<FaultSettings, FileError> {
         let (mode, name) = (self.mode.0, self.mode.0.name());
         let error = |key: &str, found: &str, needed: &str| {
@@ -201,10 +203,11 @@ impl FaultTable {
 }
 
 impl Between {
-    /// Returns both ends as numbers.
+    /// Returns both values as numbers.
     ///
     /// # Errors
-    /// What was found, where it is no such value, out of its range or in the wrong order.
+    /// A value has the wrong quantity or is out of range, or the two are in the wrong order; the error is the value
+    /// found.
     fn numbers(&self, read: fn(&Value) -> Option<f64>, [least, most]: [f64; 2]) -> Result<[f64; 2], String> {
         let both = match self {
             Self::One(value) => [value, value],
@@ -219,10 +222,10 @@ impl Between {
     }
 }
 
-/// Checks the faults of a file on a scenario that is built but for its detector.
+/// Checks the faults of a file against a scenario that is complete except for its detector.
 ///
 /// # Errors
-/// An invalid value, a part that the drive does not have, or more faults than can be simulated together.
+/// A value is invalid, the drive lacks the faulty part, or there are more faults than can be simulated together.
 pub(crate) fn settings(
     tables: &[FaultTable],
     scenario: &Scenario<Method<f64>>,
@@ -266,7 +269,8 @@ pub(crate) fn settings(
 }
 
 impl FaultMode {
-    /// Returns how many places a drive has for such a fault: of its current sensors those that it has.
+    /// Returns the number of places in a drive at which this fault can occur; for current sensors, the number of
+    /// sensors.
     pub(super) fn places(self, arrangement: Arrangement) -> usize {
         let of_sensors = self.has_place() && self.name().starts_with("current");
         match arrangement {
@@ -276,7 +280,7 @@ impl FaultMode {
         }
     }
 
-    /// Returns what a drive would need to have such a fault; none where it can have it.
+    /// Returns what the drive lacks for this fault; none if the fault is possible.
     pub fn lacks(self, scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
         use standstill_sim::Arrangement::{DcLinkShunt, LowSideShunts, None as NoSensors, ThreeInLine};
         let (sensors, arrangement) = (&scenario.sensors, scenario.sensors.arrangement);

@@ -15,7 +15,7 @@ use super::document::FileError;
 use super::keys::{DetectorTable, check};
 use crate::DriveSettings;
 
-/// The detector of a trial: that of the scenario's method, or that of a user's library.
+/// The detector of a trial: of the scenario's method, or of a user's library.
 #[derive(Debug)]
 // Made once for a trial of many steps.
 #[allow(clippy::large_enum_variant)]
@@ -27,14 +27,15 @@ pub enum Made<D> {
 }
 
 impl<D> Made<D> {
-    /// Has a library show channels and log.
+    /// Makes a library's detector record its channels and log; does nothing for other detectors.
     pub(crate) fn watch(&mut self) {
         if let Self::Foreign(detector) = self {
             detector.watch();
         }
     }
 
-    /// Ends it. Returns what it has shown, with the times of this trace, whose run ended at `end`, in s.
+    /// Ends the detector. Returns the channels and the log that it recorded, with times from the given trace, whose run
+    /// ended at `end` in s.
     pub(crate) fn shown(&mut self, trace: &Trace, end: f64) -> Own {
         let Self::Foreign(detector) = self else { return Own::default() };
         // A call is made when the command before it has ended, which is when the next one begins.
@@ -101,17 +102,17 @@ impl DetectorTable {
         loaded.map(Some).map_err(|error| FileError::key(KEY, &found(&error.found), &error.needed))
     }
 
-    /// Returns the longest time on the wall clock that one call of the library may take.
+    /// Returns the longest time, by the wall clock, that one call of the library may take.
     ///
     /// # Errors
-    /// A time outside of the key's range.
+    /// The time is outside the key's range.
     pub fn call_limit(&self) -> Result<Duration, FileError> {
         let Some(limit) = self.call_timeout else { return Ok(Duration::from_secs(1)) };
         check("detector.call_timeout", &limit)?;
         Ok(Duration::from_secs_f64(limit.value()))
     }
 
-    /// Sets the drive's PWM frequency to that of the library, unless the scenario sets another one: then there is an error.
+    /// Sets the drive's PWM frequency to the library's. Fails if the scenario sets another frequency.
     pub(super) fn adopt_pwm(
         library: &Library,
         drive: &mut DriveSettings,

@@ -1,16 +1,16 @@
-//! A detector inside the program that runs the trials, such as a Python class: the key `detector.python`.
+//! A detector inside the running program, such as a Python class: the key `detector.python`.
 
 use super::document::{Document, FileError, Origin};
 use super::keys::{DetectorTable, Table};
 
-/// Key under which the record of a run names the detector's class.
+/// Key under which the record of a run stores the name of the detector's class.
 const KEY: &str = "detector.python";
 
 /// Origin of the key's value: the argument of the Python function.
 const ARGUMENT: Origin = Origin::Option("the argument `detector`");
 
 impl Document {
-    /// Makes a class of the program that runs the trials the detector. `class` names the class in the record of the run:
+    /// Makes a class of the running program the detector. `class` is the name of the class in the record of the run:
     /// `module.Class@digest`.
     ///
     /// ```
@@ -40,10 +40,11 @@ impl Document {
 }
 
 impl DetectorTable {
-    /// Returns true if a class is the detector. `hosted` states that the program that runs the trials has the class.
+    /// Returns true if a class is the detector. `hosted`: whether the running program provides the class.
     ///
     /// # Errors
-    /// A program without the class, and settings beside `detector.python` that do not reach the class.
+    /// The program does not provide the class, or settings are given with `detector.python` that do not reach the
+    /// class.
     pub(super) fn is_hosted(&self, hosted: bool) -> Result<bool, FileError> {
         let Some(class) = &self.python else { return Ok(false) };
         if !hosted {

@@ -1,9 +1,10 @@
-//! The registry of a scenario's keys: a key is one entry of a table, and everything else follows from the entry.
+//! The registry of a scenario's keys: each key is one entry of a table, and everything else about it is derived from
+//! the entry.
 //!
-//! The entry in [`table!`] makes the field that files are read into. These follow from the list of entries: ranges and their
-//! errors, the schema, effective values, values that trials draw, sources of an error budget, warnings, variables of an FMU, the
-//! example that `init` writes, the table in `docs/reference.md` and the panel of the lab. Rules between keys are code:
-//! `build.rs`, `link.rs`, `terminals.rs`.
+//! The entry in [`table!`] makes the field into which files are read. The following are derived from the list of
+//! entries: ranges and their errors, the schema, effective values, values that trials draw, sources of an error budget,
+//! warnings, variables of an FMU, the example that `init` writes, the table in `docs/reference.md` and the panel of the
+//! lab. Rules between keys are code: `build.rs`, `link.rs`, `terminals.rs`.
 
 mod checks;
 mod detector;
@@ -40,8 +41,8 @@ use crate::{ErrorSet, Scenario};
 
 /// Defines a table of a scenario: its struct and the list of its keys.
 ///
-/// An entry has a sentence, a name and a type, the field of [`Scenario`] that the number sets directly (if there is one), and
-/// fields of [`Key`].
+/// An entry has a describing sentence, a name and a type, the field of [`Scenario`] that the number sets directly (if
+/// there is one), and further fields of [`Key`].
 macro_rules! table {
     (
         $(#[$meta:meta])*
@@ -94,15 +95,15 @@ pub(crate) trait Table {
     /// Checks all values of the table.
     ///
     /// # Errors
-    /// A value outside of its key's range.
+    /// A value is outside its key's range.
     fn check(&self) -> Result<(), FileError> {
         self.set_values().try_for_each(|(key, value)| key.check(value))
     }
 
-    /// Checks that what keys need is there.
+    /// Checks that keys which need a certain part of the drive are set only if that part exists.
     ///
     /// # Errors
-    /// The first of these keys that is set, if it is not `there`: what it needs.
+    /// One of these keys is set, but the part is not `there`; the error names the part as `needed`.
     fn needs(&self, paths: &[&str], there: bool, needed: &str) -> Result<(), FileError> {
         let set = |path: &&str| self.set_values().find(|(key, _)| key.path == *path);
         match paths.iter().find_map(set) {
@@ -140,7 +141,7 @@ impl StopTable {
     }
 }
 
-/// Keys outside of any table. Their fields are those of [`ScenarioFile`](crate::ScenarioFile).
+/// Keys outside any table. Their fields are in [`ScenarioFile`](crate::ScenarioFile).
 const TOP: &[Key] = &[
     Key::of(
         "errors",
@@ -186,15 +187,15 @@ pub fn keys() -> impl Iterator<Item = &'static Key> {
     TOP.iter().chain(tables.into_iter().flatten())
 }
 
-/// Returns the key of this path; none for keys of the motor.
+/// Returns the key with this path; none for keys of the motor.
 pub fn key(path: &str) -> Option<&'static Key> {
     keys().find(|key| key.path == path)
 }
 
-/// Checks the value of a key outside of any table.
+/// Checks the value of a key outside any table.
 ///
 /// # Errors
-/// A value outside of the key's range.
+/// The value is outside the key's range.
 pub(crate) fn check(path: &str, value: &dyn Written) -> Result<(), FileError> {
     key(path).map_or(Ok(()), |key| key.check(value))
 }

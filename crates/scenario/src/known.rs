@@ -1,4 +1,4 @@
-//! Knowledge of a drive: values of the data sheets of its motor and of itself, and the kinds of readings that it has.
+//! What a drive knows: the data sheets of its motor and of itself, and its kinds of readings.
 
 use std::f64::consts::TAU;
 
@@ -10,11 +10,12 @@ use standstill_sim::{Arrangement, Comparators, SensorSettings, VoltageSensor};
 
 use crate::DriveSettings;
 
-/// Smallest relative difference between the poles' currents that a test may rely on: several times the sensors' error between two
-/// pulses.
+/// Smallest relative difference between the poles' currents that a test may rely on: several times the sensors' error
+/// in comparing two pulses.
 const LEAST_DIFFERENCE: f64 = 0.005;
 
-/// Returns the pole that draws more current at a current in A, and the relative difference between the two poles' currents.
+/// Returns which pole draws more current, and the relative difference between the two poles' currents, at a current in
+/// A.
 fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
     // A map may end before; then nothing is known and nothing is claimed.
     let point: Result<PolarityPoint, NoConvergence> = PolarityPoint::of(&motor.magnetics, current);
@@ -28,8 +29,8 @@ fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
     (signature, difference)
 }
 
-/// Returns by how much 1/L_q changes between currents of ± `current` in A along d, as a multiple of the change of 1/L_d; zero where
-/// 1/L_d does not change, or where a map ends before.
+/// Returns the change of 1/L_q between currents of + and − `current` in A along d, relative to the change of 1/L_d.
+/// Zero if 1/L_d does not change, or if the flux map does not reach these currents.
 fn cross_saturation(motor: &Motor, current: f64) -> f64 {
     let at = |current: f64| {
         let flux = motor.magnetics.flux_at(Dq::new(current, 0.0), Heading::ZERO).ok()?;
@@ -40,8 +41,8 @@ fn cross_saturation(motor: &Motor, current: f64) -> f64 {
     if d.abs() > 1e-6 * along.xx { q / d } else { 0.0 }
 }
 
-/// Returns the length of the pulse on a pair of terminals after which rated current flows, for the rotor angle at which this
-/// takes least time.
+/// Returns the length of a pulse on two terminals after which rated current flows, at the rotor angle for which it is
+/// shortest.
 fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
     // A line's current i is a vector of 2/√3 i, its voltage U one of U/√3.
     let current = 2.0 / 3.0_f64.sqrt() * motor.rated_current;
@@ -62,8 +63,8 @@ fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
     }
 }
 
-/// Returns the kinds of readings of a drive with current sensors in these places, with or without dividers at its terminals, and with or
-/// without a timer behind its comparators.
+/// Returns the kinds of readings of a drive with this arrangement of current sensors; `terminals`: whether it has
+/// dividers at its terminals, `timer`: whether a timer captures the trips of its comparators.
 pub(crate) fn sources(arrangement: Arrangement, terminals: bool, timer: bool) -> Vec<Source> {
     let currents = match arrangement {
         Arrangement::ThreeInLine | Arrangement::TwoInLine | Arrangement::LowSideShunts => {
@@ -76,13 +77,13 @@ pub(crate) fn sources(arrangement: Arrangement, terminals: bool, timer: bool) ->
     currents.into_iter().chain(others.into_iter().flatten()).collect()
 }
 
-/// Returns the noise of a sample of the link's voltage in V rms, with that of the converter's rounding.
+/// Returns the noise of a sample of the link's voltage in V rms, including the converter's rounding.
 fn link_noise(of: &VoltageSensor) -> f64 {
     let rounding = of.adc.filter(|adc| adc.rounds()).map_or(0.0, |adc| adc.step() / 12.0_f64.sqrt());
     standstill_numeric::hypot(of.noise, rounding)
 }
 
-/// Returns what the drive knows of this motor and of itself: values of the data sheets.
+/// Returns the drive's knowledge of this motor and of itself, taken from the data sheets.
 pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
     let place = match sensors.arrangement {

@@ -1,12 +1,12 @@
-//! Scenarios: the conditions of trials as an engineer writes and sweeps them, and the case of each trial.
+//! Scenarios: the conditions of trials, which an engineer writes and sweeps, and the case of each trial.
 //!
 //! ```text
 //!   text ─► Document ─► (overrides: -s, a point of the axes) ─► ScenarioFile ─► Scenario
 //!           TOML with                                            typed tables     ready to run
 //!           the lines of its keys
 //! ```
-//! Overrides change the document, not the scenario. So every key that a file can have can be set on the command line and can be a
-//! sweep axis, and one place checks its value. A trial is a pure function of its scenario and its number.
+//! Overrides change the document, not the scenario. So every key of a file can be set on the command line and can be a
+//! sweep axis, and its value is checked in one place. A trial is a pure function of its scenario and its number.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod axes;

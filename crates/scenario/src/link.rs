@@ -9,8 +9,8 @@ use standstill_quantity::Quantity;
 use super::document::FileError;
 use super::keys::InverterTable;
 
-/// Shortest time constant in s of a DC link with a capacitor: a shorter one is a stiff link that is simulated at the cost of its
-/// time constant.
+/// Shortest time constant in s of a DC link with a capacitor. A link with a shorter one is practically stiff, but its
+/// time constant would make the simulation slow.
 const LEAST_TIME_CONSTANT: f64 = 1e-6;
 
 impl InverterTable {

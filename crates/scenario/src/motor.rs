@@ -14,7 +14,8 @@ use toml::{Table, Value};
 use super::document::FileError;
 use super::suggestion::quoted;
 
-/// A built-in name, a path, or a table that is a data sheet; the table's key `base` names the motor for all that the table omits.
+/// A built-in name, a path, or a table with a data sheet. The table's key `base` names the motor that provides all
+/// values missing in the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum MotorSpec {
@@ -87,7 +88,7 @@ impl MotorSpec {
         }
     }
 
-    /// Adds the key in the scenario to the error of a data sheet, if the wrong value stands in the scenario itself.
+    /// Adds the scenario's key to the error of a data sheet if the wrong value is in the scenario itself.
     pub(super) fn wrong(&self, error: MotorError) -> FileError {
         if let (Self::Table(table), MotorError::Value { key, found, needed, .. }) = (self, &error) {
             let mut parts = key.split('.');
@@ -99,10 +100,11 @@ impl MotorSpec {
         FileError::Motor(error)
     }
 
-    /// Returns the value of a number of the data sheet, such as `winding.resistance`; none if the sheet does not have the number.
+    /// Returns the value of a data sheet's number, such as `winding.resistance`; none if the sheet does not have the
+    /// number.
     ///
     /// # Errors
-    /// A data sheet that cannot be read.
+    /// The data sheet cannot be read.
     pub(super) fn nominal(&self, key: &str, files: &Files) -> Result<Option<Value>, FileError> {
         let name = match self {
             Self::Named(name) => Some(name.as_str()),
@@ -122,7 +124,7 @@ impl MotorSpec {
         Ok(value())
     }
 
-    /// Returns the whole data sheet as a table, so that no file needs to be read again for it.
+    /// Returns the whole data sheet as a table, so that its file need not be read again.
     pub(super) fn resolved(&self, files: &Files) -> Result<Table, FileError> {
         let base;
         let table = match self {
@@ -194,7 +196,7 @@ fn text(name: &str, files: &Files, key: &str) -> Result<(String, String), FileEr
     Ok((path.display().to_string(), text))
 }
 
-/// Returns the motor that a text names if the text is a scenario and not a data sheet; none otherwise.
+/// Returns the motor that a text names if the text is a scenario instead of a data sheet; none otherwise.
 fn of_scenario(text: &str) -> Option<String> {
     const OWN: [&str; 7] = ["motor", "errors", "detector", "sensors", "inverter", "trials", "axes"];
     let table = text.parse::<Table>().ok()?;
@@ -217,10 +219,11 @@ fn named(name: &str, files: &Files, key: &str) -> Result<DataSheet, FileError> {
     Ok(sheet.with_files(files))
 }
 
-/// Keys of `[map]` that describe its file and carry no source.
+/// Keys of `[map]` that describe its file and need no source.
 const WORDS: [&str; 3] = ["values", "columns", "beyond"];
 
-/// Merges `changes` into `sheet`. A plain number replaces a number with its source, and is marked as assumed in the scenario.
+/// Merges `changes` into `sheet`. A plain number replaces a sheet's number with its source, and is marked as assumed in
+/// the scenario.
 fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
     for (key, value) in changes {
         match (sheet.get_mut(key), value) {
@@ -255,7 +258,8 @@ fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
     }
 }
 
-/// Returns the file name for messages, and the whole data sheet with its base, for a motor given as a table.
+/// Returns the whole data sheet of a motor that is given as a table, merged with its base, and the file name for
+/// messages.
 fn whole(table: &Table, files: &Files) -> Result<(String, Table), FileError> {
     let mut changes = table.clone();
     let base = match changes.remove("base") {

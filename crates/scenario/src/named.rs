@@ -1,4 +1,4 @@
-//! Choices that files write by their names.
+//! Choices that files write as names.
 
 use std::borrow::Cow;
 

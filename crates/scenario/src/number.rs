@@ -1,4 +1,5 @@
-//! A number as it is written, with its unit if there is one: tolerances and axes vary it without knowledge of the key.
+//! A number as written, with its unit if there is one. Tolerances and axes can vary such a number without knowing the
+//! key.
 
 use standstill_quantity::{any_quantity, rounded, split};
 use toml::Value;
@@ -14,7 +15,7 @@ pub(super) struct Number {
 }
 
 impl Number {
-    /// Reads a number, or a text that begins with a number.
+    /// Parses a number, or a text that begins with a number.
     pub(super) fn of(value: &Value) -> Option<Self> {
         match value {
             Value::Integer(number) => Some(Self { value: *number as f64, unit: String::new(), whole: true }),
@@ -30,8 +31,8 @@ impl Number {
         }
     }
 
-    /// Converts two numbers to a common unit: their own unit if both have the same, else the SI unit. A number without a unit is
-    /// in SI. None if the dimensions differ.
+    /// Converts two numbers to a common unit: their own if both have the same unit, else the SI unit. A number without
+    /// a unit is in SI units. None if the dimensions differ.
     pub(super) fn alike(a: Self, b: Self) -> Option<(Self, Self)> {
         if a.unit == b.unit {
             return Some((a, b));
@@ -49,7 +50,7 @@ impl Number {
         })
     }
 
-    /// Returns the number as a TOML value as it would be written in a file.
+    /// Returns the number as a TOML value, as a file would write it.
     pub(super) fn to_value(&self) -> Value {
         let value = rounded(self.value, 0);
         if !self.unit.is_empty() {

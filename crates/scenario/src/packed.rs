@@ -1,4 +1,4 @@
-//! A scenario that needs no file elsewhere: for programs that carry a scenario with them, such as FMUs.
+//! A scenario that needs no other files, for programs that carry a scenario with them, such as FMUs.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::document::{Document, FileError};
 use super::motor::map_of;
 
-/// A scenario's text with the files that the text names, which belong in the same folder as the text.
+/// A scenario's text with the files that the text names; these must be written to the same folder as the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Packed {
     /// Text of the scenario, which contains the motor's whole data sheet.
@@ -16,7 +16,8 @@ pub struct Packed {
 }
 
 impl Document {
-    /// Packs motor, drive, sensors and rotor of a document into one text with the files that it names; the detector is left out.
+    /// Packs motor, drive, sensors and rotor of a document into one text with the files that it names; the detector is
+    /// left out.
     ///
     /// ```
     /// use standstill_scenario::Document;
@@ -29,7 +30,7 @@ impl Document {
     /// ```
     ///
     /// # Errors
-    /// A motor that cannot be read, and values that TOML cannot write.
+    /// The motor cannot be read, or TOML cannot write a value.
     pub fn packed(&self) -> Result<Packed, FileError> {
         let mut document = self.clone();
         document.remove("detector");

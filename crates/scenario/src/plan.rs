@@ -1,4 +1,4 @@
-//! The plan of a scenario file: the points of its sweep axes, and the scenario at each point.
+//! The plan of a scenario file: the points of its sweep, and the scenario at each point.
 
 mod trials;
 
@@ -17,32 +17,33 @@ use super::tolerances::{Drawn, Tolerance};
 use super::typed::{self, Base, Typed};
 use crate::{Remote, Scenario};
 
-/// Places of remarks in [`Plan`].
+/// Index of the remarks on poles in [`Plan`]; the constants after it are those of the other remarks.
 const POLES: usize = 0;
 const MAPS: usize = 1;
 const NUMBERS: usize = 2;
 const LIBRARIES: usize = 3;
 
-/// A checked scenario file: the points of its sweep, and the way to make the scenario of each point.
+/// A checked scenario file: the points of its sweep, with a way to make the scenario of each point.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(super) document: Document,
-    /// The document with the motor's whole data sheet, unless an axis changes the motor's base: scenarios of trials with
-    /// tolerances are made from this document.
+    /// The document with the motor's whole data sheet, unless an axis changes the motor's base. Scenarios of trials
+    /// with tolerances are made from this document.
     resolved: Document,
     /// The motor, if no axis and no tolerance changes it.
     motor: Option<Motor>,
     file: ScenarioFile,
     points: Vec<Point>,
     pub(super) tolerances: Vec<Drawn>,
-    /// True if the data of at least one motor are too few to tell which pole draws more current.
+    /// True if the data of at least one motor do not suffice to tell which pole draws more current.
     pole_is_open: bool,
-    /// Remarks on results, each once: on poles that the motors' data leave open, on coarse maps, on numbers that are hardly meant, on
-    /// libraries that share state with their copies.
+    /// Remarks on results, each listed once: on poles that the motors' data leave open, on coarse maps, on numbers that
+    /// are probably mistakes, on libraries that share state with their copies.
     notes: [BTreeSet<String>; 4],
-    /// Setters that make the scenarios of trials without the document; none if a setter would make a different scenario.
+    /// Setters that make the scenarios of trials without reading the document; none if a setter would make a different
+    /// scenario.
     pub(super) typed: Option<Typed>,
-    /// Runner of the trials in another process; none: they run in this process.
+    /// Runner of the trials in another process; none if they run in this process.
     pub(super) remote: Option<Arc<dyn Remote>>,
 }
 
@@ -57,12 +58,14 @@ const MOST_TRIED: u64 = 10_000_000;
 const FIXED: [&str; 6] = ["trials", "stop_at", "limit", "axes", "design", "tolerances"];
 
 impl Plan {
-    /// Makes the plan of a document. All points are checked, so that an error at one of them is reported before the first trial.
+    /// Makes the plan of a document. All points are checked now, so that an error at any point is reported before the
+    /// first trial.
     pub fn new(document: Document) -> Result<Self, FileError> {
         Self::with_motor_of(document, None)
     }
 
-    /// Makes the plan of a changed document. An unchanged motor is reused, because fitting a flux map takes seconds.
+    /// Makes the plan of a changed document. An unchanged motor is taken over from this plan, because fitting a flux
+    /// map takes seconds.
     ///
     /// # Errors
     /// Errors of [`Plan::new`].
@@ -179,12 +182,12 @@ impl Plan {
         (!notes.is_empty()).then(|| notes.join("; "))
     }
 
-    /// Returns a remark about wrong poles if the motors' data do not tell which pole draws more current.
+    /// Returns a remark about wrong poles if the motors' data do not show which pole draws more current.
     pub fn pole_note(&self) -> Option<String> {
         self.note(POLES)
     }
 
-    /// Returns true if the data of at least one motor are too few to tell which pole draws more current.
+    /// Returns true if the data of at least one motor do not suffice to tell which pole draws more current.
     pub const fn pole_is_open(&self) -> bool {
         self.pole_is_open
     }
@@ -194,7 +197,7 @@ impl Plan {
         self.note(MAPS)
     }
 
-    /// Returns a remark about results if a motor's numbers are hardly meant.
+    /// Returns a remark about results if some numbers of a motor are probably mistakes.
     pub fn motor_note(&self) -> Option<String> {
         self.note(NUMBERS)
     }
@@ -230,7 +233,7 @@ impl Plan {
         Drawer { plan: self, point, nominal, typed }
     }
 
-    /// Returns setters for all tolerances, if at every point their scenarios equal those of the document.
+    /// Returns setters for all tolerances, if at every point they make the same scenarios as the document; else none.
     fn setters(&self, tried: Vec<[f64; 2]>) -> Result<Option<Typed>, FileError> {
         if !self.has_tolerances() || self.points.len() > MOST_TYPED {
             return Ok(None);
@@ -247,7 +250,7 @@ impl Plan {
         Ok(Some(typed))
     }
 
-    /// Returns tables, data sheet and motor at a point, from which setters make a trial's motor.
+    /// Returns tables, data sheet and motor at a point; setters make a trial's motor from these.
     fn base(&self, point: usize) -> Result<Base, FileError> {
         let document = self.document_at(&self.resolved, point)?;
         let file = document.load()?;
@@ -262,8 +265,8 @@ impl Plan {
         self.tolerances.iter().map(draw).collect()
     }
 
-    /// Makes the scenario with drawn values of motor, drive and rotor. The detector's settings stay those of the scenario without
-    /// draws, unless a setting of the detector was drawn.
+    /// Makes the scenario with drawn values of motor, drive and rotor. The detector keeps the settings of the scenario
+    /// without draws, unless a setting of the detector itself was drawn.
     pub(super) fn with_drawn(
         &self,
         point: usize,
@@ -303,7 +306,7 @@ impl Plan {
     /// Loads the tables of the file with the values of a point.
     ///
     /// # Errors
-    /// Invalid values.
+    /// A value is invalid.
     pub fn file_at(&self, point: usize) -> Result<ScenarioFile, FileError> {
         self.document_at(&self.document, point)?.load()
     }
@@ -336,7 +339,7 @@ impl Plan {
     }
 }
 
-/// Returns the value of a key from the document, or from the motor's data sheet for a key of the motor; none if neither has the
+/// Returns the value of a key from the document, or for a key of the motor from its data sheet; none if neither has the
 /// key.
 fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Result<Option<Value>, FileError> {
     match (document.get(key), key.strip_prefix("motor.")) {
@@ -351,12 +354,12 @@ struct Drawer<'a> {
     plan: &'a Plan,
     point: usize,
     nominal: Option<&'a Scenario<Method<f64>>>,
-    /// Setters that write a trial's numbers into the scenario of the point without the document.
+    /// Setters that write a trial's numbers into the point's scenario without reading the document.
     typed: Option<(typed::Drawer<'a>, &'a Scenario<Method<f64>>)>,
 }
 
 impl Drawer<'_> {
-    /// Makes the scenario with the values that these streams draw.
+    /// Makes the scenario with values drawn from these streams.
     fn draw(&mut self, streams: Streams) -> Result<Scenario<Method<f64>>, FileError> {
         let Self { plan, point, nominal, typed } = self;
         let set =

@@ -1,4 +1,4 @@
-//! The rule by which the pole of an axis is decided.
+//! The rule that decides which end of an axis is the north pole.
 
 use standstill_detect::{PolarityRule, SequentialSettings};
 use standstill_interface::choice;

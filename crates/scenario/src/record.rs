@@ -40,7 +40,7 @@ impl Record {
         }
     }
 
-    /// Returns the reason why the trial has no angle; empty if it has one.
+    /// Returns the reason why the trial has no angle; empty if it has an angle.
     pub fn reason(&self) -> String {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { .. }) => String::new(),
@@ -50,7 +50,7 @@ impl Record {
         }
     }
 
-    /// Returns the kind of this reason, without its numbers; none if the trial has an angle.
+    /// Returns the name of that reason, without numbers; none if the trial has an angle.
     pub fn reason_name(&self) -> Option<String> {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { .. }) => None,
@@ -60,8 +60,8 @@ impl Record {
         }
     }
 
-    /// Returns the true electrical angle of the north pole in [0, 360)° at the end of the detection. If the rotor moved, this
-    /// is the angle from which the drive starts.
+    /// Returns the true electrical angle of the north pole in [0, 360)° at the end of the detection. The drive starts
+    /// from this angle, even if the rotor has moved.
     pub fn true_angle_deg(&self) -> f64 {
         Angle::from_radians(self.run.end_angle).degrees()
     }
@@ -98,19 +98,20 @@ impl Record {
         Some(if error > 90.0 { error - 180.0 } else { error })
     }
 
-    /// Returns half the width in degrees of the sector that the answer is the middle of; none if the answer is an angle.
+    /// Returns half the width in degrees of the sector whose middle is the answer; none if the answer is an angle.
     pub fn half_sector_deg(&self) -> Option<f64> {
         // From radians, without what the conversion rounds.
         self.findings().half_sector.map(|half| (half.to_degrees() * 1e9).round() / 1e9)
     }
 
-    /// Returns by how much the answer's axis misses the rotor's, in degrees with the sign of the error: the error of the axis, or of
-    /// a sector what of it is beyond half its width. None without an axis.
+    /// Returns by how much the found axis misses the rotor's, in degrees with sign: the axis error, or for a sector the
+    /// part of the error beyond half its width. None without an axis.
     pub fn axis_miss_deg(&self) -> Option<f64> {
         self.axis_error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
     }
 
-    /// Returns by how much the answer's angle misses the rotor, as [`Self::axis_miss_deg`]; none without an angle.
+    /// Returns by how much the found angle misses the rotor's, in degrees with sign: the error, or for a sector the
+    /// part of the error beyond half its width. None without an angle.
     pub fn miss_deg(&self) -> Option<f64> {
         self.error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
     }
@@ -120,7 +121,7 @@ impl Record {
         self.error_deg().map(|error| self.run.has_pole && error.abs() <= 90.0)
     }
 
-    /// Returns the quantities that the detector measured; none of them where the simulation could not continue.
+    /// Returns the quantities that the detector measured; all are empty if the simulation could not continue.
     pub fn findings(&self) -> Findings<f64> {
         match self.run.ended {
             Ended::Outcome(outcome) => *outcome.findings(),
@@ -134,7 +135,8 @@ impl Record {
     }
 }
 
-/// Returns what of an error in degrees is beyond half the width of the sector that an answer names; all of it without a sector.
+/// Returns the part of an error in degrees beyond half the width of the answer's sector; the whole error without a
+/// sector.
 ///
 /// ```
 /// use standstill_scenario::miss_deg;
@@ -152,7 +154,7 @@ pub fn miss_deg(error: f64, half_sector: Option<f64>) -> f64 {
 pub struct TrialError<E> {
     /// Number of the trial.
     pub trial: u64,
-    /// Reason.
+    /// Reason why the trial could not be run.
     pub error: E,
 }
 

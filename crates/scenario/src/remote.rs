@@ -1,4 +1,4 @@
-//! Trials that another process runs: the interface to this process, and a record as a line of text.
+//! Trials in another process: the interface to that process, and the text format of a record.
 
 use std::fmt;
 use std::sync::Arc;
@@ -13,20 +13,20 @@ use crate::{FileError, Plan, Record, Scenario, TrialError};
 
 /// Runner of trials in another process.
 pub trait Remote: fmt::Debug + Send + Sync {
-    /// Runs a trial at a point, or returns the reason why there is no record.
+    /// Runs a trial at a point. Fails if there is no record of it.
     fn trial(&self, point: usize, trial: u64) -> Result<Record, Lost>;
 }
 
-/// Reason why there is no record of a trial.
+/// Reason why a trial has no record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Lost {
-    /// The trial ended the process that ran it; with the reason.
+    /// The trial ended its process, for this reason.
     Trial(String),
-    /// No process can run the detector; with the reason.
+    /// No process can run the detector, for this reason.
     All(String),
 }
 
-/// Fault code of a trial that was lost; a library's codes begin at 0.
+/// Fault code of a trial that ended its process; the codes of libraries count from 0.
 const LOST: u32 = u32::MAX - 2;
 
 impl Plan {
@@ -59,7 +59,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Makes the record of a trial that ended its process.
+    /// Makes the record of a trial that ended its process, which counts as failed.
     fn lost(
         &self,
         point: usize,
@@ -87,21 +87,21 @@ impl Plan {
     }
 }
 
-/// End of a trial of a library, as a line has it.
+/// How a library's trial ended, as encoded in a line.
 #[derive(Serialize, Deserialize)]
 enum End {
     Found(Measured),
-    /// The axis with the code and the text of the reason why there is no pole.
+    /// The axis, with code and text of the reason why no pole was found.
     Axis(Measured, u32, String),
     Failed(Measured, u32, String),
-    /// Index of the error in [`ERRORS`].
+    /// A run error: its index in [`ERRORS`].
     Error(usize),
     TimeLimit(u64),
     LeftMap([i64; 2]),
     Overcurrent(i64),
 }
 
-/// Errors of a run without numbers.
+/// Run errors that have no numbers.
 const ERRORS: [RunError; 6] = [
     RunError::BadCommand,
     RunError::BadDuty,
@@ -111,15 +111,16 @@ const ERRORS: [RunError; 6] = [
     RunError::NoComparator,
 ];
 
-/// Bits of the numbers that a library measures: angle in rad, its standard deviation, evidence for the pole, evidence needed.
+/// Bits of the four numbers that a library measures: angle in rad, its standard deviation, evidence for the pole,
+/// evidence needed.
 type Measured = [Option<u64>; 4];
 
-/// Trial, duration in ns, and whether there is a pole; bits of the run's numbers; counts of work; end.
+/// Trial, duration in ns, whether the motor has a pole, bits of the run's numbers, counts of work, end.
 type Line = (u64, u64, bool, [u64; 5], [u64; 4], End);
 
 impl Record {
-    /// Writes a record of a library's trial as a line of JSON, each number by its bits. Findings that only built-in methods
-    /// measure are left out.
+    /// Writes the record of a library's trial as a line of JSON, with each number as its bits. Findings that only
+    /// built-in methods measure are left out.
     pub fn to_line(&self) -> String {
         let Self { trial, run } = self;
         let bits = [run.start_angle, run.end_angle, run.resolver_angle, run.moved, run.peak_current];
@@ -147,7 +148,7 @@ impl Record {
         serde_json::json!(line).to_string()
     }
 
-    /// Reads a record from such a line; none if the line is invalid.
+    /// Reads a record from a line written by [`Self::to_line`]; none if the line is invalid.
     pub fn from_line(line: &str) -> Option<Self> {
         let (trial, duration, has_pole, bits, work, end): Line = serde_json::from_str(line).ok()?;
         let [start_angle, end_angle, resolver_angle, moved, peak_current] = bits.map(f64::from_bits);

@@ -1,4 +1,4 @@
-//! Motion of the rotor and memory of the iron, as a scenario names them.
+//! Motion of the rotor and remanence of the iron, as a scenario names them.
 
 use standstill_interface::choice;
 use standstill_plant::Motor;
@@ -31,8 +31,8 @@ choice! {
 }
 
 impl Rotor {
-    /// Returns the state of this motor's rotor; none for a braked motor whose brake has no play, which only the motor's data
-    /// tell.
+    /// Returns the rotor's state for this motor; none for a brake without play, because only the motor's data give the
+    /// play.
     pub fn state(self, motor: &Motor) -> Option<RotorState> {
         match self {
             Self::Locked => Some(RotorState::Locked),

@@ -23,26 +23,26 @@ use crate::{DriveSettings, ErrorSet, FaultSettings, Made, Record, TrialError, fa
 pub struct Scenario<S = LineInductanceSettings<f64>> {
     /// The motor.
     pub motor: Motor,
-    /// Motion of the rotor: held, free or braked. If a brake lets it play, each trial starts at a different position within that
-    /// play.
+    /// Motion of the rotor: held, free or braked. If the brake has play, each trial starts at another position within
+    /// the play.
     pub rotor: RotorState,
     /// Electrical angle in rad at the start of every trial; none: each trial draws an angle.
     pub start_angle: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion.
     pub load_torque: f64,
-    /// Speed in revolutions per minute at the start, of a rotor that is free or driven.
+    /// Speed in revolutions per minute at the start, for a rotor that is free or driven.
     pub start_speed: f64,
-    /// True if the stator's iron remembers former operation. Each trial then draws the direction in which the flux last changed.
+    /// True if the stator's iron has remanence from former operation. Each trial then draws its direction.
     pub memory: bool,
     /// Settings of the drive, from which specimens are drawn.
     pub drive: DriveSettings,
     /// Settings of the drive's sensors.
     pub sensors: SensorSettings,
-    /// Faults of motor, inverter, sensors and software, of which each trial draws place, size and onset.
+    /// Faults of motor, inverter, sensors and software; each trial draws their place, size and onset.
     pub faults: Vec<FaultSettings>,
     /// Settings of the method.
     pub detector: S,
-    /// A library whose detectors are run instead of the method.
+    /// Maker of the detectors of a library, which replace the method; none: the method's detectors run.
     pub foreign: Option<Maker>,
     /// Longest simulated time that a detection may take.
     pub time_limit: Nanos,
@@ -52,10 +52,10 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub seed: u64,
 }
 
-/// Longest time in s between two points of a waveform; instants have points of their own.
+/// Longest time in s between two points of a waveform; instants have additional points.
 const RESOLUTION: f64 = 5e-6;
 
-/// Trials whose random numbers a case has.
+/// Numbers of the trials from which a case takes its random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Specimen {
     /// Number of the trial that gives the errors of drive and sensors: gains, offsets, delays.
@@ -64,8 +64,8 @@ pub struct Specimen {
     pub noise: u64,
 }
 
-/// Returns the default numerical tolerance, or a hundred-millionth of the flux linkage at rated current where this is less: there
-/// are motors of microwebers.
+/// Returns the default numerical tolerance, or a hundred-millionth of the flux linkage at rated current if that is
+/// less: some motors have only microwebers.
 pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
     let winding = &motor.winding;
     let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());
@@ -73,16 +73,16 @@ pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
 }
 
 impl Scenario {
-    /// Makes a scenario of the paper's method with the sign of the motor's saliency, on this motor at its nominal DC-link voltage
-    /// with one of the error sets.
+    /// Makes a scenario of the paper's method on this motor, at its nominal DC-link voltage and with one of the error
+    /// sets. The sign of the saliency is the motor's.
     pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
         Scenario::new(motor, errors, rotor, seed, |drive| LineInductanceSettings::paper(decay, drive))
     }
 }
 
 impl Scenario<Method<f64>> {
-    /// Makes a scenario of a method with its default settings for this motor, at its nominal DC-link voltage with one of the
-    /// error sets. A drive whose method reads terminals has dividers there.
+    /// Makes a scenario of a method with its default settings for this motor, at its nominal DC-link voltage with one
+    /// of the error sets. If the method reads terminal voltages, the drive has dividers at its terminals.
     pub fn of_method(
         method: MethodName,
         motor: Motor,
@@ -162,7 +162,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.try_detector()
     }
 
-    /// Checks that a detector can be made. A library that only other processes load is tried there.
+    /// Checks that a detector can be made. A library that is loaded only in other processes is checked there.
     pub(crate) fn try_detector(&self) -> Result<(), SettingsError> {
         match &self.foreign {
             Some(foreign) if !foreign.library().is_here() => Ok(()),
@@ -170,15 +170,16 @@ impl<S: Settings<f64>> Scenario<S> {
         }
     }
 
-    /// Makes the detector for a case of this scenario: that of the method, or that of a library with the case's seed.
+    /// Makes the detector for a case of this scenario: the method's, or the library's with the seed of the case.
     ///
     /// # Errors
-    /// Settings with which the detector cannot work, and the message of a library that refused.
+    /// The detector cannot work with its settings, or the library refuses them with a message.
     pub fn detector_for(&self, case: &Case) -> Result<Made<S::Detector>, SettingsError> {
         self.made(case, Some(case.streams.index()))
     }
 
-    /// Makes the detector of a case. A library is passed the number of the trial, or none for a check without a trial.
+    /// Makes the detector of a case. `trial`: number of the trial, which a library receives; none for a check without a
+    /// trial.
     fn made(&self, case: &Case, trial: Option<u64>) -> Result<Made<S::Detector>, SettingsError> {
         let Some(foreign) = &self.foreign else { return self.detector.detector().map(Made::Own) };
         let mut draws = case.streams.open(Purpose::Detector);
@@ -195,7 +196,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.case_of(Streams::new(self.seed, trial))
     }
 
-    /// Returns the case whose draws a tape gives.
+    /// Returns the case with draws from a tape.
     pub fn case_taped<'a>(&'a self, tape: &'a Tape) -> Case<'a> {
         self.case_of(Streams::taped(tape))
     }
@@ -205,8 +206,8 @@ impl<S: Settings<f64>> Scenario<S> {
         self.case_from(angle, streams, streams)
     }
 
-    /// Returns the case at a given electrical angle in rad. If cogging exceeds the stiction of a free rotor at this angle, the
-    /// case has the next angle at which the rotor stands.
+    /// Returns the case at a given electrical angle in rad. If cogging exceeds the stiction of a free rotor at this
+    /// angle, takes the next angle at which the rotor can rest.
     pub fn case_at(&self, angle: f64, specimen: Specimen) -> Case<'_> {
         let [drive, noise] = [specimen.drive, specimen.noise].map(|trial| Streams::new(self.seed, trial));
         self.case_from(angle, drive, noise)
@@ -240,8 +241,8 @@ impl<S: Settings<f64>> Scenario<S> {
         case
     }
 
-    /// Returns the brake's play about the rotor's initial position: a drawn position, or the end to which the torque turns the
-    /// rotor.
+    /// Returns the brake's play around the rotor's initial position. The position is drawn; if the torque exceeds the
+    /// stiction, it is the end to which the torque turns the rotor.
     fn standing_play(&self, angle: f64, play: Play, streams: Streams) -> Play {
         let whole = play.below + play.above;
         let torque = self.motor.cogging(angle) - self.load_torque;
@@ -260,11 +261,11 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(self.trial_with(trial, &mut self.detector_for(&self.case(trial))?))
     }
 
-    /// Runs trials side by side in this thread, several times as fast as one after the other; `done` gets each record when its
-    /// trial ends.
+    /// Runs trials side by side in this thread, several times as fast as one after the other; `done` receives each
+    /// record when its trial ends.
     ///
     /// # Errors
-    /// A trial for which no detector can be made: no further trial is begun, and trials that have begun are completed.
+    /// No detector can be made for a trial. Then no further trial begins, and trials that have begun are completed.
     pub fn trials(
         &self,
         trials: impl IntoIterator<Item = u64>,
@@ -300,21 +301,22 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok(Record { trial: tape.index(), run })
     }
 
-    /// Runs the trials whose draws tapes give side by side in this thread; `done` gets each record with the index of its tape
-    /// when the trial ends.
+    /// Runs trials with draws from tapes, side by side in this thread; `done` receives each record with the index of
+    /// its tape when the trial ends.
     ///
     /// # Errors
-    /// A tape for which no detector can be made: no further trial is begun, and trials that have begun are completed.
+    /// No detector can be made for a tape. Then no further trial begins, and trials that have begun are completed.
     pub fn trials_taped(&self, tapes: &[Tape], done: impl FnMut(usize, Record)) -> Result<(), SettingsError> {
         Ok(side_by_side(tapes.iter().map(|tape| (self, Streams::taped(tape))), done)?)
     }
 
-    /// Runs the trial of a case as a campaign does, to the last bit, and once more with an observer: returns the record, the
-    /// observed run and its waveforms, a point at least every 5 µs but at most about `most_rows` points. Energies of a `ledger`
-    /// are integrated along, which moves the observed steps a little. A library logs as in a campaign.
+    /// Runs a case twice: as a campaign does, to the last bit, and with an observer. Returns the record of the first
+    /// run, the observed run, and its waveforms, with a point every 5 µs or about `most_rows` points, whichever is
+    /// less. With `ledger`, energies are integrated too, which changes the observed steps slightly. A library logs as
+    /// in a campaign.
     ///
     /// # Errors
-    /// Settings with which the detector cannot work.
+    /// The detector cannot work with its settings.
     pub fn watched(
         &self,
         case: &Case,
@@ -328,10 +330,11 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok((record, observed, trace))
     }
 
-    /// Runs the trial of a case as [`Self::watched`] does; the trace also has the channels and the log of a library's detector.
+    /// Runs the trial of a case as [`Self::watched`] does; the trace also has the channels and the log of a library's
+    /// detector.
     ///
     /// # Errors
-    /// Settings with which the detector cannot work.
+    /// The detector cannot work with its settings.
     pub fn traced(
         &self,
         case: &Case,
@@ -344,8 +347,8 @@ impl<S: Settings<f64>> Scenario<S> {
         Ok((record, observed, trace))
     }
 
-    /// Runs a case with `first`, and once more with an observer and another detector, which is returned; `shows`: the second one keeps
-    /// its channels and log, and what the first one logs is dropped.
+    /// Runs a case with the detector `first`, and once more with an observer and a second detector, which is returned.
+    /// With `shows` the second detector records its channels and log, and the log of the first one is dropped.
     #[allow(clippy::type_complexity, reason = "within this file")]
     fn twice(
         &self,
@@ -374,8 +377,9 @@ impl<S: Settings<f64>> Scenario<S> {
     }
 }
 
-/// Runs the trials of these draws side by side in this thread, each with a detector of its scenario, until there are no more or
-/// one detector cannot be made; trials that have begun are completed. `done` gets each record with the index of its draws.
+/// Runs trials with these draws side by side in this thread, each with a detector of its scenario, until all are done
+/// or a detector cannot be made; trials that have begun are completed. `done` receives each record with the index of
+/// its draws.
 pub(crate) fn side_by_side<'a, S: Settings<f64> + 'a>(
     trials: impl Iterator<Item = (&'a Scenario<S>, Streams<'a>)>,
     mut done: impl FnMut(usize, Record),

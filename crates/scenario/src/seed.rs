@@ -1,4 +1,4 @@
-//! Seeds up to 2^64 − 1: integers, or texts for seeds that exceed TOML's integers.
+//! Seeds up to 2^64 − 1, written as integers, or as texts if they exceed TOML's integers.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -8,7 +8,7 @@ use serde::de::{Error, Unexpected, Visitor};
 use serde::{Deserializer, Serializer};
 use toml::Value;
 
-/// Returns a seed as a scenario writes it.
+/// Returns a seed as a TOML value of a scenario.
 pub fn value(seed: u64) -> Value {
     i64::try_from(seed).map_or_else(|_| Value::String(seed.to_string()), Value::Integer)
 }

@@ -17,10 +17,10 @@ impl Document {
         self.table.is_empty()
     }
 
-    /// Loads the tables of a document that is one scenario, with the same motor in all trials.
+    /// Loads the tables of a document that must be a single scenario, with the same motor in all trials.
     ///
     /// # Errors
-    /// Axes, tolerances or stop conditions, which only `run` and `sweep` use.
+    /// The document has axes, tolerances or stop conditions, which only `run` and `sweep` use.
     pub fn load_single(&self) -> Result<ScenarioFile, FileError> {
         let file = self.load()?;
         let others = [
@@ -48,12 +48,12 @@ impl Document {
         self.load()?.motor.sheet(self.files()).map_err(|error| self.locate(error))
     }
 
-    /// Builds the scenario on the document's motor, which was already built.
+    /// Builds the scenario on the document's motor, which the caller has already built.
     pub fn scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
         self.load()?.scenario_of(motor, self.files()).map_err(|error| self.locate(error))
     }
 
-    /// Builds the scenario on this motor without a check that the method's settings can work.
+    /// Builds the scenario on this motor, without checking that the method's settings can work.
     pub fn unchecked_scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
         self.load()?.assemble(motor, self.files()).map_err(|error| self.locate(error))
     }
@@ -83,7 +83,7 @@ impl Plan {
     /// Returns a trial at a point, as [`Plan::trial`] runs it.
     ///
     /// # Errors
-    /// An invalid drawn value.
+    /// A drawn value is invalid.
     ///
     /// # Panics
     /// If there is no such point.

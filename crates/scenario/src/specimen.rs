@@ -8,7 +8,7 @@ use toml::Value;
 
 use crate::units::unit;
 
-/// Returns the draws of a case and of its tolerances: names and values. Draws whose spread is zero are left out.
+/// Returns the draws of a case and of its tolerances as names and values. Draws whose spread is zero are left out.
 ///
 /// ```
 /// use standstill_scenario::{Document, Plan, specimen};
@@ -62,7 +62,7 @@ pub fn specimen(case: &Case<'_>, drawn: &[(String, Value)]) -> Vec<(String, Stri
     lines.chain(drawn.iter().map(|(key, value)| (key.clone(), readable(key, value)))).collect()
 }
 
-/// Returns the draws of the sensors of currents: of as many as there are.
+/// Returns the draws of the current sensors, for as many sensors as the drive has.
 fn of_currents(sensors: &Sensors) -> Vec<(&'static str, String)> {
     let settings = &sensors.settings;
     let count = settings.arrangement.sensors();
@@ -126,17 +126,17 @@ fn of_comparators(sensors: &Sensors) -> Vec<(&'static str, String)> {
     lines
 }
 
-/// Returns the values of three phases.
+/// Formats the values of three phases.
 fn three(values: [f64; 3], unit: &str) -> String {
     format!("{} (phases a, b, c)", listed(&values, unit))
 }
 
-/// Returns by how much a gain is off.
+/// Formats the relative error of a gain in per cent.
 fn share(gain: f64) -> String {
     format!("{:+.3} %", 100.0 * (gain - 1.0))
 }
 
-/// Returns a drawn value in digits that a person reads: the document has all of them.
+/// Formats a drawn value with few digits for people; the document has all digits.
 fn readable(key: &str, value: &Value) -> String {
     let number = value.as_str().and_then(si_value);
     match (number, unit(key)) {

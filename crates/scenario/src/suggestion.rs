@@ -5,7 +5,7 @@ use super::units::places;
 /// Least Jaro–Winkler similarity, from 0 to 1, at which an unknown word may be a misspelling of a known one.
 const NEAR: f64 = 0.75;
 
-/// Returns the known word that is most similar to this one; none if no word is similar enough.
+/// Returns the known word that is most similar to `word`; none if no word is similar enough.
 ///
 /// ```
 /// use standstill_scenario::nearest;
@@ -26,7 +26,7 @@ pub fn quoted<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Strin
     }
 }
 
-/// Returns the word that serde does not know, and the words that serde expects.
+/// Returns the unknown word in a message of serde, and the words that serde expected.
 pub(super) fn unknown(message: &str) -> Option<(String, Vec<String>)> {
     if !(message.starts_with("unknown field") || message.starts_with("unknown variant")) {
         return None;
@@ -35,7 +35,7 @@ pub(super) fn unknown(message: &str) -> Option<(String, Vec<String>)> {
     Some((quoted.next()?, quoted.collect()))
 }
 
-/// Adds the nearest known word to a message, if one is similar enough.
+/// Adds the nearest known word to a message, if a word is similar enough.
 pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
     if known.is_empty() {
         return message.to_owned();

@@ -1,5 +1,5 @@
-//! The tables of a scenario file. Keys that are left out have the values of the error set, or those that suit the method to the
-//! motor.
+//! The tables of a scenario file. Keys that are left out take their values from the error set, or defaults that suit
+//! method and motor.
 
 use std::fmt::Write as _;
 
@@ -84,11 +84,11 @@ const fn seed() -> u64 {
 }
 
 impl ScenarioFile {
-    /// Returns the text of the scenario file. Axes stay inline in their order, which is that of the points: as separate tables
-    /// they would be moved behind plain values.
+    /// Returns the text of the scenario file. Axes stay inline in their order, because it is the order of the points:
+    /// as separate tables they would be moved behind plain values.
     ///
     /// # Errors
-    /// Values that TOML cannot write.
+    /// TOML cannot write a value.
     pub fn text(&self) -> Result<String, FileError> {
         let wrong =
             |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
@@ -117,7 +117,7 @@ impl ScenarioFile {
     /// Returns the points of the sweep axes.
     ///
     /// # Errors
-    /// Axes or a design without points.
+    /// The axes or the design have no points.
     pub fn points(&self) -> Result<Vec<Point>, FileError> {
         let axes: Vec<_> = self.axes.iter().map(|(key, spec)| (key.clone(), spec.clone())).collect();
         points(&axes, self.design, self.seed)

@@ -7,10 +7,12 @@ use super::document::FileError;
 use super::keys::{InverterTable, Written};
 use super::named::Named;
 
-/// Quality factor of the ringing if no resistance of the winding was measured for it: the amplitude halves in a period.
+/// Quality factor of the ringing if the winding's resistance at its frequency was not measured: the amplitude halves in
+/// a period.
 const QUALITY: f64 = 5.0;
 
-/// Least quality factor of ringing terminals: below it the winding's resistance exceeds half of the characteristic impedance.
+/// Least quality factor of ringing terminals. A lower one means that the winding's resistance exceeds half of the
+/// characteristic impedance.
 const LEAST_QUALITY: f64 = 2.0;
 
 /// Returns √(1.5 L/C) in Ω, with the mean of L_d and L_q: the characteristic impedance of the ringing.
@@ -20,7 +22,7 @@ fn impedance(bridge: &Bridge, motor: &Motor) -> f64 {
     (1.5 * inductance / bridge.terminal_capacitance).sqrt()
 }
 
-/// Sets the assumed damping resistance of the terminals' ringing; zero without capacitance.
+/// Sets the assumed resistance that damps the terminals' ringing; zero without capacitance.
 pub(crate) fn damp(bridge: &mut Bridge, motor: &Motor) {
     bridge.terminal_resistance =
         if bridge.terminal_capacitance > 0.0 { impedance(bridge, motor) / QUALITY } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Tolerances: keys whose value each trial draws.
+//! Tolerances: keys whose values each trial draws.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -32,11 +32,11 @@ pub struct Tolerance {
 pub(super) struct Drawn {
     key: String,
     mean: Number,
-    /// Standard deviation of a normal distribution, or half the width of a uniform one, in the unit of the mean.
+    /// Standard deviation of a normal distribution, or half the width of a uniform one, in the same unit as the mean.
     width: f64,
     /// Standard deviations at which the normal distribution is truncated; none: uniform distribution.
     cut: Option<f64>,
-    /// Power of ten by which a number in the unit of the mean is multiplied to be in the SI unit; none for an unknown unit.
+    /// Power of ten that converts a number in the unit of the mean to the SI unit; none for an unknown unit.
     power: Option<i32>,
 }
 
@@ -92,18 +92,19 @@ impl Drawn {
         self.value(self.number(streams))
     }
 
-    /// Returns a number in the mean's unit as the value of the key.
+    /// Returns a number in the mean's unit as a TOML value of the key.
     pub(super) fn value(&self, number: f64) -> Value {
         Number { value: number, ..self.mean.clone() }.to_value()
     }
 
-    /// Returns a number of the mean's unit in SI, equal to the last bit to the value that the document would read. None for an
+    /// Converts a number in the mean's unit to the SI unit, bit by bit as if the document were read. None for an
     /// unknown unit.
     pub(super) fn si(&self, number: f64) -> Option<f64> {
         Some(rounded(number, self.power?))
     }
 
-    /// Draws the key's number for a trial. Each key has a stream of its own, so that another tolerance does not shift the draws.
+    /// Draws the key's number for a trial. Each key has its own stream, so that adding a tolerance does not change the
+    /// draws of others.
     pub(super) fn number(&self, streams: Streams) -> f64 {
         let mut draws = streams.open_named(Purpose::Tolerance, &self.key);
         let off = match self.cut {

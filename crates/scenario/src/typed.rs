@@ -1,8 +1,9 @@
-//! Setters for tolerances: they write drawn numbers into a scenario, so that the document is not read for each trial.
+//! Setters for tolerances: they write drawn numbers into a scenario, so that the document need not be read for each
+//! trial.
 //!
-//! Setters are used if, for a few draws at each point, they make the same scenario as the document, and for values within the
-//! range that the document was tried with. All else, such as a motor whose winding does not agree with its core, is left to the
-//! document, which reports the error.
+//! Setters are used if, for a few draws at each point, they make the same scenario as the document, and only for values
+//! within the range for which the document was tried. All else, such as a motor whose winding does not agree with its
+//! core, is left to the document, which reports the error.
 
 #[cfg(test)]
 mod tests;
@@ -18,14 +19,14 @@ use crate::tables::ScenarioFile;
 use crate::tolerances::Drawn;
 use crate::{FileError, Scenario};
 
-/// Target of a drawn key: the number that it sets.
+/// Target of a drawn key, which its number sets.
 #[derive(Clone, Copy, Debug)]
 enum Set {
     /// A number of drive, sensors or load that sets one field of the scenario.
     Number(fn(&mut Scenario<Method<f64>>, f64)),
-    /// The DC-link voltage, which also scales the range of the DC-link sensor.
+    /// The DC-link voltage, with which the range of the DC-link sensor scales.
     Link,
-    /// A number of the motor's data sheet; the motor is made anew from it.
+    /// A number of the motor's data sheet, from which the motor is made again.
     Motor(motor::Set),
 }
 
@@ -38,17 +39,17 @@ fn setter(key: &str) -> Option<Set> {
     motor.or_else(|| Some(Set::Number(keys::key(key)?.set?)))
 }
 
-/// Setters of all tolerances.
+/// Setters of all tolerances of a plan.
 #[derive(Clone, Debug)]
 pub(super) struct Typed {
     setters: Vec<Set>,
-    /// Smallest and largest number of each key that the document was tried with.
+    /// Smallest and largest number of each key for which the document was tried.
     tried: Vec<[f64; 2]>,
     /// Tables and data sheet of each point, from which motors are made.
     bases: Vec<Base>,
 }
 
-/// Tables, data sheet and motor at a point, into which drawn numbers are written.
+/// Tables, data sheet and motor at a point, into which numbers are written.
 #[derive(Clone, Debug)]
 pub(super) struct Base {
     /// Tables of the scenario file.
@@ -64,7 +65,7 @@ pub(super) struct Base {
 pub(super) struct Drawer<'a> {
     typed: &'a Typed,
     base: &'a Base,
-    /// Data sheet into which each trial writes its numbers.
+    /// Copy of the data sheet, into which each trial writes its numbers.
     sheet: DataSheet,
 }
 
@@ -86,7 +87,8 @@ impl Typed {
         Drawer { typed: self, base, sheet: base.sheet.clone() }
     }
 
-    /// Returns true if the setters make the same scenarios as the document; `nominal` is the scenario at a point without draws.
+    /// Returns true if the setters make the same scenarios as the document; `nominal`: the scenario at the point
+    /// without draws.
     pub(super) fn agrees(
         &self,
         tolerances: &[Drawn],
@@ -103,8 +105,8 @@ impl Typed {
 }
 
 impl Drawer<'_> {
-    /// Makes a scenario with the values that these streams draw; none if only the document can tell whether the scenario is
-    /// valid.
+    /// Makes a scenario with values drawn from these streams; none if only the document can tell whether the scenario
+    /// is valid.
     pub(super) fn drawn(
         &mut self,
         tolerances: &[Drawn],
@@ -145,8 +147,8 @@ impl Drawer<'_> {
 }
 
 impl Base {
-    /// Replaces the scenario's motor by one with other numbers, and updates what depends on the motor. The drive's knowledge
-    /// stays that of the data sheet.
+    /// Replaces the scenario's motor by one with changed numbers, and updates all values that depend on the motor. The
+    /// drive's knowledge stays that of the data sheet.
     fn put_motor(
         &self,
         scenario: &mut Scenario<Method<f64>>,

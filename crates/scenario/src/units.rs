@@ -1,4 +1,4 @@
-//! Units of keys, from the JSON schema.
+//! Units of keys, found in the JSON schema.
 
 use serde_json::Value;
 
@@ -57,7 +57,7 @@ fn has(key: &str, schema: &Value) -> bool {
     key.split('.').try_fold(schema, |place, part| property(place, part, schema)).is_some()
 }
 
-/// Returns the schema of a property, looked for in all alternatives of `place`.
+/// Returns the schema of a property, searched in all alternatives of `place`.
 fn property<'a>(place: &'a Value, name: &str, root: &'a Value) -> Option<&'a Value> {
     let place = resolved(place, root);
     place.get("properties").and_then(|properties| properties.get(name)).or_else(|| {
@@ -69,7 +69,8 @@ fn property<'a>(place: &'a Value, name: &str, root: &'a Value) -> Option<&'a Val
     })
 }
 
-/// Returns an entry of a schema, looked for in all its alternatives; for a number with a source, the entry of its value.
+/// Returns an entry of a schema, searched in all its alternatives. For a number with a source, takes the entry of its
+/// value.
 fn find<'a>(place: &'a Value, word: &str, root: &'a Value) -> Option<&'a Value> {
     let place = resolved(place, root);
     place.get(word).or_else(|| {

@@ -1,4 +1,4 @@
-//! Sets the numbers of the sensors that follow from several keys, and checks the rules between these keys.
+//! Sets the numbers of the sensors that depend on several keys, and checks the rules between these keys.
 
 use standstill_interface::Nanos;
 use standstill_quantity::Quantity;
@@ -10,7 +10,7 @@ use crate::errors::{ErrorSet, PICK_UP};
 use crate::keys::{SensorsTable, Table as _};
 use crate::named::Named;
 
-/// Keys of comparators.
+/// Keys that need a drive with comparators.
 const WATCHED: [&str; 5] = [
     "sensors.comparators",
     "sensors.comparator_offset",
@@ -19,7 +19,7 @@ const WATCHED: [&str; 5] = [
     "sensors.blanking",
 ];
 
-/// Keys of comparators whose trips a timer captures.
+/// Keys that need comparators with a timer that captures their trips.
 const CAPTURED: [&str; 5] = [
     "sensors.timer_error",
     "sensors.comparator_noise",
@@ -29,7 +29,7 @@ const CAPTURED: [&str; 5] = [
 ];
 
 impl SensorsTable {
-    /// Checks the rules between the sensors' keys, and sets the numbers that follow from several keys.
+    /// Checks the rules between the sensors' keys, and sets the numbers that depend on several keys.
     pub(super) fn apply_rules(
         &self,
         errors: ErrorSet,
@@ -115,7 +115,8 @@ impl SensorsTable {
         Ok(())
     }
 
-    /// Checks that a slew rate and an acquisition have a sensor before them, and only one of them.
+    /// Checks that a slew rate or an acquisition time belongs to a drive with current sensors of the right kind, and
+    /// that not both are set.
     fn check_amplifiers(&self, sensors: &SensorSettings) -> Result<(), FileError> {
         self.needs(
             &["sensors.slew"],
@@ -134,7 +135,7 @@ impl SensorsTable {
         )
     }
 
-    /// Checks that a drive has what the keys of comparators and timer belong to.
+    /// Checks that the drive has the comparators, timer or converter that each of the set keys needs.
     fn needs_comparators(&self, sensors: &SensorSettings) -> Result<(), FileError> {
         let (watches, captures) = (sensors.comparator.any(), sensors.comparator.timer > 0.0);
         let coarse = self.threshold_bits.map_or(f64::from(sensors.comparator.bits), Quantity::value) > 0.0;
@@ -165,7 +166,8 @@ impl SensorsTable {
     }
 }
 
-/// Checks that each leg's comparators have a current to watch: that of a sensor in line with each leg, or of a shunt below it.
+/// Checks that comparators of single phases have a current to watch: that of a sensor in line with each leg, or of a
+/// shunt below each leg.
 fn check_own_comparators(sensors: &SensorSettings) -> Result<(), FileError> {
     let has = match sensors.arrangement {
         Arrangement::ThreeInLine | Arrangement::LowSideShunts => return Ok(()),

@@ -34,7 +34,7 @@ impl fmt::Display for Origin {
     }
 }
 
-/// Text of the error for a setting that the scenario's method does not have.
+/// End of the message for a setting that the scenario's method does not have.
 const FOREIGN: &str = "a method that has such a setting";
 
 /// Error of a scenario file.
@@ -61,7 +61,7 @@ pub enum FileError {
     /// A key is unknown, or its value is invalid.
     #[error("{place}{}`{key}`: {message}", if place.is_empty() { "" } else { ": " })]
     Key {
-        /// The file with the line from 1, or the origin of the value, as far as known.
+        /// File and line (from 1) of the key, or the origin of its value; empty if unknown.
         place: String,
         /// Path of the key, such as `sensors.noise`.
         key: String,
@@ -90,7 +90,7 @@ impl FileError {
         matches!(self, Self::Key { message, .. } if message.ends_with(FOREIGN))
     }
 
-    /// Converts a message of serde, for the key at `path`, to an error.
+    /// Converts an error message of serde about the key at `path`.
     pub(crate) fn serde(path: &str, message: &str) -> Self {
         // What follows the first line says where it is, which the path knows.
         let message = message.trim().lines().next().unwrap_or_default().to_owned();
@@ -108,7 +108,7 @@ impl FileError {
         Self::Key { place: String::new(), key, message }
     }
 
-    /// Converts the error of a temperature at which no motor can be.
+    /// Converts the error of a temperature that no motor can have.
     pub(crate) fn temperature(error: &TemperatureError) -> Self {
         let message = error.to_string();
         Self::Key { place: String::new(), key: "rotor".to_owned(), message }

@@ -1,4 +1,4 @@
-//! Faults as a trial has them: of its case, of the drive's knowledge, of the magnets.
+//! Effects of faults on a trial: on its case, on the drive's knowledge, and on the magnets.
 
 use standstill_detect::{Nameplate, Signature};
 use standstill_interface::Nanos;
@@ -9,7 +9,7 @@ use standstill_sim::{Broken, Case, Fault, Misreading, Purpose, Streams};
 use super::{FaultMode, FaultPlace, FaultSettings};
 use crate::document::FileError;
 
-/// Applies faults of the drive's knowledge.
+/// Applies the faults that falsify the drive's knowledge of the motor.
 pub(crate) fn misinform(faults: &[FaultSettings], nameplate: &mut Nameplate<f64>) {
     for fault in faults {
         let [factor, _] = fault.size;
@@ -34,10 +34,10 @@ pub(crate) fn misinform(faults: &[FaultSettings], nameplate: &mut Nameplate<f64>
     }
 }
 
-/// Applies faults of the magnets.
+/// Applies the faults of weak magnets.
 ///
 /// # Errors
-/// Magnets that the motor's core does not describe.
+/// The motor's core cannot describe the weakened magnets.
 pub(crate) fn demagnetise(faults: &[FaultSettings], motor: Motor) -> Result<Motor, FileError> {
     let weak = faults.iter().enumerate().filter(|(_, fault)| fault.mode == FaultMode::MagnetWeak);
     weak.clone().try_fold(motor, |motor, (number, fault)| {
@@ -51,7 +51,8 @@ pub(crate) fn demagnetise(faults: &[FaultSettings], motor: Motor) -> Result<Moto
 }
 
 impl FaultSettings {
-    /// Breaks the part in the case of a trial.
+    /// Adds the fault to a trial's case. The array has uniform draws for place, size, sign and onset; `command`: the
+    /// drawn number of the command from whose begin the onset counts.
     fn apply(&self, case: &mut Case<'_>, [place, size, sign, onset]: [f64; 4], command: Option<u32>) {
         let between = |[low, high]: [f64; 2], share: f64| low + (high - low) * share;
         let size = between(self.size, size);
@@ -142,7 +143,7 @@ impl FaultSettings {
     }
 }
 
-/// Breaks what is broken in the case of a trial.
+/// Adds all faults to the case of a trial.
 pub(crate) fn apply(faults: &[FaultSettings], case: &mut Case<'_>, streams: Streams) {
     if faults.is_empty() {
         return;

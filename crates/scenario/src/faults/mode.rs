@@ -1,4 +1,4 @@
-//! The list of faults that can be simulated: name, place, unit and range of the size of each.
+//! The list of faults that can be simulated, each with name, place, and the unit and range of its size.
 
 use standstill_detect::Method;
 use standstill_interface::choice;
@@ -78,20 +78,21 @@ choice! {
     }
 }
 
-/// The size of a fault: how it is read, what is allowed, and how large it usually is.
+/// The size of a fault: how it is parsed, which values are allowed, and which are typical.
 #[derive(Clone, Copy)]
 pub struct Size {
-    /// Returns a value in SI units; none where it is no such quantity.
+    /// Function that returns a value in SI units; none if the value is not of the right quantity.
     pub(super) read: fn(&Value) -> Option<f64>,
     /// Smallest and largest value allowed, in SI units.
     pub(super) range: [f64; 2],
-    /// These values in words.
+    /// The allowed values, described in words.
     pub(super) allowed: &'static str,
-    /// Smallest and largest value of a fault of this kind in a drive as this scenario has it, in SI units.
+    /// Function that returns the smallest and largest typical size of this fault for the drive of a scenario, in SI
+    /// units.
     pub typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
 }
 
-/// Returns a size in this unit.
+/// Makes a size in the unit `U`.
 fn sized<U: Unit>(
     range: [f64; 2],
     allowed: &'static str,
@@ -102,7 +103,7 @@ fn sized<U: Unit>(
 }
 
 impl FaultMode {
-    /// Returns the size of faults of this kind; none for one without a size.
+    /// Returns the size of this kind of fault; none for faults without a size.
     pub fn size(self) -> Option<Size> {
         let most_current =
             |scenario: &Scenario<Method<f64>>| [0.05, 1.0].map(|share| share * scenario.motor.rated_current);
@@ -150,7 +151,7 @@ impl FaultMode {
         })
     }
 
-    /// Returns whether a fault of this kind may begin during the detection, and may pass.
+    /// Returns whether this kind of fault may begin and end during the detection.
     pub fn may_begin(self) -> bool {
         !matches!(
             self,
@@ -170,7 +171,7 @@ impl FaultMode {
         )
     }
 
-    /// Returns whether a fault of this kind is at one of the phases, legs or sensors.
+    /// Returns whether this kind of fault belongs to one of the phases, legs or sensors.
     pub fn has_place(self) -> bool {
         matches!(
             self,
@@ -192,7 +193,8 @@ impl FaultMode {
         )
     }
 
-    /// Returns whether a fault of this kind is of the drive's knowledge or of the magnets, which are the same in all trials.
+    /// Returns whether this kind of fault concerns the drive's knowledge or the magnets, which are the same in all
+    /// trials.
     pub fn is_fixed(self) -> bool {
         matches!(
             self,

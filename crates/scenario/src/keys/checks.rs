@@ -1,4 +1,4 @@
-//! The checks of a method as files have them: true for all, false for none, or a list of names.
+//! The checks of a method, as files write them: true for all, false for none, or a list of names.
 
 use std::fmt;
 

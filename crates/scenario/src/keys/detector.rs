@@ -1,4 +1,4 @@
-//! The keys of the detector: its method, the method's settings, and the settings of a library or a class in place of a method.
+//! The keys of the detector: its method with settings, or a library or class that replaces the method.
 
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -13,7 +13,8 @@ use crate::PoleRule;
 use crate::document::FileError;
 use crate::named::Named;
 
-/// Settings of a user's detector, which is a library or a class: any keys that it knows, in place of a built-in method's.
+/// Settings of a user's detector, a library or a class. They replace the settings of a built-in method and may have any
+/// keys.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(transparent)]
 pub struct Config(pub IndexMap<String, toml::Value>);
@@ -145,14 +146,15 @@ impl DetectorTable {
         })
     }
 
-    /// Returns a key of methods that is set beside a library, which has no such settings; none if there is none.
+    /// Returns a key of built-in methods that is set together with a library, which does not have such settings; none
+    /// if there is no such key.
     pub(crate) fn foreign_to_library(&self) -> Option<&'static str> {
         let [method, polarity] = [self.method.map(|_| "method"), self.polarity.map(|_| "polarity")];
         method.or(polarity).or_else(|| self.settings().next().map(|(key, _)| key.name))
     }
 
-    /// Writes the table's settings into those of a method; `difference` is the relative difference between the currents of the
-    /// two poles.
+    /// Writes the table's settings into those of a method; `difference`: relative difference between the currents of
+    /// the two poles.
     pub(crate) fn apply(&self, method: &mut Method<f64>, difference: f64) -> Result<(), FileError> {
         let foreign = |key: &str| FileError::foreign_setting(key, self.method());
         if let Some(Named(rule)) = self.polarity {
@@ -168,7 +170,7 @@ impl DetectorTable {
     }
 }
 
-/// Converts the error of settings with which a method cannot work to the error of a key with its effective value.
+/// Converts the error of unworkable settings to an error that names the key and its effective value.
 pub(crate) fn unworkable(method: &Method<f64>, error: &SettingsError) -> FileError {
     let Some(of) = keys::ALL.iter().find(|key| key.name == error.setting) else {
         return FileError::settings(error);

@@ -1,4 +1,4 @@
-//! A key of scenario files: the registry entry from which everything else follows.
+//! A key of scenario files: the registry entry from which all other descriptions of the key are derived.
 
 use std::ops::Range as Draws;
 
@@ -12,16 +12,16 @@ use super::written::{Written, readable};
 use crate::Scenario;
 use crate::document::FileError;
 
-/// Reference with which a value is compared, to warn of values that are hardly ever meant.
+/// Reference with which a value is compared, to warn of values that are probably a mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Usual {
-    /// One, for a share.
+    /// The number 1, for shares.
     Whole,
     /// Rated current of the motor.
     RatedCurrent,
     /// Voltage of the DC link.
     Link,
-    /// Voltage of the DC link, compared with a resistance's drop at rated current.
+    /// Voltage of the DC link, compared with the voltage drop of a resistance at rated current.
     LinkByDrop,
     /// Nominal DC-link voltage of the motor's nameplate.
     NominalLink,
@@ -39,11 +39,11 @@ pub enum Values {
         /// True for shares of one.
         share: bool,
     },
-    /// A choice among names, each with a sentence about it.
+    /// A choice among names, each with a sentence that describes it.
     Choice(Vec<(&'static str, &'static str)>),
     /// True or false.
     Flag,
-    /// True, false or a list of some of these names, each with a sentence about it.
+    /// True, false or a list of some of these names, each with a sentence that describes it.
     List(Vec<(&'static str, &'static str)>),
     /// Integers.
     Whole,
@@ -54,7 +54,7 @@ pub enum Values {
 /// Function that writes a number into a scenario.
 pub(crate) type Setter = fn(&mut Scenario<Method<f64>>, f64);
 
-/// A key of scenario files.
+/// A key of scenario files, with all its properties.
 ///
 /// ```
 /// let noise = standstill_scenario::key("sensors.noise").expect("a key");
@@ -65,22 +65,22 @@ pub(crate) type Setter = fn(&mut Scenario<Method<f64>>, f64);
 pub struct Key {
     /// Path of the key, such as `sensors.noise`.
     pub path: &'static str,
-    /// Meaning of the key, in a sentence or two.
+    /// Meaning of the key, in one or two sentences.
     pub about: &'static str,
-    /// Example of a value in TOML; empty where the example of `init` has text of its own.
+    /// Example of a value in TOML; empty if the example file of `init` describes the key itself.
     pub example: &'static str,
     /// Numbers that are allowed; none for choices, flags and texts.
     pub range: Option<Range>,
-    /// Draws of a trial whose spread the key sets: the key is then a source of error in a budget.
+    /// Draws of a trial whose spread the key sets. Such a key is a source of error in a budget.
     pub draws: Option<(Purpose, Draws<usize>)>,
-    /// Share of the reference above which a warning is given, because such a value is hardly meant.
+    /// Share of the reference above which a value causes a warning, because it is probably a mistake.
     pub usual: Option<(f64, Usual)>,
     pub(super) values: fn() -> Values,
     /// Function that returns the key's effective value in a scenario, whether or not a file sets the key.
     pub(super) get: fn(&Scenario<Method<f64>>) -> Option<Value>,
     /// Function that returns true if a scenario has the part to which the key belongs.
     pub(super) applies: fn(&Scenario<Method<f64>>) -> bool,
-    /// Function that returns true if trials of a scenario use the key's draws, provided that the spread is above zero.
+    /// Function that returns true if trials of a scenario use the key's draws when the spread is above zero.
     pub(super) drawn: fn(&Scenario<Method<f64>>) -> bool,
     /// Function that writes the key's number into a scenario; none if the number sets no field directly.
     pub(crate) set: Option<Setter>,
@@ -115,18 +115,19 @@ impl Key {
         self.range.as_ref().map(|range| range.needed)
     }
 
-    /// Returns true if a scenario has the part to which the key belongs: a channel belongs to a MOSFET, a threshold to an IGBT.
+    /// Returns true if a scenario has the part to which the key belongs. For example, the channel resistance belongs to
+    /// a MOSFET, the switch drop to an IGBT.
     pub fn applies_to(&self, scenario: &Scenario<Method<f64>>) -> bool {
         (self.applies)(scenario)
     }
 
-    /// Returns true if a trial of this scenario draws with a spread above zero that this key sets.
+    /// Returns true if trials of this scenario draw values whose spread this key sets, and the spread is above zero.
     pub fn is_drawn(&self, scenario: &Scenario<Method<f64>>) -> bool {
         let zero = scenario.value(self.path).and_then(|value| value.as_float()) == Some(0.0);
         self.draws.is_some() && (self.applies)(scenario) && (self.drawn)(scenario) && !zero
     }
 
-    /// Writes a number of this key in the unit that the text of its range uses.
+    /// Formats a number of this key in the unit that the description of its range uses.
     pub(super) fn readable(&self, value: f64, needed: &str) -> String {
         let dimension = match self.values() {
             Values::Number { unit, .. } => Dimension::of_symbol(unit),
@@ -138,7 +139,7 @@ impl Key {
     /// Checks a value of this key.
     ///
     /// # Errors
-    /// A value outside of the range.
+    /// The value is outside the range.
     pub(crate) fn check(&self, value: &dyn Written) -> Result<(), FileError> {
         match (&self.range, value.number()) {
             (Some(range), Some(number)) if !range.contains(number) => {

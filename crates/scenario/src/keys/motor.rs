@@ -1,4 +1,5 @@
-//! Numbers of the motor that trials draw: their keys are those of the data sheet, and the motor is made anew from it.
+//! Numbers of the motor that trials may draw. Their keys are those of the data sheet, and each trial makes its motor
+//! from the changed sheet.
 
 use standstill_files::sheet::{Sheet, Sourced};
 use standstill_plant::{NameplateNumber, Temperature};
@@ -9,7 +10,7 @@ use standstill_quantity::{Quantity, Unit};
 pub(crate) enum Set {
     /// A number of the data sheet; the function returns none if the sheet does not have the number.
     Sheet(fn(&mut Sheet, f64) -> Option<()>),
-    /// A number of the data sheet's nameplate, and the numbers of the sheet that follow from it.
+    /// A number of the data sheet's nameplate, with the other numbers of the sheet that depend on it.
     Nameplate(NameplateNumber),
     /// A temperature of the winding or the magnets.
     Temperature(fn(&mut Temperature, f64)),

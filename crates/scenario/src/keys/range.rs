@@ -9,13 +9,13 @@ pub struct Range {
     pub low: f64,
     /// Largest number, in the unit of the schema.
     pub high: f64,
-    /// Both limits in words, as in messages.
+    /// Description of both limits, as messages quote it.
     pub needed: &'static str,
     /// Reason for the limits.
     pub reason: &'static str,
     /// True if only whole numbers are allowed.
     pub whole: bool,
-    /// Smallest number above zero, if zero is allowed too and numbers between are not.
+    /// Smallest number above zero, for keys that also allow zero but nothing between.
     gap: f64,
 }
 
@@ -28,7 +28,7 @@ impl Range {
         Self { whole: true, ..self }
     }
 
-    /// Allows zero, or numbers from `least` to the upper limit.
+    /// Also allows zero; other numbers must be at least `least`.
     pub(super) const fn or_from(self, least: f64) -> Self {
         Self { gap: least, ..self }
     }
@@ -39,7 +39,7 @@ impl Range {
     }
 }
 
-/// In SI units: no machine has a number beyond, and squares of it are finite.
+/// Largest number in SI units. No machine has a larger value, and its square is still finite.
 pub(super) const LARGEST: f64 = 1e12;
 
 pub(super) const NOT_NEGATIVE: Range =

@@ -45,7 +45,7 @@ fn has_dividers(scenario: &Scenario<Method<f64>>) -> bool {
     scenario.sensors.terminal.is_some()
 }
 
-/// Returns a number of the dividers; none where the drive has none.
+/// Returns a number of the dividers; none if the drive has no dividers.
 fn of_dividers(scenario: &Scenario<Method<f64>>, of: fn(&TerminalSensor) -> f64) -> Option<toml::Value> {
     scenario.sensors.terminal.as_ref().map(|terminal| number(of(terminal)))
 }
@@ -66,12 +66,12 @@ fn watches<M>(scenario: &Scenario<M>) -> bool {
     scenario.sensors.comparator.any()
 }
 
-/// Returns whether the drive captures when a comparator trips.
+/// Returns whether the drive has a timer that captures the comparators' trips.
 fn captures<M>(scenario: &Scenario<M>) -> bool {
     scenario.sensors.comparator.timer > 0.0
 }
 
-/// Returns whether the threshold is set by a converter.
+/// Returns whether a converter sets the comparators' threshold.
 fn coarse<M>(scenario: &Scenario<M>) -> bool {
     captures(scenario) && scenario.sensors.comparator.bits > 0
 }

@@ -1,4 +1,4 @@
-//! Values in a file's tables, and fields of a scenario that numbers set.
+//! Values in a file's tables, and fields of a scenario that are set from numbers.
 
 use standstill_detect::Checks;
 use standstill_interface::{Choice, Nanos};
@@ -9,17 +9,17 @@ use crate::named::Named;
 
 /// A value in a table of a scenario file.
 pub(crate) trait Written {
-    /// Returns a number in SI units; none for a value that is no number.
+    /// Returns a number in SI units; none for values that are not numbers.
     fn number(&self) -> Option<f64> {
         None
     }
 
-    /// Returns true for a flag that is set.
+    /// Returns true for a flag that is true.
     fn flag(&self) -> bool {
         false
     }
 
-    /// Returns the checks that are on; none for a value that is no list of checks.
+    /// Returns the checks that are on; none for values that are not lists of checks.
     fn checks(&self) -> Option<Checks> {
         None
     }
@@ -29,7 +29,8 @@ pub(crate) trait Written {
         String::new()
     }
 
-    /// Writes a number in the unit that the text `needed` of the range uses: 20 nF, not 0.02 µF, where nanofarads are allowed.
+    /// Formats a number in the unit that `needed`, the description of the range, uses: 20 nF instead of 0.02 µF if it
+    /// is written in nanofarads.
     fn readable(&self, _needed: &str) -> String {
         String::new()
     }
@@ -95,7 +96,7 @@ impl Written for String {
     }
 }
 
-/// Type of a scenario's field that a key's number sets.
+/// Type of a scenario's field that is set from a key's number.
 pub(super) trait Place: Copy {
     fn of(number: f64) -> Self;
     fn number(self) -> f64;

@@ -8,14 +8,14 @@ use crate::document::FileError;
 use crate::scenario::side_by_side;
 use crate::{Record, Scenario, TrialError};
 
-/// Number of trials, each with a machine of its own, that are drawn at a time: enough to fill the lanes several times.
+/// Number of trials that are drawn together if each has its own machine: enough to fill the lanes several times.
 const AT_A_TIME: usize = 64;
 
 impl Plan {
     /// Runs one trial at a point whose scenario is `scenario`.
     ///
     /// # Errors
-    /// An invalid drawn value.
+    /// A drawn value is invalid.
     pub fn trial(
         &self,
         point: usize,
@@ -28,11 +28,11 @@ impl Plan {
         if self.has_tolerances() { run(&self.drawn(point, Some(scenario), trial)?) } else { run(scenario) }
     }
 
-    /// Runs trials at a point whose scenario is `scenario` side by side in this thread, until there are no more or one trial
-    /// cannot be run; trials that have begun are completed. `done` gets each record, in any order.
+    /// Runs trials at a point whose scenario is `scenario`, side by side in this thread, until all are done or one
+    /// trial cannot be run; trials that have begun are completed. `done` receives each record, in any order.
     ///
     /// # Errors
-    /// A trial for which no machine or no detector can be made.
+    /// No machine or no detector can be made for a trial.
     pub fn trials(
         &self,
         point: usize,
@@ -47,10 +47,10 @@ impl Plan {
         self.side_by_side(point, scenario, streams, &|_| (), &mut |_, record| done(record))
     }
 
-    /// Makes the scenario of the trial whose draws, tolerances included, a tape gives.
+    /// Makes the scenario of a trial whose draws, tolerances included, come from a tape.
     ///
     /// # Errors
-    /// An invalid drawn value.
+    /// A drawn value is invalid.
     pub fn scenario_taped(
         &self,
         point: usize,
@@ -60,12 +60,12 @@ impl Plan {
         self.drawer(point, Some(scenario)).draw(Streams::taped(tape))
     }
 
-    /// Runs the trials whose draws tapes give in this thread: side by side, unless each trial has a machine of its own. `change`
-    /// is applied to each trial's scenario after the draws and before the detector is made. `done` gets each record with the
-    /// index of its tape. Both are `dyn` references, so that the code that runs detectors is compiled in this crate.
+    /// Runs trials whose draws come from tapes, side by side in this thread. `change` is applied to each trial's
+    /// scenario after the draws and before the detector is made. `done` receives each record with the index of its
+    /// tape. Both are `dyn` references, so that the code that runs detectors is compiled in this crate.
     ///
     /// # Errors
-    /// An invalid drawn value, or a trial for which no detector can be made.
+    /// A drawn value is invalid, or no detector can be made for a trial.
     pub fn trials_taped(
         &self,
         point: usize,
@@ -78,7 +78,7 @@ impl Plan {
         self.side_by_side(point, scenario, streams, change, done).map_err(|failed| failed.error)
     }
 
-    /// Runs the trials of these draws; `change` is applied to each trial's scenario before its detector is made.
+    /// Runs the trials with these draws; `change` is applied to each trial's scenario before its detector is made.
     fn side_by_side<'t>(
         &self,
         point: usize,
