@@ -1,4 +1,4 @@
-//! The answer of a command as a value: built once, and written as text, page, JSON and CSV.
+//! The answer of a command as a value, which is built once and then written as text, page, JSON and CSV.
 
 mod records;
 
@@ -27,7 +27,7 @@ pub struct Answer {
     pub name: &'static str,
     /// Title of the HTML page.
     pub title: String,
-    /// Motor, method and conditions: first paragraph of the text, and subtitle of the page.
+    /// Motor, method and conditions, which are the first paragraph of the text and the subtitle of the page.
     pub setting: String,
     /// Sections with verdict, tables and sentences.
     pub sections: Vec<Section>,
@@ -35,17 +35,17 @@ pub struct Answer {
     pub figures: Vec<(String, Figure, String)>,
     /// The numbers as JSON.
     pub json: Value,
-    /// The rows of the CSV file; none of an answer that has no files but the page and its figures.
+    /// The rows of the CSV file; none for answers whose only files are the page and its figures.
     pub csv: Option<Records>,
-    /// Further files: name and content.
+    /// Further files, each with name and content.
     pub files: Vec<(&'static str, Vec<u8>)>,
-    /// Commands that go on from here: last lines of the text, and last section of the page's answer.
+    /// Commands that are possible next. They are the last lines of the text and the last section of the page's answer.
     pub next: Vec<Next>,
     /// Exit code of the command.
     pub code: u8,
 }
 
-/// A command that goes on from an answer.
+/// A command that is possible after an answer.
 #[derive(Clone, Debug)]
 pub struct Next {
     /// Purpose of the command, such as `to see the worst start`.
@@ -54,20 +54,20 @@ pub struct Next {
     pub command: String,
 }
 
-/// The origin of an answer.
+/// Origin of an answer, for its page and its files.
 #[derive(Default)]
 pub struct Made<'a> {
-    /// The scenario; none where there are several.
+    /// The scenario; none for answers about several scenarios.
     pub setup: Option<Setup<'a>>,
-    /// Subtitle of the page, where the text begins with the verdict.
+    /// Subtitle of the page, for answers whose text begins with the verdict.
     pub subtitle: String,
-    /// Facts of the answer beside those of the scenario.
+    /// Facts of the answer in addition to those of the scenario.
     pub facts: Vec<(String, String)>,
-    /// Command lines that make the answer again.
+    /// Command lines that reproduce the answer.
     pub command: String,
-    /// The question to be kept in a note beside the files, where their JSON does not contain it.
+    /// The question, to be stored in a note beside the files, unless their JSON contains it.
     pub asked: Option<NotedQuestion>,
-    /// Tables that are too long for memory; they come before all other files.
+    /// Tables that are too long for memory; they are written before all other files.
     pub tables: Vec<TableFile<'a>>,
 }
 
@@ -75,7 +75,7 @@ pub struct Made<'a> {
 pub struct TableFile<'a> {
     /// Name of the file.
     pub name: String,
-    /// Function that writes it.
+    /// Function that writes the file's rows.
     pub rows: Box<Rows<'a>>,
 }
 
@@ -83,7 +83,7 @@ pub struct TableFile<'a> {
 type Rows<'a> = dyn Fn(&mut (dyn Write + Send)) -> Result<(), TableError> + 'a;
 
 impl Answer {
-    /// Makes an answer with a verdict and blocks below it.
+    /// Makes an answer from a verdict and the blocks below it.
     pub fn new(
         name: &'static str,
         title: String,
@@ -95,14 +95,14 @@ impl Answer {
         Self { name, title, setting, sections, ..Self::default() }
     }
 
-    /// Adds a figure and the caption under it.
+    /// Adds a figure with its caption.
     #[must_use]
     pub fn with(mut self, name: impl Into<String>, figure: Figure, caption: impl Into<String>) -> Self {
         self.figures.push((name.into(), figure, caption.into()));
         self
     }
 
-    /// Adds a command that goes on from here, and its purpose.
+    /// Adds a command that is possible next, with its purpose.
     #[must_use]
     pub fn next(mut self, purpose: impl Into<String>, command: impl Into<String>) -> Self {
         self.next.push(Next { purpose: purpose.into(), command: command.into() });
@@ -118,7 +118,7 @@ impl Answer {
         text + &sections(&self.sections)
     }
 
-    /// Writes the requested files. Returns the text or the JSON to be printed.
+    /// Writes the requested files. Returns the text or the JSON to print.
     pub fn report(self, folder: Option<PathBuf>, as_json: bool, made: &Made<'_>) -> Result<Report, Error> {
         let (code, json) = (self.code, format!("{:#}\n", self.json));
         let mut text = if as_json { String::new() } else { self.text() };
@@ -135,7 +135,7 @@ impl Answer {
         Ok(Report { text: if as_json { json } else { text }, code })
     }
 
-    /// Returns the names of the answer's files.
+    /// Returns the names of the files of this answer.
     fn names(&self) -> Vec<String> {
         let data = if self.csv.is_some() { &["csv", "json", "html"][..] } else { &["html"] };
         let mut names: Vec<String> = data.iter().map(|kind| format!("{}.{kind}", self.name)).collect();
@@ -210,7 +210,7 @@ pub fn verdict(tone: Tone, headline: impl Into<String>, details: Vec<String>) ->
     Block::Verdict { tone, headline: headline.into(), details }
 }
 
-/// Returns sections as text for terminals, without sections for pages alone.
+/// Formats sections as text for terminals; sections that belong only on pages are left out.
 pub fn sections(sections: &[Section]) -> String {
     let mut text = String::new();
     for (k, section) in sections.iter().filter(|section| !section.aside).enumerate() {
@@ -229,7 +229,7 @@ fn gap(text: &mut String) {
     }
 }
 
-/// Appends blocks as text for terminals. Lines of a verdict are not wrapped, because programs search for them.
+/// Appends blocks as text for terminals. The lines of a verdict are not wrapped, because programs search for them.
 fn blocks(text: &mut String, all: &[Block]) {
     for block in all {
         match block {

@@ -34,7 +34,7 @@ pub use slurm::Slurm;
 pub use values::Force;
 use values::{MOST_ROWS, OUT, amperes, choice, degrees, milliseconds, tolerance, trial, whole};
 
-/// The version with the numbers that decide whether a run goes on and a library fits.
+/// The version, with the numbers on which it depends whether a run can be resumed and whether a library is compatible.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
     let version = env!("CARGO_PKG_VERSION");
     format!("{version} (numerics {NUMERICS}, ABI of detectors {ABI})")

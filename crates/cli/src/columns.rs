@@ -8,7 +8,7 @@ use standstill_quantity::si_value;
 use standstill_scenario::Point;
 use standstill_table::{Cell, Column, Kind};
 
-/// Columns of a trial in files of trials.
+/// Columns that all files of trials have for a trial.
 const TRIAL: [(&str, Kind); 13] = [
     ("trial", Kind::Whole),
     ("true_angle_deg", Kind::Number),
@@ -25,16 +25,17 @@ const TRIAL: [(&str, Kind); 13] = [
     ("reason", Kind::Text),
 ];
 
-/// Column of half the width of the sector that a trial's answer names, in degrees: the last of a trial, where answers are sectors.
+/// Column of half the width in degrees of the sector that a trial's answer names. It is the last column of a trial,
+/// present only if answers are sectors.
 pub const HALF_SECTOR: &str = "half_sector_deg";
 
-/// Returns the columns of a trial in files of trials; `in_sectors`: answers are sectors.
+/// Returns the columns of a trial in files of trials; `in_sectors`: whether answers are sectors.
 pub fn trial_columns(in_sectors: bool) -> impl Iterator<Item = Column> {
     let sector = in_sectors.then_some((HALF_SECTOR, Kind::Number));
     TRIAL.into_iter().chain(sector).map(|(name, kind)| Column::new(name, kind))
 }
 
-/// Returns the values of a trial in these columns.
+/// Returns the values of a trial in the order of these columns.
 pub fn trial_values(row: &Row, in_sectors: bool) -> impl Iterator<Item = Cell<'_>> {
     let number = |value: Option<f64>| value.map_or(Cell::Empty, Cell::Number);
     let sector = in_sectors.then(|| number(row.half_sector_deg));
@@ -63,8 +64,8 @@ pub struct AxisColumn {
 }
 
 impl AxisColumn {
-    /// Returns the columns of all sweep axes. A column is numeric, in SI and angles in degrees, if the axis has a
-    /// number at every point.
+    /// Returns the columns of all sweep axes. A column is numeric (in SI, angles in degrees) if the axis has a number
+    /// at every point.
     pub fn of(points: &[Point]) -> Vec<Self> {
         let Some(first) = points.first() else { return Vec::new() };
         let column = |k: usize| {

@@ -44,8 +44,8 @@ use crate::error::Error;
 use crate::scenario;
 use crate::shell::terminal::tell;
 
-/// Returns the angle in rad that a detector found, or the end of its axis that is nearer to the rotor; none without
-/// an axis.
+/// Returns the angle in rad that a detector found; if it found only an axis, the end of the axis that is nearer to the
+/// rotor. None without an axis.
 fn found(record: &Record) -> Option<f64> {
     let error = record.error_deg().or_else(|| record.axis_error_deg())?;
     Some((record.true_angle_deg() + error).to_radians())
@@ -72,7 +72,7 @@ fn sheet(name: &str) -> Result<DataSheet, Error> {
     DataSheet::parse(name, &text).map_err(Error::Motor)
 }
 
-/// Returns the current decay of the paper's method; none for other methods.
+/// Returns the current decay if the method is the paper's; none for other methods.
 const fn decay(method: MethodName) -> Option<Decay> {
     match method {
         MethodName::LineInductance => Some(Decay::Slow),

@@ -1,4 +1,4 @@
-//! Warnings on values that can be simulated but are probably mistakes: a line each, before the first trial.
+//! Warnings on values that can be simulated but are probably mistakes, one line each, printed before the first trial.
 
 use standstill_detect::Method;
 use standstill_plant::Motor;
@@ -9,7 +9,7 @@ use standstill_sim::Arrangement;
 use crate::shell::host;
 use crate::shell::terminal::tell;
 
-/// Prints a warning on standard error for each implausible value of a scenario; nothing if a host program runs the command.
+/// Prints a warning on standard error for each implausible value of a scenario. Prints nothing in a host program.
 pub fn warn(scenario: &Scenario<Method<f64>>) {
     if host::current().is_none() {
         for doubt in of(scenario) {
@@ -18,13 +18,13 @@ pub fn warn(scenario: &Scenario<Method<f64>>) {
     }
 }
 
-/// Returns the warning on an implausible number of a motor, with the slip that would explain it.
+/// Returns the warning on an implausible number of a motor, with the mistake that would explain it.
 pub fn of_motor(motor: &Motor) -> Option<String> {
     motor.doubtful().map(|doubtful| format!("{}: {}", motor.name, doubtful.said()))
 }
 
-/// Returns the warnings on implausible numbers: those that are a large share of the quantity with which their key
-/// compares them.
+/// Returns the warnings on implausible numbers: numbers that are a large share of the quantity with which their key is
+/// compared.
 pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
     let (motor, sensors) = (&scenario.motor, &scenario.sensors);
     let rated = motor.rated_current;
@@ -49,8 +49,9 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
     said
 }
 
-/// Returns the warning on shunts whose amplifier may be under way when a drive believes it: at an edge a current begins or ends in a shunt
-/// below a leg; in that of the link it may be returned with the other sign, a jump of twice its size.
+/// Returns the warning on a settling time that is too short for a shunt's amplifier. At an edge the current through a
+/// shunt below a leg begins or ends, and the current through a shunt in the DC link may change its sign, which is a
+/// jump of twice its size.
 fn short_settling(scenario: &Scenario<Method<f64>>) -> Option<String> {
     let (sensors, dead_time) = (&scenario.sensors, scenario.drive.dead_time.seconds());
     let jump = if sensors.arrangement == Arrangement::DcLinkShunt { 2.0 } else { 1.0 };
@@ -66,7 +67,7 @@ fn short_settling(scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the warning on six pulses that follow one another while a current is left.
+/// Returns the warning on six pulses whose pauses are too short for the current to decay.
 fn short_pause(scenario: &Scenario<Method<f64>>) -> Option<String> {
     let Method::SixPulse(six) = &scenario.detector else { return None };
     let least = six.least_pause(&scenario.nameplate());
@@ -79,7 +80,7 @@ fn short_pause(scenario: &Scenario<Method<f64>>) -> Option<String> {
     })
 }
 
-/// Returns the warning on a key whose value exceeds the usual share.
+/// Returns the warning on a key whose value exceeds the usual share of its reference.
 fn unusual(scenario: &Scenario<Method<f64>>, key: &Key) -> Option<String> {
     let (motor, drive) = (&scenario.motor, &scenario.drive);
     let value = scenario.value(key.path)?.as_float()?;

@@ -19,7 +19,7 @@ use standstill_table::TableError;
 
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A mistake in the command line, as its parser explains it.
+    /// A mistake in the command line, with the parser's explanation.
     #[error("{0}")]
     Arguments(String),
     #[error(
@@ -31,7 +31,7 @@ pub enum Error {
     Motor(MotorError),
     #[error("cannot read {0}: {1}")]
     Read(PathBuf, std::io::Error),
-    /// A file where a folder must be, or a folder where a file must be.
+    /// A file exists in place of a folder, or a folder in place of a file.
     #[error("{path} is {is}, but must be {needed}")]
     InTheWay { path: PathBuf, is: &'static str, needed: &'static str },
     #[error("cannot write {0}: {1}")]
@@ -69,19 +69,19 @@ pub enum Error {
     #[cfg(feature = "program")]
     #[error(transparent)]
     Lab(ServerError),
-    /// Results that exist already, or that belong to another run.
+    /// Results exist already, or belong to another run.
     #[error("{path}: found {found}, needed {needed}")]
     Results { path: PathBuf, found: String, needed: String },
 }
 
 impl Error {
-    /// Returns a conversion of write errors at `path`, for `map_err`.
+    /// Returns a function for `map_err` that adds `path` to a write error.
     pub fn writing(path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
         let path = path.to_owned();
         move |error| Self::Write(path, error)
     }
 
-    /// Returns the error of results that are not replaced.
+    /// Returns the error of existing results of another run, which are not replaced.
     pub fn another_run(path: PathBuf, difference: &str) -> Self {
         Self::Results {
             path,
@@ -90,8 +90,7 @@ impl Error {
         }
     }
 
-    /// Converts the error of a table that cannot be written; where the operating system refuses, the message names
-    /// `path`.
+    /// Converts the error of a table that cannot be written. If the operating system refused, the message names `path`.
     pub fn table(path: &Path, error: TableError) -> Self {
         match error {
             TableError::Write(error) => Self::Write(path.to_owned(), error),

@@ -55,7 +55,7 @@ pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure
     Figure::new("Line pulses and their currents (Fig. 5 of the paper)", subtitle, 860, panels)
 }
 
-/// Draws the two voltage vectors of the polarity test: i_d in the direction of each.
+/// Draws the two voltage vectors of the polarity test: the current along the direction of each.
 pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: String) -> Figure {
     let mut panel = Panel::new(
         Axis::new("time from the start of the vector (ms)"),
@@ -83,7 +83,7 @@ pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: Strin
     Figure::new("Polarity test: the larger current points north", subtitle, 440, [panel])
 }
 
-/// Draws the error over the true angle as on pages, with the paper's bound.
+/// Draws the error over the true angle as on pages, with the paper's bound added.
 pub fn error_over_angle(cloud: &ErrorCloud, subtitle: String) -> Figure {
     let mut figure = study::error_over_angle("", Some(subtitle), cloud);
     for panel in &mut figure.panels {

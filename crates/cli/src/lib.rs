@@ -1,5 +1,4 @@
-//! The commands of `standstill`: for its own program ([`main`]), and for other programs that carry them out
-//! ([`Host`]).
+//! The commands of `standstill`, for its own program ([`main`]) and for other programs that carry them out ([`Host`]).
 
 #![cfg_attr(
     not(feature = "program"),
@@ -84,11 +83,11 @@ fn prints_for_programs(command: &Command) -> bool {
 }
 
 impl Host {
-    /// Carries out a command line, without the program's name, in this thread. Returns the text that the program
-    /// would print, or its error message in a line.
+    /// Carries out a command line, without the program's name, in this thread. Returns the text that the program would
+    /// print.
     ///
     /// # Errors
-    /// The error message that `standstill` prints after its name.
+    /// The error message that `standstill` would print after its name, as one line.
     pub fn command(self: &Arc<Self>, words: impl IntoIterator<Item = OsString>) -> Result<Report, String> {
         self.run(|| arguments(std::iter::once("standstill".into()).chain(words)).and_then(command))
             .map_err(|error| command_line::one_line(&error.to_string()))
@@ -144,7 +143,7 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
     }
 }
 
-/// Parses a command line, beginning with the program's name; mistakes in one line.
+/// Parses a command line that begins with the program's name. Error messages have one line.
 fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Error> {
     let parsed = Arguments::try_parse_from(words).map(|mut arguments| {
         arguments.command.name_folder();

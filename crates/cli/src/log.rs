@@ -10,14 +10,15 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Returns the phase whose leg is high against another that is low: the command is then a line pulse.
+    /// Returns the phase whose leg is high while another leg is low, which makes the command a line pulse; none
+    /// otherwise.
     pub fn line(&self) -> Option<Phase> {
         let legs = self.command.stage.legs;
         let low = legs.0.contains(&Leg::Low);
         Phase::ALL.into_iter().find(|phase| low && legs[*phase] == Leg::High)
     }
 
-    /// Returns whether the legs are modulated: the command is then a voltage vector.
+    /// Returns whether all legs are modulated, which makes the command a voltage vector.
     pub fn is_vector(&self) -> bool {
         matches!(self.command.stage.legs.0, [Leg::Duty(_), Leg::Duty(_), Leg::Duty(_)])
     }
@@ -27,7 +28,7 @@ impl Entry {
     }
 }
 
-/// A detector that records the commands of another.
+/// A detector that records the commands of another detector.
 pub struct Logged<D> {
     inner: D,
     now: Nanos,

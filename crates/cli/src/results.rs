@@ -1,5 +1,5 @@
-//! The results of a run in its folder: the content of `summary.json`, the tables beside it, and the pages that have
-//! become stale.
+//! The results of a run in its folder: the content of `summary.json`, the tables beside it, and pages that have become
+//! outdated.
 
 mod folder;
 mod intact;
@@ -24,10 +24,10 @@ use crate::arguments::Results as Options;
 use crate::error::Error;
 use crate::shell::host;
 
-/// Name of the file of summaries.
+/// Name of the file with the summaries.
 pub const SUMMARY: &str = "summary.json";
 
-/// Name of the file that a run without rows leaves, so that it can be extended.
+/// Name of the file that a run without rows writes so that it can be extended.
 pub const STATISTICS: &str = "run.statistics";
 
 /// Content of `summary.json`.
@@ -35,16 +35,18 @@ pub const STATISTICS: &str = "run.statistics";
 pub struct SummaryFile {
     /// Identity of the run.
     pub run: Identity,
-    /// Summary of all trials. None of a sweep: a mean over its points would depend on the choice of the points.
+    /// Summary of all trials; none for a sweep, because a mean over its points would depend on the choice of the
+    /// points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub summary: Option<Summary>,
-    /// Each point of the sweep.
+    /// The points of the sweep.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointSummary>,
-    /// Digests of the tables beside the summary; none of a run by a version without digests.
+    /// Digests of the tables beside the summary; none for runs of versions without digests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tables: Option<Tables>,
-    /// Digest of this file without white space and this member, see [`intact`]; none of a run by a version without it.
+    /// Digest of this file without white space and without this member: see [`intact`]; none for runs of versions
+    /// without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub digest: Option<String>,
 }
@@ -52,7 +54,7 @@ pub struct SummaryFile {
 /// One point of a sweep.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct PointSummary {
-    /// Values of the point by the keys of the sweep axes; numbers in SI, angles in degrees.
+    /// Values of the point, by the keys of the sweep axes; numbers in SI units, angles in degrees.
     pub values: IndexMap<String, serde_json::Value>,
     /// Summary of the point's trials.
     pub summary: Summary,
@@ -81,7 +83,7 @@ impl SummaryFile {
     /// Formats the content of the file with its digest.
     ///
     /// # Errors
-    /// Numbers that JSON has no form for.
+    /// JSON cannot represent a number.
     pub fn sealed(&mut self) -> serde_json::Result<String> {
         self.digest = None;
         self.digest = Some(intact::digest(&serde_json::to_string_pretty(self)?));
@@ -101,7 +103,7 @@ impl SummaryFile {
         self.summary.as_ref().filter(|_| self.points.is_empty())
     }
 
-    /// Returns the summary of each point; of a run without axes that of the run.
+    /// Returns the summary of each point; for a run without axes, the summary of the run.
     pub fn each(&self) -> impl Iterator<Item = &Summary> {
         self.whole().into_iter().chain(self.points.iter().map(|point| &point.summary))
     }
@@ -118,7 +120,8 @@ impl SummaryFile {
 }
 
 impl SummaryFile {
-    /// Returns the sentence on a rule that was to end points early, where the trials ran out before the rule was met.
+    /// Returns the sentence on a stop condition that was not reached before the trials ran out; none if there is no
+    /// such condition.
     pub fn unreached(&self) -> Option<String> {
         let StopTable { rms, wrong_poles } = self.run.stop_at;
         let half = |e: &Estimate| (e.high - e.low) / 2.0;
@@ -139,9 +142,9 @@ impl SummaryFile {
     }
 }
 
-/// Refuses to replace the results of another run, or files that are not results of a run, except with `--force`. An equal
-/// run may be repeated, because it writes equal results. If the run `extends` earlier results, it may replace them: the
-/// new results contain all earlier trials.
+/// Refuses to replace the results of another run, or files that are not results of a run, except with `--force`. The
+/// same run may be repeated, because it writes the same results. If the run `extends` earlier results, it may replace
+/// them, because the new results contain all earlier trials.
 ///
 /// # Errors
 /// The summary belongs to another run, or the file is not a summary.
@@ -161,7 +164,7 @@ pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<()
     }
 }
 
-/// Returns whether results are written into files: a host program may want them in memory alone.
+/// Returns whether results are written into files. A host program may want them only in memory.
 pub fn files_wanted() -> bool {
     host::current().is_none_or(|host| host.files)
 }

@@ -1,4 +1,4 @@
-//! Makes the document of a command: a scenario file, or a shipped one, with the settings of options and `-s`.
+//! Makes the document of a command from a scenario file, or from a built-in one, with the settings of options and `-s`.
 
 use std::path::Path;
 
@@ -14,15 +14,15 @@ use crate::shell::command_line::set;
 use crate::shell::host;
 use crate::shell::terminal::tell;
 
-/// The paper's method on its motor: the default scenario of `reproduce` and `trace`.
+/// The built-in scenario with the paper's method and motor, which is the default of `reproduce` and `trace`.
 const PAPER: &str = include_str!("../scenarios/reproduce.toml");
 
-/// Shipped documents for commands without a scenario file.
+/// Built-in documents for commands without a scenario file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shipped {
-    /// A scenario without keys: all values by default.
+    /// A scenario without keys, in which all values are defaults.
     Empty,
-    /// The paper's method.
+    /// The scenario with the paper's method.
     Paper,
 }
 
@@ -31,19 +31,20 @@ pub enum Shipped {
 pub struct Shorthands(Vec<(&'static str, &'static str, Value)>);
 
 impl Shorthands {
-    /// Adds an option that sets a key, if it is given.
+    /// Adds an option and the key that it sets, if the option is given.
     #[must_use]
     pub fn with(mut self, option: &'static str, key: &'static str, value: Option<impl Into<Value>>) -> Self {
         self.0.extend(value.map(|value| (option, key, value.into())));
         self
     }
 
-    /// Returns the given options and the keys that they set.
+    /// Returns the given options with the keys that they set.
     pub fn given(&self) -> Vec<(&'static str, &'static str)> {
         self.0.iter().map(|(option, key, _)| (*option, *key)).collect()
     }
 
-    /// Returns the keys that the options set, but for one, as `-s KEY=VALUE` for commands that do not have these options.
+    /// Returns the keys that the options set, as `-s KEY=VALUE` for commands that do not have these options;
+    /// `left_out`: an option to leave out.
     pub fn as_keys(&self, left_out: Option<&str>) -> String {
         let key = |(_, key, value): &(&str, &str, Value)| {
             set(key, &value.as_str().map_or_else(|| value.to_string(), str::to_owned))
@@ -102,7 +103,7 @@ impl Shorthands {
     }
 }
 
-/// Returns the document of a scenario file, or of the shipped one, with all settings of the command line.
+/// Returns the document of the scenario file, or of a built-in one, with all settings from the command line.
 pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Result<Document, Error> {
     let document = match (&source.scenario, shipped) {
         (Some(path), _) => read(path)?,
@@ -112,7 +113,8 @@ pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Re
     changed(document, &source.keys, shorthands)
 }
 
-/// Returns the document of a command's argument MOTOR: a scenario file, or the default scenario with a motor.
+/// Returns the document for a command's argument MOTOR: that of a scenario file, or the default scenario with this
+/// motor.
 pub fn of_motor(name: &str, keys: &Keys, shorthands: Shorthands) -> Result<Document, Error> {
     let path = Path::new(name);
     // What has no ending is a motor's name, known or not.
@@ -126,8 +128,8 @@ pub fn of_motor(name: &str, keys: &Keys, shorthands: Shorthands) -> Result<Docum
     changed(document, keys, shorthands)
 }
 
-/// Reads the document of a scenario file. For a motor it is the default scenario with this motor, which a message
-/// says.
+/// Reads the document of a scenario file. If the file is a motor, returns the default scenario with this motor and
+/// prints a message about it.
 pub fn read(path: &Path) -> Result<Document, Error> {
     let (document, motor) = read_either(path)?;
     if motor && host::current().is_none() {
@@ -136,9 +138,9 @@ pub fn read(path: &Path) -> Result<Document, Error> {
     Ok(document)
 }
 
-/// Prints which scenario replaces a file without a key, which is a valid scenario.
+/// Prints which scenario is used in place of a file without keys, which is a valid scenario.
 ///
-/// Its writer may have meant a motor. `run` and `sweep` print what they simulate anyway.
+/// The user may have meant a motor. `run` and `sweep` print what they simulate anyway.
 fn says_something(document: &Document, path: &Path) {
     if document.is_empty() && host::current().is_none() {
         let file = path.display();
@@ -146,8 +148,8 @@ fn says_something(document: &Document, path: &Path) {
     }
 }
 
-/// Reads a scenario without a message. Returns also whether the file is a motor: a built-in one, or a data sheet,
-/// which unlike a scenario has a name or a nameplate.
+/// Reads a scenario without printing a message. Also returns whether the file is a motor: a built-in one, or a data
+/// sheet, which has a name or a nameplate unlike a scenario.
 pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     let of_motor = |name: &str| {
         let document = Document::parse(Path::new("scenario"), "")?;
@@ -171,7 +173,8 @@ pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
     Ok((document, false))
 }
 
-/// Returns the kind of a file that is neither scenario nor motor, and the command that reads it.
+/// Returns a description of a file that is neither scenario nor motor, and the command that reads it; none if the kind
+/// of file is not known.
 fn named_otherwise(path: &Path) -> Option<String> {
     if path.join("summary.json").exists() {
         return Some(format!("the folder of a run; `standstill report {}` shows it", path.display()));
@@ -192,7 +195,7 @@ fn named_otherwise(path: &Path) -> Option<String> {
     })
 }
 
-/// Parses the document of a file of either kind.
+/// Parses a file that may be a scenario or a motor.
 fn text_of(path: &Path) -> Result<Document, Error> {
     if let Some(host) = host::current()
         && let Some(text) = host.text(path)
@@ -202,7 +205,8 @@ fn text_of(path: &Path) -> Result<Document, Error> {
     Ok(Document::read(path)?)
 }
 
-/// Applies the settings of the command line to a document: the motor before its keys, and `-s` before other options.
+/// Applies the settings from the command line to a document. The motor is set before its keys, and `-s` before other
+/// options.
 pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> Result<Document, Error> {
     let (motors, others): (Vec<_>, Vec<_>) =
         shorthands.0.into_iter().partition(|(_, key, _)| *key == "motor");
@@ -227,8 +231,8 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
     Ok(document)
 }
 
-/// Converts the path of a motor named by an option: it is relative to the user's folder, while a path in a document
-/// is relative to the document's folder.
+/// Converts the path of a motor that an option names. It is relative to the working directory, while a path in a
+/// document is relative to the document's folder.
 fn from_here(name: &str, document: &Document) -> String {
     let elsewhere =
         !document.files().folder().as_os_str().is_empty() && DataSheet::built_in_text(name).is_none();
@@ -236,8 +240,8 @@ fn from_here(name: &str, document: &Document) -> String {
     path.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
 }
 
-/// Converts the path of a library named by an option: relative to the document's folder if it is below it, else
-/// absolute.
+/// Converts the path of a library that an option names: relative to the document's folder if the library is below it,
+/// else absolute.
 fn library_from_here(library: &Path, document: &Document) -> String {
     let path = std::path::absolute(library).unwrap_or_else(|_| library.to_owned());
     let folder = std::path::absolute(document.files().folder()).or_else(|_| std::env::current_dir());

@@ -20,14 +20,14 @@ fn percent(probability: &Estimate) -> String {
     probability.times(100.0).to_string()
 }
 
-/// Returns the decimals of a share in per cent of a number of starts: no more than its interval supports, and none
-/// that one start more or less would not change.
+/// Returns the number of decimals for a share in per cent: no more than its interval supports, and no more than a
+/// change of one start would alter.
 fn share_decimals(of: &Estimate, starts: u64) -> usize {
     let one = magnitude(100.0 / starts as f64).map_or(0, |m| usize::try_from(-m).unwrap_or(0));
     one.min(of.times(100.0).decimals())
 }
 
-/// Formats a count as a probability in per cent; a count of zero with its upper limit.
+/// Formats a count as a probability in per cent; a count of zero gets its upper limit.
 pub fn share(count: u64, probability: &Estimate) -> String {
     let Estimate { value, high, .. } = *probability;
     if count == 0 {
@@ -39,7 +39,7 @@ pub fn share(count: u64, probability: &Estimate) -> String {
     }
 }
 
-/// Formats a share of a number of starts in per cent, in the digits that this number supports.
+/// Formats a share of a number of starts in per cent, with the digits that this number supports.
 pub fn share_of(share: f64, starts: u64) -> String {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of starts")]
     let count = ((share * starts as f64).round().max(0.0) as u64).min(starts);
@@ -47,12 +47,12 @@ pub fn share_of(share: f64, starts: u64) -> String {
     format!("{:.decimals$}", 100.0 * share)
 }
 
-/// Returns the share of starts that were answered rightly: with an angle, and the right pole.
+/// Returns the share of right answers: starts with an angle and the right pole.
 pub fn right(s: &Summary) -> f64 {
     s.found.saturating_sub(s.wrong_poles) as f64 / s.trials as f64
 }
 
-/// Returns the share of correct starts: answered rightly, or where poles are not judged (`open`), with an axis.
+/// Returns the share of correct starts: those answered rightly, or those with an axis if poles are not judged (`open`).
 pub fn good(s: &Summary, open: bool) -> f64 {
     if open { s.axes as f64 / s.trials as f64 } else { right(s) }
 }
@@ -66,38 +66,40 @@ pub fn good_interval(s: &Summary, open: bool) -> String {
     format!("{value} [{low}, {high}]")
 }
 
-/// Returns the column title of the share of correct starts in per cent.
+/// Returns the column title for the share of correct starts; `open`: poles are not judged.
 pub const fn good_heading(open: bool) -> &'static str {
     if open { "axis" } else { "right" }
 }
 
-/// Share of starts without a right answer above which a point counts as failing, whatever its error.
+/// Share of starts without a right answer above which a point counts as failing, whatever its error is.
 pub const FAILING: f64 = Demands::DEFAULT.without_angle;
 
-/// Share of right answers from which on nearly all starts are answered, so that the share is not said.
+/// Share of right answers above which the share is not mentioned, because nearly all starts are answered rightly.
 pub const GOOD: f64 = 0.999;
 
-/// Order of points, the best first.
+/// Order of the points, the best first.
 #[derive(Clone, Copy, Debug)]
 pub struct Ranking {
-    /// Poles are not judged.
+    /// Whether poles are not judged.
     open: bool,
-    /// Answers are sectors at some points and angles at others: what is beyond a sector is no error of an angle.
+    /// Whether answers are sectors at some points and angles at others. The error beyond a sector and the error of an
+    /// angle cannot be compared.
     mixed: bool,
 }
 
 impl Ranking {
-    /// Returns the order of the points with these summaries, whose poles may be left `open`.
+    /// Returns the order for points with these summaries; `open`: poles are not judged.
     pub fn of<'a>(summaries: impl Iterator<Item = &'a Summary> + Clone, open: bool) -> Self {
         let with_axes = summaries.filter(|s| s.axes > 0);
         let sectors = with_axes.clone().filter(|s| s.sectors.is_some()).count();
         Self { open, mixed: sectors > 0 && sectors < with_axes.count() }
     }
 
-    /// Compares two points by the share of correct starts, to a tenth of a per cent, which chance hardly changes. Then where all
-    /// answers are of one kind by the rms error, else by the share of answers that miss their own demand, an angle by more than the
-    /// limit and a sector by more than the limit beyond its border, to a tenth of a per cent; among equal ones angles come before
-    /// sectors, as they say more, and among those of a kind the smaller rms error first.
+    /// Compares two points in several stages. First by the share of correct starts, rounded to a tenth of a per cent so
+    /// that chance hardly changes it. If all answers are of one kind, then by the rms error. If angles and sectors are
+    /// mixed, then by the share of answers that miss their target, rounded likewise: an angle misses it by an error
+    /// above the limit, a sector by more than the limit beyond its border. Among equal points, angles come before
+    /// sectors, because they are more precise, and then the smaller rms error comes first.
     pub fn compare(self, a: &Summary, b: &Summary) -> std::cmp::Ordering {
         let tenths = |share: f64| (1000.0 * share).round();
         let missed = |s: &Summary| tenths(1.0 - good(s, self.open));
@@ -111,7 +113,7 @@ impl Ranking {
             .then(known(a.rms_deg.value).total_cmp(&known(b.rms_deg.value)))
     }
 
-    /// Returns what decides in turn, in words; `limit_deg`: the error whose exceedance is counted.
+    /// Describes the stages of the comparison in words; `limit_deg`: limit of the error in degrees.
     pub fn in_words(self, limit_deg: f64) -> String {
         let did = if self.open { "with an axis" } else { "answered rightly" };
         if self.mixed {
@@ -125,8 +127,8 @@ impl Ranking {
     }
 }
 
-/// Returns the results of a run: its figures, or its points, and the reasons of starts without an answer. Terminals
-/// leave the reasons of points out.
+/// Returns the results of a run: its statistics or its points, and the reasons of starts without an answer. A terminal
+/// does not show the reasons of points.
 pub fn sections(summary: &SummaryFile) -> Vec<Section> {
     let open = summary.run.pole_is_open;
     // Axes are varied on purpose: what they say together depends on how they were chosen.
@@ -142,7 +144,8 @@ pub fn sections(summary: &SummaryFile) -> Vec<Section> {
     sections
 }
 
-/// Returns the table of a run's statistics with their intervals, a line each; wrong poles only where they are judged.
+/// Returns the table of a run's statistics with their intervals, one per line. Wrong poles are included only if poles
+/// are judged.
 pub fn figures(s: &Summary, open: bool) -> Table {
     let trials = if s.trials == 1 { "trial" } else { "trials" };
     let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", percent(of));
@@ -191,8 +194,8 @@ pub fn figures(s: &Summary, open: bool) -> Table {
         )
 }
 
-/// Returns the lines of answers that are sectors, by where the rotor stood. The next sector within the limit of its border counts
-/// as right: there the readings of both are alike.
+/// Returns lines on answers that are sectors, by where the rotor really was. If the rotor is in the next sector but
+/// within the limit of the border, the answer counts as right, because the readings of both sectors are alike there.
 fn sector_lines(of: &Sectors, limit_deg: f64) -> [(Tone, Vec<String>); 4] {
     let counted = |count: u64| share(count, &binomial_interval(count, of.named));
     let width = 2.0 * of.half_width_deg;
@@ -220,7 +223,7 @@ pub fn sectors_in_words(of: &Sectors, limit_deg: f64) -> String {
     )
 }
 
-/// Returns the decimals of a value that the ends of its interval support.
+/// Returns the number of decimals of a value that the ends of its interval support.
 pub fn decimals_of([value, low, high]: [f64; 3]) -> usize {
     Estimate { value, low, high }.decimals()
 }

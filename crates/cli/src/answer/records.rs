@@ -12,7 +12,8 @@ use standstill_campaign::Estimate;
 #[serde(transparent)]
 pub struct Records(pub Vec<Record>);
 
-/// A row: its fields by name, in the order of the columns. A missing field is null in JSON and empty in CSV.
+/// A row: its fields by name, in the order of the columns. A missing field becomes null in JSON and an empty cell in
+/// CSV.
 #[derive(Clone, Debug, Default, Serialize)]
 #[serde(transparent)]
 pub struct Record(IndexMap<String, Value>);

@@ -15,11 +15,11 @@ use super::scenario::{Axes, Keys, Seed, Source, assignment};
 use super::values::{Force, MOST_ROWS, OUT, choice, trial, whole};
 use crate::error::Error;
 
-/// Most trials of a run that keeps statistics alone. With as many at as many points as a design may have, the run's rows are
-/// counted in 64 bits.
+/// Largest number of trials of a run that keeps only statistics. Even with the largest number of points of a design,
+/// the trials can be counted in 64 bits.
 const MOST_TRIALS: u64 = 100_000_000_000;
 
-/// Most trials at one value of a requirement.
+/// Largest number of trials at one value of a requirement.
 pub const MOST_AT_A_VALUE: u64 = 100_000_000;
 
 /// How many trials, and which.
@@ -357,7 +357,7 @@ pub struct Bounds {
 }
 
 impl Amount {
-    /// Refuses rows of more trials than are kept.
+    /// Refuses a run with more trials than the number of rows that can be kept.
     pub fn check(&self, rows: Rows) -> Result<(), Error> {
         match self.trials {
             Some(trials) if rows == Rows::All && trials > MOST_ROWS => Err(Error::Arguments(format!(

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use super::Command;
 use super::values::OUT;
 
-/// Returns the default folder of a command on a scenario's file or a motor; without either, from the command's name
-/// alone.
+/// Returns the default folder of a command for a scenario's file or a motor. Without either, the folder has the
+/// command's name only.
 ///
-/// Different scenarios have different folders, and so have different commands.
+/// Different scenarios have different folders, as have different commands.
 pub fn default_folder(of: Option<&Path>, command: &str) -> PathBuf {
     let name = of.and_then(Path::file_stem).map(|stem| format!("{}-", stem.to_string_lossy()));
     Path::new("standstill-out").join(name.unwrap_or_default() + command)

@@ -1,4 +1,4 @@
-//! The list of commands that `standstill --help` prints, by what they are for.
+//! The list of commands that `standstill --help` prints, grouped by purpose.
 
 use std::fmt::Write as _;
 use std::sync::LazyLock;
@@ -7,7 +7,7 @@ use clap::Subcommand as _;
 
 use super::Command;
 
-/// Commands by what they are for, in the order in which most people need them.
+/// Commands grouped by purpose, in the order in which most people need them.
 pub const GROUPS: [(&str, &[&str]); 6] = [
     ("Is my motor suited?", &["check", "lab", "init", "motors", "convert"]),
     ("My motor's numbers", &["fit", "magnetics"]),
@@ -17,9 +17,9 @@ pub const GROUPS: [(&str, &[&str]); 6] = [
     ("About this program", &["reproduce", "witness", "schema", "completions", "man", "help"]),
 ];
 
-/// Columns of the list.
+/// Width of the list in columns.
 const WIDTH: usize = 100;
-/// Columns before the sentence about a command.
+/// Width in columns before a command's description.
 const INDENT: usize = 15;
 
 /// The template of the program's help, with its commands in groups.

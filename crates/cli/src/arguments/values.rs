@@ -1,4 +1,4 @@
-//! Parsers of options' values, and options that several commands have.
+//! Parsers of the values of options, and options that several commands share.
 
 use std::ops::RangeInclusive;
 
@@ -7,8 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use standstill_interface::Choice;
 use standstill_plant::MapValues;
 
-/// Placeholder of the default folder for results: it is made of the names of the scenario's file or of the motor, and
-/// of the command.
+/// Placeholder for the default folder of results, which is named after the scenario's file or the motor, and after the
+/// command.
 pub const OUT: &str = "standstill-out/SCENARIO-COMMAND";
 
 /// Whether what is there may go.
@@ -23,7 +23,7 @@ pub fn map_values(text: &str) -> Result<MapValues, String> {
     MapValues::named(text).ok_or_else(|| format!("not one of {}", MapValues::NAMES.join(", ")))
 }
 
-/// Parses an angle in degrees of at most one turn in either direction; a larger one is a mistake.
+/// Parses an angle in degrees, of at most one turn in either direction; a larger angle is probably a mistake.
 pub fn degrees(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(angle) if angle.abs() <= 360.0 => Ok(angle.rem_euclid(360.0)),
@@ -31,10 +31,11 @@ pub fn degrees(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Largest number of trials whose rows are kept on disk or in memory.
+/// Largest number of trials of which rows are kept, on disk or in memory.
 pub const MOST_ROWS: u64 = 100_000_000;
 
-/// Parses a whole number in a range; the message names the upper limit unless it is the largest representable number.
+/// Parses a whole number in a range. The error message names the upper limit unless it is the largest representable
+/// number.
 pub fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
     range: RangeInclusive<u64>,
 ) -> impl TypedValueParser<Value = T> {

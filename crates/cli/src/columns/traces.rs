@@ -9,13 +9,14 @@ use standstill_interface::{Phase, Sensed};
 use standstill_sim::{Event, Health, Trace};
 use standstill_table::{Cell, Column, Format, Kind, TableError};
 
-/// Receiver of a table's rows.
+/// Receiver of the rows of a table.
 type Sink<'a> = &'a mut dyn FnMut(&[Cell<'_>]) -> Result<(), TableError>;
 
-/// A column of a trace: its name, and for numbers in text the number of parts into which the unit is divided.
+/// A column of a trace: its name, and for numbers the number of parts into which a unit is divided when the number is
+/// rounded for text; none for columns of text.
 type Head = (Cow<'static, str>, Option<f64>);
 
-/// A column of this name.
+/// Makes a column with this name.
 const fn head(name: &'static str, parts: Option<f64>) -> Head {
     (Cow::Borrowed(name), parts)
 }
@@ -24,7 +25,7 @@ const MICRO: Option<f64> = Some(1e6);
 const NANO: Option<f64> = Some(1e9);
 const PICO: Option<f64> = Some(1e12);
 
-/// A table of a trace: its name, its columns and its rows.
+/// A table of a trace, with functions for its columns and its rows.
 pub struct TraceTable {
     pub name: &'static str,
     columns: fn(&Trace) -> Vec<Head>,
@@ -32,20 +33,20 @@ pub struct TraceTable {
 }
 
 impl TraceTable {
-    /// The tables: waveform, events, and channels of a detector of one's own.
+    /// All tables: waveform, events, and channels of a user's detector.
     pub const ALL: [Self; 3] = [
         Self { name: "waveform", columns: waveform_columns, rows: waveform },
         Self { name: "events", columns: event_columns, rows: events },
         Self { name: "channels", columns: channel_columns, rows: channels },
     ];
 
-    /// Returns the tables that this trace has: channels only of a detector that shows some.
+    /// Returns the tables that this trace has; the table of channels only if the detector shows some.
     pub fn of(trace: &Trace) -> impl Iterator<Item = Self> {
         let shows = !trace.own.names.is_empty();
         Self::ALL.into_iter().filter(move |table| shows || table.name != "channels")
     }
 
-    /// Returns the columns of this trace: a sensor that the drive does not have has none.
+    /// Returns the columns that this trace has; sensors that the drive does not have, have no columns.
     pub fn columns(&self, trace: &Trace) -> Vec<Column> {
         let kind = |parts: Option<f64>| parts.map_or(Kind::Text, |_| Kind::Number);
         (self.columns)(trace).into_iter().map(|(name, parts)| Column::new(name, kind(parts))).collect()
@@ -67,13 +68,12 @@ impl TraceTable {
     }
 }
 
-/// Rounds a number to the nearest of `parts` parts of one; −0 becomes 0, which would otherwise print as a negative
-/// number.
+/// Rounds a number to a multiple of one over `parts`. −0 becomes 0, because it would be printed as a negative number.
 fn round(number: f64, parts: f64) -> f64 {
     (number * parts).round() / parts + 0.0
 }
 
-/// Columns of every waveform.
+/// Columns that every waveform has.
 const WAVEFORM: [Head; 18] = [
     head("t_s", PICO),
     head("i_a_A", NANO),
@@ -95,7 +95,7 @@ const WAVEFORM: [Head; 18] = [
     head("i_link_A", NANO),
 ];
 
-/// Column of a drive with comparators.
+/// Additional column for drives with comparators.
 const COMPARATOR: Head = head("comparator", None);
 
 /// Returns whether the drive has comparators.
@@ -107,14 +107,13 @@ fn waveform_columns(trace: &Trace) -> Vec<Head> {
     WAVEFORM.into_iter().chain(has_comparators(trace).then_some(COMPARATOR)).collect()
 }
 
-/// Rounds currents to whole nanoamperes, as in all files, so that the integrator's rounding of a zero current becomes
-/// zero.
+/// Rounds currents to whole nanoamperes, as in all files, so that rounding errors of the integrator become zero.
 fn currents(current: [f64; 3]) -> [Cell<'static>; 3] {
     current.map(|current| Cell::Number(round(current, 1e9)))
 }
 
-/// Writes the rows of the waveform: voltages in V against the negative rail, currents in A of the winding and of each
-/// leg's devices, towards the motor, and from the DC link into the bridge.
+/// Writes the rows of the waveform: voltages in V against the negative rail, and three kinds of currents in A: of the
+/// winding, of each leg's devices towards the motor, and from the DC link into the bridge.
 fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     for s in &trace.snapshots {
         let number = |value: f64| Cell::Number(value);
@@ -153,7 +152,7 @@ fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Columns of all events; the currents and the voltage are those that the drive read.
+/// Columns that all event tables have; currents and voltage are the drive's readings.
 const EVENTS: [Head; 8] = [
     head("t_s", PICO),
     head("event", None),
@@ -165,16 +164,16 @@ const EVENTS: [Head; 8] = [
     head("u_dc_V", MICRO),
 ];
 
-/// Columns of a drive that reads its terminals.
+/// Additional columns for drives that read their terminals.
 const TERMINALS: [Head; 3] = [head("v_a_V", MICRO), head("v_b_V", MICRO), head("v_c_V", MICRO)];
 
-/// Column of a drive with a shunt in the DC link.
+/// Additional column for drives with a shunt in the DC link.
 const LINK: Head = head("i_link_A", NANO);
 
-/// Column of a drive that captures the trips of its comparators.
+/// Additional column for drives that capture the trips of their comparators.
 const TICKS: Head = head("capture_ticks", NANO);
 
-/// Returns the columns of a detector's channels, whose units are its own.
+/// Returns the columns of a detector's channels; the detector decides on their units.
 fn channel_columns(trace: &Trace) -> Vec<Head> {
     let names = trace.own.names.iter().map(|name| (Cow::Owned(name.clone()), PICO));
     [head("t_s", PICO)].into_iter().chain(names).collect()
@@ -188,7 +187,7 @@ fn channels(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     Ok(())
 }
 
-/// Returns whether the drive reads terminals, has a shunt in the link, and captures trips, by what it has read.
+/// Returns whether the drive reads terminals, has a shunt in the DC link, and captures trips, judging by its readings.
 fn reads(trace: &Trace) -> [bool; 3] {
     let mut reads = [false; 3];
     for (_, event) in &trace.events {
@@ -201,7 +200,8 @@ fn reads(trace: &Trace) -> [bool; 3] {
     reads
 }
 
-/// Returns the columns of the events: those of a sensor that the drive does not have, or that saw nothing, are left out.
+/// Returns the columns of the events. Columns of sensors that the drive does not have, or that never saw a value, are
+/// left out.
 fn event_columns(trace: &Trace) -> Vec<Head> {
     let [terminals, link, captures] = reads(trace);
     let mut columns = EVENTS.to_vec();
@@ -211,7 +211,7 @@ fn event_columns(trace: &Trace) -> Vec<Head> {
     columns
 }
 
-/// A reading of a sensor; empty if none sees the value.
+/// Returns the cell of a reading; empty if no sensor saw the value.
 fn seen(value: f64, sensed: Sensed) -> Cell<'static> {
     if sensed == Sensed::Hidden { Cell::Empty } else { Cell::Number(value) }
 }

@@ -1,17 +1,17 @@
-//! `standstill` without a command, on a terminal: asks what its user has, and begins with the command for it.
+//! `standstill` without a command, on a terminal: asks what the user has, and begins with the matching command.
 
 use std::io::{self, BufRead, IsTerminal as _, Write};
 
 use crate::shell::command_line::quoted;
 
-/// A thing that somebody has, and the command that begins with it.
+/// Something that a user may have, and the command to begin with.
 struct Begin {
     have: &'static str,
-    /// Question for a file, and the file that is taken for an empty answer.
+    /// Question for a file name, and the file that an empty answer stands for.
     file: Option<(&'static str, &'static str)>,
-    /// Words of the command; `FILE` stands for the file.
+    /// Words of the command; `FILE` stands for the file's name.
     command: &'static str,
-    /// The text that follows it.
+    /// Text that is printed after the command.
     next: &'static str,
 }
 
@@ -54,7 +54,8 @@ const BEGINS: [Begin; 6] = [
     },
 ];
 
-/// Asks on the terminal: the words of a command, empty where nothing is chosen; none where there is no terminal to ask on.
+/// Asks the user on the terminal, and returns the words of a command; empty if the user chose nothing. None without a
+/// terminal.
 pub fn asked() -> Option<Vec<String>> {
     if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
         return None;
@@ -62,7 +63,7 @@ pub fn asked() -> Option<Vec<String>> {
     choose(&mut io::stdin().lock(), &mut io::stdout()).ok()
 }
 
-/// Asks for one of [`BEGINS`] and its file, and returns the words of its command; none where no answer is one.
+/// Asks for one of [`BEGINS`] and its file, and returns the words of the command; empty if no answer is valid.
 fn choose(answers: &mut impl BufRead, out: &mut impl Write) -> io::Result<Vec<String>> {
     writeln!(out, "What do you have? (standstill --help lists all commands)\n")?;
     for (k, begin) in BEGINS.iter().enumerate() {
@@ -107,7 +108,7 @@ fn choose(answers: &mut impl BufRead, out: &mut impl Write) -> io::Result<Vec<St
     Ok(words)
 }
 
-/// One answer, without blanks around it; empty at the end of the input.
+/// Asks a question and returns the answer without surrounding blanks; empty at the end of the input.
 fn ask(answers: &mut impl BufRead, out: &mut impl Write, question: &str) -> io::Result<String> {
     write!(out, "{question}")?;
     out.flush()?;

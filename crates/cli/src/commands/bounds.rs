@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::{Report, interrupt};
 
-/// Returns the values of a bound in degrees; none where the bound carries no information.
+/// Returns the values of a bound in degrees; none for values that are too large to be informative.
 fn values(bound: &Bound) -> [Option<f64>; 4] {
     [Some(bound.scheme_deg), Some(bound.all_deg), bound.hybrid_deg, bound.hybrid_all_deg]
         .map(|v| v.and_then(informative))

@@ -13,10 +13,10 @@ use crate::figures::{self, Bar};
 use crate::shell::Report;
 use crate::shell::command_line::quoted;
 
-/// A part of the error: a source, the method's own bias, or the interaction.
+/// A contribution to the error: a source, the method's own error, or the interaction.
 struct Part {
     source: String,
-    /// Rms error in degrees with this part alone, and without it.
+    /// Rms errors in degrees: with this contribution only, and without it.
     rms: Option<[Estimate; 2]>,
     share: Estimate,
     total: Option<Estimate>,
@@ -27,7 +27,7 @@ impl Part {
         Self { source: source.to_owned(), rms, share, total }
     }
 
-    /// Returns the cells of the table: each number with its interval, in the digits that the interval supports.
+    /// Returns the cells of the table. Each number has its interval and as many digits as the interval supports.
     fn cells(&self) -> Vec<String> {
         let cell =
             |factor: f64, of: Option<Estimate>| of.unwrap_or(Estimate::UNKNOWN).times(factor).to_string();
@@ -45,8 +45,8 @@ impl Part {
     }
 }
 
-/// Returns the parts of the error: sources and the method's own bias in order of their shares, the largest first, and
-/// the interaction last.
+/// Returns the contributions to the error. Sources and the method's own error come in the order of their shares, the
+/// largest first, and the interaction comes last.
 fn shares(budget: &Budget) -> Vec<Part> {
     let own = &budget.method;
     let mut shares =
@@ -157,7 +157,7 @@ fn table(shares: &[Part]) -> Table {
     Table::new(columns).rows(shares.iter().map(Part::cells))
 }
 
-/// Returns the notes on the intervals, and on the samples that are left out.
+/// Returns notes on the intervals and on the samples that were left out.
 fn notes(budget: &Budget) -> Vec<String> {
     let mut notes = vec![format!(
         "[95 % interval], Sobol' indices at each angle, averaged over it; {} trials",
@@ -172,7 +172,7 @@ fn notes(budget: &Budget) -> Vec<String> {
     notes
 }
 
-/// Returns the legend of columns and rows, a paragraph each.
+/// Returns the legend of columns and rows, one paragraph for each.
 fn legend(budget: &Budget) -> Vec<String> {
     let mut legend = [
         "share: of the mean square, by the source itself; total: with all in which it has a part.",

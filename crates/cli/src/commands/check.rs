@@ -16,7 +16,7 @@ use crate::scenario::{self, Shorthands};
 use crate::shell::terminal::painted;
 use crate::shell::{Report, host, interrupt, progress};
 
-/// Makes the scenario of the motor or file that the command line names.
+/// Makes the scenario of the motor or file named on the command line.
 fn document(options: &Check) -> Result<Document, Error> {
     let shorthands = Shorthands::default()
         .with("--errors", "errors", options.errors.map(Choice::name))

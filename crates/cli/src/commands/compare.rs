@@ -28,10 +28,10 @@ use crate::{doubts, figures};
 /// Number of angles, 22.5° apart, at which the Cramér–Rao limit is computed.
 const ANGLES: usize = 16;
 
-/// Number of angles where a detection is long and the limit takes as many seconds as the trials.
+/// Number of angles for methods with long detections, whose limit takes as many seconds to compute as the trials.
 const FEW_ANGLES: usize = 8;
 
-/// Returns whether the motor's data do not determine its poles.
+/// Returns whether the motor's data do not suffice to tell its poles apart.
 fn is_open(motor: &Motor) -> bool {
     motor.has_magnet() && motor.pole_knowledge().is_open()
 }
@@ -86,8 +86,8 @@ fn record(entry: &Entry, motor: &Motor) -> Record {
     if let Some(note) = motor.map_note() { record.with("map_note", note) } else { record }
 }
 
-/// Returns the table. On a narrow terminal the method stands above its rows, and columns that distinguish methods least are left out
-/// first, by their ranks.
+/// Returns the table. On a narrow terminal each method is printed above its rows, and the columns that distinguish
+/// methods least are left out first, by their ranks.
 fn table(entries: &[Entry], open: bool) -> Table {
     let largest = |of: fn(&Entry) -> f64| entries.iter().map(of).fold(0.0, f64::max);
     let ampere = decimals(1, largest(|entry| entry.summary.peak_current_a));
@@ -133,14 +133,16 @@ fn table(entries: &[Entry], open: bool) -> Table {
     Table::of(entries, |entry| if is_wrong(entry) { Tone::Bad } else { Tone::Neutral }, columns).headed()
 }
 
-/// Returns the limit over the rms error: the limit is computed, the rms as sure as its interval is narrow.
+/// Returns the ratio of the limit to the rms error. The limit has no uncertainty, so the interval comes from the rms
+/// error.
 fn efficiency(entry: &Entry) -> Estimate {
     let Estimate { value, low, high } = entry.summary.rms_deg;
     let limit = entry.efficiency().unwrap_or(f64::NAN) * value;
     Estimate { value: limit / value, low: limit / high, high: limit / low }
 }
 
-/// Returns the reasons of starts without an angle or a pole with their counts, and the reason of a missing limit.
+/// Returns the reasons of starts without an angle or without a pole, with their counts, and the reason of a missing
+/// limit.
 fn reasons(entry: &Entry) -> String {
     let counted = entry.summary.reasons.iter();
     let counted =
@@ -150,7 +152,7 @@ fn reasons(entry: &Entry) -> String {
     all.join("; ")
 }
 
-/// Runs the cells one after the other until an interrupt.
+/// Runs the cells one after the other until all are done or the user interrupts.
 fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<Entry>, Error> {
     let stop = interrupt::flag();
     let bar = progress::bar(cells.iter().map(|cell| cell.trials).sum());
@@ -239,7 +241,7 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     answer.report(Some(options.out.clone()), false, &Made { asked, ..Made::default() })
 }
 
-/// Adds the command that goes on: a look for settings where starts have no answer, one start of the best method otherwise.
+/// Adds the next command: a search for settings if starts have no answer, else one start of the best method.
 fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Answer {
     let scenario = options.source.scenario.as_ref().map(|path| path.to_string_lossy().into_owned());
     // A motor stands in the place of a scenario.

@@ -1,4 +1,4 @@
-//! `standstill convert`: a motor's numbers as other data sheets and controllers give them.
+//! `standstill convert`: a motor's numbers in the forms that other data sheets and controllers use.
 
 use serde_json::{Value, json};
 use standstill_plant::{DataSheet, EqualNumber};

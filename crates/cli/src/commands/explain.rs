@@ -1,4 +1,4 @@
-//! `standstill explain`: the causes of the outcomes of trials of a finished run.
+//! `standstill explain`: why trials of a finished run ended as they did.
 
 mod choose;
 mod words;
@@ -27,7 +27,7 @@ use crate::shell::output::Output;
 use crate::shell::progress::Watched;
 use crate::shell::setup::{self, Setup};
 
-/// A trial that was repeated, with its causes and its waveforms.
+/// A repeated trial, with its causes and its waveforms.
 struct Repeated {
     chosen: Chosen,
     single: Single,
@@ -77,7 +77,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     answer(&run, &plan, &all, lost).report(folder, options.json, &made)
 }
 
-/// Returns the plan of the run if its trials can be repeated: with the same program and the same files.
+/// Returns the plan of the run. Fails if its trials cannot be repeated, because program or files differ.
 fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
     let recorded = &run.summary.run;
@@ -96,7 +96,7 @@ fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     }
 }
 
-/// Repeats a trial with an observer, and once without each of its errors.
+/// Repeats a trial with an observer, and once more for each of its errors without this error.
 fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Repeated, Halt<Error>> {
     let failed = |error: FileError| Halt::Failed(Error::from(error));
     let trials = Trials::at(plan, chosen.point).map_err(failed)?;
@@ -171,8 +171,8 @@ fn json_of(one: &Repeated) -> serde_json::Value {
     })
 }
 
-/// Returns the sentence on trials without an axis, which are listed in the order of their numbers; none if there are
-/// none.
+/// Returns the sentence on trials without an axis, which are listed in the order of their numbers; none if all have an
+/// axis.
 fn without_axis(lost: u64, listed: usize) -> Option<String> {
     (lost > 0).then(|| {
         let first = if lost > listed as u64 {

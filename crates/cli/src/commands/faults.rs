@@ -1,4 +1,5 @@
-//! `standstill faults`: what each failure mode leads to, by method: answers, wrong poles, and whether it is detected.
+//! `standstill faults`: the effect of each failure mode on each method: answers, wrong poles, and whether the fault is
+//! detected.
 
 mod rates;
 
@@ -18,19 +19,19 @@ use crate::shell::Report;
 use crate::shell::command_line::set_pair;
 use crate::shell::values::each_once;
 
-/// Trials of each fault with each method: none wrong of these is at most one in a thousand.
+/// Number of trials of each fault with each method. If none of them has a wrong pole, at most one in a thousand has.
 const TRIALS: u64 = 3000;
 
-/// A row of the answer.
+/// A row of the answer: one fault with one method.
 struct Row {
     entry: Entry,
     method: String,
-    /// The method that `--method` names; none for the scenario's own.
+    /// The method, if it was named by `--method`; none for the scenario's own.
     by_name: Option<MethodName>,
     counts: Counts,
 }
 
-/// A fault that is not studied, with the reason.
+/// A fault that is not studied, and the reason.
 struct Left {
     mode: FaultMode,
     reason: String,
@@ -91,7 +92,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(&scenario, answer)
 }
 
-/// Returns the faults that are studied, the drive without one first, and those that it cannot have.
+/// Returns the faults to study, beginning with the drive without a fault, and the faults that the drive cannot have.
 fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
     let (mut entries, mut left) = (vec![Entry::whole()], Vec::new());
     let modes = if options.mode.is_empty() {
@@ -167,7 +168,7 @@ impl Row {
             .with("wrong_pole_rate_at_most", rate.map(|rate| rate * of.wrong_pole_bound()))
     }
 
-    /// Returns the effect of the fault in a word, as a failure-mode analysis has it.
+    /// Returns the effect of the fault in one word, as in a failure-mode analysis.
     fn effect(&self) -> &'static str {
         let of = &self.counts;
         if of.wrong_pole > 0 {
@@ -186,7 +187,7 @@ impl Row {
     }
 }
 
-/// Returns a share in per cent with the digits that the number of trials supports.
+/// Formats a share in per cent with the digits that the number of trials supports.
 fn percent(count: u64, total: u64) -> String {
     match (count, 100.0 * count as f64 / total.max(1) as f64) {
         (0, _) => "0".to_owned(),
@@ -268,7 +269,7 @@ fn answer(
     )
 }
 
-/// Returns the sums by the rates, and which modes have none or were not studied.
+/// Returns sentences on the weighted sums, on modes without a rate, and on modes that were not studied.
 fn weights(rows: &[Row], rates: Option<&Rates>) -> Vec<String> {
     let Some(rates) = rates else {
         return vec!["unweighted: --rates FILE takes a table of failure rates".to_owned()];

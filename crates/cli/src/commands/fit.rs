@@ -31,13 +31,13 @@ const DRIVE_KEYS: [&str; 8] = [
     SETTLE_KEY,
 ];
 
-/// Key of the time that the amplifier of a shunt in the DC link takes.
+/// Key of the settling time of the amplifier of a shunt in the DC link.
 const SETTLE_KEY: &str = "sensors.settle";
 
 /// Keys that state the resistance of the switches.
 const SWITCH_KEYS: [&str; 2] = ["inverter.switch_resistance", "inverter.channel_resistance"];
 
-/// Returns the name of the estimate of a drive's key.
+/// Returns the name of the estimate that belongs to a key of the drive.
 fn estimate_of(key: &str) -> &str {
     if SWITCH_KEYS.contains(&key) { "switch_resistance" } else { key.trim_start_matches("inverter.") }
 }
@@ -56,7 +56,7 @@ fn read(path: &Path) -> Result<Record, Error> {
     }
 }
 
-/// Returns the initial motor and drive of the fit.
+/// Returns the motor and the drive with which the fit begins.
 fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
     if let Some((key, _)) = options.set.iter().find(|(key, _)| !DRIVE_KEYS.contains(&key.as_str())) {
         let known = DRIVE_KEYS.join(", ");
@@ -93,12 +93,12 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
     Ok(Start { motor, devices, dead_time, stated, settle, most_used: MOST_USED })
 }
 
-/// Returns whether both paths lead to one existing file.
+/// Returns whether both paths name the same existing file.
 fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Refuses traces that are given twice, and output files that would replace an input.
+/// Refuses traces that are given twice, and output files that would overwrite an input.
 fn distinct(options: &Options) -> Result<(), Error> {
     for (k, trace) in options.traces.iter().enumerate() {
         if options.traces[..k].iter().any(|before| same_file(before, trace)) {

@@ -14,7 +14,7 @@ use crate::scenario::{self, Shorthands};
 use crate::shell::output::Output;
 use crate::shell::{Report, interrupt};
 
-/// Largest size of the shared library in bytes: with full debug information it has some hundred MB.
+/// Largest size of the shared library in bytes; with full debug information it has some hundred MB.
 const MOST_BYTES: u64 = 1 << 30;
 
 pub fn run(options: &Fmu) -> Result<Report, Error> {
@@ -82,8 +82,8 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     Ok(Report { text, code: 0 })
 }
 
-/// Refuses keys on the command line that the FMU does not have: a scenario file may contain more than a motor alone
-/// needs, but a key typed by the user must have an effect.
+/// Refuses keys on the command line that the FMU does not use. A scenario file may contain more keys than a motor alone
+/// needs, but a key that the user types must have an effect.
 fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(), Error> {
     let Some(key) = given.iter().find(|key| !part.has_use_for(key)) else { return Ok(()) };
     let known: Vec<String> = part.keys().iter().map(|key| format!("`{key}`")).collect();
@@ -95,7 +95,7 @@ fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(),
     Err(document.refuse(key, found, &needed).into())
 }
 
-/// Refuses to replace anything but an FMU or a folder: no text, no device file, no symbolic link.
+/// Refuses to replace anything other than an FMU or a folder, such as a text, a device file or a symbolic link.
 fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
     let Ok(there) = std::fs::symlink_metadata(out) else { return Ok(()) };
     let mut begin = [0; 4];
@@ -108,7 +108,8 @@ fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
     Err(Error::InTheWay { path: out.to_owned(), is: "no FMU", needed: "another name, or an FMU to replace" })
 }
 
-/// Reads the shared libraries for the FMU: those that are named, or that beside the program with those of other kinds of machines.
+/// Reads the shared libraries for the FMU: the named ones; without names, the one beside the program and those of other
+/// kinds of machines.
 fn binaries(options: &Fmu) -> Result<Vec<Binary>, Error> {
     let mut paths = options.binary.clone();
     if paths.is_empty() {

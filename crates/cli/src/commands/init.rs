@@ -14,10 +14,10 @@ use crate::arguments::Init;
 use crate::error::Error;
 use crate::shell::Report;
 
-/// The example with every key except those of the tables, which follow from the registry of keys.
+/// The example file with the keys outside the tables; keys of the tables are added from the registry of keys.
 const SCENARIO: &str = include_str!("init/scenario.toml");
 
-/// Returns the example with every key: each key of a table with an example and the begin of its sentence.
+/// Returns the example with every key; each key of a table has an example and the begin of its description.
 pub fn scenario() -> String {
     let mut text = String::new();
     for line in SCENARIO.lines() {
@@ -39,7 +39,7 @@ pub fn scenario() -> String {
     text
 }
 
-/// Returns the first sentence about a key, and the names of a choice.
+/// Returns the first sentence about a key, and the names if its values are a choice.
 fn remark(key: &file::Key) -> String {
     let about = key.about.split_whitespace().collect::<Vec<_>>().join(" ");
     // `0: none` is no end.
@@ -96,7 +96,7 @@ pub fn run(options: &Init) -> Result<Report, Error> {
     Ok(Report { text, code: 0 })
 }
 
-/// Writes a new file; an existing one is refused.
+/// Writes a new file; fails if the file exists.
 fn write_new(path: &Path, text: &str) -> Result<(), Error> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let mut file = file.map_err(|error| match error.kind() {

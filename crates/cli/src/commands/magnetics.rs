@@ -1,4 +1,4 @@
-//! `standstill magnetics`: survey of a motor's or a map's inductances over current.
+//! `standstill magnetics`: a survey of a motor's or a flux map's inductances over current.
 
 mod json;
 mod text;
@@ -21,11 +21,11 @@ use crate::shell::{Report, interrupt};
 /// Number of current steps from zero to the largest current.
 const STEPS: u16 = 10;
 
-/// The subject of a survey: a motor, or a map without one.
+/// The subject of a survey: a motor, or a flux map without a motor.
 struct Subject {
     name: String,
     magnetics: MagneticCircuit,
-    /// Default of the largest current in A.
+    /// Default value of the largest current, in A.
     reach: f64,
     pole_pairs: Option<u32>,
     resistance: Option<f64>,
@@ -165,8 +165,9 @@ const fn name(signature: PolaritySignature) -> &'static str {
     }
 }
 
-/// Returns the standard errors of L_dd, L_dq and L_qq in H, if they come from a map; `current`: i_d and i_q in A on
-/// one of the axes. A magnet's temperature changes the motor's place on the map, not the map's accuracy.
+/// Returns the standard errors of L_dd, L_dq and L_qq in H; none if the inductances do not come from a map. `current`:
+/// i_d and i_q in A on one of the axes. The temperature of a magnet changes the motor's operating point on the map, not
+/// the map's accuracy.
 fn standard_errors(subject: &Subject, current: [f64; 2]) -> Option<[f64; 3]> {
     let (_, map) = subject.map.as_ref()?;
     // Of what was continued nobody knows.
@@ -183,7 +184,7 @@ fn reach(survey: &Survey) -> f64 {
     survey.polarity.last().map_or(0.0, |point| point.current)
 }
 
-/// Returns L_d and L_q in H for an infinitely short pulse, where eddy currents make a difference.
+/// Returns L_d and L_q in H for an infinitely short pulse; none without eddy currents, which make the difference.
 fn short_pulse(subject: &Subject, survey: &Survey) -> Option<[f64; 2]> {
     let branch = subject.magnetics.eddy_currents()?;
     Some([survey.l_dd * (1.0 - branch.d_depth), survey.l_qq * (1.0 - branch.q_depth)])

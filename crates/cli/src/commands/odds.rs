@@ -79,12 +79,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(trials.scenario(), answer)
 }
 
-/// Intermediate results of the subset simulation's runs.
+/// Intermediate results of subset simulation.
 #[derive(Default)]
 struct SoFar {
-    /// Endings of the finished runs, and their probabilities.
+    /// How each finished run ended, and the probability that it found.
     runs: Vec<(End, f64)>,
-    /// Probability of the level that the present run has reached.
+    /// Probability of the level that the current run has reached.
     level: Option<f64>,
 }
 
@@ -130,8 +130,8 @@ impl Watch for Listening<'_> {
     }
 }
 
-/// Returns the probability so far: the event's once a run has reached it; before that an upper limit by the levels
-/// reached.
+/// Returns the probability known so far: that of the event once a run has reached it, before that an upper limit from
+/// the levels reached.
 fn known(so_far: &SoFar) -> Option<String> {
     let reached = so_far.runs.iter().filter(|(end, _)| *end == End::Reached);
     let sum: f64 = reached.clone().map(|(_, found)| found).sum();
@@ -154,9 +154,9 @@ fn progress(so_far: &SoFar) -> String {
     known(so_far).map_or_else(|| run.clone(), |known| format!("{run}, {known}"))
 }
 
-/// Estimates the total number of trials, from the finished runs.
+/// Estimates the total number of trials from the finished runs.
 fn expected(settings: &Settings, done: &[(u32, f64)]) -> u64 {
-    /// Number of levels assumed before any run is finished.
+    /// Number of levels assumed before any run has finished.
     const LEVELS: f64 = 6.0;
     let levels = if done.is_empty() {
         LEVELS
@@ -172,7 +172,7 @@ fn expected(settings: &Settings, done: &[(u32, f64)]) -> u64 {
     trials
 }
 
-/// Returns the figure with the waveforms of a start with the event, and its caption.
+/// Draws the waveforms of a typical start with the event. Returns the figure and its caption.
 fn typical(trials: &Trials<'_>, tape: &Tape, event: Event, setting: &str) -> Result<(Figure, String), Error> {
     let scenario = trials.plan().scenario_taped(0, trials.scenario(), tape)?;
     let case = scenario.case_taped(tape);

@@ -22,7 +22,7 @@ use crate::arguments::Qualify as Options;
 use crate::error::Error;
 use crate::shell::Report;
 
-/// Exit codes of a list of which a requirement failed, and of one of which none failed and some were not shown.
+/// Exit code if a requirement failed; the constant after it is the code if none failed and some were not shown.
 const FAILED: u8 = 1;
 const NOT_SHOWN: u8 = 3;
 
@@ -74,7 +74,7 @@ fn is_stop(error: &standstill_analysis::witness::WitnessError) -> bool {
     matches!(error, standstill_analysis::witness::WitnessError::Digest(DigestError::Stopped))
 }
 
-/// Returns the numbers of the requirements that are asked for.
+/// Returns the numbers of the requirements that the user asked about.
 fn only(options: &Options, requirements: &Requirements) -> Result<Vec<usize>, Error> {
     let place = |id: &String| {
         let ids = || requirements.list.iter().map(|requirement| requirement.id.as_str());

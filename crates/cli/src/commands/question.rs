@@ -1,5 +1,5 @@
-//! The common part of the commands that answer a question of a scenario (`odds`, `budget`, `require`, `tune`), from
-//! plan to files.
+//! Common parts of the commands that answer a question about a scenario (`odds`, `budget`, `require`, `tune`):
+//! document, plan, progress, files.
 
 mod ends;
 mod identity;
@@ -28,7 +28,7 @@ use crate::shell::output::{Output, remove_stale};
 use crate::shell::progress::Watched;
 use crate::shell::setup::Setup;
 
-/// Returns the document with the settings of the command line.
+/// Returns the document with the settings from the command line.
 pub fn document(question: &Question) -> Result<Document, Error> {
     let shorthands = Shorthands::default().seed(question.seed);
     scenario::changed(scenario::read(&question.scenario)?, &question.keys, shorthands)
@@ -51,12 +51,12 @@ pub fn plan(question: &Question) -> Result<Plan, Error> {
     Ok(plan)
 }
 
-/// Returns the scenario of a question with its keys and its seed, as on the command line.
+/// Returns the scenario of a question with its keys and its seed, formatted for a command line.
 pub fn again(question: &Question) -> String {
     given(&question.scenario.to_string_lossy(), &question.keys, question.seed)
 }
 
-/// Returns a scenario or a motor with keys and a seed, as on the command line.
+/// Returns a scenario or a motor with keys and a seed, formatted for a command line.
 pub fn given(scenario: &str, keys: &Keys, seed: Seed) -> String {
     let mut line = quoted(scenario);
     line.extend(keys.set.iter().map(|(key, value)| set(key, value)));
@@ -72,20 +72,20 @@ pub fn given(scenario: &str, keys: &Keys, seed: Seed) -> String {
 /// A question that is being answered.
 pub struct Asked<'a> {
     question: &'a Question,
-    /// Name of the command and of its files.
+    /// Name of the command, which is also the name of its files.
     name: &'static str,
     plan: &'a Plan,
     identity: Identity,
-    /// Progress bar, interrupt flag, and the notes from which `--resume` continues.
+    /// Progress bar, interrupt flag, and the notes from which `--resume` can continue.
     pub watched: Watched,
 }
 
 impl<'a> Asked<'a> {
-    /// Begins a question of about `trials` trials; 0 if their number is not known.
+    /// Begins a question that needs about `trials` trials; 0 if their number is not known.
     ///
     /// # Errors
-    /// Files that cannot be written; existing notes without `--resume`, or of another scenario; the answer to another
-    /// question.
+    /// Files cannot be written; notes exist, but `--resume` is not given or they belong to another scenario; or the
+    /// folder has the answer to another question.
     pub fn new<const N: usize>(
         question: &'a Question,
         name: &'static str,
@@ -106,7 +106,7 @@ impl<'a> Asked<'a> {
         Ok(Self { question, name, plan, identity, watched })
     }
 
-    /// Returns the result of work on the requested number of threads; none if it was interrupted.
+    /// Carries out work on the requested number of threads and returns its result; none if it was interrupted.
     pub fn run<T: Send>(
         &self,
         work: impl FnOnce() -> Result<T, Halt<FileError>> + Send,
@@ -136,7 +136,7 @@ impl<'a> Asked<'a> {
         }
     }
 
-    /// Returns the report of a question that was interrupted.
+    /// Returns the report of an interrupted question.
     pub fn interrupted(&self, done: &str) -> Report {
         let kept = notes_of(self.question, self.name).filter(|_| self.watched.has_notes());
         let command = to_resume();
@@ -155,7 +155,7 @@ impl<'a> Asked<'a> {
         Report { text, code: INTERRUPTED }
     }
 
-    /// Writes the answer, whose numbers are in `answer.json`.
+    /// Writes the answer, to whose JSON it adds setup and identity.
     pub fn answer(&self, scenario: &Scenario<Method<f64>>, mut answer: Answer) -> Result<Report, Error> {
         let (file, json) = (self.plan.file(), &mut answer.json);
         json["setup"] = super::setup_json(file, &scenario.motor);
@@ -187,12 +187,12 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Returns the path at which an interruptible question stores its results; none if no files are written.
+/// Returns the path at which an interruptible question stores its intermediate results; none if no files are written.
 fn notes_of(question: &Question, name: &str) -> Option<PathBuf> {
     Some(folder(question, name)?.join(format!("{name}.journal")))
 }
 
-/// Opens the notes at this path: new ones, or those of the same question.
+/// Opens the notes at this path, which are new or belong to the same question.
 fn notes(question: &Question, path: PathBuf, asked: &Identity) -> Result<Notes, Error> {
     if let Some(folder) = path.parent() {
         remove_stale(folder);
@@ -224,7 +224,7 @@ fn folder(question: &Question, name: &str) -> Option<PathBuf> {
     question.out.clone().or_else(default)
 }
 
-/// Returns motor, method and errors of an answer in a line, with notes below.
+/// Returns motor, method and errors of an answer in one line, with notes below it.
 pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String {
     let notes = pole_note(scenario).map(str::to_owned).into_iter().chain(scenario.motor.map_note());
     let note = notes.fold(String::new(), |all, note| all + "\n(" + &note + ")");
@@ -238,7 +238,7 @@ pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String 
     )
 }
 
-/// Returns the note on poles that the motor's data do not determine.
+/// Returns the note on poles that the motor's data do not determine; none if they do.
 fn pole_note(scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
     scenario.motor.pole_knowledge().note().filter(|_| scenario.motor.has_magnet())
 }

@@ -40,8 +40,8 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     Ok(said)
 }
 
-/// Returns the question that these files answer: the folders of the runs. The runs in these folders may have been
-/// extended or replaced since: `report` then makes the page anew.
+/// Returns the question that these files answer, which consists of the folders of the runs. The runs in these folders
+/// may have been extended or replaced since; `report` then makes the page again.
 fn asked(options: &Report, out: &Path) -> NotedQuestion {
     let real = |folder: &Path| folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let first = real(&options.folder);
@@ -56,7 +56,7 @@ fn asked(options: &Report, out: &Path) -> NotedQuestion {
     NotedQuestion::place(command, said, options.force.force)
 }
 
-/// Returns the page of a finished run. No file is written, and no file outside `fence` is read.
+/// Returns the page of a finished run. Writes no file, and reads no file outside `fence`.
 pub fn html(folder: &Path, fence: &Path) -> Result<String, Error> {
     let run = FinishedRun { fence: Some(fence.to_owned()), ..FinishedRun::open(folder)? };
     page::answer(&run, Vec::new()).page(drawn(&run)?, &page::made(&run)).html().map_err(Error::Page)
@@ -72,7 +72,7 @@ fn drawn(run: &FinishedRun) -> Result<Vec<(String, Figure, String)>, Error> {
     Ok(figures(&study).into_iter().map(captioned).collect())
 }
 
-/// Removes figures of an earlier report that this one does not have, which would be taken for its own.
+/// Removes figures of an earlier report that this one does not contain, because they would be taken for part of it.
 fn remove_stale(folder: &Path, own: &[String]) {
     let ours =
         ["error_over_angle.", "distribution.", "sweep_", "wrong_poles_", "heat_", "methods.", "scatter."];

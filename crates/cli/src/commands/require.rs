@@ -1,4 +1,4 @@
-//! `standstill require`: the value of a key (a part's property) with which limits hold.
+//! `standstill require`: the values of a key (a property of a part) with which limits hold.
 
 mod refused;
 mod tradeoff;
@@ -26,15 +26,16 @@ use crate::shell::Report;
 use crate::shell::command_line::{quoted, set};
 use crate::shell::values::shown;
 
-/// Factor by which the default range extends from the scenario's value in both directions.
+/// Factor by which the default range extends above and below the scenario's value.
 const FACTOR: f64 = 30.0;
 
-/// Number of values of the scan, number of trials at each, and largest number of trials at one value.
+/// Number of values of the scan. The constants after it: number of trials at each value, and largest number of trials
+/// at one value.
 const POINTS: usize = 17;
 const TRIALS: u64 = 1000;
 const MOST: u64 = 300_000;
 
-/// The search for the edge up to which limits hold, with all values that were judged.
+/// The search for the edge up to which limits hold, with all values judged so far.
 struct EdgeSearch<'a> {
     bench: Bench<'a>,
     limits: Limits,
@@ -47,7 +48,7 @@ struct EdgeSearch<'a> {
 }
 
 impl EdgeSearch<'_> {
-    /// Finds the edge over the last key, with these values of the keys before it.
+    /// Finds the edge over the last key; `before`: values of the keys before it.
     fn find(&mut self, before: &[f64]) -> Result<Found, Halt<FileError>> {
         let Self { bench, search, asked, taken, judged, rows, refused, .. } = self;
         let watched = &asked.watched;
@@ -78,7 +79,7 @@ impl EdgeSearch<'_> {
 }
 
 impl EdgeSearch<'_> {
-    /// Returns the total number of trials, including those at values that were judged again with more trials.
+    /// Returns the total number of trials, including those at values that were later judged again with more trials.
     fn trials(&self) -> u64 {
         self.judged.iter().map(|judged| judged.trials).sum()
     }
@@ -150,7 +151,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     )
 }
 
-/// Returns the range of a key: the requested one, or the default about the scenario's value.
+/// Returns the range of a key: the requested one, or the default around the scenario's value.
 fn range(options: &Options, bench: &Bench<'_>, number: usize) -> Result<(f64, f64), Error> {
     let (key, whole) = &bench.keys[number];
     if let Some(text) = options.between.get(number) {
@@ -174,7 +175,7 @@ const fn side(side: Side) -> &'static str {
     }
 }
 
-/// Returns the limits that bind beyond an edge, as texts for the JSON.
+/// Returns the limits that fail beyond an edge, as texts for the JSON.
 fn bound(limits: &Limits, bound: &Bound) -> Vec<String> {
     match bound {
         Bound::Limits(numbers) => {
@@ -199,7 +200,7 @@ fn edge_json(limits: &Limits, judged: &[Judged], edge: &Edge) -> serde_json::Val
     })
 }
 
-/// Returns headline, details and tone of the answer of a stretch, and writes its numbers into the JSON.
+/// Returns headline, details and tone of the answer for a stretch, and writes its numbers into the JSON.
 fn stretched(
     asked: &EdgeSearch<'_>,
     found: &Stretch,

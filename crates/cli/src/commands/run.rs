@@ -1,4 +1,4 @@
-//! `standstill run` and `standstill sweep`: the trials of a scenario file, written into files.
+//! `standstill run` and `standstill sweep`: run the trials of a scenario file and write the results into files.
 
 pub mod by_host;
 mod earlier;
@@ -46,7 +46,7 @@ pub fn sweep(options: &Sweep) -> Result<Report, Error> {
     carry_out(&options.run, document)
 }
 
-/// Returns the scenario file's document with the changes of the command line.
+/// Returns the document of a scenario file with the changes from the command line.
 pub fn document(
     path: &Path,
     keys: &Keys,
@@ -138,7 +138,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     }
 }
 
-/// Prints what will be simulated, once nothing prevents the run.
+/// Prints what will be simulated, after all checks have passed.
 fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
     if options.results.json || host::current().is_some() {
         return Ok(());
@@ -146,7 +146,7 @@ fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
     crate::shell::terminal::print(&for_reading(opening::text(plan, identity, options.shard) + "\n"))
 }
 
-/// Opens the journal of rows: a new one, or the existing one, whose rows are added to the statistics.
+/// Opens the journal of rows. Rows of an existing journal are added to the statistics.
 fn journal(path: &Path, identity: &Identity, statistics: &mut Statistics) -> Result<Journal, Error> {
     if !path.exists() {
         let folder = path.parent().unwrap_or(path);
@@ -168,7 +168,7 @@ fn remove_if_empty(folder: &Path) {
     let _ = std::fs::remove_dir(folder);
 }
 
-/// Writes the files of a run whose journal is complete; none if interrupted.
+/// Writes the files of a run from its complete journal; none if interrupted.
 fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>, Error> {
     if options.shard != Shard::WHOLE {
         if options.results.json {
@@ -196,7 +196,7 @@ fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>
     Ok(Some(results.report(&options.results)))
 }
 
-/// Runs the missing trials. Returns whether all were run.
+/// Runs the missing trials. Returns false if it was interrupted.
 fn advance(
     trials: &Trials<'_>,
     earlier: &mut Earlier,
@@ -216,8 +216,8 @@ fn advance(
     Ok(done?)
 }
 
-/// Returns the progress: of a run without axes the rms error, in the digits that it supports. Points of a sweep were
-/// chosen; an error over all of them would depend on the choice.
+/// Returns the progress as text. For a run without axes it contains the rms error, with the digits that it supports.
+/// The points of a sweep were chosen by the user; an error over all of them would depend on this choice.
 fn so_far(points: usize, point: usize, rows: &[Row], statistics: &mut Statistics) -> String {
     if points > 1 {
         return format!("point {} of {points}", point + 1);
@@ -228,7 +228,7 @@ fn so_far(points: usize, point: usize, rows: &[Row], statistics: &mut Statistics
     format!("rms {}°", statistics.rms().alone())
 }
 
-/// Returns the report if the files in this folder are already those of the run.
+/// Returns the report if this folder already contains the files of the run.
 fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error> {
     let names = results::names(options);
     let options = &options.results;
@@ -268,7 +268,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     Ok(Some(Report { text, code }))
 }
 
-/// Removes an existing journal with `force`, and refuses the run otherwise.
+/// Removes an existing journal with `force`; otherwise refuses the run.
 fn make_way(path: &Path, force: bool) -> Result<(), Error> {
     if Journal::is_busy(path) {
         return Err(Error::Journal(JournalError::Busy(path.to_owned())));

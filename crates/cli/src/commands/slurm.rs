@@ -29,7 +29,8 @@ pub fn run(options: &Slurm) -> Result<Report, Error> {
     Ok(Report { text: script(options, &here, &program), code: 0 })
 }
 
-/// How many shards one array has at most: Slurm's `MaxArraySize` is 1001 where a cluster sets no other, and numbers are below it.
+/// Largest number of shards in one job array: Slurm's `MaxArraySize` is 1001 unless a cluster changes it, and indices
+/// are below it.
 const BLOCK: u32 = 1000;
 
 /// Quotes a path for a shell.

@@ -1,4 +1,4 @@
-//! `standstill status`: the finished shards of a run, and those to be submitted again.
+//! `standstill status`: which shards of a run are finished, and which must be submitted again.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -22,7 +22,7 @@ const STATES: [(State, &str); 5] = [
     (State::Damaged, "damaged"),
 ];
 
-/// Largest number of listed shards; above it only their number is printed.
+/// Largest number of shards that are listed; if there are more, only their number is printed.
 const MOST_LINES: usize = 40;
 
 pub fn run(options: &Status) -> Result<Report, Error> {
@@ -85,7 +85,7 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-/// Returns the report on a folder without journals: a finished run has none any more, but its summary.
+/// Returns the report on a folder without journals, in which a finished run leaves only its summary.
 fn finished(folder: &Path, as_json: bool) -> Result<Report, Error> {
     let Ok(summary) = SummaryFile::read(folder) else {
         return Err(ShardsError::None(folder.to_owned()).into());

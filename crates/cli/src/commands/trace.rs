@@ -25,7 +25,7 @@ use crate::shell::command_line::typed_of;
 use crate::shell::setup::Setup;
 use crate::shell::{Report, host, interrupt};
 
-/// Returns the options that are shorthands for keys, but for the angle of one start.
+/// Returns the options that are shorthands for keys, except the angle of a single start.
 fn shorthands(options: &Options) -> Shorthands {
     Shorthands::default().setup(&options.setup).decay(options.decay).with(
         "--method",
@@ -34,7 +34,7 @@ fn shorthands(options: &Options) -> Shorthands {
     )
 }
 
-/// Returns the plan of the trial's campaign, with the keys of `source` instead of the command line's.
+/// Returns the plan of the trial's campaign, with the keys of `source` instead of those on the command line.
 fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
     let shorthands = shorthands(options).with("--angle", "rotor.angle", options.angle);
     // What is shipped is set up for the paper's method.
@@ -120,7 +120,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     one.answer(&trace)?.report(folder, host.is_some(), &made)
 }
 
-/// Returns a table of a trace as a file that is written row by row, with the identity of its trial.
+/// Returns a table of a trace as a file that is written row by row; `of`: identity of its trial.
 fn written<'a>(
     table: TraceTable,
     trace: &'a Trace,
@@ -136,14 +136,14 @@ fn written<'a>(
     TableFile { name, rows }
 }
 
-/// Returns the metadata of files: program, scenario, point and trial.
+/// Returns the metadata of the files: program, scenario, point and trial.
 fn metadata(identity: &Identity, point: usize, trial: u64) -> Vec<(String, String)> {
     let place = [("point", point.to_string()), ("trial", trial.to_string())];
     let place = place.into_iter().map(|(key, value)| (key.to_owned(), value));
     identity.of.metadata().into_iter().chain(place).collect()
 }
 
-/// Returns the phrase for the requested trial.
+/// Returns the phrase that names the requested trial.
 fn trial_of(options: &Options) -> String {
     let point = if options.point > 0 { format!(" of point {}", options.point) } else { String::new() };
     format!("trial {}{point}", options.trial)

@@ -1,4 +1,4 @@
-//! `standstill tune`: search of the settings that minimise a measure while limits hold.
+//! `standstill tune`: searches for the settings that minimise a measure while limits hold.
 
 mod words;
 
@@ -22,7 +22,8 @@ use crate::shell::command_line::set;
 use crate::shell::progress::Watched;
 use crate::shell::values::shown;
 
-/// Keys of the drive that a user can set, a timer's clock by its prescaler among them; all others are properties of its parts.
+/// Keys of the drive that a user can change, including a timer's clock, which has a prescaler; all other keys are
+/// properties of parts.
 const DRIVE: [&str; 6] = [
     "inverter.carrier",
     "inverter.dc_link",
@@ -32,7 +33,7 @@ const DRIVE: [&str; 6] = [
     "sensors.timer",
 ];
 
-/// Default number of trials at the last settings.
+/// Default number of trials for the final settings.
 const LAST: u64 = 20_000;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
@@ -85,7 +86,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     question.answer(&scenario, answer(setting(plan.file(), &scenario), &again, &asked, &tuned))
 }
 
-/// Returns the keys and their ranges, checked at both ends.
+/// Returns the keys with their ranges, both ends of which are checked.
 fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     let keys: Vec<String> = options.vary.iter().map(|(key, _)| key.clone()).collect();
     if let Some(twice) = keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
@@ -118,8 +119,8 @@ fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     Ok(ranges)
 }
 
-/// Returns the limits; those relative to the initial settings are found by trials of these. For shares such a limit
-/// is the upper end of the interval, or the smallest share that the search can resolve.
+/// Returns the limits. Limits relative to the initial settings are computed from trials with these. For shares such a
+/// limit is the upper end of the interval, or the smallest share that the search can resolve.
 fn limits(
     options: &Options,
     document: &Document,
@@ -149,7 +150,7 @@ fn limits(
     Ok(limits)
 }
 
-/// Returns values and measures by name as JSON, in SI and degrees.
+/// Returns values and measures by name as JSON, in SI units and degrees.
 fn json_of(asked: &Asked<'_>, judged: &Judged) -> Value {
     json!({ "settings": settings_json(asked, judged), "measures": measures_json(&judged.measured.0) })
 }

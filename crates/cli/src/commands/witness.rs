@@ -1,4 +1,4 @@
-//! `standstill witness`: closed forms, conservation laws and kept results, computed anew on this machine.
+//! `standstill witness`: checks against closed forms, conservation laws and stored results, computed on this machine.
 
 use std::sync::atomic::AtomicBool;
 
@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::{Report, progress};
 
-/// Why witnesses were not heard.
+/// Reason why witnesses could not be computed.
 pub enum Unheard {
     Witness(WitnessError),
     Folder(std::io::Error),
@@ -29,7 +29,7 @@ impl From<Unheard> for Error {
     }
 }
 
-/// Hears all witnesses, in a temporary folder for their files.
+/// Computes all witnesses, with a temporary folder for their files.
 pub fn hear(stop: &AtomicBool, hear: impl FnMut(&'static str)) -> Result<Vec<Witness>, Unheard> {
     let folder = tempfile::tempdir().map_err(Unheard::Folder)?;
     all(folder.path(), stop, hear).map_err(Unheard::Witness)
@@ -50,7 +50,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     }
 }
 
-/// Returns what the witnesses say: code 1 if one of them does not hold.
+/// Returns the report on the witnesses; its exit code is 1 if one of them does not hold.
 fn report(found: &[Witness], as_json: bool) -> Report {
     let holding = found.iter().filter(|witness| witness.holds()).count();
     let code = u8::from(holding < found.len());
@@ -82,7 +82,7 @@ fn report(found: &[Witness], as_json: bool) -> Report {
     Report { text: Answer { sections, ..Answer::default() }.text(), code }
 }
 
-/// Returns a number for people.
+/// Formats a number for people.
 fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
         let digits = format!("{value:.8}");

@@ -4,17 +4,17 @@ use standstill_analysis::Budget;
 use standstill_campaign::Estimate;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-/// Largest number of sources that a reader can distinguish in the picture over the angle.
+/// Largest number of sources that a reader can distinguish in the figure over the angle.
 const DRAWN: usize = 4;
 
-/// A row of the chart: its name, its share with the interval, and its total share with the interval if it has one.
+/// A row of the chart: its name, its share with the interval, and its total share with the interval if there is one.
 pub struct Bar {
     pub name: String,
     pub share: [f64; 3],
     pub total: Option<[f64; 3]>,
 }
 
-/// Draws shares in per cent, the largest at the top.
+/// Draws the shares in per cent, the largest at the top.
 pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
     const TOTALS: &str = "with all in which it has a part, with its interval";
     let names = bars.iter().rev().map(|bar| bar.name.clone());
@@ -45,7 +45,7 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
     Figure::new("Where the error comes from", subtitle, height.clamp(300, 2000), [panel])
 }
 
-/// Draws the contributions over the angle: mean squares, which add up, each with its 95 % interval.
+/// Draws the contributions over the angle as mean squares, which add up; each has its 95 % interval.
 pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
     let parts = &budget.over_angle;
     let x = Axis::new("rotor angle (°)").range(0.0, 360.0).step(60.0);
@@ -77,8 +77,8 @@ pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
     )
 }
 
-/// Adds values at 0 and 360°, between those of the last and the first range, to estimates of equal ranges of the
-/// angle.
+/// Adds values at 0 and 360° to estimates of equal ranges of the angle; they are the means of the last and the first
+/// range.
 fn around(mut of: Vec<(f64, Estimate)>) -> Vec<(f64, Estimate)> {
     let (Some((_, first)), Some((_, last))) = (of.first(), of.last()) else { return of };
     let middle = |of: fn(&Estimate) -> f64| (of(first) + of(last)) / 2.0;

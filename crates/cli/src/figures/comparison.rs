@@ -7,26 +7,26 @@ use standstill_scenario::ErrorSet;
 use crate::shell::values::{each_once, range};
 use crate::summary::{FAILING, GOOD, good};
 
-/// A set of conditions in the space of a method, ordered from top to bottom.
+/// A set of conditions of one method; several are drawn below each other.
 struct Place {
-    /// Vertical position: of the method, counted from the bottom, plus that of the condition within it.
+    /// Vertical position: that of the method, counted from the bottom, plus the offset of the conditions within it.
     y: f64,
     label: String,
     style: Style,
 }
 
-/// The series of one set of conditions over all methods: markers, and lines from rms to 95th percentile with a gap
-/// after each.
+/// The data series of one set of conditions over all methods: markers, and lines from the rms to the 95th percentile
+/// with a gap after each.
 struct Series {
     label: String,
     style: Style,
     points: Vec<(f64, f64)>,
-    /// Points at which more than 1 % of starts have no right answer, drawn as rings.
+    /// Points with more than 1 % of starts without a right answer, drawn as rings.
     failing: Vec<(f64, f64, f64, f64)>,
     ways: Vec<(f64, f64)>,
 }
 
-/// Styles of the conditions that a reader can distinguish in one panel: black crosses are the limits.
+/// Styles by which a reader can distinguish conditions in one panel; black crosses are reserved for the limits.
 const STYLES: [Style; 5] = [Style::Blue, Style::Vermilion, Style::Orange, Style::Green, Style::Purple];
 
 fn condition(entry: &Entry) -> String {
@@ -50,9 +50,9 @@ fn limit(entry: &Entry) -> f64 {
     entry.limit().map_or(f64::NAN, log)
 }
 
-/// Draws the error of each method under each set of conditions on a logarithmic axis: rms, a line to the 95th
-/// percentile, and the Cramér–Rao limit of its samples. One panel, or one for each state of the rotor where there
-/// would be more conditions than styles. Where poles are not judged (`open`), a start with an axis is correct.
+/// Draws the error of each method under each set of conditions on a logarithmic axis: the rms, a line to the 95th
+/// percentile, and the Cramér–Rao limit of the method's samples. There is one panel, or one for each state of the rotor
+/// if there are more conditions than styles. `open`: poles are not judged, so a start with an axis is correct.
 pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     // A method of which no start found an axis, whatever the conditions, has nothing to draw.
     let has_axis = |method: &str| {
@@ -105,7 +105,7 @@ pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     )
 }
 
-/// Draws a panel, whose weight is its height in pixels.
+/// Draws a panel, with its height in pixels as its weight.
 fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
     let conditions = conditions(entries);
     let methods = each_once(entries.iter().map(|entry| entry.method.as_str()));

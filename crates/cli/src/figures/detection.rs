@@ -1,4 +1,4 @@
-//! Figures of one detection: the whole of it, and close-ups of its pulses.
+//! Figures of one detection: the whole detection, and close-ups of its pulses.
 
 use std::collections::BTreeSet;
 
@@ -8,10 +8,10 @@ use standstill_sim::{Comparators, Event, Snapshot, Trace};
 
 use super::parts::{Window, curve};
 
-/// Share of the largest current above which a pulse counts as carrying current.
+/// Share of the largest current above which a pulse counts.
 const CARRIES: f64 = 0.03;
 
-/// Longest close-up in s, and time in s that it shows before the pulse.
+/// Longest close-up in s; the constant after it is the time in s that a close-up shows before the pulse.
 const LONGEST: f64 = 400e-6;
 const BEFORE: f64 = 20e-6;
 
@@ -25,7 +25,7 @@ struct Pulse {
     phases: BTreeSet<usize>,
 }
 
-/// Returns the angle in rad that the detector found, with as many whole turns as the rotor's.
+/// Returns the angle in rad that the detector found, plus as many whole turns as bring it nearest to the rotor's angle.
 fn near(estimate: f64, angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     estimate + turn * ((angle - estimate) / turn).round()
@@ -53,16 +53,16 @@ fn pulses(trace: &Trace) -> Vec<Pulse> {
     runs.filter(|run| carries(&run[0])).filter_map(pulse).collect()
 }
 
-/// A value that a reading may have; none if no sensor sees it.
+/// Function that returns a value of a reading; none if no sensor sees the value.
 type Value<'a> = &'a dyn Fn(&Reading<f64>) -> Option<f64>;
 
-/// Returns the current in A of a phase of a reading; none if no sensor sees it.
+/// Returns the current in A of a phase in a reading; none if no sensor sees it.
 fn seen(reading: &Reading<f64>, phase: Phase) -> Option<f64> {
     (reading.sensed[phase] != Sensed::Hidden).then_some(reading.current[phase])
 }
 
 impl Window<'_> {
-    /// Returns a value of the drive's samples in the window, with their times in its unit.
+    /// Returns one value of the drive's samples within the window, with their times in the window's unit.
     fn samples(&self, value: Value<'_>) -> Vec<(f64, f64)> {
         let within = |(time, event): &(f64, Event)| match event {
             Event::Sample(reading) if (self.from..=self.to).contains(time) => {
@@ -73,7 +73,7 @@ impl Window<'_> {
         self.trace.events.iter().filter_map(within).collect()
     }
 
-    /// Adds a value of the samples to a panel as marks, if a sensor saw it and there are not too many.
+    /// Adds one value of the samples to a panel as marks, if a sensor saw it and there are not too many samples.
     fn with_read(&self, panel: Panel, name: &str, style: Style, value: Value<'_>) -> Panel {
         let points = self.samples(value);
         if points.is_empty() || points.len() > MOST_SAMPLES {
@@ -82,7 +82,7 @@ impl Window<'_> {
         panel.with(Layer::points(&format!("{name} as it is read"), style, points))
     }
 
-    /// Adds the currents that were sampled: of the phases, and of the DC link.
+    /// Adds the sampled currents of the phases and of the DC link.
     fn with_samples(&self, mut panel: Panel) -> Panel {
         for (k, phase) in Phase::ALL.into_iter().enumerate() {
             let name = format!("i_{}", phase.letter());
@@ -93,7 +93,8 @@ impl Window<'_> {
         })
     }
 
-    /// Adds each trip of a comparator, and the level at which it tripped: from the command on, over what the comparator watched.
+    /// Adds each trip of a comparator, and a line at its level from the begin of the command to the trip, over the
+    /// current that it watched.
     fn with_trips(&self, mut panel: Panel, comparators: Comparators) -> Panel {
         let (mut command, mut trips) = (self.from, Vec::new());
         for (time, event) in &self.trace.events {
@@ -121,7 +122,7 @@ impl Window<'_> {
         panel.with(Layer::points("comparator trips", Style::Green, marks))
     }
 
-    /// Adds the current out of the DC link: the sum over the legs whose upper side conducts.
+    /// Adds the current out of the DC link: the sum of the currents of the legs whose upper device conducts.
     fn with_link(&self, panel: Panel) -> Panel {
         // Below the phases, of which it is one or a sum.
         let mut panel = panel;
@@ -132,8 +133,9 @@ impl Window<'_> {
     }
 }
 
-/// Draws a whole detection, and close-ups: of the first pulse that carries current, and of the first on each other
-/// pair of phases. `conditions`: motor, method and errors; `comparators`: what they watch, if the drive has any; `estimate`: an angle in rad.
+/// Draws a whole detection and close-ups: one of the first pulse with current, and one of the first pulse on each other
+/// pair of phases. `conditions`: motor, method and errors; `comparators`: the current that they watch; `estimate`: an
+/// angle in rad.
 pub fn detection(
     trace: &Trace,
     title: &str,
@@ -204,12 +206,12 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
     )
 }
 
-/// Ratio of the longest to the shortest of several detections, above which each has a time axis of its own.
+/// Ratio of the longest to the shortest of several detections above which each has its own time axis.
 const UNLIKE: f64 = 4.0;
 
-/// Draws detections with several settings: a panel for the currents of each, on one scale; then in common panels the
-/// movement of the rotor, if it moved, and close-ups of the first pulse of each, from its gate edge on, with the
-/// drives' samples.
+/// Draws detections with several settings. The currents of each are drawn in its own panel, all on one scale. Common
+/// panels show the movement of the rotor, if it moved, and close-ups of the first pulse of each detection from its gate
+/// edge on, with the drives' samples.
 pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure {
     let ends = || runs.iter().filter_map(|(_, trace)| trace.snapshots.last()).map(|s| s.time);
     let (longest, shortest) = (ends().fold(0.0, f64::max), ends().fold(f64::INFINITY, f64::min));
@@ -241,8 +243,8 @@ pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure
     Figure::new(title, subtitle, height, panels)
 }
 
-/// Draws the first pulse of each run, in the phase with the largest current of the first run: a curve and marks for
-/// each.
+/// Draws the first pulse of each run, in the phase that has the largest current in the first run: a curve and marks for
+/// each run.
 fn first_pulses(runs: &[(String, Trace)]) -> Option<Panel> {
     let firsts: Vec<(usize, Pulse)> = runs
         .iter()

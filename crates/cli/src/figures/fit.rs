@@ -1,10 +1,10 @@
-//! Figure of a fit: simulation over measurement, and the residuals.
+//! Figure of a fit: simulated and measured currents, and the residuals.
 
 use standstill_fit::record::CHANNELS;
 use standstill_fit::{Fit, Trace};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-/// Largest number of points drawn of a channel; more would only make the file larger.
+/// Largest number of points drawn for a channel; more would only make the file larger.
 const MOST_POINTS: usize = 4000;
 
 /// Names and styles of the channels.
@@ -15,14 +15,14 @@ const CURRENTS: [(&str, Style); CHANNELS] = [
     ("i_link", Style::Purple),
 ];
 
-/// Rows of the figure from some traces, one after the other: time, measured and simulated values.
+/// Rows of the figure, from several traces one after the other: time, measured and simulated values.
 struct Rows<'a> {
     traces: &'a [Trace],
     unit: f64,
 }
 
 impl Rows<'_> {
-    /// Returns the times of all rows: traces of other files follow each other.
+    /// Returns the times of all rows; traces from different files are placed one after the other.
     fn times(&self) -> Vec<f64> {
         let mut times: Vec<f64> = Vec::new();
         let (mut origin, mut before) = (None, f64::NEG_INFINITY);

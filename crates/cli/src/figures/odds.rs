@@ -3,12 +3,12 @@
 use standstill_analysis::{Event, Odds};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
-/// Magnitude below which the axis takes all values for zero and has a fixed width, in the order parameter's unit.
+/// Magnitude, in the unit of the order parameter, below which all values count as zero and the axis has a fixed width.
 const LEAST: f64 = 1e-9;
 
-/// Draws the probability that the order parameter exceeds a value, as found by each run, and the event's with its
-/// interval. Of a likely event it is the estimate of the plain trials on both sides of the event. `in_sectors`: answers of starts are
-/// sectors.
+/// Draws the probability that the order parameter exceeds a value, as each run found it, and the event's probability
+/// with its interval. For a likely event, the curve is the estimate from plain trials on both sides of the event.
+/// `in_sectors`: whether answers of starts are sectors.
 pub fn odds(odds: &Odds, event: Event, in_sectors: bool, subtitle: String) -> Figure {
     let values = odds.runs.iter().flat_map(|run| run.curve.iter().map(|(value, _)| event.bound() + value));
     let (low, high) = values

@@ -10,12 +10,12 @@ pub fn curve(label: &str, points: Vec<(f64, f64)>, style: Style) -> Layer {
     Layer::Line { label: Some(label.to_owned()), points, style }
 }
 
-/// A window of a waveform between two times in s, drawn over ms or µs.
+/// A window of a waveform between two times in s, drawn with an axis in ms or µs.
 pub struct Window<'a> {
     pub trace: &'a Trace,
     pub from: f64,
     pub to: f64,
-    /// Time of the axis's zero in s, and the axis's unit in s.
+    /// Time in s at the zero of the axis; the field after it is the axis's unit in s.
     pub origin: f64,
     pub unit: f64,
 }
@@ -58,8 +58,8 @@ impl Window<'_> {
         Panel { weight: 0.7, ..Panel::new(axis, Axis::new("")) }.with(Layer::Lanes { lanes, categories })
     }
 
-    /// Returns the conduction modes that legs of this kind have: a MOSFET's channel conducts both ways, an IGBT never
-    /// backwards.
+    /// Returns the conduction modes that legs with this kind of switches can have: a MOSFET's channel conducts in both
+    /// directions, an IGBT never backwards.
     pub fn categories(&self) -> Vec<Conduction> {
         let seen = |mode: &Conduction| self.snapshots().any(|s| s.modes.contains(mode));
         let backwards =

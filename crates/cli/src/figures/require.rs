@@ -9,7 +9,7 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, cell_edges};
 
 use crate::shell::values::{scale as scale_of, scale_of_key};
 
-/// Makes a key's axis with a single unit, which suits `typical`, or else the largest value.
+/// Makes the axis of a key with a single unit that suits `typical`, or else the largest value.
 fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (Axis, Scale) {
     let values: Vec<f64> = values.collect();
     let largest =
@@ -23,8 +23,8 @@ fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (
     (if log { axis.log10() } else { axis }, scale)
 }
 
-/// Returns for each value the result with the most trials, in the order of the values: it supersedes those with
-/// fewer.
+/// Returns for each value the result with the most trials, in the order of the values; it supersedes results with fewer
+/// trials.
 fn latest(judged: &[Judged]) -> Vec<&Judged> {
     let superseded =
         |of: &&Judged| judged.iter().any(|other| other.value == of.value && other.trials > of.trials);
@@ -33,13 +33,13 @@ fn latest(judged: &[Judged]) -> Vec<&Judged> {
     latest
 }
 
-/// Smallest share of a limit that is drawn as a value: values near the limit matter, and rare cases would stretch the
-/// axis over many decades.
+/// Smallest ratio of a measure to its limit that is drawn at its value. Values near the limit matter, and rare events
+/// would stretch the axis over many decades.
 const LEAST: f64 = 0.01;
 
-/// Returns the axis range of the measures relative to their limits. It contains the values, the upper limits of
-/// shares without a case, and the drawn upper ends of intervals; lower ends, which for a share by one case are near
-/// zero, are cut off.
+/// Returns the axis range of the measures relative to their limits. It contains the values, the upper limits of shares
+/// without an observed event, and the upper ends of intervals. Lower ends are cut off, because for a share with a
+/// single event they are near zero.
 fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
     let each = judged.iter().flat_map(|judged| {
         judged.measures.iter().zip(&limits.0).map(|(estimate, limit)| (judged.clear, estimate, limit))
@@ -54,7 +54,7 @@ fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
     (low / 1.5, high * 1.5)
 }
 
-/// Draws the measures at each value, beside their limits.
+/// Draws the measures at each value, together with their limits.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
     let judged = latest(judged);
     let edges = match found {

@@ -111,16 +111,17 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     )
 }
 
-/// Says that start or best has no place in the picture, with the measure that it has.
+/// Returns the note that the initial or the best settings cannot be drawn, with their measure.
 fn absent(what: &str, has: Estimate, unit: &str, [against, measure]: [Measure; 2]) -> String {
     let said = if has.value.is_finite() { format!(", {measure} {has} {unit}") } else { String::new() };
     format!("{what}{said}: not drawn, too many starts without an answer to have a {against}")
 }
 
-/// Place in the picture, with the ends of its interval.
+/// Position in the figure, with the ends of its interval.
 type Place = (f64, f64, f64, f64);
 
-/// Says that start and best lie above one another: then the picture shows what was gained, and nothing of what that costs.
+/// Returns the note that initial and best settings lie above one another. The figure then shows the gain, but not its
+/// cost.
 fn alike(start: Option<Place>, best: Option<Place>, against: Measure) -> Option<String> {
     let (start, best) = start.zip(best)?;
     let alike = start != best && (start.0 - best.0).abs() <= 1e-6 * best.0.abs();
@@ -133,7 +134,7 @@ fn ends(numbers: Vec<f64>) -> (f64, f64) {
     usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
-/// Widens a range on both sides.
+/// Widens a range on both sides, so that no point lies on the frame.
 fn around((low, high): (f64, f64)) -> (f64, f64) {
     if low > high {
         return (0.0, 1.0);

@@ -1,4 +1,4 @@
-//! The folder of a finished run, and errors for other folders.
+//! The folder of a finished run, and errors for folders that are not one.
 
 use std::path::{Path, PathBuf};
 
@@ -21,11 +21,11 @@ pub struct FinishedRun {
     pub trials: PathBuf,
     pub summary: SummaryFile,
     pub file: ScenarioFile,
-    /// Folder outside of which no file of the scenario is read; none: no restriction.
+    /// The only folder whose files the scenario may read; none: no restriction.
     pub fence: Option<PathBuf>,
 }
 
-/// Returns the error of a folder without readable trials, with the remedy.
+/// Returns the error of a folder without readable trials, with advice on how to get them.
 fn no_trials(folder: &Path, needed: &[&str]) -> Error {
     let other = [Format::Npz, Format::Mat].map(trials_name);
     let found = if let Some(other) = other.into_iter().find(|name| folder.join(name).exists()) {
@@ -45,8 +45,8 @@ fn no_trials(folder: &Path, needed: &[&str]) -> Error {
     }
 }
 
-/// Commands whose results are not those of a run: name of the command, the file by which its results are recognised,
-/// and its page.
+/// Commands whose results are not a run: name of the command, the file by which its results are recognised, and their
+/// page.
 const OTHERS: [(&str, &str, Option<&str>); 10] = [
     ("compare", "comparison.csv", Some("comparison.html")),
     ("faults", "faults.json", Some("faults.html")),
@@ -60,13 +60,13 @@ const OTHERS: [(&str, &str, Option<&str>); 10] = [
     ("trace", "waveform.csv", None),
 ];
 
-/// Returns the command whose results a folder contains, and their page.
+/// Returns the command whose results a folder contains, with their page.
 fn answered(folder: &Path) -> Option<(&'static str, Option<PathBuf>)> {
     let (command, _, page) = OTHERS.into_iter().find(|(_, file, _)| folder.join(file).exists())?;
     Some((command, page.map(|page| folder.join(page)).filter(|page| page.exists())))
 }
 
-/// Returns an error with the next step for a folder of a run that is not finished.
+/// Fails, with the next step, if the folder's run is not finished.
 fn unfinished(folder: &Path) -> Result<(), Error> {
     let error = |path: &Path, found: String, needed: String| {
         Err(Error::Results { path: path.to_owned(), found, needed })
@@ -118,7 +118,7 @@ fn unfinished(folder: &Path) -> Result<(), Error> {
     }
 }
 
-/// Prints that the results of this folder are being extended by new trials, or replaced by another run.
+/// Prints a note if the results of this folder are being extended by new trials, or replaced by another run.
 pub fn say_extension(folder: &Path) {
     let path = folder.join(Shard::WHOLE.file_name());
     let Some((coming, done)) = path.exists().then(|| done(&path)).flatten() else { return };
@@ -135,7 +135,7 @@ pub fn say_extension(folder: &Path) {
     ));
 }
 
-/// Returns the run of a journal, and the number of its finished trials as text.
+/// Returns the run to which a journal belongs, and the number of its finished trials as text.
 fn done(journal: &Path) -> Option<(Identity, String)> {
     let mut rows = Rows::open(journal).ok()?;
     while rows.block().ok()?.is_some() {}
@@ -173,7 +173,7 @@ impl FinishedRun {
     /// Reads all trials, point by point.
     ///
     /// # Errors
-    /// A table that cannot be read, or that belongs to another run.
+    /// The table cannot be read, or belongs to another run.
     pub fn trials(&self, mut each: impl FnMut(usize, Row)) -> Result<(), Error> {
         let reader = Reader::open(&self.trials).map_err(Error::Table)?;
         for (key, needed) in self.summary.run.metadata() {
@@ -199,7 +199,7 @@ impl FinishedRun {
         read.map_err(Error::Table)
     }
 
-    /// Reads the errors of all trials and keeps as many as can be drawn.
+    /// Reads the errors of all trials and keeps as many of them as can be drawn.
     pub fn cloud(&self) -> Result<ErrorCloud, Error> {
         let (mut cloud, mut complete) = (ErrorCloud::new(), true);
         let open = self.summary.run.pole_is_open;
@@ -220,11 +220,11 @@ impl FinishedRun {
     }
 }
 
-/// Reads the rows of a table of trials with the numbers of their points. Missing numbers become not-a-number or none;
-/// the table has reasons as text alone, without their kinds.
+/// Reads the rows of a table of trials with the indices of their points. Missing numbers become not-a-number or none;
+/// the table has reasons only as text, without their kinds.
 ///
 /// # Errors
-/// A table that cannot be read any further.
+/// The table cannot be read to its end.
 pub fn rows(reader: Reader, mut each: impl FnMut(usize, Row)) -> Result<(), TableError> {
     let in_sectors = reader.columns.iter().any(|name| name == HALF_SECTOR);
     let columns: Vec<Column> = trial_columns(in_sectors).collect();

@@ -1,7 +1,7 @@
-//! Whether `summary.json` is as the run wrote it: it has a digest of itself.
+//! Whether `summary.json` is unchanged since the run wrote it: the file contains a digest of itself.
 //!
-//! The digest is that of the text without white space and without the digest's own member, so that a file that was only laid out anew
-//! is still the run's.
+//! The digest covers the text without white space and without the digest's own member, so that a file that was only
+//! reformatted still counts as unchanged.
 
 use std::path::Path;
 
@@ -16,12 +16,12 @@ fn squeezed(text: &str) -> String {
     text.chars().filter(|c| !c.is_ascii_whitespace()).collect()
 }
 
-/// Returns the digest of a summary's text that has none yet.
+/// Returns the digest of a summary's text that does not contain a digest yet.
 pub fn digest(text: &str) -> String {
     Digest::of(squeezed(text).as_bytes()).to_string()
 }
 
-/// Returns true if a summary's text does not match the digest that it contains, even if the text cannot be parsed.
+/// Returns true if a summary's text does not match its digest. This works even if the text cannot be parsed.
 pub fn is_changed(text: &str) -> bool {
     const BEGIN: &str = ",\"digest\":\"";
     let text = squeezed(text);
@@ -30,12 +30,12 @@ pub fn is_changed(text: &str) -> bool {
     squeezed(&digest(&format!("{before}{after}"))) != kept
 }
 
-/// Returns true if a summary file does not match the digest that it contains, see [`is_changed`].
+/// Returns true if a summary file does not match its digest: see [`is_changed`].
 pub fn is_changed_file(path: &Path) -> bool {
     read_text(path).is_ok_and(|text| is_changed(&text))
 }
 
-/// Returns the error of a summary that was changed, with the ways to go on.
+/// Returns the error of a changed summary, with advice on how to proceed.
 pub fn changed(path: &Path) -> Error {
     let folder = path.parent().unwrap_or(Path::new(""));
     Error::Results {
@@ -48,7 +48,7 @@ pub fn changed(path: &Path) -> Error {
     }
 }
 
-/// Says of a summary by a version without digests that changes of it are not seen.
+/// Prints the note that a summary of an older version has no digest, so that changes of it cannot be detected.
 pub fn say_unsealed(folder: &Path) {
     tell(&format!(
         "{}: of a version that kept no digest of it, so nobody can tell whether it was changed since",

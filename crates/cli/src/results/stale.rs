@@ -1,4 +1,4 @@
-//! Pages that are older than the data beside them: marked as stale.
+//! Pages that are older than the data beside them, and are marked as outdated.
 
 use std::path::Path;
 
@@ -9,13 +9,13 @@ use crate::shell::asked::rewrite;
 use crate::error::Error;
 use crate::shell::command_line::quoted;
 
-/// Pages in a run's folder: their folder, their name, and the command that makes them from the run's folder.
+/// Pages in a run's folder: their subfolder, their name, and the command that makes them.
 const PAGES: [(&str, &str, &str); 2] = [
     ("report", "report.html", "standstill report FOLDER"),
     ("report", "comparison.html", "standstill report FOLDER OTHER"),
 ];
 
-/// Returns all pages, with those of `explain`, which have a folder for each choice of trials.
+/// Returns all pages, including those of `explain`, which has a folder for each selection of trials.
 fn pages(folder: &Path) -> Vec<(String, &'static str, String)> {
     let mut pages = PAGES.map(|(place, name, command)| (place.to_owned(), name, command.to_owned())).to_vec();
     let folders = std::fs::read_dir(folder.join("explain")).into_iter().flatten().flatten();
@@ -28,10 +28,10 @@ fn pages(folder: &Path) -> Vec<(String, &'static str, String)> {
     pages
 }
 
-/// Text of a page before which its note is inserted: the begin of the visible content.
+/// Text in a page before which the note is inserted; it begins the visible content.
 const BEFORE: &str = "<header class=\"top\">";
 
-/// Returns the note on a page beside which another run, or an extended one, now is.
+/// Returns the note for a page whose run has been extended or replaced.
 fn note(command: &str) -> String {
     format!(
         "<p class=\"verdict bad\" role=\"alert\"><strong>This page is older than the data beside it: these have been extended, or are of \
@@ -39,10 +39,10 @@ fn note(command: &str) -> String {
     )
 }
 
-/// Inserts the note into the stale pages of a run's folder. Returns a message for each.
+/// Inserts the note into the outdated pages of a run's folder. Returns a message for each.
 ///
 /// # Errors
-/// A page that cannot be written.
+/// A page cannot be written.
 pub fn mark(folder: &Path) -> Result<Vec<String>, Error> {
     let mut said = Vec::new();
     for (place, name, command) in pages(folder) {

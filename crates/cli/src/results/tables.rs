@@ -1,4 +1,4 @@
-//! Digests of the tables of a finished run, to recognise later changes.
+//! Digests of the tables of a finished run, by which later changes are recognised.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -22,17 +22,17 @@ impl Tables {
     /// Computes the digests of complete files.
     ///
     /// # Errors
-    /// A file that cannot be read back.
+    /// A file cannot be read back.
     pub fn of(output: &Output, names: impl IntoIterator<Item = &'static str>) -> Result<Self, Error> {
         let digest = |name: &str| Ok((name.to_owned(), output.digest(name)?));
         names.into_iter().map(digest).collect::<Result<_, _>>().map(Self)
     }
 
-    /// Refuses a table that was changed since it was written. For a run by a version without digests (`None`) a
-    /// message says that this cannot be checked.
+    /// Refuses a table that was changed since it was written. For a run of an older version without digests (`None`) a
+    /// message states that this cannot be checked.
     ///
     /// # Errors
-    /// A table that was changed, cannot be read, or belongs to another run; the message names the way to restore it.
+    /// The table was changed, cannot be read, or belongs to another run; the message explains how to restore it.
     pub fn check(of: Option<&Self>, table: &Path) -> Result<(), Error> {
         let Some(Self(digests)) = of else {
             tell(&format!(

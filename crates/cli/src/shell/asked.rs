@@ -1,8 +1,7 @@
-//! The question that the results in a folder answer: results of another question are replaced only on request.
+//! The question that the results in a folder answer. Results of another question are replaced only on request.
 //!
-//! Runs and the answers of `odds`, `budget`, `require` and `tune` contain the identity of their question in their
-//! JSON. The files of the other commands are tables and figures without a place for it: a note beside them contains
-//! it.
+//! The JSON of runs and of the answers of `odds`, `budget`, `require` and `tune` contains the identity of their
+//! question. The files of other commands are tables and figures without a place for it; a note beside them contains it.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -15,10 +14,10 @@ use standstill_plant::Digest;
 
 use crate::error::Error;
 
-/// Name of the note's file, hidden from lists of results.
+/// File name of the note; the leading dot hides it from lists of results.
 pub const NOTE: &str = ".standstill-asked.json";
 
-/// The question of a command, to be kept in a note.
+/// The question of a command that is stored in a note.
 #[derive(Clone, Debug)]
 pub struct NotedQuestion {
     command: &'static str,
@@ -26,25 +25,25 @@ pub struct NotedQuestion {
     force: bool,
 }
 
-/// The stored form of a question: as text, and as a digest of all that the results depend on.
+/// The stored form of a question: a text, and a digest of everything that the results depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Note {
     said: String,
     digest: String,
-    /// Files that answer the question, and the digest of each when it was written: another command may have replaced
-    /// one since.
+    /// Files that answer the question, and the digest of each when it was written. Another command may have replaced a
+    /// file since.
     files: BTreeMap<String, String>,
 }
 
 impl NotedQuestion {
-    /// Makes the question of a command on `of`, with its text for people; `force` replaces the results of another
-    /// question.
+    /// Makes the question of a command about `of`; `said`: its text for people; `force`: whether the results of another
+    /// question are replaced.
     pub fn new(command: &'static str, said: String, of: &dyn Debug, force: bool) -> Self {
         let all = format!("{} {NUMERICS} {said} {of:?}", env!("CARGO_PKG_VERSION"));
         Self { command, question: Note { said, digest: digest(&all), files: BTreeMap::new() }, force }
     }
 
-    /// Makes the question of a command about a place: it stays equal when the content of the place changes.
+    /// Makes the question of a command about a place, which stays the same when the content of the place changes.
     pub fn place(command: &'static str, said: String, force: bool) -> Self {
         let question = Note { digest: digest(&said), said, files: BTreeMap::new() };
         Self { command, question, force }
@@ -54,7 +53,7 @@ impl NotedQuestion {
     /// requested.
     ///
     /// # Errors
-    /// A file of another question.
+    /// A file answers another question.
     pub fn guard(&self, folder: &Path, names: &[&str]) -> Result<(), Error> {
         let there: Vec<&str> = names.iter().copied().filter(|name| folder.join(name).is_file()).collect();
         let Some(mut first) = there.first().copied().filter(|_| !self.force) else { return Ok(()) };
@@ -74,8 +73,8 @@ impl NotedQuestion {
         Err(Error::another_run(folder.join(first), &difference))
     }
 
-    /// Returns the new content of the folder's note ([`NOTE`]): this question and the digests of these files are added.
-    /// `staged` gives the path where a file lies until it is moved to the folder.
+    /// Returns the new content of the folder's note ([`NOTE`]), to which this question and the digests of these files
+    /// are added. `staged` returns the path of a file before it is moved to the folder.
     pub fn note(&self, folder: &Path, names: &[String], staged: impl Fn(&str) -> PathBuf) -> Vec<u8> {
         let mut all = kept(folder);
         let mut question = self.question.clone();
@@ -96,7 +95,7 @@ fn content(path: &Path) -> Option<String> {
     Some(Digest::of_file(path).ok()?.to_string())
 }
 
-/// Returns the questions in a folder's note by command; empty without a note.
+/// Returns the questions in a folder's note, by command; empty without a note.
 fn kept(folder: &Path) -> BTreeMap<String, Note> {
     let text = read_text(&folder.join(NOTE)).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
@@ -107,11 +106,10 @@ pub fn digest(text: &str) -> String {
     Digest::of(text.as_bytes()).to_string()
 }
 
-/// Replaces a file's content and updates its digest in the note, if the file was unchanged since its command wrote
-/// it.
+/// Replaces a file's content and updates its digest in the note, if the file was unchanged since its command wrote it.
 ///
 /// # Errors
-/// A note that cannot be written.
+/// The note cannot be written.
 pub fn rewrite(folder: &Path, name: &str, content: &[u8]) -> Result<(), Error> {
     let (path, mut all) = (folder.join(name), kept(folder));
     let before = self::content(&path);

@@ -1,8 +1,8 @@
-//! Command lines that can be typed again, and messages in one line.
+//! Command lines for repeating a command, and messages in one line.
 
 use std::path::Path;
 
-/// Returns the command line that continues the work of this process.
+/// Returns the command line that resumes the work of this process.
 pub fn to_resume() -> String {
     let mut command: Vec<String> = std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
     if !command.iter().any(|word| word == "--resume") {
@@ -11,7 +11,7 @@ pub fn to_resume() -> String {
     command.join(" ")
 }
 
-/// Quotes a word for a shell where needed.
+/// Quotes a word for a shell if necessary.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+%@".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -21,22 +21,22 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// Returns an option of a command line that sets a key, after a space.
+/// Returns the command-line option that sets a key, with a leading space.
 pub fn set(key: &str, value: &str) -> String {
     set_pair(&format!("{key}={value}"))
 }
 
-/// Returns an option of a command line for `KEY=VALUE`, after a space.
+/// Returns the command-line option for `KEY=VALUE`, with a leading space.
 pub fn set_pair(pair: &str) -> String {
     format!(" -s {}", quoted(pair))
 }
 
-/// Returns this process's command line for typing again; empty in a host program.
+/// Returns this process's command line, ready to be typed again; empty in a host program.
 pub fn typed() -> String {
     typed_of(None)
 }
 
-/// Returns this process's command line with `scenario.toml` in place of the scenario's file.
+/// Returns this process's command line with the scenario's file replaced by `scenario.toml`.
 pub fn typed_of(scenario: Option<&Path>) -> String {
     if super::host::current().is_some() {
         return String::new();
@@ -48,8 +48,8 @@ pub fn typed_of(scenario: Option<&Path>) -> String {
     std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Makes a command line of this program; several values of an option, joined by commas, become an option each. What begins without a
-/// dash is a further file, whose value is its digest.
+/// Makes a command line of this program. An option with several values, joined by commas, is repeated for each. An
+/// entry without a leading dash is a further file, whose value is its digest.
 pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
     let mut words = vec![format!("standstill {name} scenario.toml")];
     for (option, values) in options {
@@ -64,7 +64,7 @@ pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'
     words.join(" ")
 }
 
-/// Joins a message of several lines into one, without the advice at its end.
+/// Joins a message of several lines into one, and drops the parser's advice at its end.
 pub fn one_line(message: &str) -> String {
     let body = message.split("\n\nUsage:").next().unwrap_or(message);
     let body = body.split("\n\nFor more information").next().unwrap_or(body);

@@ -1,7 +1,7 @@
-//! A host: a program that carries out commands itself, in a thread of its own, instead of starting `standstill`.
+//! A host: a program that carries out commands itself, in one of its threads, instead of starting `standstill`.
 //!
-//! Commands find their host by the thread in which they run: they then install no handler of interrupts, read the
-//! text of their scenario from the host, and leave the tables of their results with it.
+//! Commands find their host by the thread in which they run. With a host they install no interrupt handler, read the
+//! text of their scenario from the host, and store the tables of their results in it.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -37,10 +37,10 @@ thread_local! {
 /// ```
 #[derive(Debug, Default)]
 pub struct Host {
-    /// Name of the scenario on the command line, and its text in place of a file.
+    /// Name of the scenario on the command line, and its text, which is used instead of a file.
     pub scenario: Option<(PathBuf, String)>,
-    /// Whether `run`, `sweep` and `trace` write their results into files too, and not only into [`Host::tables`]; the
-    /// report of `trace` always contains its result as JSON.
+    /// Whether `run`, `sweep` and `trace` write their results into files in addition to [`Host::tables`]. The report of
+    /// `trace` always contains its result as JSON.
     pub files: bool,
     /// Whether progress is shown on a terminal.
     pub bars: bool,
@@ -61,7 +61,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Host {
     /// Runs a closure with this host as the thread's host.
     pub(crate) fn run<T>(self: &Arc<Self>, work: impl FnOnce() -> T) -> T {
-        /// Restores the thread's previous host, also if the work panics.
+        /// Restores the thread's previous host, even if the work panics.
         struct Back(Option<Arc<Host>>);
         impl Drop for Back {
             fn drop(&mut self) {
@@ -72,18 +72,18 @@ impl Host {
         work()
     }
 
-    /// Requests the command to end; results that can be kept are kept.
+    /// Requests the command to end; it keeps the results that it can.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::SeqCst);
     }
 
-    /// Returns the finished and the total number of trials or steps; none before the command knows them.
+    /// Returns the finished and the total number of trials or steps; none until the command knows them.
     pub fn progress(&self) -> Option<(u64, u64)> {
         let bar = locked(&self.bar).clone()?;
         Some((bar.position(), bar.length()?))
     }
 
-    /// Takes the tables of the results with their names; a second call returns none.
+    /// Takes the tables of the results with their names; a second call returns an empty list.
     pub fn tables(&self) -> Vec<(String, Columns)> {
         std::mem::take(&mut locked(&self.tables))
     }
@@ -101,7 +101,7 @@ impl Host {
         locked(&self.tables).push((name.to_owned(), table));
     }
 
-    /// Keeps a progress bar for [`Host::progress`], and hides it unless bars are shown.
+    /// Stores a progress bar for [`Host::progress`], and hides the bar unless bars are to be shown.
     pub(crate) fn watch(&self, bar: &ProgressBar) {
         if !self.bars {
             bar.set_draw_target(ProgressDrawTarget::hidden());

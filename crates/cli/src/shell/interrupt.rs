@@ -1,4 +1,4 @@
-//! Handling of Ctrl-C: the present block of trials is finished and its results are kept.
+//! Handling of Ctrl-C: the present block of trials is finished, and its results are kept.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::{host, output};
 use crate::shell::terminal::tell;
 
-/// Code of a process ended by an interrupt: 128 + SIGINT.
+/// Exit code of a process ended by an interrupt: 128 + SIGINT.
 pub const INTERRUPTED: u8 = 130;
 
-/// Returns a flag that the first interrupt sets, for work that can be stopped and kept. The second interrupt ends the
+/// Returns a flag that the first interrupt sets, for work that can be stopped with results. A second interrupt ends the
 /// process at once and removes unfinished files.
 pub fn flag() -> Arc<AtomicBool> {
     if let Some(host) = host::current() {
@@ -24,7 +24,8 @@ pub fn flag() -> Arc<AtomicBool> {
     stop
 }
 
-/// Makes an interrupt end the process at once and remove unfinished files, for work too short to keep parts of.
+/// Makes an interrupt end the process at once and remove unfinished files, for work that is too short for partial
+/// results.
 pub fn at_once() {
     handle(|| {
         output::abandon();
@@ -34,7 +35,7 @@ pub fn at_once() {
     });
 }
 
-/// Calls a function at the first interrupt; the second one ends the process at once.
+/// Calls a function at the first interrupt; a second one ends the process at once.
 pub fn then(act: impl Fn() + Send + 'static) {
     let seen = AtomicBool::new(false);
     handle(move || {
@@ -47,11 +48,11 @@ pub fn then(act: impl Fn() + Send + 'static) {
     });
 }
 
-/// Longest time of a library's call after an interrupt.
+/// Longest time that a library's call may take after an interrupt.
 #[cfg(target_os = "linux")]
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(1);
 
-/// Ends the process if a library does not return from a call: the flag cannot end such work.
+/// Ends the process if a library does not return from a call, because the flag cannot end such work.
 fn end_if_hanging() {
     #[cfg(target_os = "linux")]
     std::thread::spawn(|| {

@@ -1,7 +1,7 @@
-//! The folder of results: complete files or none.
+//! The folder of results, which contains all files complete or none.
 //!
-//! Files are written into a hidden folder inside the target and renamed into place when all are complete, so
-//! that a failure half way leaves what was there before.
+//! Files are written into a hidden folder inside the target and renamed into place when all are complete, so that a
+//! failure leaves the previous contents unchanged.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -16,21 +16,21 @@ use tempfile::TempDir;
 use crate::error::Error;
 use crate::shell::asked::{NOTE, NotedQuestion};
 
-/// Begin of the names of hidden folders for unfinished files; the number of their process follows.
+/// Prefix of the names of hidden folders for unfinished files; the id of their process follows.
 const PREFIX: &str = ".standstill-";
 
-/// Number of attempts of an interrupt to remove a folder that is being filled.
+/// Number of times that an interrupt tries to remove a folder while another thread is filling it.
 const AGAIN: u32 = 100;
 
 /// The folders that an interrupt removes.
 static UNFINISHED: Mutex<Option<Unfinished>> = Mutex::new(None);
 
-/// Folders that exist only because of a run that is not finished.
+/// Folders that exist only because of an unfinished run.
 #[derive(Clone)]
 struct Unfinished {
     staging: PathBuf,
     target: PathBuf,
-    /// Topmost folder that had to be made.
+    /// Topmost folder that was created.
     made: Option<PathBuf>,
 }
 
@@ -47,7 +47,7 @@ impl Unfinished {
     }
 }
 
-/// Removes unfinished files; for a process that is about to end.
+/// Removes unfinished files, before the process ends.
 pub fn abandon() {
     if let Some(unfinished) = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).take() {
         // Another thread may be making files in it meanwhile.
@@ -60,7 +60,7 @@ pub fn abandon() {
     }
 }
 
-/// An output folder whose files are not complete.
+/// An output folder whose files are not complete yet.
 pub struct Output {
     target: PathBuf,
     staging: Option<TempDir>,
@@ -70,8 +70,8 @@ pub struct Output {
 }
 
 impl Output {
-    /// Makes an output as [`Output::create`] does, with a note of the question beside the files: files of another
-    /// question are replaced only if the question may.
+    /// Makes an output as [`Output::create`] does, with a note of the question beside the files. Files of another
+    /// question are replaced only if `asked` allows it.
     pub fn answering(asked: NotedQuestion, target: &Path, names: &[&str]) -> Result<Self, Error> {
         asked.guard(target, names)?;
         let mut output = Self::create(target, names)?;
@@ -79,7 +79,7 @@ impl Output {
         Ok(output)
     }
 
-    /// Makes the folder if it is missing, and checks that files of these names can be written into it.
+    /// Creates the folder if it is missing, and checks that files with these names can be written into it.
     pub fn create(target: &Path, names: &[&str]) -> Result<Self, Error> {
         // The nearest thing that exists must be a folder: whatever is made below it can be removed again.
         let nearest = target.ancestors().find(|path| path.symlink_metadata().is_ok());
@@ -130,14 +130,14 @@ impl Output {
         self.staging.as_ref().map_or_else(PathBuf::new, |staging| staging.path().join(name))
     }
 
-    /// Begins a file; it must be closed with [`Output::close`].
+    /// Begins a file, which must be closed with [`Output::close`].
     pub fn begin(&mut self, name: &str) -> Result<BufWriter<File>, Error> {
         let file = File::create(self.staged(name)).map_err(Error::writing(&self.target.join(name)))?;
         self.names.push(name.to_owned());
         Ok(BufWriter::new(file))
     }
 
-    /// Closes a file and synchronises it with the disk: a full disk shows only here.
+    /// Closes a file and synchronises it with the disk, because a full disk shows only then.
     pub fn close(&self, name: &str, mut file: BufWriter<File>) -> Result<(), Error> {
         let synced = file.flush().and_then(|()| file.get_ref().sync_all());
         synced.map_err(Error::writing(&self.target.join(name)))
@@ -146,7 +146,7 @@ impl Output {
     /// Returns size and checksum of a complete file.
     ///
     /// # Errors
-    /// A file that cannot be read back.
+    /// The file cannot be read back.
     pub fn digest(&self, name: &str) -> Result<String, Error> {
         let digest = Digest::of_file(&self.staged(name));
         digest.map(|digest| digest.to_string()).map_err(|error| Error::Read(self.target.join(name), error))
@@ -191,7 +191,7 @@ impl Drop for Output {
     }
 }
 
-/// Returns the list of written files as text.
+/// Formats the list of written files.
 pub fn file_list(folder: &Path, files: &[String]) -> String {
     let mut text = format!("Files in {}:\n", folder.display());
     for name in files {
@@ -200,7 +200,7 @@ pub fn file_list(folder: &Path, files: &[String]) -> String {
     text
 }
 
-/// Removes unfinished files of killed processes from this folder.
+/// Removes unfinished files that killed processes left in this folder.
 pub fn remove_stale(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {

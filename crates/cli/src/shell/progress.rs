@@ -1,4 +1,4 @@
-//! Progress: a bar on a terminal; elsewhere a line every ten seconds, so that logs show that work goes on.
+//! Progress: a bar on a terminal; elsewhere a line every ten seconds, so that logs show that work continues.
 
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,7 +31,7 @@ pub fn bar(trials: u64) -> ProgressBar {
     bar
 }
 
-/// Returns a style by its template.
+/// Makes a style from its template.
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
@@ -41,8 +41,8 @@ fn new(length: u64, what: &'static str) -> ProgressBar {
     watched(ProgressBar::new(length), what)
 }
 
-/// Registers a progress bar with the host, or prints its state as lines where there is no terminal. However its work
-/// ends, by an interrupt or an error too, nothing of the bar stays on the terminal.
+/// Registers a progress bar with the host, or prints its state as lines if there is no terminal. Nothing of the bar
+/// stays on the terminal, even if the work ends by an interrupt or an error.
 fn watched(bar: ProgressBar, what: &'static str) -> ProgressBar {
     let bar = bar.with_finish(ProgressFinish::AndClear);
     if let Some(host) = host::current() {
@@ -53,7 +53,7 @@ fn watched(bar: ProgressBar, what: &'static str) -> ProgressBar {
     bar
 }
 
-/// Prints a bar's progress at this interval until the bar has ended.
+/// Prints a bar's progress at this interval until the bar ends.
 fn report(bar: &ProgressBar, every: Duration, say: impl Fn(&ProgressBar) + Send + 'static) {
     let bar: WeakProgressBar = bar.downgrade();
     std::thread::spawn(move || {
@@ -81,26 +81,26 @@ fn line(bar: &ProgressBar, what: &str) -> String {
     if message.is_empty() { line } else { line + ", " + &message }
 }
 
-/// Observer of an analysis's trials: shows them on a bar, and can end them by a flag.
+/// Observer of an analysis's trials, which shows them on a bar and can end them by a flag.
 pub struct Watched {
     pub bar: ProgressBar,
     stop: Arc<AtomicBool>,
-    /// Notes of a question, in case of an interrupt.
+    /// Notes of a question, from which it can be resumed.
     notes: Option<Mutex<Notes>>,
 }
 
 impl Watched {
-    /// Makes a bar for about this many trials, 0 if their number is not known, and an interrupt flag.
+    /// Makes an observer with a bar for about this many trials (0 if their number is not known) and an interrupt flag.
     pub fn new(trials: u64) -> Self {
         Self { bar: bar(trials), stop: interrupt::flag(), notes: None }
     }
 
-    /// Makes the observer of [`Watched::new`] with notes.
+    /// Makes an observer as [`Watched::new`] does, with notes.
     pub fn noting(trials: u64, notes: Option<Notes>) -> Self {
         Self { notes: notes.map(Mutex::new), ..Self::new(trials) }
     }
 
-    /// Returns the flag that an interrupt sets, for work that looks at flags.
+    /// Returns the flag that an interrupt sets, for work that checks a flag.
     pub fn flag(&self) -> &AtomicBool {
         &self.stop
     }
@@ -152,7 +152,7 @@ fn of_rows(rows: u64, what: &'static str, template: &str) -> ProgressBar {
     new(rows, what).with_style(style(template))
 }
 
-/// Makes a spinner for work that says what it is at.
+/// Makes a spinner for work that reports its present step.
 pub fn working(what: &'static str) -> ProgressBar {
     spinning(" groups", "{spinner} {msg}, {elapsed}").with_message(what)
 }

@@ -1,4 +1,4 @@
-//! The simulated setup in reports: motor, drive and sensors with the values of the scenario.
+//! The simulated setup in reports: motor, drive and sensors, with the values of the scenario.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -10,12 +10,12 @@ use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, V
 
 use crate::shell::values::each_once;
 
-/// Returns motor, method and conditions of a scenario in a line, without the keys of its sweep axes.
+/// Returns motor, method and conditions of a scenario as one line, without the keys of its sweep axes.
 pub fn setting(file: &ScenarioFile) -> String {
     conditions(file, |key| file.axes.contains_key(key))
 }
 
-/// Returns motor, method and conditions of a scenario in a line, without the keys that are varied.
+/// Returns motor, method and conditions of a scenario as one line, without the keys that are varied.
 pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> String {
     let fixed = |key: &str, text: String| (!is_varied(key)).then_some(text);
     let parts = [
@@ -28,23 +28,23 @@ pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> Stri
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// A scenario as stored with its results.
+/// A scenario as it was stored with its results.
 pub struct Setup<'a> {
-    /// Path beside which the scenario's files are looked for.
+    /// Path of the scenario; its files are searched in the same folder.
     pub place: &'a Path,
     pub text: &'a str,
     /// Files that the scenario read, with the digest of each, by path.
     pub files: &'a BTreeMap<String, String>,
-    /// Folder outside of which no file of the scenario is read; none: no restriction.
+    /// The only folder whose files the scenario may read; none: no restriction.
     pub fence: Option<&'a Path>,
-    /// Keys that have several values.
+    /// Keys with several values.
     pub varied: Vec<String>,
-    /// Texts of the scenario with other values of the varied keys, where these are not its sweep axes.
+    /// Texts of the scenario with other values of the varied keys, if these are not its sweep axes.
     pub others: Vec<&'a str>,
 }
 
-/// Largest number of points of a sweep that are all compared. Of a larger sweep, the first and the last point of each
-/// value of each axis are compared, for at most this many values of an axis.
+/// Largest number of points of a sweep that are all compared. In a larger sweep, only the first and the last point of
+/// each value of each axis are compared, for at most this many values of an axis.
 const COMPARED: usize = 256;
 
 /// Largest number of different values of a fact that are listed.
@@ -63,7 +63,7 @@ impl Setup<'_> {
         self.varied.iter().any(|varied| varied == key)
     }
 
-    /// Returns motor, method, errors and rotor.
+    /// Returns motor, method, errors and rotor; none if the scenario cannot be loaded.
     pub fn heading(&self) -> Option<Vec<(String, String)>> {
         let file = self.document(self.text).and_then(|document| document.load()).ok()?;
         let fact = |name: &str, key: &str, text: &str| {
@@ -77,8 +77,8 @@ impl Setup<'_> {
         ])
     }
 
-    /// Returns the facts of drive and sensors, with their values at the compared points, and the motor's data sheet
-    /// if there is only one motor.
+    /// Returns the section with the facts of drive and sensors, with their values at the compared points, and the
+    /// motor's data sheet if there is only one motor.
     pub fn section(&self) -> Section {
         Section::new("Motor, drive and sensors", self.blocks())
     }
@@ -124,7 +124,7 @@ impl Setup<'_> {
         blocks
     }
 
-    /// Returns the message on a file that has changed since the results were made.
+    /// Returns the message on a file that has changed since the results were made; none if all files are unchanged.
     fn other_file(&self, plan: &Plan) -> Option<String> {
         let here = plan.files();
         self.files.iter().find_map(|(path, there)| {
@@ -134,7 +134,7 @@ impl Setup<'_> {
         })
     }
 
-    /// Returns the commands that make the results again, and the scenario.
+    /// Returns the section with the scenario and the commands that reproduce the results.
     pub fn reproduce(&self, commands: &str) -> Section {
         let files =
             if self.files.is_empty() { "" } else { ", with the motor's own files where it names them" };
@@ -148,8 +148,9 @@ impl Setup<'_> {
     }
 }
 
-/// Returns the points whose values are compared. Along a grid a value of an axis occurs first where all other axes
-/// have their first value, and last where these have their last: a change by the axis shows at one of them.
+/// Returns the points whose values are compared. In a grid, a value of an axis first occurs where all other axes have
+/// their first value, and last occurs where they have their last value; a change caused by the axis is visible at one
+/// of these points.
 fn compared(points: &[Point]) -> BTreeSet<usize> {
     if points.len() <= COMPARED {
         return (0..points.len()).collect();
@@ -168,7 +169,7 @@ fn compared(points: &[Point]) -> BTreeSet<usize> {
     some.copied().collect()
 }
 
-/// Merges the facts of several scenarios: the common value, or the different values in their order.
+/// Merges the facts of several scenarios: a common value is listed once, different values in their order.
 fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, String)> {
     let mut values: IndexMap<String, Vec<String>> = IndexMap::new();
     let mut scenarios = 0;
@@ -189,7 +190,7 @@ fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, St
     values.into_iter().map(one).collect()
 }
 
-/// Returns the numbers of drive and sensors at a point of a scenario.
+/// Returns the facts of drive and sensors at a point of a scenario.
 fn facts(plan: &Plan, point: usize) -> Vec<(String, String)> {
     let Ok(scenario) = plan.scenario(point) else { return Vec::new() };
     let fact = |key: &Key| {

@@ -1,5 +1,5 @@
-//! Tables within the terminal's width: prose is wrapped, then brackets and less important columns are left out, then
-//! rows are stacked.
+//! Tables that fit the terminal's width. Prose is wrapped first; then brackets and less important columns are left out;
+//! at last rows are stacked.
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ const NARROWEST: usize = 24;
 /// Width of the spaces on both sides of a cell.
 const AROUND: usize = 2;
 
-/// Columns that are shown: their indices, and the widths of their cells.
+/// Columns that are shown: index and cell width of each.
 type Layout = Vec<(usize, usize)>;
 
 /// Formatting of a table as text.
@@ -48,7 +48,7 @@ impl Print for Table {
     }
 }
 
-/// Layout of a table, whose columns and brackets are left out one after the other.
+/// A table being laid out; its columns and brackets are left out one after the other.
 #[derive(Clone)]
 struct Layouter(Table);
 
@@ -120,12 +120,12 @@ impl Layouter {
         wrapped(&said, width).join("\n") + "\n"
     }
 
-    /// Returns the width of the widest cell of a column.
+    /// Returns the width of a column's widest cell.
     fn widest(&self, place: usize) -> usize {
         self.0.rows.iter().map(|(_, row)| measure_text_width(&row[place])).max().unwrap_or_default()
     }
 
-    /// Returns the smallest widths of these columns.
+    /// Returns the smallest possible widths of these columns.
     fn least(&self, places: &[usize]) -> Vec<usize> {
         let least = |place: &usize| {
             let column = &self.0.columns[*place];
@@ -136,7 +136,7 @@ impl Layouter {
         places.iter().map(least).collect()
     }
 
-    /// Returns widths with which these columns fit; none if they do not.
+    /// Returns column widths with which these columns fit; none if they do not fit.
     fn layout(&self, places: &[usize], width: usize) -> Option<Layout> {
         let mut widths = self.least(places);
         let room =
@@ -194,7 +194,7 @@ impl Layouter {
         text
     }
 
-    /// Appends cells of several lines side by side; titles are aligned at the bottom.
+    /// Appends cells with several lines side by side; titles are aligned at the bottom.
     fn lines(
         &self,
         text: &mut String,
@@ -215,7 +215,8 @@ impl Layouter {
         }
     }
 
-    /// Returns a line for each cell, where not even the important columns fit side by side.
+    /// Returns the table with one line for each cell, for terminals on which not even the important columns fit side by
+    /// side.
     fn stacked(&self, width: usize, colours: bool) -> String {
         let titles =
             self.0.columns.iter().map(|column| measure_text_width(&column.title())).max().unwrap_or_default();
@@ -241,12 +242,12 @@ impl Layouter {
     }
 }
 
-/// Splits a title where it may be wrapped: at spaces and after the dots of keys.
+/// Splits a title at the places where it may be wrapped: at spaces, and after the dots of keys.
 fn pieces(title: &str) -> impl Iterator<Item = &str> {
     title.split(' ').flat_map(|word| word.split_inclusive('.'))
 }
 
-/// Wraps a title to lines of at most this width, if its pieces are that short.
+/// Wraps a title to lines of at most this width; longer pieces are not split.
 fn broken(title: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in title.split(' ') {

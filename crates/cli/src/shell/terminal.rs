@@ -10,10 +10,10 @@ use standstill_report::page::Tone;
 use super::host;
 use crate::error::Error;
 
-/// Width in characters where there is no terminal.
+/// Width in characters if there is no terminal.
 pub const USUAL: usize = 80;
 
-/// Largest width of prose in characters: longer lines are hard to read.
+/// Largest width of prose in characters; longer lines are hard to read.
 const LONGEST_LINE: usize = 100;
 
 /// Returns the width of the terminal in characters; without a terminal the value of `COLUMNS`, or [`USUAL`].
@@ -40,7 +40,7 @@ pub fn colours() -> bool {
     host::current().is_none() && console::colors_enabled()
 }
 
-/// Returns a word in the colour of this tone, if colours are used; the word has the meaning without them.
+/// Returns a word in the colour of its tone, if colours are used. The word itself has the full meaning.
 pub fn painted(tone: Tone, word: &str) -> String {
     paint(tone, word, colours())
 }
@@ -56,7 +56,7 @@ pub fn paint(tone: Tone, word: &str, colours: bool) -> String {
     }
 }
 
-/// Writes to standard output. A reader that stops reading (`| head`) is no error.
+/// Writes to standard output. A reader that stops reading (`| head`) does not cause an error.
 pub fn print(text: &str) -> Result<(), Error> {
     match write(text) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -66,7 +66,7 @@ pub fn print(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes to standard output, or to its copy made before a library was loaded, which may itself print there.
+/// Writes to standard output. If a library was loaded, which may itself print, writes to a copy of it made before.
 pub fn write(text: &str) -> std::io::Result<()> {
     #[cfg(target_os = "linux")]
     if let Some(mut output) = standstill_foreign::output() {
@@ -84,7 +84,7 @@ pub fn tell(line: &str) {
     );
 }
 
-/// Wraps words to lines of at most `width` characters; longer words have a line of their own.
+/// Wraps words to lines of at most `width` characters; a longer word gets its own line.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
@@ -102,7 +102,8 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// Formats a paragraph in the width of prose, the first line after `first`, the others indented by as many spaces.
+/// Formats a paragraph in the width of prose. The first line begins with `first`; the others are indented by as many
+/// spaces.
 pub fn paragraph(first: &str, text: &str) -> String {
     let indent = measure_text_width(first);
     let mut filled = String::new();
@@ -116,8 +117,8 @@ pub fn paragraph(first: &str, text: &str) -> String {
     filled
 }
 
-/// Wraps a command's text for its reader: on a terminal to the terminal's width, or to `COLUMNS` where it is set. In
-/// a pipe lines stay as they are, for programs that search them.
+/// Wraps a command's text for a person: on a terminal to its width, or to `COLUMNS` if that is set. In a pipe lines
+/// stay unwrapped, for programs that search them.
 pub fn for_reading(text: String) -> String {
     if Term::stdout().is_term() || std::env::var_os("COLUMNS").is_some() {
         folded(&text, width())
@@ -126,7 +127,7 @@ pub fn for_reading(text: String) -> String {
     }
 }
 
-/// Wraps text for standard error to the width of its terminal; in a pipe it stays one line, whatever `COLUMNS` is.
+/// Wraps text on standard error to the width of its terminal; in a pipe it stays one line, whatever `COLUMNS` is.
 pub fn for_reading_of_errors(text: String) -> String {
     match Term::stderr().size_checked() {
         Some((_, columns)) if Term::stderr().is_term() => folded(&text, usize::from(columns).max(20)),
@@ -134,8 +135,8 @@ pub fn for_reading_of_errors(text: String) -> String {
     }
 }
 
-/// Wraps text at spaces. Continuation lines are aligned with the line's own text: after its label, which two spaces
-/// end, or else indented more than its begin.
+/// Wraps text at spaces. Continuation lines are aligned with the line's text: after its label, which ends with two
+/// spaces, or else indented further than the line.
 fn folded(text: &str, width: usize) -> String {
     let mut folded = String::with_capacity(text.len());
     for line in text.lines() {

@@ -1,5 +1,5 @@
-//! Formatting of values for people: in a suitable unit and in the digits that their intervals support, while files
-//! have them in SI.
+//! Formatting of values for people, in a suitable unit and with the digits that their intervals support; files have the
+//! values in SI units.
 
 use serde_json::Value;
 use standstill_analysis::limit::Measure;
@@ -10,7 +10,7 @@ use standstill_scenario as file;
 use crate::results::PointSummary;
 use crate::summary::{decimals_of, share_of};
 
-/// Format of the values of a sweep axis.
+/// Format for the values of one sweep axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
     /// Key of the sweep axis.
@@ -31,7 +31,7 @@ impl Shown {
         .collect()
     }
 
-    /// Formats a value without its unit: six digits are enough to distinguish points.
+    /// Formats a value without its unit, with six digits, which are enough to distinguish points.
     pub fn text(&self, value: &Value) -> String {
         match value {
             Value::String(text) => text.clone(),
@@ -41,7 +41,7 @@ impl Shown {
     }
 }
 
-/// Returns the items in their order, each once.
+/// Returns the items without repetitions, in their order.
 pub fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     items.into_iter().fold(Vec::new(), |mut seen, item| {
         if !seen.contains(&item) {
@@ -51,7 +51,7 @@ pub fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     })
 }
 
-/// Describes a point by its values.
+/// Describes a point by its values on the axes.
 pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
     let values = shown.iter().zip(point.values.values());
     let values: Vec<String> = values
@@ -69,8 +69,8 @@ pub fn shown(key: &str, value: f64) -> String {
     listed(&[value], &file::unit(key).unwrap_or_default()).trim_end().to_owned()
 }
 
-/// Formats a key's value with its interval in a suitable unit, in at most two significant digits of half the
-/// interval's width, or of the distance to the end that is not open; whole numbers in full.
+/// Formats a key's value with its interval in a suitable unit. It has at most two significant digits of half the
+/// interval's width, or of the distance to the one closed end; whole numbers have all digits.
 pub fn shown_interval((key, whole): (&str, bool), value: f64, interval: [Option<f64>; 2]) -> String {
     let scale = scale_of_key(key, value.abs());
     let number = |x: f64| scale.number(x);
@@ -116,7 +116,7 @@ pub fn probability(value: f64) -> String {
     probability_to(value, i32::MIN)
 }
 
-/// Formats a probability without the digits below this power of ten.
+/// Formats a probability without digits below this power of ten.
 fn probability_to(value: f64, last: i32) -> String {
     let digits =
         |most: i32, first: i32| usize::try_from(first.saturating_sub(last).clamp(0, most)).unwrap_or(0);
@@ -139,7 +139,7 @@ pub fn probability_interval(estimate: &Estimate) -> String {
     format!("{value} [{low}, {high}]")
 }
 
-/// Formats the range of several shares, each of its number of starts, leaving out those that are not finite.
+/// Formats the range of several shares, each with its number of starts; shares that are not finite are left out.
 pub fn range(shares: impl Iterator<Item = (f64, u64)>) -> Option<String> {
     let known: Vec<(f64, u64)> = shares.filter(|(share, _)| share.is_finite()).collect();
     let low = known.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -1,4 +1,4 @@
-//! The points of a sweep in a table, and the reasons of starts without an answer.
+//! The table of a sweep's points, and the table of reasons of starts without an answer.
 
 use standstill_campaign::{Occurrence, Summary};
 use standstill_report::page::{Column, Table, Tone};
@@ -7,10 +7,10 @@ use super::{Ranking, good_heading, good_interval, percent, share};
 use crate::results::{PointSummary, SummaryFile};
 use crate::shell::values::Shown;
 
-/// Largest number of points that a terminal shows; of more, only the best and the worst.
+/// Largest number of points that a terminal shows; if there are more, it shows only the best and the worst.
 const MOST_LINES: usize = 30;
 
-/// Formats the values of a point on the sweep axes.
+/// Formats a point's values on the sweep axes.
 fn values(shown: &[Shown], point: &PointSummary) -> Vec<String> {
     shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value)).collect()
 }
@@ -23,7 +23,8 @@ fn column(axis: &Shown, points: &[PointSummary]) -> Column {
     column(axis.key.clone()).unit(axis.scale.unit.clone())
 }
 
-/// Makes the table with a row for each point; of many points a terminal shows the best and the worst.
+/// Makes the table with one row for each point. If there are many points, a terminal shows only the best and the worst.
+/// `open`: poles are not judged.
 pub fn table(points: &[PointSummary], open: bool) -> Table {
     let shown = Shown::of(points);
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
@@ -76,7 +77,8 @@ pub fn table(points: &[PointSummary], open: bool) -> Table {
     table.excerpt(order, sentence)
 }
 
-/// Makes the table of reasons of starts without an answer: of a sweep at each point, since its points were chosen.
+/// Makes the table of reasons of starts without an answer. A sweep has them for each point, because its points were
+/// chosen by the user.
 pub fn reasons(summary: &SummaryFile) -> Table {
     let points = &summary.points;
     let shown = Shown::of(points);

@@ -1,4 +1,4 @@
-//! The answer of `check` as JSON, and the commands that follow it.
+//! The answer of `check` as JSON, and the commands that are possible next.
 
 use std::fmt::Write as _;
 
@@ -57,7 +57,7 @@ pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
     lines
 }
 
-/// Returns the next steps of a motor that no settings suit: what helps, or else what is left.
+/// Returns the next steps for a motor that no settings suit: what would help, or else which possibilities are left.
 fn unsuited(asked: &Checked<'_>) -> Vec<String> {
     let found = asked.found;
     let helps = found.advice.iter().filter(|advice| advice.helps.is_some());
@@ -86,12 +86,13 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
     std::iter::once(head.to_owned()).chain(commands).collect()
 }
 
-/// Returns the command line of this `check` with a change that was tried.
+/// Returns the command line of this `check` with one of the changes that were tried.
 fn changed(asked: &Checked<'_>, advice: &Advice) -> String {
     again(asked, &advice.keys, advice.demands.as_ref().unwrap_or(asked.demands), asked.effort)
 }
 
-/// Returns the command line of this `check` with more work, or where none is more, of the method that came nearest.
+/// Returns the command line of this `check` with more effort. If there is no more, returns the command line that checks
+/// only the method that came nearest.
 fn further(asked: &Checked<'_>) -> String {
     let more = match asked.effort {
         Effort::Quick => Effort::Normal,
@@ -107,7 +108,7 @@ fn further(asked: &Checked<'_>) -> String {
     again(asked, &keys, asked.demands, more)
 }
 
-/// Returns the command line of this `check` with other keys, which take the place of those that were given, and other demands.
+/// Returns the command line of this `check` with other demands and additional keys, which replace given ones.
 fn again(asked: &Checked<'_>, keys: &[(&'static str, String)], demands: &Demands, effort: Effort) -> String {
     let kept = asked.keys.iter().filter(|(key, _)| !keys.iter().any(|(other, _)| other == key)).cloned();
     let all: Vec<_> =
@@ -119,7 +120,7 @@ fn again(asked: &Checked<'_>, keys: &[(&'static str, String)], demands: &Demands
     format!("  standstill check {}{}{}{effort}", quoted(asked.named), set(&all), options(demands))
 }
 
-/// Returns the options of the demands that differ from the defaults.
+/// Returns the options for the demands that differ from the defaults.
 fn options(demands: &Demands) -> String {
     let usual = Demands::DEFAULT;
     let differing = |name: &str, value: f64, usual: f64| {
@@ -133,7 +134,7 @@ fn options(demands: &Demands) -> String {
         + &current
 }
 
-/// Leaves out the keys of the detector.
+/// Returns the keys that do not belong to the detector.
 fn without_detector(keys: &[(String, String)]) -> Vec<(String, String)> {
     keys.iter().filter(|(key, _)| !key.starts_with("detector.")).cloned().collect()
 }
@@ -150,7 +151,7 @@ fn in_a_line(asked: &Checked<'_>) -> String {
     recommended.map_or_else(String::new, |candidate| with_settings(asked, &candidate.setting, &saturation))
 }
 
-/// Returns the command line that runs settings, with a free rotor unless another state was asked for.
+/// Returns the command line that runs these settings, with a free rotor unless the user asked for another state.
 fn with_settings(asked: &Checked<'_>, setting: &Setting, more: &[(&'static str, String)]) -> String {
     let mut all = asked.keys.clone();
     if !all.iter().any(|(key, _)| key == "rotor.state") {
@@ -163,7 +164,7 @@ fn with_settings(asked: &Checked<'_>, setting: &Setting, more: &[(&'static str, 
     format!("  standstill run {}{}", quoted(asked.named), set(&all))
 }
 
-/// Returns keys as options of a command line.
+/// Formats keys as options of a command line.
 fn set(keys: &[(String, String)]) -> String {
     keys.iter().fold(String::new(), |mut line, (key, value)| {
         let _ = write!(line, " -s {}", quoted(&format!("{key}={value}")));
@@ -171,7 +172,7 @@ fn set(keys: &[(String, String)]) -> String {
     })
 }
 
-/// Returns the keys of a setting as in a scenario.
+/// Returns the keys of a setting, as a scenario would have them.
 fn keys(setting: &Setting) -> Vec<(String, String)> {
     let method = ("detector.method".to_owned(), setting.method.name().to_owned());
     let others = setting.keys.iter().map(|(key, value)| (format!("detector.{key}"), value.clone()));

@@ -1,4 +1,4 @@
-//! The scenario file that `check` writes: the recommended settings, ready to be run.
+//! The scenario file that `check` writes, with the recommended settings and ready to run.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -14,7 +14,7 @@ use crate::shell::terminal::wrapped;
 /// Width of the file's comment in columns.
 const COLUMNS: usize = 98;
 
-/// Begin of the comment line that names the file's origin.
+/// Begin of the comment line that states the file's origin.
 const WRITTEN: &str = "Written by `standstill check";
 
 /// The outcome of writing the scenario file.
@@ -37,8 +37,8 @@ impl Written {
     }
 }
 
-/// Writes the scenario file beside the scenario of the question, or to the path of the option. A file with other
-/// content is not replaced.
+/// Writes the scenario file, beside the scenario that was checked or to the path of the option. A file with other
+/// content is not replaced unless `--force` is given.
 pub fn write(
     options: &Check,
     asked: &Document,

@@ -13,22 +13,22 @@ use standstill_scenario::ErrorSet;
 
 use self::motor::{assumptions, condition, poles, published, saliency, single};
 
-/// The question of `check` with its answer.
+/// The question of `check`, with its answer.
 pub struct Checked<'a> {
     pub motor: &'a Motor,
-    /// Name of the motor or file on the command line.
+    /// The motor or file, as named on the command line.
     pub named: &'a str,
     pub errors: ErrorSet,
     pub sheet: &'a DataSheet,
     pub demands: &'a Demands,
     pub effort: Effort,
     pub found: &'a Suitability,
-    /// Keys set on the command line beside the motor or file.
+    /// Keys set on the command line in addition to the motor or file.
     pub keys: Vec<(String, String)>,
 }
 
 impl Checked<'_> {
-    /// Returns the verdict's tone and word.
+    /// Returns the tone of the verdict, and the verdict in one word.
     pub fn word(&self) -> (Tone, &'static str) {
         match self.found.suited() {
             // What is computed of numbers that nobody meant is not green.
@@ -41,7 +41,7 @@ impl Checked<'_> {
         }
     }
 
-    /// Returns the verdict in a sentence.
+    /// Returns the verdict as a sentence.
     pub fn head(&self) -> String {
         let found = self.found;
         let what = if found.pole_is_open() { "rotor's axis" } else { "rotor position" };
@@ -103,7 +103,7 @@ fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::rounded(share, 2))
 }
 
-/// Returns the whole answer as blocks, with the lines of the next steps.
+/// Returns the whole answer as blocks; `next`: lines of the next steps.
 pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     let found = asked.found;
     let reasons = asked.reasons().into_iter().chain(assumptions(asked.sheet)).collect();
@@ -122,7 +122,7 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     blocks
 }
 
-/// Returns the sentence on what was not tried for want of work; none if all was tried.
+/// Returns the sentence on what was not tried because no work was left; none if everything was tried.
 fn untried(asked: &Checked<'_>) -> Option<String> {
     let (untried, effort) = (&asked.found.untried, asked.effort.name());
     (!untried.is_empty())
@@ -158,7 +158,7 @@ fn kept(demand: Demand, margin: f64) -> String {
     }
 }
 
-/// Returns the sentence on the results of additional starts with new random numbers; none without them.
+/// Returns the sentence on the results of fresh starts; none if there were no fresh starts.
 fn confirmed(found: &Suitability) -> Option<String> {
     let (fresh, candidate) = (found.confirmed()?, found.recommended()?);
     let (locked, free) = (candidate.locked.trials > 0, candidate.free.max_moved_deg > 0.0);
@@ -217,7 +217,7 @@ fn keys(setting: &Setting) -> String {
     keys.join(", ")
 }
 
-/// Formats the verdict on a method for a table.
+/// Formats the verdict on a method as a table cell.
 pub fn verdict(candidate: &Candidate) -> String {
     let keys = keys(&candidate.setting);
     let at = if keys.is_empty() { String::new() } else { format!("{keys}: ") };
@@ -258,12 +258,12 @@ fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
 }
 
-/// Formats a factor, with one decimal where that matters.
+/// Formats a factor, with one decimal if it is below 10.
 fn factor(value: f64) -> String {
     if value < 9.95 { format!("{value:.1}") } else { format!("{value:.0}") }
 }
 
-/// Formats a current in A, also for motors of some milliamperes.
+/// Formats a current in A, with enough digits for motors of a few milliamperes.
 fn amperes(value: f64) -> String {
     if value > 0.0 { standstill_quantity::number(1, value) } else { "–".to_owned() }
 }
@@ -287,7 +287,8 @@ fn cells(candidate: &Candidate) -> (Tone, Vec<String>) {
     (tone, cells)
 }
 
-/// Returns the relevant settings by name; those of the polarity test only if the motor has known poles.
+/// Returns the relevant settings by name. Settings of the polarity test are included only if the motor's poles are
+/// known.
 pub fn settings(method: &Method<f64>, has_poles: bool) -> Vec<(&'static str, String)> {
     let mut all = Vec::new();
     method.describe(&mut |name, value| all.push((name, value.to_string())));

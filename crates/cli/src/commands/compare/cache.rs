@@ -1,8 +1,8 @@
-//! Cache of Cramér–Rao limits: one may take minutes, and equal scenarios have equal limits.
+//! Cache of Cramér–Rao limits. Computing a limit may take minutes, and equal scenarios have equal limits.
 //!
-//! A cache entry contains all that the limit depends on in full: the program down to its build, the version of its
-//! numerics, the angles, and the whole scenario. An entry is therefore never stale; an entry of another program or
-//! scenario is not found.
+//! A cache entry contains everything that the limit depends on: the program including its build, the version of its
+//! numerics, the angles, and the whole scenario. An entry is therefore never outdated: an entry of another program or
+//! scenario is not used.
 
 use std::fs;
 use std::io::Write as _;
@@ -19,17 +19,17 @@ use standstill_scenario::Scenario;
 
 use crate::shell::host;
 
-/// A cached limit. Its numbers are stored as bits, because some may be infinite or not a number, which JSON lacks.
+/// A cached limit. Its numbers are stored as bits, because JSON cannot represent infinity and not-a-number.
 #[derive(Serialize, Deserialize)]
 struct Kept {
-    /// All that the limit depends on.
+    /// Everything that the limit depends on.
     of: String,
     /// Bits of the limit's four values; none if the method has no limit.
     bound: Option<[Option<u64>; 4]>,
 }
 
-/// Returns the folder of the cache, inside the user's cache folder. None where there is no such folder, and for a
-/// host program, whose build is not known.
+/// Returns the folder of the cache, inside the user's cache folder. None if there is no such folder, and in a host
+/// program, whose build is unknown.
 fn folder() -> Option<PathBuf> {
     if host::current().is_some() {
         return None;
@@ -41,7 +41,7 @@ fn folder() -> Option<PathBuf> {
     Some(base.join("standstill").join("limits"))
 }
 
-/// Returns the identity of scenario, program and angles, on which a limit depends.
+/// Returns the identity of scenario, program and angles, which determine a limit.
 fn identity(scenario: &Scenario<Method<f64>>, angles: usize) -> Option<String> {
     let program = fs::metadata(std::env::current_exe().ok()?).ok()?;
     let built = program.modified().ok()?.duration_since(UNIX_EPOCH).ok()?.as_nanos();
@@ -49,7 +49,7 @@ fn identity(scenario: &Scenario<Method<f64>>, angles: usize) -> Option<String> {
     Some(format!("{version} {NUMERICS} {length} {built}, {angles} angles: {scenario:?}"))
 }
 
-/// Returns the limit of a scenario from the cache, or else computes it and stores it if possible.
+/// Returns the limit of a scenario from the cache. If it is not there, computes the limit and stores it if possible.
 pub fn limit<E>(
     scenario: &Scenario<Method<f64>>,
     angles: usize,
@@ -75,7 +75,7 @@ pub fn limit<E>(
     Ok(found)
 }
 
-/// Writes a cache entry completely or not at all, because another process may be reading.
+/// Writes a cache entry completely or not at all, because another process may be reading the cache.
 fn write(path: &std::path::Path, kept: &Kept) -> std::io::Result<()> {
     let folder = path.parent().unwrap_or(path);
     fs::create_dir_all(folder)?;

@@ -1,4 +1,4 @@
-//! The cells of `compare`: one scenario with each method under each set of conditions.
+//! The cells of `compare`: one scenario for each method under each set of conditions.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::scenario::{self, Shipped, Shorthands};
 use crate::shell::values::each_once;
 
-/// A row of the comparison before its trials are run: method, conditions and number of trials.
+/// A row of the comparison before its trials have run: method, conditions and number of trials.
 pub struct Cell {
     /// Name of the method or of the library.
     pub method: String,
@@ -23,7 +23,7 @@ pub struct Cell {
     pub scenario: Scenario<Method<f64>>,
 }
 
-/// Returns the options that set keys of motor, rotor and trials, which any command takes.
+/// Returns the options that set keys of motor, rotor and trials; every command accepts these.
 pub fn conditions(options: &Compare) -> Shorthands {
     Shorthands::default()
         .with("--motor", "motor", options.motor.clone())
@@ -44,7 +44,7 @@ fn document(options: &Compare) -> Result<Document, Error> {
     scenario::document(&options.source, Shipped::Empty, shorthands)
 }
 
-/// A document, and the motor and seed of its comparison.
+/// A document for the comparison, with its motor and seed.
 pub struct Comparison {
     document: Document,
     pub motor: Motor,
@@ -134,7 +134,7 @@ impl Comparison {
         document.scenario_of(&self.motor)
     }
 
-    /// Returns the methods that have a setting, with the value given here.
+    /// Returns the methods that have this setting, with the given value.
     fn concerned(&self, key: &str, value: &Value) -> Vec<MethodName> {
         let has = |method: &MethodName| {
             let mut document = Document::parse(Path::new("scenario"), "")?;
@@ -146,7 +146,7 @@ impl Comparison {
         MethodName::ALL.into_iter().filter(has).collect()
     }
 
-    /// Returns the error of a setting that this method does not have, or of settings that no method has.
+    /// Returns the error of a setting that `method` does not have; without a method, of settings that no method has.
     fn no_use(&self, method: Option<MethodName>) -> Error {
         let table = self.document.get("detector").and_then(Value::as_table);
         let keys = table.into_iter().flatten().map(|(key, value)| (format!("detector.{key}"), value));

@@ -21,13 +21,14 @@ pub struct Chosen {
 /// The selection of trials to be explained.
 pub struct Choice {
     pub chosen: Vec<Chosen>,
-    /// Number of trials without an axis among those selected by their errors: none is worse than another.
+    /// Number of selected trials without an axis. They were selected in the order of their numbers, because none is
+    /// worse than another.
     pub lost: u64,
-    /// Name of the output folder of these trials.
+    /// Name of the output folder for these trials.
     pub name: String,
 }
 
-/// Selects the requested trials: one by its number, those with the largest errors, or the wrong poles.
+/// Selects the requested trials: one by its number, those with the largest errors, or those with a wrong pole.
 pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     let identity = &run.summary.run;
     let points = usize::try_from(identity.points).unwrap_or(usize::MAX);
@@ -81,7 +82,7 @@ pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     Ok(Choice { chosen: all, lost, name: format!("{kind}-{most}{}", of_point(options)) })
 }
 
-/// Returns the requested point as part of a folder's name; empty if none is given.
+/// Returns the requested point as part of a folder's name; empty if no point was requested.
 fn of_point(options: &Options) -> String {
     options.point.map_or_else(String::new, |point| format!("-point-{point}"))
 }

@@ -14,17 +14,17 @@ use crate::answer::verdict;
 use crate::commands::trace::specimen;
 use crate::summary::{decimals_of, fixed};
 
-/// Number of errors that terminals list, those with the largest effect first.
+/// Number of errors that a terminal lists, those with the largest effect first.
 const LISTED: usize = 12;
 
-/// Footnote on deviations of draws that are not normal.
+/// Footnote on how draws that are not normal are expressed in standard deviations.
 const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
 
-/// Footnote of the table of causes where a converter rounds.
+/// Footnote of the table of causes, for scenarios with a converter that rounds.
 const ROUNDED: &str = " its part: mean and 95 % interval over 16 places of the converter's codes; within rounding: zero lies in that interval, and what the trial does then is the converter's.";
 
-/// Formats an error's part with half of its interval, if there is one, in at most two significant digits of that
-/// half.
+/// Formats the effect of an error with half the width of its interval, if there is one, in at most two significant
+/// digits of that half.
 fn part(part: &Estimate) -> String {
     let half = part.high - part.value;
     // Three suffice but for what they would show as zero.
@@ -50,7 +50,7 @@ fn ended(record: &Record) -> String {
     }
 }
 
-/// Formats the evidence of the readings for both poles.
+/// Formats the evidence of the readings for a pole; none if there is no such evidence.
 fn evidence(record: &Record) -> Option<String> {
     let Ended::Outcome(outcome) = record.run.ended else { return None };
     let findings = outcome.findings();
@@ -74,7 +74,7 @@ fn evidence(record: &Record) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// Returns the blocks of a trial: a verdict, the errors drawn for it, and a table of each error's effect.
+/// Returns the blocks of a trial: a verdict, the errors that it drew, and a table with the effect of each error.
 pub fn blocks(plan: &Plan, of: &Repeated) -> Vec<Block> {
     let (explained, single) = (&of.explained, &of.single);
     let record = &explained.record;

@@ -1,4 +1,4 @@
-//! Failure rates of the modes, from a file: by which weights their outcomes are summed up.
+//! Failure rates of the modes, read from a file. They are the weights with which outcomes are summed.
 
 use std::path::Path;
 
@@ -9,18 +9,18 @@ use toml::Value;
 use super::Row;
 use crate::error::Error;
 
-/// Rates of modes, in any unit that is the same for all.
+/// Rates of failure modes, in any common unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rates(Vec<(FaultMode, f64)>);
 
-/// Failure rates with one method, summed over the modes.
+/// Failure rates for one method, summed over the modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighted {
     pub method: String,
     /// Sum of the rates of the modes that were studied.
     pub total: f64,
-    /// Part of `total` that leads to wrong poles, and the sum of the modes' upper bounds. `beyond` and `detected`: the parts that lead to
-    /// angles beyond the limit, and to no answer.
+    /// Part of `total` that leads to wrong poles, and the sum of the modes' upper bounds of it. The fields `beyond` and
+    /// `detected` are the parts that lead to angles beyond the limit, and to no answer.
     pub wrong_pole: [f64; 2],
     pub beyond: f64,
     pub detected: f64,
@@ -52,12 +52,12 @@ impl Rates {
         Ok(Self(rates))
     }
 
-    /// Returns the rate of a mode; none for one that the file does not have.
+    /// Returns the rate of a mode; none if the file does not have the mode.
     pub fn of(&self, mode: Option<FaultMode>) -> Option<f64> {
         self.0.iter().find(|(of, _)| Some(*of) == mode).map(|(_, rate)| *rate)
     }
 
-    /// Sums up the rows of each method.
+    /// Sums the rows of each method, weighted by the rates.
     pub fn weighted(&self, rows: &[Row]) -> Vec<Weighted> {
         let mut all: Vec<Weighted> = Vec::new();
         for row in rows {
@@ -78,7 +78,7 @@ impl Rates {
         all
     }
 
-    /// Returns the names of the modes with a rate that no row has, and of those of the rows without a rate.
+    /// Returns two lists of mode names: modes with a rate but without a row, and modes with a row but without a rate.
     pub fn missing(&self, rows: &[Row]) -> [Vec<&'static str>; 2] {
         let studied = |mode: FaultMode| rows.iter().any(|row| row.entry.mode == Some(mode));
         let unstudied = self.0.iter().filter(|(mode, _)| !studied(*mode)).map(|(mode, _)| mode.name());
@@ -89,7 +89,7 @@ impl Rates {
 }
 
 impl Weighted {
-    /// Returns the sums in a sentence.
+    /// Returns a sentence with the sums.
     pub fn said(&self) -> String {
         let [wrong, most] =
             self.wrong_pole.map(|rate| standstill_quantity::short((rate * 1e4).round() / 1e4));

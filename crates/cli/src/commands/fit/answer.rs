@@ -1,4 +1,4 @@
-//! The answer of a fit: estimates, what the currents tell and what they do not, and the next steps.
+//! The answer of a fit: the estimates, how well the currents determine them, and the next steps.
 
 use std::fmt::Write as _;
 
@@ -14,13 +14,14 @@ use crate::arguments::Fit as Options;
 use crate::figures;
 use crate::summary::{decimals_of, fixed};
 
-/// Ratio of the readings' information about a direction to that of the prior, below which the direction is named.
+/// Ratio of the information in the readings to the information in the prior, along one direction of the parameters; a
+/// direction with a smaller ratio is named as hardly identified.
 const HARDLY_IDENTIFIED: f64 = 0.1;
 
-/// Parameters whose non-identifiable directions the text names; fit.json contains all.
+/// Parameters whose non-identifiable directions the text names; fit.json contains those of all parameters.
 const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
 
-/// Makes the answer; `files` names the traces.
+/// Makes the answer; `files`: names of the trace files.
 pub(super) fn of(fit: &Fit, traces: &[Trace], files: &[String], options: &Options) -> Answer {
     let records: Records = fit.parameters.iter().map(record).collect();
     let json = json(fit, &records, files, options);
@@ -171,7 +172,7 @@ fn ampere(value: f64) -> String {
     format!("{:.3} {}", scale.number(value), scale.unit)
 }
 
-/// Returns the sentences that interpret the numbers.
+/// Returns sentences that interpret the numbers.
 fn sentences(fit: &Fit) -> Vec<String> {
     let mut said = Vec::new();
     if fit.widened >= MISFIT {

@@ -1,4 +1,4 @@
-//! Sentences of a fit on currents outside the measured range and on slow probes, and the next steps.
+//! Sentences of a fit on currents outside the measured range, on slow probes, and on the next steps.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -22,7 +22,8 @@ fn amperes(value: f64) -> String {
     Quantity::<Ampere>::si(rounded(value, 2)).to_string()
 }
 
-/// Returns the sentence on the currents up to which saturation is measured, and on the saturation stated beyond them.
+/// Returns the sentence on the currents up to which saturation was measured, and on the saturation stated for larger
+/// ones.
 pub(super) fn saturation(fit: &Fit) -> Option<String> {
     let beyond = fit.extrapolated();
     if beyond.is_empty() {
@@ -41,7 +42,7 @@ pub(super) fn saturation(fit: &Fit) -> Option<String> {
     Some(text)
 }
 
-/// Formats a parameter of the drive as estimated and as the fit began with it, both with three digits.
+/// Formats two values of a drive's parameter with three digits: the estimate, and the value with which the fit began.
 fn estimated_and_begun_with(fit: &Fit, one: &Discrepancy) -> [String; 2] {
     let estimate = fit.parameters.iter().find(|estimate| estimate.name == one.name);
     [estimate.map_or(f64::NAN, |estimate| estimate.value), one.begun_with].map(|value| {
@@ -50,7 +51,7 @@ fn estimated_and_begun_with(fit: &Fit, one: &Discrepancy) -> [String; 2] {
     })
 }
 
-/// Returns the sentence on a parameter of the drive that these currents contradict.
+/// Returns the sentence on a parameter of the drive whose given value these currents contradict.
 pub(super) fn discrepancy(fit: &Fit, one: &Discrepancy) -> String {
     let [estimate, begun_with] = estimated_and_begun_with(fit, one);
     let (source, side) = (
@@ -64,7 +65,7 @@ pub(super) fn discrepancy(fit: &Fit, one: &Discrepancy) -> String {
     )
 }
 
-/// Returns what to do about a parameter of the drive that these currents contradict.
+/// Returns what to do about a parameter of the drive whose given value these currents contradict.
 fn settled(fit: &Fit, one: &Discrepancy) -> String {
     let [_, begun_with] = estimated_and_begun_with(fit, one);
     let (measure, resembles) = match &one.name[..] {
@@ -86,7 +87,8 @@ fn settled(fit: &Fit, one: &Discrepancy) -> String {
     )
 }
 
-/// Returns the sentence on where the simulation differs from currents that it does not describe, and on what to suspect.
+/// Returns the sentence on where the simulation differs from currents that it does not describe, and on the likely
+/// cause.
 pub(super) fn misfit(fit: &Fit) -> String {
     match fit.misfit() {
         Some(Misfit::LargeCurrents { above, ratio, .. }) => format!(
@@ -102,7 +104,7 @@ pub(super) fn misfit(fit: &Fit) -> String {
     }
 }
 
-/// Returns what to measure next where the simulation does not describe the currents.
+/// Returns what to measure next if the simulation does not describe the currents.
 fn after_a_misfit(fit: &Fit, again: &str) -> Vec<String> {
     let drive = "-s inverter.dead_time=…, -s inverter.diode_drop=…, -s inverter.devices=…";
     match fit.misfit() {
@@ -121,7 +123,7 @@ fn after_a_misfit(fit: &Fit, again: &str) -> Vec<String> {
     }
 }
 
-/// Returns the sentence on slow probes.
+/// Returns the sentence on slow probes; none if the probes' lag was not estimated.
 pub(super) fn probe(fit: &Fit) -> Option<String> {
     let lag = fit.parameters.iter().find(|estimate| estimate.name == "probe_lag")?.value;
     Some(format!(

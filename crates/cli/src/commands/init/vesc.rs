@@ -1,8 +1,8 @@
 //! A data sheet from a motor configuration that VESC Tool saved as XML.
 //!
-//! The configuration is a table of texts. The relevant keys, by the firmware's own use (`datatypes.h`,
-//! `mcpwm_foc.c`), are: `foc_motor_r` in Ω and `foc_motor_l` = (L_d + L_q)/2 in H of a phase, `foc_motor_ld_lq_diff`
-//! = L_q − L_d in H, `foc_motor_flux_linkage` in Wb, `si_motor_poles`, and `l_current_max` in A, the peak of a phase.
+//! The configuration is a table of texts. The relevant keys, as the firmware uses them (`datatypes.h`, `mcpwm_foc.c`),
+//! are: `foc_motor_r` in Ω and `foc_motor_l` = (L_d + L_q)/2 in H of a phase, `foc_motor_ld_lq_diff` = L_q − L_d in H,
+//! `foc_motor_flux_linkage` in Wb, `si_motor_poles`, and `l_current_max` in A, the peak of a phase.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,10 +12,10 @@ use standstill_files::read_at_most;
 
 use crate::error::Error;
 
-/// Nominal voltage in V and name of a battery's cell by `si_battery_type`.
+/// Nominal voltage in V and name of a battery cell, indexed by `si_battery_type`.
 const CELLS: [(f64, &str); 3] = [(3.6, "lithium-ion"), (3.2, "lithium iron phosphate"), (2.0, "lead-acid")];
 
-/// Keys of the firmware's injection, which a data sheet cannot contain: the text names them as ignored.
+/// Keys of the firmware's injection, which a data sheet cannot contain. The remarks list them as ignored.
 const INJECTION: [&str; 8] = [
     "foc_sensor_mode",
     "foc_hfi_voltage_start",
@@ -27,12 +27,12 @@ const INJECTION: [&str; 8] = [
     "foc_hfi_amb_current",
 ];
 
-/// Largest size of a configuration in bytes; usual ones have some ten thousand: the parser's search for repeated
+/// Largest size of a configuration in bytes; usual ones have some ten thousand. The parser's search for repeated
 /// attributes takes a time that grows with the square of their number.
 const MOST_BYTES: u64 = 1 << 18;
 
-/// Largest number of elements, attributes and texts; usual configurations have some thousand: the parser takes twenty
-/// times the memory of an element's text.
+/// Largest number of elements, attributes and texts; usual configurations have some thousand. The parser needs twenty
+/// times as much memory as an element's text.
 const MOST_NODES: u32 = 20_000;
 
 /// The settings read from the file.
@@ -54,7 +54,7 @@ impl Settings<'_> {
         }
     }
 
-    /// Returns a positive number, or an error if it is missing or not positive.
+    /// Returns a positive number; an error if the number is missing or not positive.
     fn needed(&self, key: &str) -> Result<f64, Error> {
         match self.number(key)? {
             Some(number) if number > 0.0 => Ok(number),
@@ -188,7 +188,7 @@ fn digits(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
 
-/// Returns the DC link's voltage in V, and its origin.
+/// Returns the DC link's voltage in V, and how it was obtained.
 fn link(settings: &Settings<'_>) -> Result<(f64, String), Error> {
     let kind = settings.number("si_battery_type")?.unwrap_or(0.0);
     let (volts, name) =

@@ -1,4 +1,4 @@
-//! The survey of a core as an answer: text and page.
+//! The survey of a core as an answer, for text and page.
 
 use std::fmt::Write as _;
 
@@ -25,7 +25,7 @@ const fn meaning(signature: PolaritySignature) -> &'static str {
     }
 }
 
-/// Returns the text on time constants and torque, where resistance and pole pairs are known.
+/// Returns the text on time constants and torque; empty if neither resistance nor pole pairs are known.
 fn motor_text(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     if let Some(r) = subject.resistance {
@@ -40,7 +40,7 @@ fn motor_text(subject: &Subject, survey: &Survey) -> String {
     text
 }
 
-/// Returns the text on effects beside the core's table: harmonics, eddy currents, hysteresis.
+/// Returns the text on effects outside the core's table: harmonics, eddy currents, hysteresis.
 fn beside_the_core(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     let harmonics = subject.magnetics.harmonics();
@@ -162,7 +162,7 @@ pub fn of(subject: &Subject, survey: &Survey) -> Answer {
     )
 }
 
-/// Returns the table of a polarity test's inductances; `current`, `inductance`: numbers of decimals.
+/// Returns the table of a polarity test's inductances; `current`, `inductance`: their numbers of decimals.
 fn polarity(survey: &Survey, current: usize, inductance: usize) -> Table {
     let rows = survey.polarity.iter().map(|p| {
         vec![
@@ -176,7 +176,7 @@ fn polarity(survey: &Survey, current: usize, inductance: usize) -> Table {
     Table::new(titles.map(Column::number)).rows(rows)
 }
 
-/// Returns the text on the side of the map that the file does not contain, as continued by each kind of core.
+/// Returns the text on the side of the map that the file lacks, as continued by each kind of core.
 fn continued_text(map: &FluxMap, continued: &Continuation, reach: f64) -> String {
     let [low, high] = continued.measured.map(short);
     let mut text =

@@ -13,7 +13,7 @@ use crate::shell::values::{probability, probability_interval};
 /// Number of draws that are listed for a sector.
 const LISTED: usize = 6;
 
-/// Formats angles, sign, share and draws of a sector.
+/// Formats a sector's angles, sign, share and draws as cells.
 fn cells(sector: &Sector) -> Vec<String> {
     let sign = match sector.positive {
         Some(true) => "+",
@@ -47,7 +47,7 @@ fn method(odds: &Odds) -> String {
     if odds.probability.value > 0.0 { format!("{interval}, {how}") } else { how }
 }
 
-/// Formats a probability as one in a number of starts, in the digits that the interval supports, three at most.
+/// Formats a probability as one in a number of starts, with the digits that the interval supports, at most three.
 fn one_in(p: &Estimate) -> Option<String> {
     const NAMES: [(f64, &str); 3] = [(1e12, " million million"), (1e9, " billion"), (1e6, " million")];
     let often = Estimate { value: 1.0 / p.value, low: 1.0 / p.high, high: 1.0 / p.low };
@@ -58,7 +58,7 @@ fn one_in(p: &Estimate) -> Option<String> {
     Some(format!("one in {}{name} starts", rounded(often / unit, 0)))
 }
 
-/// Returns the phrase on the starts of which the probability is a share.
+/// Returns the phrase that names the starts to which the probability refers.
 fn share_of(event: Event, in_sectors: bool) -> String {
     match event {
         Event::Error(bound) if in_sectors => format!(
@@ -101,7 +101,7 @@ fn run((number, run): (usize, &Run)) -> Record {
         .with("end", end)
 }
 
-/// Returns the table of the runs, for a page.
+/// Returns the table of the runs, which only the page shows.
 fn runs(odds: &Odds) -> Table {
     let columns = ["run", "probability", "own variation", "levels", "trials"].map(Column::number);
     let more = [Column::number("moves taken").unit("%"), Column::number("ancestors")];
@@ -143,7 +143,7 @@ fn sector(sector: &Sector) -> serde_json::Value {
     })
 }
 
-/// Returns the answer without its figures; `in_sectors`: answers of starts are sectors.
+/// Returns the answer without its figures; `in_sectors`: whether answers of starts are sectors.
 pub(super) fn answer(
     setting: String,
     event: Event,

@@ -1,4 +1,4 @@
-//! Advice on each requirement: how to judge it again, which start to look at, how many trials would show it.
+//! Advice on each requirement: how to judge it again, which start to look at, and how many trials would decide it.
 
 use standstill_analysis::qualify::{Case, Claim, Claimed, MOST_TRIALS, Verdict};
 use standstill_report::page::Block;
@@ -27,7 +27,7 @@ impl Words<'_> {
         )
     }
 
-    /// Returns what to do about a requirement: in words, and the command.
+    /// Returns advice on a requirement, in words and as a command.
     pub fn advice(&self, number: usize) -> (String, Option<String>) {
         let id = &self.requirement(number).id;
         let Some((of, claim)) = self.binding(number) else { return (String::new(), None) };
@@ -54,7 +54,7 @@ impl Words<'_> {
         Some(format!("standstill odds {} --event {} --effort high", self.scenario(of), quoted(&event)))
     }
 
-    /// Returns what would show a requirement that is not shown.
+    /// Returns advice on a requirement that was neither passed nor failed.
     fn open(&self, id: &str, of: &Case, claim: &Claim) -> (String, Option<String>) {
         if claim.open.is_some() {
             let command = format!("standstill magnetics {}", quoted(&of.motor));
@@ -86,7 +86,7 @@ impl Words<'_> {
         }
     }
 
-    /// Says how many trials would show a claim.
+    /// Returns the phrase on how many trials would show a claim.
     fn more(&self, claim: &Claim) -> String {
         match claim.trials_needed() {
             Some(needed) if needed <= MOST_TRIALS => {
@@ -111,7 +111,7 @@ impl Words<'_> {
         }
     }
 
-    /// Returns the blocks of what to do about the requirements that did not pass, and of how to judge one again.
+    /// Returns the blocks with advice on the requirements that did not pass, and on how to judge a requirement again.
     pub fn next(&self) -> Vec<Block> {
         let passed = |number: &usize| self.found.verdict(*number) == Verdict::Passed;
         let mut blocks = Vec::new();
@@ -138,7 +138,7 @@ fn code(command: String) -> Block {
     Block::Code { caption: String::new(), text: command + "\n" }
 }
 
-/// Returns an id as a part of a folder's name.
+/// Converts an id to a part of a folder's name.
 fn slug(id: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' };
     id.chars().map(plain).take(40).collect()

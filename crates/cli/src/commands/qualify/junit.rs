@@ -1,5 +1,5 @@
-//! Verdicts as JUnit XML, which build servers read: a failed requirement is a failure, one that is not shown an error, so that neither is
-//! green.
+//! Verdicts as JUnit XML, which build servers read. A failed requirement is a failure, and a requirement that was not
+//! shown is an error, so that neither is displayed as passed.
 
 use std::fmt::Write as _;
 
@@ -52,7 +52,7 @@ pub fn suite(words: &Words<'_>) -> String {
     text + "  </testsuite>\n</testsuites>\n"
 }
 
-/// Returns a text as it stands in XML, attributes included. Characters that XML does not have are replaced.
+/// Escapes a text for XML, attributes included. Characters that XML does not allow are replaced.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

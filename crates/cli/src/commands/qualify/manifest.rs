@@ -1,4 +1,4 @@
-//! Manifest of a qualification: the program, the files, the machine and its annexes.
+//! Manifest of a qualification (program, files, machine), and its annexes.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use crate::commands::witness;
 use crate::error::Error;
 use crate::shell::values::each_once;
 
-/// Returns the manifest. Digests are checksums against mix-ups, and no proof against forgery.
+/// Returns the manifest. Its digests are checksums against mix-ups, not a protection against forgery.
 pub fn of(plan: &Plan, requirements: &Path, digest: &str, identity: &Identity) -> Result<Value, Error> {
     let program = std::env::current_exe().ok();
     let of_program = program.as_ref().and_then(|path| Digest::of_file(path).ok());
@@ -39,7 +39,7 @@ pub fn of(plan: &Plan, requirements: &Path, digest: &str, identity: &Identity) -
     }))
 }
 
-/// Returns the name of the processor, where the system tells it; otherwise its architecture.
+/// Returns the name of the processor if the system provides it, otherwise its architecture.
 fn processor() -> String {
     let told = standstill_files::read_text(Path::new("/proc/cpuinfo")).ok();
     let name = told.as_deref().and_then(|text| {
@@ -49,7 +49,7 @@ fn processor() -> String {
     name.unwrap_or_else(|| std::env::consts::ARCH.to_owned())
 }
 
-/// Returns what the witnesses said in a sentence.
+/// Returns a sentence with the result of the witnesses.
 pub fn heard(witnesses: Option<&[Witness]>) -> String {
     match witnesses {
         None => "not heard (--no-witness); `standstill witness` hears them".to_owned(),
@@ -60,7 +60,7 @@ pub fn heard(witnesses: Option<&[Witness]>) -> String {
     }
 }
 
-/// Values that data sheets mark as assumed: motor, key, value, reason; each once.
+/// Returns the values that data sheets mark as assumed, each once: motor, key, value, reason.
 fn assumed(found: &Qualification) -> Vec<[String; 4]> {
     each_once(found.cases.iter().flat_map(|of| {
         let row =
@@ -69,7 +69,7 @@ fn assumed(found: &Qualification) -> Vec<[String; 4]> {
     }))
 }
 
-/// Conditions in which rare events happen: case, event, sector of angles, share, draws.
+/// Returns the conditions in which rare events happen: case, event, sector of angles, share, draws.
 fn triggers(found: &Qualification) -> Vec<[String; 4]> {
     let mut rows = Vec::new();
     for of in &found.cases {

@@ -1,4 +1,4 @@
-//! Words of a qualification on each requirement.
+//! Text of a qualification about each requirement.
 
 use std::path::Path;
 
@@ -11,19 +11,19 @@ use standstill_report::page::Sheet;
 use crate::answer::{Record, Records};
 use crate::arguments::Question;
 
-/// A qualification with what was asked.
+/// A qualification, and the requirements that the user asked about.
 pub struct Words<'a> {
     pub found: &'a Qualification,
-    /// Numbers of the requirements that are asked for.
+    /// Numbers of the requirements that the user asked about.
     pub asked: &'a [usize],
     pub question: &'a Question,
-    /// File of the requirements.
+    /// Path of the file of requirements.
     pub requirements: &'a Path,
-    /// Witnesses that do not hold on this machine: nothing is passed with one of them.
+    /// Witnesses that do not hold on this machine. If there are any, no requirement is passed.
     pub silent: Vec<&'a Witness>,
 }
 
-/// Returns a verdict in a word.
+/// Returns a verdict as one word.
 pub const fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Passed => "passed",
@@ -32,7 +32,7 @@ pub const fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Returns the settings of a case in words.
+/// Describes the settings of a case in words.
 pub fn case(case: &Case) -> String {
     let text = |value: &toml::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     let settings = case.settings.iter().map(|(key, value)| format!("{key}={}", text(value)));
@@ -41,7 +41,7 @@ pub fn case(case: &Case) -> String {
     if all.is_empty() { "the scenario".to_owned() } else { all.join(", ") }
 }
 
-/// Formats a share with three digits, in per cent where it is not tiny.
+/// Formats a share with three digits, in per cent unless it is tiny.
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent > 0.0 && percent < 0.01 {
@@ -84,7 +84,7 @@ fn degrees(value: f64) -> String {
     format!("{value:.decimals$}°")
 }
 
-/// Returns what was seen of a claim with its interval, in words.
+/// Describes the results of a claim, with their interval, in words.
 fn shown(claim: &Claim) -> String {
     let seen = &claim.seen;
     let [value, low, high] = claim.interval();
@@ -129,7 +129,7 @@ impl Words<'_> {
         &self.found.requirements.list[number]
     }
 
-    /// States the probability of an error.
+    /// Returns the sentence on the probability of error.
     pub fn confidence(&self) -> String {
         let count = self.found.count();
         let whole = 1.0 - self.found.requirements.confidence;
@@ -141,13 +141,13 @@ impl Words<'_> {
         )
     }
 
-    /// Returns the claim that decides a requirement: the first of those with the worst verdict.
+    /// Returns the claim that decides a requirement: the first one with the worst verdict.
     pub fn binding(&self, number: usize) -> Option<(&Case, &Claim)> {
         let worst = self.found.verdict(number);
         self.found.claims(number).find(|(_, claim)| claim.verdict() == worst)
     }
 
-    /// Returns a row of the table.
+    /// Returns the table row of a requirement.
     pub fn row(&self, number: usize) -> Vec<String> {
         let requirement = self.requirement(number);
         let (shown, trials) = self.evidence(number);
@@ -155,7 +155,7 @@ impl Words<'_> {
         vec![requirement.id.clone(), verdict, requirement.limit.clone(), shown, trials.to_string()]
     }
 
-    /// Returns what decides a requirement in words, and the trials of all its cases.
+    /// Describes the results that decide a requirement in words, and returns the number of trials of all its cases.
     pub fn evidence(&self, number: usize) -> (String, u64) {
         let claims: Vec<_> = self.found.claims(number).collect();
         let trials =
@@ -217,7 +217,7 @@ impl Words<'_> {
         })
     }
 
-    /// Returns a row for each claim.
+    /// Returns the records, one row for each claim.
     pub fn records(&self) -> Records {
         let mut rows = Vec::new();
         for number in self.asked {
@@ -248,7 +248,7 @@ impl Words<'_> {
         rows.into_iter().collect()
     }
 
-    /// Returns the page to sign.
+    /// Returns the page that is to be signed.
     pub fn sheet(
         &self,
         headline: &str,

@@ -9,21 +9,21 @@ use toml::Value;
 use crate::error::Error;
 use crate::shell::values::shown;
 
-/// A key whose values are numbers.
+/// A key whose values are numbers, with the option that names it.
 pub struct Key<'a> {
     /// Text of the option that names the key, for messages.
     pub option: String,
     pub name: &'a str,
     pub whole: bool,
-    /// Syntax that the option needs, with an example.
+    /// Syntax that the option requires, with an example.
     pub needed: &'static str,
 }
 
 impl Key<'_> {
-    /// Parses `FROM:TO` in SI, each a value that the scenario can have.
+    /// Parses `FROM:TO` into SI values, both of which must be possible in the scenario.
     ///
     /// # Errors
-    /// The text is not two numbers, the first is not below the second, or the key cannot have a value.
+    /// The text is not two numbers, the first is not below the second, or a value is not possible for the key.
     pub fn ends(&self, text: &str, document: &Document) -> Result<(f64, f64), Error> {
         let (from, to) = text.split_once(':').ok_or_else(|| self.refused())?;
         let (from, to) = (self.end(from.trim(), document)?, self.end(to.trim(), document)?);
@@ -51,7 +51,7 @@ impl Key<'_> {
             .map_err(|error| self.impossible((text, number), plain, document, error))
     }
 
-    /// Returns the error of an impossible value. A missing unit is named as the likeliest reason.
+    /// Returns the error of an impossible value. If a unit is missing, the message names this as the likely reason.
     fn impossible(
         &self,
         (text, number): (&str, f64),
@@ -82,15 +82,15 @@ impl Key<'_> {
     }
 }
 
-/// Checks whether a scenario can be run with a value.
+/// Checks that a scenario can be run with a value of a key.
 fn possible(document: &Document, key: &str, value: Value) -> Result<(), FileError> {
     let mut tried = document.clone();
     tried.set_value(key, value, Origin::CommandLine)?;
     Plan::new(tried)?.scenario(0).map(|_| ())
 }
 
-/// Returns the range of values that a key may have, on the side of the scenario's own value, after another was
-/// refused: `needed at least 2 µs`.
+/// Returns the range of values that a key may have, on that side of the scenario's own value on which `refused` lies,
+/// as text: `needed at least 2 µs`.
 pub fn allowed(document: &Document, key: &str, refused: f64) -> Option<String> {
     let none = Limits(Vec::new());
     let own = Bench::new(document, &none, &[key.to_owned()]).ok()?.nominal(0)?;

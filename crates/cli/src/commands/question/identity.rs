@@ -1,4 +1,4 @@
-//! The identity of a question, which its answer contains.
+//! The identity of a question, which is stored with its answer.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use standstill_scenario::Plan;
 
 use crate::error::Error;
 
-/// The identity of a question: its scenario, and its options.
+/// The identity of a question: its scenario and its options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
     /// Identity of scenario, seed and program.
@@ -30,7 +30,7 @@ impl Identity {
         Ok(Self { of, options: set.collect() })
     }
 
-    /// Returns all differences from another question in words; none if both are equal.
+    /// Describes all differences from another question in words; none if both are equal.
     fn difference(&self, other: &Self) -> Option<String> {
         let of = |question: &Self, name: &str| {
             question.options.get(name).map_or_else(|| "not set".to_owned(), |value| format!("`{value}`"))
@@ -44,11 +44,11 @@ impl Identity {
         (!all.is_empty()).then(|| all.join("; "))
     }
 
-    /// Refuses to replace the answer to another question, or a file that is no answer. An equal question may be asked
-    /// again: its answer is equal.
+    /// Refuses to replace the answer to another question, or a file that is not an answer. The same question may be
+    /// asked again, because its answer is the same.
     ///
     /// # Errors
-    /// The file at this path belongs to another question, or is no answer.
+    /// The file at this path answers another question, or is not an answer.
     pub fn guard(&self, path: &Path) -> Result<(), Error> {
         #[derive(Deserialize)]
         struct Answered {

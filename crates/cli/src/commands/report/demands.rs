@@ -1,4 +1,4 @@
-//! Comparison of a run's starts with the demands that `check` makes.
+//! Comparison of a run's starts with the demands of `check`.
 
 use standstill_analysis::Demands;
 use standstill_campaign::{Summary, binomial_interval};
@@ -9,7 +9,7 @@ use crate::results::FinishedRun;
 use crate::shell::command_line::quoted;
 use crate::summary::share_of;
 
-/// The demands by which a run is judged: those that `check` makes where its user asks for no others.
+/// The demands by which a run is judged: the default demands of `check`.
 pub const DEMANDS: Demands = Demands::DEFAULT;
 
 /// Formats the upper end of a share's interval in per cent.
@@ -22,17 +22,17 @@ pub fn counted(share: f64, starts: u64) -> String {
     format!("{} %", share_of(share, starts))
 }
 
-/// Whether the starts show that a demand is met.
+/// What the starts show about a demand.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Standing {
     Met,
     NotMet,
-    /// It may be met: too few starts show it.
+    /// The demand may be met, but there are too few starts to show it.
     Not,
 }
 
 impl Standing {
-    /// Compares a value and the upper end of its interval with what is allowed.
+    /// Compares a value, and the upper end of its interval, with the allowed value.
     fn of(value: f64, high: f64, allowed: f64) -> Self {
         match () {
             () if value > allowed => Self::NotMet,
@@ -42,7 +42,7 @@ impl Standing {
     }
 }
 
-/// Returns the demands on a start, each with what the starts show of it and the numbers behind that. `is_free`: the rotor may move.
+/// Returns for each demand what the starts show, and a text with the numbers. `is_free`: whether the rotor may move.
 pub fn demands(s: &Summary, judged: Poles, is_free: bool) -> Vec<(Standing, String)> {
     let mut all = Vec::new();
     // Where no pole was named, there is nothing to say of wrong ones.
@@ -84,7 +84,7 @@ pub fn demands(s: &Summary, judged: Poles, is_free: bool) -> Vec<(Standing, Stri
     all
 }
 
-/// Names those who make the demands.
+/// Returns the sentence that names the source of the demands.
 pub fn whose() -> String {
     format!(
         "Demands: those of `standstill check` without options, on angle, pole, answers and a free rotor: 95 of 100 errors within {}°, {} % wrong poles, {} % without an answer, {}° of movement. Its --tolerance and --movement judge settings by others",
@@ -95,10 +95,10 @@ pub fn whose() -> String {
     )
 }
 
-/// Number of starts of which none with a wrong pole shows the share that is allowed.
+/// Number of starts in which zero wrong poles show that their share is at most the allowed one.
 const ENOUGH: u64 = 37_000;
 
-/// Names the command that adds starts.
+/// Returns the sentence with the command that adds starts.
 pub fn more(run: &FinishedRun) -> String {
     let folder = quoted(&run.folder.display().to_string());
     format!(

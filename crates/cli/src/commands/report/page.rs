@@ -13,7 +13,7 @@ use crate::shell::command_line::quoted;
 use crate::shell::setup::{Setup, setting};
 use crate::summary;
 
-/// Makes the answer of a run with these figures. Terminals show the verdict alone: `run` printed the results.
+/// Makes the answer of a run with these figures. A terminal shows the verdict only, because `run` printed the results.
 pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answer {
     let (tone, headline, details) = verdict(run);
     let json = json!({ "headline": headline, "details": details, "run": run.summary.run });
@@ -57,7 +57,7 @@ pub fn made(run: &FinishedRun) -> Made<'_> {
     Made { setup: Some(setup), subtitle, facts: facts.collect(), command: commands(run), ..Made::default() }
 }
 
-/// Formats the number of trials, of a sweep at each point.
+/// Formats the number of trials; for a sweep, the number at each point.
 fn trials(summary: &SummaryFile) -> String {
     let all = summary.trials();
     let each = || summary.points.iter().map(|point| point.summary.trials);
@@ -87,7 +87,7 @@ pub fn caption(name: &str, figure: &Figure) -> String {
     text.to_owned()
 }
 
-/// Returns the commands that make the run and this page.
+/// Returns the commands that reproduce the run and this page.
 fn commands(run: &FinishedRun) -> String {
     let trials = run.trials.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let format = if trials.ends_with("parquet") { " --format parquet" } else { "" };

@@ -62,7 +62,7 @@ fn axis(shown: &Shown, spec: &AxisSpec, points: &[PointSummary]) -> StudyAxis {
     StudyAxis { key: shown.key.clone(), label: String::new(), unit: shown.scale.unit.clone(), logarithmic }
 }
 
-/// Converts a point of a sweep; where poles are `open`, only the axis is judged.
+/// Converts a point of a sweep. `open`: poles are not judged, only the axis.
 fn point(coordinates: Vec<Coordinate>, s: &Summary, open: bool) -> StudyPoint {
     let judged = |count: u64| if open { 0 } else { count };
     StudyPoint {

@@ -1,8 +1,8 @@
 //! `standstill report A B`: two finished runs side by side.
 //!
-//! A trial's angle, drive and sensors follow from the seed and its number alone. Two runs with the same seed are
-//! compared trial by trial: at the points and over the trials that both have, and the errors where both found an
-//! axis. Effects of the random numbers that are common to both cancel.
+//! A trial's angle, drive and sensors depend only on the seed and its number. Two runs with the same seed are therefore
+//! compared trial by trial, at their common points and over their common trials; errors are compared if both runs found
+//! an axis. The effects of the common random numbers cancel.
 
 mod difference;
 mod judged;
@@ -39,7 +39,7 @@ const CASES: [&str; 3] = ["wrong poles", "undetermined", "failed"];
 struct Two<'a> {
     runs: [&'a FinishedRun; 2],
     points: Vec<Common>,
-    /// Reason why the runs' trials cannot be compared one by one, if they cannot.
+    /// Reason why the runs' trials cannot be compared one by one; none if they can.
     unpaired: Option<String>,
 }
 
@@ -52,11 +52,11 @@ struct Common {
     counts: [u64; 2],
     /// Summaries of the compared trials of each run.
     summaries: [Summary; 2],
-    /// Trials that both runs have, if they are compared one by one.
+    /// Pairs of trials that both runs have; none if trials are not compared one by one.
     pairs: Option<Vec<(Trial, Trial)>>,
 }
 
-/// Compares two finished runs; the files are written to `out`.
+/// Compares two finished runs and writes the files to `out`.
 pub fn run(
     options: &Report,
     second: &Path,
@@ -72,8 +72,8 @@ pub fn run(
     answer.report(out, options.json, &Made { asked, ..Made::default() })
 }
 
-/// Returns the points that both runs have, by their indices; of two runs without axes the only one. None if there is
-/// no common point.
+/// Returns the points that both runs have, by their indices; for two runs without axes, the only point. None if there
+/// is no common point.
 fn common([a, b]: [&FinishedRun; 2]) -> Option<Vec<[usize; 2]>> {
     let [a, b] = [a, b].map(|run| &run.summary.points);
     if a.is_empty() && b.is_empty() {
@@ -171,14 +171,14 @@ impl<'a> Two<'a> {
         Answer { json, csv: Some(records), ..answer }
     }
 
-    /// Returns the conditions of both runs and the note of [`Self::fewer`] in a line.
+    /// Returns the conditions of both runs, and the note of [`Self::fewer`], in one line.
     fn conditions(&self) -> String {
         let [a, b] = self.runs.map(|run| setting(&run.file));
         let made = if a == b { a } else { format!("A: {a}; B: {b}") };
         std::iter::once(made).chain(self.fewer()).collect::<Vec<_>>().join("; ")
     }
 
-    /// Returns the note on the trials over which errors are computed, where these are not all.
+    /// Returns the note on the trials over which errors are computed; none if these are all trials.
     fn fewer(&self) -> Option<String> {
         let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
         let axes: usize = self.points.iter().filter_map(Common::errors).map(|both| both.len()).sum();
@@ -195,7 +195,8 @@ impl<'a> Two<'a> {
         (self.unpaired.is_none() && axes < pairs).then_some(said)
     }
 
-    /// The trials that both have of each point, if they can be compared one by one.
+    /// Returns for each point the trials that both runs have. The error is the reason why they cannot be compared one
+    /// by one.
     fn pairs(runs: [&FinishedRun; 2], points: &[Common]) -> Result<Vec<Vec<(Trial, Trial)>>, String> {
         let [a, b] = runs.map(|run| &run.summary.run);
         if a.seed != b.seed {
@@ -262,8 +263,8 @@ impl<'a> Two<'a> {
 }
 
 impl Common {
-    /// Returns the errors in degrees of the trials in which both runs found an axis; none where trials are not
-    /// compared one by one.
+    /// Returns the errors in degrees of the trials in which both runs found an axis; none if trials are not compared
+    /// one by one.
     fn errors(&self) -> Option<Vec<(f64, f64)>> {
         let error = |(a, b): &(Trial, Trial)| Some((a.error_deg?, b.error_deg?));
         self.pairs.as_ref().map(|pairs| pairs.iter().filter_map(error).collect())

@@ -1,4 +1,4 @@
-//! The verdict on a run in a line, and its reasons.
+//! The verdict on a run as one line, and its reasons.
 
 use standstill_campaign::Summary;
 use standstill_report::page::Tone;
@@ -9,12 +9,13 @@ use crate::results::{FinishedRun, PointSummary, SummaryFile};
 use crate::shell::values::{Shown, describe, range};
 use crate::summary::{FAILING, Ranking, good, sectors_in_words};
 
-/// Returns what errors of sectors are, to be said after them.
+/// Returns the words to be added to an error if answers are sectors, because the error then counts from the sector's
+/// border.
 const fn beyond(s: &Summary) -> &'static str {
     if s.sectors.is_some() { " beyond the sector" } else { "" }
 }
 
-/// Formats the rms error in degrees, in no more digits than its interval supports.
+/// Formats the rms error in degrees, with no more digits than its interval supports.
 fn rms(s: &Summary) -> String {
     format!("{}° rms{}", s.rms_deg.alone(), beyond(s))
 }
@@ -41,7 +42,7 @@ pub fn verdict(run: &FinishedRun) -> (Tone, String, Vec<String>) {
     (tone, headline, details)
 }
 
-/// Returns the number of starts without an answer and their most frequent reason, where these are many.
+/// Returns the number of starts without an answer and their most frequent reason; none if there are few of them.
 fn silence(s: &Summary) -> Option<String> {
     let silent = s.undetermined + s.failed;
     if silent as f64 <= DEMANDS.without_angle * s.trials as f64 {
@@ -60,13 +61,13 @@ fn silence(s: &Summary) -> Option<String> {
     Some(format!("{silent} of {} starts {what}{why}", s.trials))
 }
 
-/// Extent to which poles are judged.
+/// Whether poles are judged, and on what basis.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Poles {
     Known,
-    /// Poles are judged by the assumption of all cores that fit the map.
+    /// Poles are judged by an assumption that all cores fitted to the flux map share.
     Assumed,
-    /// Poles are not judged: only the axis of a start counts.
+    /// Poles are not judged; only the axis of a start counts.
     Open,
 }
 
@@ -79,7 +80,7 @@ impl Poles {
         }
     }
 
-    /// Returns the share of correct starts, as far as they are judged.
+    /// Returns the share of correct starts, counting only what is judged.
     fn right(self, s: &Summary) -> f64 {
         good(s, self == Self::Open)
     }
@@ -89,7 +90,7 @@ impl Poles {
         if matches!(self, Self::Open) { "with an axis" } else { "answered rightly" }
     }
 
-    /// Adds the assumption on which a count of wrong poles rests.
+    /// Adds to a count of wrong poles the assumption on which it depends.
     pub fn qualified(self, text: String) -> String {
         if self == Self::Assumed { format!("{text} (poles as assumed)") } else { text }
     }
@@ -152,8 +153,8 @@ fn of_run(run: &FinishedRun, s: &Summary) -> (Tone, String, Vec<String>) {
     (tone, sentence(parts), details)
 }
 
-/// Returns the verdict on a sweep. Axes are varied on purpose: a share over all points together would depend on the
-/// choice of the points.
+/// Returns the verdict on a sweep. It does not combine the points, because the user chose them and a common share would
+/// depend on this choice.
 fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let (points, judged) = (&summary.points, Poles::of(summary));
     let open = judged == Poles::Open;
@@ -245,7 +246,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     (tone, sentence([answered, poles, rms]), details)
 }
 
-/// Joins the existing parts, the first with a capital letter.
+/// Joins the parts that exist into a sentence with a capital letter.
 fn sentence<const N: usize>(parts: [Option<String>; N]) -> String {
     let text = parts.into_iter().flatten().collect::<Vec<_>>().join("; ");
     let mut letters = text.chars();

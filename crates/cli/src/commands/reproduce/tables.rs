@@ -10,7 +10,7 @@ use crate::answer::{Record, Records};
 use crate::shell::table::Print as _;
 use crate::shell::terminal::paragraph;
 
-/// Formats the disagreements at one place of the paper.
+/// Formats the disagreements of the audit at one place of the paper.
 fn disagreements(findings: &[Finding], place: &str) -> String {
     let notes: Vec<&str> =
         findings.iter().filter(|f| f.place == place && !f.agrees).map(|f| f.note.as_str()).collect();
@@ -118,7 +118,7 @@ pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> (Records, Tabl
     (Records(records), Table::new(titles.map(Column::number)).rows(cells))
 }
 
-/// Returns the text of the audit: the disagreements.
+/// Returns the text of the audit, which lists the disagreements.
 pub fn audit_text(findings: &[Finding]) -> String {
     let agree = findings.iter().filter(|f| f.agrees).count();
     let rows = findings

@@ -1,4 +1,4 @@
-//! Impossible values: those that the scenario or its detector refuses.
+//! Impossible values of a key, which the scenario or its detector refuses.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::shell::values::shown;
 use standstill_analysis::require::Judged;
 
-/// The refused values and their errors.
+/// The refused values with their errors.
 #[derive(Debug, Default)]
 pub struct Refused(Vec<(f64, FileError)>);
 
@@ -28,7 +28,7 @@ impl Refused {
         self.0.push((value, error));
     }
 
-    /// Returns an error if no value was judged, because all were refused.
+    /// Fails if no value was judged because all were refused.
     pub fn check(&mut self, judged: &[Judged]) -> Result<(), Error> {
         if judged.is_empty() && !self.0.is_empty() {
             return Err(self.0.remove(0).1.into());
@@ -36,7 +36,7 @@ impl Refused {
         Ok(())
     }
 
-    /// Returns ranges of refused values: neighbours with an equal reason are merged.
+    /// Returns ranges of refused values; neighbours refused for the same reason are merged.
     pub fn ranges(&self, document: &Document, key: &str, judged: &[Judged]) -> Vec<Refusal> {
         let mut all: Vec<(f64, String)> =
             self.0.iter().map(|(value, error)| (*value, reason(error))).collect();
@@ -62,7 +62,7 @@ impl Refused {
     }
 }
 
-/// Returns the message of an error without its place in a file, because the value is this command's.
+/// Returns the message of an error without its position in a file, because the value comes from this command.
 fn reason(error: &FileError) -> String {
     match error {
         FileError::Key { message, .. } => message.clone(),

@@ -16,8 +16,8 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::values::{shown, shown_interval};
 
-/// Number of values of the first key, and relative width of the second key's interval: curves need less than single
-/// answers.
+/// Number of values of the first key. The constant after it is the relative width of the second key's interval, which
+/// may be larger than for a single answer.
 const VALUES: usize = 9;
 const WIDTH: f64 = 0.1;
 

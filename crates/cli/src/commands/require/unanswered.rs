@@ -1,4 +1,4 @@
-//! The contribution of starts without an answer, each counted as 90°, to a limit on an rms error.
+//! The effect of starts without an answer, each counted as 90°, on a limit of an rms error.
 
 use std::fmt;
 
@@ -12,23 +12,23 @@ use crate::arguments::MOST_AT_A_VALUE as MOST;
 use crate::shell::values::{percent, probability};
 use standstill_analysis::require::Judged;
 
-/// Starts without an answer that decide a limit: at the edge they make most of the mean square, or of the upper end
-/// of its interval.
+/// Starts without an answer that decide a limit: at the edge they cause more than half of the mean square, or of the
+/// square of its interval's upper end.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Unanswered {
-    /// Text for what they decide: `limit`, or `interval` if they affect only the interval of its measure.
+    /// What these starts decide: `limit`, or `interval` if they affect only the interval of the measure.
     decide: &'static str,
     trials: u64,
     share: f64,
     share_high: f64,
-    /// Rms error in degrees from starts without an answer alone, each counted as 90°.
+    /// Rms error in degrees that starts without an answer cause alone, each counted as 90°.
     rms_deg: f64,
     rms_high_deg: f64,
 }
 
 impl Unanswered {
-    /// Returns the remark for the value judged closest to the edge, among those judged with the final number of
-    /// trials; none if these starts do not decide the limit.
+    /// Makes the remark for the value closest to the edge, among those judged with the final number of trials; none if
+    /// starts without an answer do not decide the limit.
     pub fn of(limits: &Limits, judged: &[Judged], edge: &Edge) -> Option<Self> {
         let last = judged.iter().filter(|judged| judged.trials == edge.trials);
         let apart = |judged: &&Judged| (judged.value - edge.value).abs();
@@ -40,7 +40,8 @@ impl Unanswered {
         Self::in_measure(rms, share, at.trials).or_else(open)
     }
 
-    /// Makes the remark for an rms error and a share of starts without an answer; none if these do not decide.
+    /// Makes the remark for an rms error and a share of starts without an answer; none if these starts do not decide
+    /// the limit.
     pub fn in_measure(rms: &Estimate, share: &Estimate, trials: u64) -> Option<Self> {
         let decide = match dominated(rms, share)? {
             Dominated::Value => "limit",
@@ -78,7 +79,8 @@ impl fmt::Display for Unanswered {
     }
 }
 
-/// Returns the sentence on trials that are too few to show that the limits hold, whatever their results.
+/// Returns the sentence that the trials are too few to show that the limits hold, whatever their results; none if there
+/// are enough.
 pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     let needed = limits.least_trials();
     (needed > edge.trials).then(|| {
@@ -90,7 +92,7 @@ pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     })
 }
 
-/// Returns the sentence on an interval that is wider than requested, with the trials that would suffice.
+/// Returns the sentence that an interval is wider than requested, with the number of trials that would suffice.
 pub fn wide(width: f64, needed: Option<u64>) -> String {
     let wide = format!("the interval is wider than {} of the value", percent(width));
     match needed {

@@ -7,7 +7,7 @@ use super::unanswered::{self, Unanswered};
 use super::{EdgeSearch, bound, side};
 use crate::shell::values::{shown, shown_interval};
 
-/// Returns the answer: up to an edge, from one on, or between two.
+/// Returns the answer as a sentence: the limits hold up to an edge, from an edge on, or between two edges.
 pub fn sentence(key: &str, whole: bool, limits: &Limits, edges: &[Edge]) -> String {
     let of = |edge: &Edge| shown_interval((key, whole), edge.value, edge.interval);
     match edges {
@@ -17,7 +17,7 @@ pub fn sentence(key: &str, whole: bool, limits: &Limits, edges: &[Edge]) -> Stri
     }
 }
 
-/// Returns the details: trials, binding limits, and doubts of the edges.
+/// Returns the details: numbers of trials, binding limits, and uncertainties of the edges.
 pub fn details(asked: &EdgeSearch<'_>, found: &Stretch) -> Vec<String> {
     let (key, limits) = (&asked.bench.keys[0].0, &asked.limits);
     let mut counts: Vec<String> = found.edges.iter().map(|edge| edge.trials.to_string()).collect();
@@ -69,7 +69,7 @@ const fn end_of(side: Side) -> &'static str {
     }
 }
 
-/// Returns the phrase on the limits that do not hold beyond an edge.
+/// Returns the phrase on the limits that fail beyond an edge.
 fn binding(limits: &Limits, edge: &Edge) -> String {
     let beyond = match edge.side {
         Side::Largest => "above",
@@ -83,7 +83,7 @@ fn binding(limits: &Limits, edge: &Edge) -> String {
     }
 }
 
-/// Returns the sentence on the open end of an interval, and its reason.
+/// Returns the sentence on the open end of an interval, with its reason; none if both ends are known.
 fn open(key: &str, search: &Search, edge: &Edge) -> Option<String> {
     let (low, high) = search.range;
     let ends = match edge.side {

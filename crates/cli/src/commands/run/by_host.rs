@@ -1,5 +1,5 @@
-//! A run whose trials a host program carries out itself, such as with a detector of its own; the results are like
-//! those of `standstill run`.
+//! A run whose trials a host program carries out, for example with its own detector. The results have the form of those
+//! of `standstill run`.
 
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -19,32 +19,32 @@ use crate::error::Error;
 use crate::shell::host::Host;
 use crate::shell::{command_line, progress};
 
-/// Number of trials that are begun at a time, for each thread.
+/// Number of trials, per thread, that are begun together.
 const BLOCK: u64 = 16;
 
-/// A function that carries out a trial: it receives the scenario, with the trial's draws, and the trial's number.
+/// Function that carries out a trial. It receives the scenario with the trial's draws, and the trial's number.
 pub type Trial<'a, E> = &'a (dyn Fn(&Scenario<Method<f64>>, u64) -> Result<Hosted, E> + Sync);
 
-/// A trial that a host program carried out.
+/// Results of a trial that a host program carried out.
 #[derive(Debug)]
 pub struct Hosted {
-    /// Row of the trial, as in files of trials.
+    /// Row of the trial, as in a file of trials.
     pub row: Row,
     /// Evidence for the pole, if the method measures it.
     pub evidence: Option<PoleEvidence<f64>>,
 }
 
-/// Additional columns after a trial's, with the names in the `result.json` of a trace.
+/// Additional columns after those of a trial; their names are those in the `result.json` of a trace.
 const EVIDENCE: [&str; 2] = ["pole_evidence_deviations", "pole_evidence_needed"];
 
-/// Reason why a run by a host has no results.
+/// Reason why a run in a host program has no results.
 #[derive(Debug)]
 pub enum Stopped<E> {
-    /// The run's command line or scenario is wrong; the message is one line.
+    /// The run's command line or scenario is wrong; the message has one line.
     Wrong(String),
-    /// A trial that could not be carried out: the first such trial, and its error.
+    /// A trial could not be carried out: the number of the first such trial, and its error.
     Trial(u64, E),
-    /// The host stopped the run by [`Host::stop`].
+    /// The host requested the end of the run by [`Host::stop`].
     Asked,
 }
 
@@ -55,12 +55,13 @@ impl<E> From<Error> for Stopped<E> {
 }
 
 impl Host {
-    /// Carries out a command line `run …` with trials by `trial`, whose detector is `class` (`module.Class@digest`):
-    /// the run's record names it, and only a host program can continue that record. Returns the summary as JSON; the
-    /// rows are in [`Host::tables`].
+    /// Carries out a command line `run …` whose trials `trial` computes. Its detector is `class`
+    /// (`module.Class@digest`): the run's record names this class, and only a host program can continue that record.
+    /// Returns the summary as JSON; the rows are in [`Host::tables`].
     ///
     /// # Errors
-    /// A mistake in the scenario, a record of another class, or the error of the first trial that failed.
+    /// The scenario has a mistake, a record of another class exists, or a trial failed; the error is that of the first
+    /// such trial.
     pub fn trials<E: Send>(
         self: &Arc<Self>,
         words: impl IntoIterator<Item = OsString>,

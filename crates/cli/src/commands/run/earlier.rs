@@ -1,4 +1,4 @@
-//! Earlier results of a run with fewer trials, which `--resume` extends: its files, its journals, or its statistics.
+//! Earlier results of a run with fewer trials, which `--resume` extends: result files, journals, or statistics.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -12,7 +12,7 @@ use crate::results::{STATISTICS, SummaryFile, rows, trials_name};
 use crate::error::Error;
 use crate::shell::terminal::tell;
 
-/// Number of blocks of rows that wait in the channel, and rows of a block.
+/// Number of blocks of rows that can wait in the channel; the constant after it is the number of rows in a block.
 const WAITING: usize = 64;
 const BLOCK: usize = 256;
 
@@ -23,17 +23,17 @@ pub struct Found {
     pub rows: Earlier,
     /// Statistics of earlier runs without rows.
     pub tallies: Vec<Tallied>,
-    /// Number of trials of the longest of those runs.
+    /// Number of trials of the longest of these runs.
     pub trials: u64,
-    /// Total number of trials of the finished run in the folder; none without one.
+    /// Total number of trials of the finished run in the folder; none if there is no finished run.
     finished: Option<u64>,
-    /// Journals that are not needed any more once the longer run is done.
+    /// Journals that are no longer needed once the longer run is done.
     journals: Vec<PathBuf>,
 }
 
 impl Found {
-    /// Finds the rows and statistics in a folder that belong to this run with fewer trials. If such a run's
-    /// journal has the name of the new journal, it is renamed.
+    /// Finds the rows and statistics in a folder that belong to this run with fewer trials. If a journal of such a run
+    /// has the name of the new journal, the old one is renamed.
     pub fn of(folder: &Path, identity: &Identity) -> Result<Self, Error> {
         let mut found = Self::default();
         let journal = folder.join(identity.shard.file_name());
@@ -64,7 +64,7 @@ impl Found {
         Ok(found)
     }
 
-    /// Adds a journal if it is of an earlier part of this run. Returns whether it is.
+    /// Adds a journal if it contains the first trials of this run. Returns whether it does.
     fn journal(&mut self, path: &Path, identity: &Identity) -> Result<bool, Error> {
         let Some(earlier) = head(path).ok().filter(|earlier| earlier.begins(identity)) else {
             return Ok(false);
@@ -88,8 +88,8 @@ impl Found {
         Ok(true)
     }
 
-    /// Adds the files of a finished run: all trials that found an angle. For the others the files contain reasons in
-    /// words alone; they are run again.
+    /// Adds the rows of a finished run, for all trials that found an angle. For other trials the files contain the
+    /// reasons only as words, so these trials run again.
     fn files(&mut self, folder: &Path, identity: &Identity) -> Result<(), Error> {
         let Ok(summary) = SummaryFile::read(folder) else { return Ok(()) };
         if !summary.run.begins(identity) {
@@ -140,16 +140,16 @@ impl Found {
     }
 }
 
-/// Returns whether a table's metadata are those of this run.
+/// Returns whether a table's metadata belong to this run.
 fn is_of(reader: &Reader, run: &Identity) -> bool {
     run.metadata().iter().all(|(key, value)| reader.metadata.get(key) == Some(value))
 }
 
-/// Extension of a renamed journal, after its number of trials.
+/// Extension of a renamed journal; it follows the number of trials.
 const EARLIER: &str = "earlier";
 
-/// Reads the rows of trials that found an angle, with their points, in a thread of its own; reading errors end the
-/// rows.
+/// Reads the rows of trials that found an angle, with the indices of their points, in a separate thread. A reading
+/// error ends the rows.
 fn found(reader: Reader) -> Receiver<Vec<(usize, Row)>> {
     let (to, from) = sync_channel(WAITING);
     std::thread::spawn(move || {

@@ -1,13 +1,13 @@
-//! `--isolate`: trials of a library in processes of their own, each with simulator and library.
+//! `--isolate`: trials of a library in separate processes, each with simulator and library.
 //!
 //! ```text
 //!   a thread of the run ── scenario, once ──► standstill worker       point and trial, a line each
 //!                       ── "2 815" ─────────►  simulator + library
 //!                       ◄── record, a line ──
 //! ```
-//! A worker that ends before its answer has lost its trial: a new process runs the next one. Before the first trial a
-//! worker describes the library and makes a detector at each point: a crash there is reported as any other mistake
-//! is. The process of the run itself never loads the library.
+//! If a worker ends before its answer, its trial is lost, and a new process runs the next trial. Before the first trial
+//! a worker describes the library and makes a detector at each point. A crash there is reported like any other mistake
+//! of the scenario. The process of the run itself never loads the library.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -27,15 +27,15 @@ use crate::error::Error;
 use crate::shell::command_line::one_line;
 use crate::shell::{Report, host};
 
-/// Mark at the begin of a worker's own lines, to distinguish them from the library's output.
+/// Mark at the begin of a line that a worker writes, to distinguish it from the library's output.
 const MARK: &str = "\u{1}standstill ";
 
-/// The pool of processes that run trials.
+/// A pool of processes that run trials.
 #[derive(Debug)]
 pub struct Workers {
-    /// First line of input of each worker: the path of the scenario's file, and its text with all changes.
+    /// First line of each worker's input: the path of the scenario's file, and its text with all changes.
     scenario: String,
-    /// Digests of all files that the run reads, by their paths: a worker that reads other files has another run.
+    /// Digests of all files that the run reads, by path. A worker that reads other contents would run something else.
     files: BTreeMap<String, String>,
     free: Mutex<Vec<Worker>>,
 }
@@ -48,7 +48,7 @@ struct Worker {
     output: BufReader<ChildStdout>,
 }
 
-/// Makes the plan of a document whose trials run in processes of their own.
+/// Makes the plan of a document whose trials run in separate processes.
 pub fn plan(document: &Document) -> Result<Plan, Error> {
     let mut workers = Workers::of(document)?;
     let limit = document.load()?.detector.call_limit()?;
@@ -89,7 +89,7 @@ impl Workers {
         free.map_or_else(|| Worker::new(&self.scenario), Ok)
     }
 
-    /// Checks with a worker that detectors can be made at all points. The error is the worker's.
+    /// Lets a worker check that detectors can be made at all points. The error is the worker's.
     fn check(&self) -> Result<(), FileError> {
         let refused = |key: &str, message: String| FileError::Key {
             place: String::new(),
@@ -114,10 +114,10 @@ impl Workers {
     }
 }
 
-/// The fields of a [`Timing`] in their order.
+/// The fields of a [`Timing`], in their order.
 type Rhythm = (u32, bool, f32, u32, u32, f32, Option<u64>);
 
-/// Returns a worker's description of the library at a path.
+/// Starts a worker that loads the library at a path, and returns its description.
 fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     let failed = |found: String| LoadError::new(found, "one that can be loaded".to_owned());
     let request = Request::Inspect { path: path.to_owned(), limit };
@@ -149,7 +149,7 @@ fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     }
 }
 
-/// Loads the library at a path, and returns a worker's description of it.
+/// Loads the library at a path in this process, which is a worker, and describes it.
 fn described(path: &Path) -> Reply {
     let read = read_at_most(path, MOST_BYTES).map_err(|error| {
         LoadError::new(format!("a file that cannot be read: {error}"), "a shared library".to_owned())
@@ -179,7 +179,7 @@ fn described(path: &Path) -> Reply {
     }
 }
 
-/// First line of a worker's input.
+/// Request to a worker: the first line of its input.
 #[derive(Serialize, Deserialize)]
 enum Request {
     /// Describe the library at a path; `limit`: longest time of a call.
@@ -191,34 +191,35 @@ enum Request {
 /// Reply of a worker.
 #[derive(Debug, Serialize, Deserialize)]
 enum Reply {
-    /// The worker has its scenario, and a detector could be made; with the digests of the files that it reads.
+    /// The scenario is loaded and a detector could be made. The reply contains the digests of the files that the worker
+    /// reads.
     Ready(BTreeMap<String, String>),
-    /// The worker has loaded a library; `isr`: the fields of [`Timing`], of a library that is an interrupt.
+    /// The library is loaded; `isr`: the fields of [`Timing`], if the library is an interrupt.
     Library { name: String, isr: Option<Rhythm>, loads: Vec<PathBuf> },
-    /// A file is no library that can be a detector.
+    /// The file is not a library that can be a detector.
     NoLibrary { found: String, needed: String },
     /// The scenario has a wrong key.
     Key { key: String, message: String },
-    /// Neither the scenario nor a trial of it can be run.
+    /// The scenario or a trial of it cannot be run.
     Error(String),
-    /// A trial's record.
+    /// The record of a trial.
     Record(String),
 }
 
 impl Reply {
-    /// Returns the text of an error.
+    /// Returns the text of an error reply; another reply is unexpected here and becomes an error text, too.
     fn text(self) -> String {
         if let Self::Error(text) = self { text } else { format!("an answer out of turn: {self:?}") }
     }
 }
 
-/// Writes a message as a line.
+/// Formats a message as a line of JSON.
 fn line(message: &impl Serialize) -> String {
     json!(message).to_string()
 }
 
 impl Worker {
-    /// Starts a process with this first line of input.
+    /// Starts a worker; `first`: the first line of its input.
     fn new(first: &str) -> std::io::Result<Self> {
         let mut child = Command::new(std::env::current_exe()?)
             .arg("worker")
@@ -233,7 +234,7 @@ impl Worker {
         Ok(Self { child, input, output: BufReader::new(output) })
     }
 
-    /// Returns the worker's next answer; none if the process ends before.
+    /// Reads the worker's next answer; none if the process ends before it.
     fn answer(&mut self) -> Option<Reply> {
         let mut line = Vec::new();
         loop {
@@ -250,7 +251,7 @@ impl Worker {
         }
     }
 
-    /// Checks that the files read by the worker are those of the run.
+    /// Checks that the worker reads the same files as the run.
     fn begin(own: &BTreeMap<String, String>, files: &BTreeMap<String, String>) -> Result<(), String> {
         let other = files.iter().chain(own).find(|(path, _)| files.get(*path) != own.get(*path));
         if let Some((path, _)) = other {
@@ -259,7 +260,7 @@ impl Worker {
         Ok(())
     }
 
-    /// Requests a trial; none if the process ends before it answers.
+    /// Requests a trial and returns the answer; none if the process ends before it answers.
     fn ask(
         &mut self,
         files: &BTreeMap<String, String>,
@@ -281,7 +282,7 @@ impl Worker {
         }
     }
 
-    /// Waits for the process to end, and returns the reason.
+    /// Waits for the process to end, and returns the reason of its end.
     fn ending(self) -> String {
         let Self { mut child, input, .. } = self;
         drop(input);
@@ -375,7 +376,7 @@ pub fn worker() -> Result<Report, Error> {
     done()
 }
 
-/// Writes an answer to the parent process.
+/// Writes a reply to the parent process.
 fn say(answer: &Reply) -> std::io::Result<()> {
     crate::shell::terminal::write(&format!("{MARK}{}\n", line(answer)))
 }
@@ -385,7 +386,7 @@ fn digests(plan: &Plan) -> BTreeMap<String, String> {
     plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect()
 }
 
-/// Makes a misbehaving library end this process; `limit`: longest time of a call.
+/// Makes this process end if the library misbehaves; `limit`: longest time of a call.
 fn isolate(limit: Duration) {
     #[cfg(target_os = "linux")]
     standstill_foreign::isolate(limit);

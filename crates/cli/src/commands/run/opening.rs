@@ -1,4 +1,4 @@
-//! The text before the first trial: motor, method, conditions and trials.
+//! The text before the first trial of a run.
 
 use std::fmt::Write as _;
 

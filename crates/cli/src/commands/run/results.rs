@@ -26,21 +26,21 @@ pub fn names(options: &Run) -> Vec<&'static str> {
     trials.into_iter().chain([SUMMARY]).filter(|_| files_wanted()).collect()
 }
 
-/// The files that were written, and the run's summary.
+/// The files of a run that were written, and its summary.
 pub struct Results {
     summary: SummaryFile,
     pub json: String,
     files: Vec<String>,
 }
 
-/// Key that sets the width of the sectors in which a detector answers; 0, which is its default: it answers by angles.
+/// Key that sets the width of the sectors in which a detector answers; with the default of 0 answers are angles.
 const SECTOR: &str = "detector.sector";
 
-/// Statistics of a sweep's points, one after the other.
+/// Statistics of a sweep's points, which are added one after the other.
 pub struct Points {
     pub axes: Vec<AxisColumn>,
     pub coordinates: Vec<Point>,
-    /// Whether answers of some point are sectors.
+    /// Whether answers are sectors at any point.
     in_sectors: bool,
     limit: f64,
     /// Statistics of a run without axes.
@@ -103,7 +103,7 @@ impl Points {
 }
 
 impl Results {
-    /// Writes the files of a run whose journals are complete; none if interrupted.
+    /// Writes the files of a run from its complete journals; none if interrupted.
     pub fn write(options: &Options, shards: &Shards, stop: &AtomicBool) -> Result<Option<Self>, Error> {
         let identity = shards.identity();
         let mut points = Points::of(identity)?;
@@ -165,7 +165,7 @@ impl Results {
         Ok(Some(results))
     }
 
-    /// Writes the summary beside the trials, if there are any, and moves the files into place.
+    /// Writes the summary beside the table of trials, if there is one, and moves the files into place.
     pub fn finish(
         options: &Options,
         output: Option<Output>,
@@ -228,7 +228,7 @@ impl Results {
     }
 }
 
-/// Reason why the writing of rows ended.
+/// Reason why writing rows ended early.
 enum Stopped {
     Interrupted,
     Failed(Error),

@@ -1,4 +1,5 @@
-//! The answer of a trace: what one start's detection found, what it did meanwhile, and the specimen that was drawn for it.
+//! The answer of a trace: the result of one start's detection, the events during it, and the specimen that was drawn
+//! for it.
 
 use serde_json::json;
 use standstill_interface::Abc;
@@ -14,7 +15,7 @@ use crate::commands::question::{Identity, given, setting};
 use crate::error::Error;
 use crate::figures;
 
-/// One trial with all that is known of it.
+/// One trial, with everything that is known of it.
 pub struct Traced<'a> {
     pub options: &'a Options,
     pub plan: &'a Plan,
@@ -22,7 +23,7 @@ pub struct Traced<'a> {
     pub file: &'a ScenarioFile,
     pub identity: &'a Identity,
     pub record: &'a Record,
-    /// The trial run again with the energy ledger.
+    /// The trial, repeated with the energy ledger.
     pub watched: &'a Run<f64>,
     pub verified: Option<&'a NumericalError>,
 }
@@ -67,7 +68,7 @@ impl Traced<'_> {
         Ok(answer.next("many starts like this one", format!("standstill run {}", self.again())))
     }
 
-    /// Returns the scenario of the trace with its keys and options, as `standstill run` takes it.
+    /// Returns the scenario of the trace with its keys and options, formatted for the command line of `standstill run`.
     fn again(&self) -> String {
         let Self { options, file, .. } = *self;
         let (keys, seed) = (&options.source.keys, Seed::default());
@@ -107,7 +108,7 @@ fn title(file: &ScenarioFile, record: &Record, options: &Options) -> String {
     format!("{}, rotor at {angle}°", trial_of(options))
 }
 
-/// Returns what happened meanwhile, in lines.
+/// Returns lines on the detection's duration, currents and numerical work.
 fn details(record: &Record, watched: &Run<f64>) -> Vec<String> {
     let work = watched.work;
     vec![
@@ -128,7 +129,7 @@ fn details(record: &Record, watched: &Run<f64>) -> Vec<String> {
     ]
 }
 
-/// Returns what the detector found and measured, and the energies, as JSON.
+/// Returns the results of the detection, its measurements and the energies as JSON.
 pub fn result<S>(
     file: &ScenarioFile,
     scenario: &Scenario<S>,

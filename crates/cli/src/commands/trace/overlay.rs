@@ -1,4 +1,4 @@
-//! One trial with several settings in one figure.
+//! One trial with several settings, drawn in one figure.
 
 use std::collections::BTreeMap;
 
@@ -20,10 +20,11 @@ use standstill_table::Format;
 /// Largest number of settings that a reader can distinguish in one picture.
 const MOST: usize = 6;
 
-/// A setting: its distinguishing name, and all its keys.
+/// A setting: a name that distinguishes it, and all its keys.
 pub type Setting = (String, Vec<(String, String)>);
 
-/// Returns all combinations of the keys that are given a list; a single nameless one if no key is.
+/// Returns all combinations of the keys that have a list of values; a single combination without a name if no key has a
+/// list.
 pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
     let mut all: Vec<Setting> = vec![(String::new(), Vec::new())];
     for (key, value) in &keys.set {
@@ -54,7 +55,7 @@ pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
     Ok(all)
 }
 
-/// Formats a value for reading: the prefix micro as µ.
+/// Formats a value for people; the prefix micro becomes µ.
 fn shown(value: &str) -> String {
     let (digits, unit) = value
         .split_at(value.find(|c: char| !c.is_ascii_digit() && !".+-eE".contains(c)).unwrap_or(value.len()));
@@ -73,7 +74,7 @@ fn for_reading(name: &str) -> String {
     name.split(", ").map(part).collect::<Vec<_>>().join(", ")
 }
 
-/// Parses the members of `[a, b]`, with or without quotes; none if the text is no list.
+/// Parses the members of a list `[a, b]`, with or without quotes; none if the text is not a list.
 fn list(text: &str) -> Option<Vec<String>> {
     let inside = text.trim().strip_prefix('[')?.strip_suffix(']')?;
     let members = inside.split(',').map(|member| member.trim().trim_matches('"').to_owned());

@@ -1,4 +1,4 @@
-//! The trial that a trace shows, and the values drawn for it.
+//! The trial that a trace shows, and the values that it drew.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,8 @@ use serde_json::{Map, Value, json};
 use standstill_scenario::{Plan, Single, specimen, written};
 use standstill_sim::{Case, RotorState};
 
-/// Returns the trial and the values of its point; an empty text for the first trial of a scenario without axes.
+/// Returns the text that names the trial and the values of its point; empty for the first trial of a scenario without
+/// axes.
 pub fn heading(plan: &Plan, single: &Single) -> String {
     let values: Vec<String> = plan.points()[single.point]
         .values
@@ -21,14 +22,14 @@ pub fn heading(plan: &Plan, single: &Single) -> String {
     format!("trial {}{point}\n", single.trial)
 }
 
-/// Returns the number of a point and its values, as given in the scenario, as JSON.
+/// Returns the index of a point, and its values as the scenario gives them, as JSON.
 pub fn point_json(plan: &Plan, point: usize) -> Value {
     let values = plan.points()[point].values.iter();
     let values: Map<String, Value> = values.map(|(key, value)| (key.clone(), json!(value))).collect();
     json!({ "number": point, "values": values })
 }
 
-/// Returns the drawn values as JSON, in SI; angles in degrees.
+/// Returns the drawn values as JSON, in SI units; angles in degrees.
 pub fn json(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> Value {
     let Case { inverter, sensors, .. } = case;
     let tolerances: Map<String, Value> =

@@ -1,4 +1,4 @@
-//! The numerical error of a run: the run is repeated by the referee, at a tighter tolerance.
+//! The numerical error of a run, found by repeating the run with the referee at a tighter tolerance.
 
 use std::fmt::Write as _;
 
@@ -8,19 +8,20 @@ use standstill_interface::Outcome;
 use standstill_scenario::{Record, Single};
 use standstill_sim::{Ended, Event, Run, Tolerance, Trace, referee, run};
 
-/// Factor of the referee's tolerance to the usual one.
+/// Ratio of the referee's tolerance to the usual one.
 const TIGHTER: f64 = 1e-3;
 
-/// The numerical error, and the quantities that it must be small against.
+/// The numerical error, and the quantities compared with which it must be small.
 pub struct NumericalError {
     tolerance: f64,
-    /// Samples of both runs, and the largest difference of their currents in A.
+    /// Samples of both runs; the field after it is the largest difference of their currents in A.
     samples: Vec<Pair>,
     current: f64,
-    /// Difference of the axes in degrees, and of the polarity margins in A, if both runs found them.
+    /// Difference of the axes in degrees, if both runs found one; the field after it is the difference of the polarity
+    /// margins in A.
     angle: Option<f64>,
     margin: Option<f64>,
-    /// Polarity margin of the usual run and noise of the sensors, in A.
+    /// Polarity margin of the usual run in A; the field after it is the noise of the sensors in A.
     polarity_margin: Option<f64>,
     noise: f64,
 }
@@ -35,9 +36,10 @@ struct Pair {
 /// A run and its samples: time in s, and phase currents in A.
 type Attempt = (Run<f64>, Vec<(f64, [f64; 3])>);
 
-/// Runs the detection as usual and by the referee at a tighter tolerance, both with equal draws.
+/// Runs the detection as usual, and with the referee at a tighter tolerance, both with the same draws.
 ///
-/// The converters are left out: they would round both currents to one code, or rarely to two neighbouring ones.
+/// The converters are left out, because they would round both currents to the same code, or sometimes to neighbouring
+/// codes.
 pub fn numerical_error(single: &Single) -> Result<NumericalError, SettingsError> {
     let scenario = &single.scenario;
     let attempt = |tolerance: Tolerance, refereed: bool| -> Result<Attempt, SettingsError> {

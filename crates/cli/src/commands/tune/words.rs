@@ -18,7 +18,7 @@ fn number(value: f64, digits: usize, scale: &Scale) -> String {
     if value.is_finite() { format!("{:.digits$}", scale.number(value) + 0.0) } else { "–".to_owned() }
 }
 
-/// Formats an estimate with its interval, in this unit.
+/// Formats an estimate with its interval in the unit of `scale`.
 fn interval(estimate: &Estimate, scale: &Scale) -> String {
     let digits = digits(estimate, scale);
     let [value, low, high] =
@@ -91,7 +91,7 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     (tone, found)
 }
 
-/// Formats the limits; those relative to the initial settings in few digits.
+/// Formats the limits; those relative to the initial settings get few digits.
 pub fn limits(asked: &Asked<'_>) -> String {
     let one = |limit: &Limit| {
         let scale = scale(limit.measure, limit.most);
@@ -158,12 +158,12 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     details
 }
 
-/// Returns the name of the last settings.
+/// Returns the word for the final settings: best, or nearest if they break limits.
 pub fn last(tuned: &Tuned) -> &'static str {
     if tuned.is_found() { "best" } else { "nearest" }
 }
 
-/// Returns the table of initial and best settings, measure by measure.
+/// Returns the table that compares initial and best settings, measure by measure.
 pub fn table(asked: &Asked<'_>, tuned: &Tuned) -> Table {
     let keys = asked.ranges.iter().enumerate().map(|(k, range)| {
         let of = |judged: &Judged| value_of(&range.key, judged.values[k]);

@@ -1,4 +1,4 @@
-//! Sentences on the motor and its data sheet, on which the verdict rests.
+//! Sentences about the motor and its data sheet, on which the verdict depends.
 
 use std::fmt::Write as _;
 
@@ -12,10 +12,10 @@ use standstill_scenario::ErrorSet;
 
 use super::{Checked, factor, percent};
 
-/// Names the measurement of the saturation.
+/// Sentence on how to measure the saturation.
 const MEASURE: &str = "Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor-traces.md, ten minutes), then `saturation = \"… %\"` in [nameplate].";
 
-/// Returns the sentence on the saturation that the verdict assumes and the data sheet does not state, and on the way
+/// Returns the sentence on the saturation that the verdict assumes because the data sheet does not state it, and on how
 /// to measure it; none without such a condition.
 pub fn condition(asked: &Checked<'_>) -> Option<String> {
     let Some(Condition::Saturation { least, most, minus_d }) = &asked.found.condition else { return None };
@@ -27,7 +27,7 @@ pub fn condition(asked: &Checked<'_>) -> Option<String> {
     ))
 }
 
-/// Returns the sentence on published saturation of motors of this kind; none if the data sheet states the motor's own.
+/// Returns the sentence on the published saturation of similar motors; none if the data sheet states the motor's own.
 pub fn published(asked: &Checked<'_>) -> Option<String> {
     let found = asked.found;
     let is_not_given = match &found.condition {
@@ -42,7 +42,7 @@ pub fn published(asked: &Checked<'_>) -> Option<String> {
     Some(published_at(winding.q_axis_inductance() / winding.d_axis_inductance()))
 }
 
-/// Returns the sentence on published saturation of motors with this ratio of L_q to L_d.
+/// Returns the sentence on the published saturation of motors with this ratio of L_q to L_d.
 fn published_at(ratio: f64) -> String {
     if ratio < MAGNETS_INSIDE_FROM {
         return format!(
@@ -67,8 +67,8 @@ fn is_of_saturation(entry: &Entry) -> bool {
     entry.key.starts_with("nameplate.saturation.")
 }
 
-/// Returns the sentence on what is inferred from a saturation that is given as one number; none if the sheet gives all of it, or
-/// nothing.
+/// Returns the sentence on the values that are inferred from a saturation given as a single number; none if the sheet
+/// gives all values, or no value.
 pub fn single(asked: &Checked<'_>) -> Option<String> {
     let inferred = |key: &str| asked.sheet.assumed().iter().find(|entry| entry.key.ends_with(key));
     let [minus_d, q] = [".saturation.minus_d", ".saturation.q"].map(inferred);
@@ -84,8 +84,8 @@ pub fn single(asked: &Checked<'_>) -> Option<String> {
     (!parts.is_empty()).then(|| format!("Saturation: {}.", parts.join("; ")))
 }
 
-/// Returns the assumptions of the verdict: numbers that the sheet leaves out, and those that it marks as assumed. A
-/// built-in motor's are listed by `standstill motors`.
+/// Returns the assumptions of the verdict: numbers that are missing in the data sheet, and numbers that it marks as
+/// assumed. For a built-in motor, refers to `standstill motors`.
 pub fn assumptions(sheet: &DataSheet) -> Vec<String> {
     let list = |head: &str, entries: &[Entry]| {
         let values: Vec<String> =
@@ -112,7 +112,7 @@ pub fn assumptions(sheet: &DataSheet) -> Vec<String> {
     said.into_iter().flatten().collect()
 }
 
-/// Sentences on motors without saliency.
+/// Sentence on motors without saliency.
 const SAME: &str = " L_d and L_q are the same: there is no axis to find.";
 
 pub fn saliency(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> String {

@@ -1,4 +1,4 @@
-//! Words on a motor that no settings suit: the changes that were tried, and other ways to start it.
+//! Text about a motor that no settings suit: the changes that were tried, and other ways to start the motor.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use standstill_report::page::Block;
 
 use super::{amperes, milliseconds, setting};
 
-/// Returns the changes that were tried where no settings suffice, and the other ways.
+/// Returns the changes that were tried because no settings suffice, and the other ways to start the motor.
 pub fn blocks(found: &Suitability) -> Vec<Block> {
     let mut blocks = match found.suited() {
         Suited::Unknown => measured(found),
@@ -21,7 +21,7 @@ pub fn blocks(found: &Suitability) -> Vec<Block> {
     blocks
 }
 
-/// Returns what a sheet with one inductance needs.
+/// Returns what to measure if the data sheet gives only one inductance.
 fn measured(found: &Suitability) -> Vec<Block> {
     let mut said = "Measure L_d and L_q: at two terminals the inductance goes from its least to its most twice in an electrical revolution while the shaft is turned by hand; `standstill fit` reads both from scope traces (docs/own-motor-traces.md).".to_owned();
     for Advice { change, helps, .. } in &found.advice {

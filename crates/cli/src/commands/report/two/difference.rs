@@ -1,9 +1,10 @@
-//! Differences of two runs, with 95 % intervals.
+//! Differences between two runs, with 95 % intervals.
 
 use standstill_campaign::{Estimate, correlated_difference, paired_difference};
 pub use standstill_campaign::{independent_difference as independent, paired_rms};
 
-/// Counts of pairs of trials with common random numbers in which a case occurred in one of them alone.
+/// Pairs of trials with common random numbers: their number, and the numbers of pairs in which an event occurred only
+/// in run A or only in run B.
 #[derive(Clone, Copy, Debug)]
 pub struct Rates {
     pub only_a: u64,
@@ -12,15 +13,16 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// Returns the rate of B less that of A: pairs in which both or neither had the case carry no information.
+    /// Returns the rate of the event in B minus that in A. Pairs in which both or neither had the event carry no
+    /// information.
     pub fn difference(self) -> Estimate {
         paired_difference([self.only_a, self.only_b], self.pairs)
     }
 }
 
-/// Returns a percentile of the magnitude of the second errors less that of the first, over pairs. To first order the
-/// error of an order statistic follows from the number of values beyond the percentile, so two percentiles are as
-/// correlated as the indicators of being beyond them.
+/// Returns a percentile of the magnitude of the second errors minus that of the first, with an interval from the pairs.
+/// To first order the error of an order statistic depends on the number of values beyond the percentile, so two
+/// percentiles are as strongly correlated as the indicators of exceeding them.
 pub fn paired_percentile(pairs: &[(f64, f64)], [a, b]: [Estimate; 2]) -> Estimate {
     let share = |of: &dyn Fn(&(f64, f64)) -> bool| {
         pairs.iter().filter(|pair| of(pair)).count() as f64 / pairs.len() as f64

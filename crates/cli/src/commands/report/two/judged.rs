@@ -1,4 +1,4 @@
-//! Verdict on which of two runs is better, in a line.
+//! Verdict on which of two runs is better, as one line.
 
 use standstill_campaign::{Apart, Estimate, Judgement, Summary, binomial_interval};
 use standstill_report::page::Tone;
@@ -11,7 +11,7 @@ use crate::shell::values::range;
 use crate::summary::{GOOD, right};
 
 impl Common {
-    /// Returns the differences, B less A, that decide which run is better; `rows`: measures of all points.
+    /// Returns the differences, B minus A, that decide which run is better; `rows`: measures of all points.
     fn apart(&self, rows: &[Compared]) -> Apart {
         let of_starts = |case: fn(&Trial) -> bool, count: fn(&Summary) -> u64| {
             let Some(pairs) = self.pairs.as_ref().filter(|pairs| !pairs.is_empty()) else {
@@ -33,7 +33,7 @@ impl Common {
     }
 }
 
-/// Returns the difference in a line; first the shares of right answers, where these are not nearly all.
+/// Returns the difference as one line. The shares of right answers come first, unless nearly all answers are right.
 pub fn headline(rows: &[Compared], points: &[Common]) -> (Tone, String) {
     let apart = difference(rows, points);
     let shares = |run: usize| {
@@ -72,7 +72,7 @@ fn difference(rows: &[Compared], points: &[Common]) -> String {
     }
 }
 
-/// Formats both errors, and their difference where both exist.
+/// Formats the errors of both runs, and their difference if both errors exist.
 fn measured(one: &Compared) -> String {
     let cells = one.cells();
     let value = |of: usize| cells[2 + of].split(" [").next().unwrap_or_default().to_owned();

@@ -4,11 +4,12 @@ use standstill_campaign::Estimate;
 
 use crate::answer::Record;
 
-/// Name of the measure of the rms error. It and [`P95`] are in degrees; `TRIALS` is a count, the others are shares.
+/// Name of the rms error. This measure and [`P95`] are in degrees; `TRIALS` is a count, and all other measures are
+/// shares.
 pub const RMS: &str = "rms";
 pub const P95: &str = "p95";
 
-/// Name of the measure that is a count.
+/// Name of the number of trials, the only measure that is a count.
 const TRIALS: &str = "trials";
 
 /// A measure of both runs at a point.
@@ -16,11 +17,11 @@ const TRIALS: &str = "trials";
 pub struct Compared {
     pub point: String,
     pub measure: &'static str,
-    /// Values of A and of B.
+    /// Values of run A and of run B.
     pub of: [Estimate; 2],
-    /// Difference, B less A.
+    /// Difference, B minus A.
     pub apart: Estimate,
-    /// Number of trials compared one by one; none where the runs have independent random numbers.
+    /// Number of trials compared one by one; none if the runs have independent random numbers.
     pub pairs: Option<u64>,
 }
 
@@ -35,7 +36,7 @@ impl Compared {
         Self { point: point.to_owned(), measure, of, apart, pairs }
     }
 
-    /// Makes the row with the number of each run's trials at a point, and the number compared one by one.
+    /// Makes the row with the numbers of trials of both runs at a point, and the number of trials compared one by one.
     pub fn trials(point: &str, counts: [u64; 2], pairs: Option<u64>) -> Self {
         let count = |n: u64| Estimate { value: n as f64, ..Estimate::UNKNOWN };
         Self::new(point, TRIALS, counts.map(count), Estimate::UNKNOWN, pairs)
@@ -52,7 +53,7 @@ impl Compared {
             .with("pairs", self.pairs)
     }
 
-    /// Returns the factor from the measure's value to degrees or per cent.
+    /// Returns the factor that converts the measure's value to degrees or per cent.
     pub fn factor(&self) -> f64 {
         if self.is_angle() { 1.0 } else { 100.0 }
     }
@@ -83,7 +84,7 @@ impl Compared {
         ]
     }
 
-    /// Returns which of both values is larger. Which run is better follows from all measures of a point together.
+    /// Returns text on which of both values is larger. Which run is better depends on all measures of a point together.
     pub fn verdict(&self) -> &'static str {
         if self.apart.low.is_nan() || self.apart.high.is_nan() {
             return "cannot be compared";

@@ -1,4 +1,4 @@
-//! The differences of two runs' scenarios.
+//! The differences between the scenarios of two runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! Figure of two runs.
+//! Figure that compares two runs.
 
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
@@ -7,9 +7,10 @@ use standstill_campaign::Estimate;
 use super::row::Compared;
 use super::{CASES, Common};
 
-/// Draws the rms errors of both runs at the top, then their difference, and the rates of failures at the bottom.
+/// Draws the rms errors of both runs at the top, their difference in the middle, and the rates of failures at the
+/// bottom.
 pub fn figure(rows: &[Compared], points: &[Common], names: &[String; 2], conditions: &str) -> Figure {
-    /// Largest number of names on the axis; more would overlap.
+    /// Largest number of names on the axis; more names would overlap.
     const NAMED: usize = 6;
     let names = [format!("A: {}", names[0]), format!("B: {}", names[1])];
     let rms: Vec<&Compared> = rows.iter().filter(|row| row.is_rms()).collect();

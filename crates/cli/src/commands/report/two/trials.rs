@@ -6,25 +6,25 @@ use standstill_scenario::{Verdict, miss_deg};
 use crate::error::Error;
 use crate::results::FinishedRun;
 
-/// The results of a trial that serve to compare two runs.
+/// The results of a trial by which two runs are compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
     pub start_deg: f64,
-    /// Error of the axis in degrees; of a sector what is beyond it.
+    /// Error of the axis in degrees; if the answer is a sector, the part beyond the sector.
     pub error_deg: Option<f64>,
     pub verdict: Verdict,
     pub pole_correct: Option<bool>,
 }
 
 impl Trial {
-    /// Returns which of three cases the trial is: wrong pole, undetermined, no angle.
+    /// Returns three flags: wrong pole, undetermined pole, no angle.
     pub fn cases(&self) -> [bool; 3] {
         let is = |verdict| self.verdict == verdict;
         [self.pole_correct == Some(false), is(Verdict::Undetermined), is(Verdict::Failed)]
     }
 }
 
-/// Returns the summary of some trials by which two runs are compared.
+/// Returns the summary of some trials, for comparing two runs.
 pub fn summary<'a>(trials: impl Iterator<Item = &'a Trial>, limit_deg: f64) -> Summary {
     let mut statistics = Statistics::with_limit(limit_deg);
     for trial in trials {
