@@ -17,8 +17,8 @@ use crate::bracket::{Look, Verdict, forecast_trials};
 /// of 90° in the rms, as an error beyond every bound, as a wrong pole, and as infinite movement, duration and current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// Root mean square of the axis error in degrees. If answers are sectors, this error and those of the measures
-    /// below count from the sector's border.
+    /// Root mean square of the axis error in degrees. If answers are sectors, this and all other error measures count
+    /// the error from the sector's border.
     Rms,
     /// 95th percentile of the magnitude of the axis error in degrees.
     P95,
@@ -321,9 +321,9 @@ impl Tally {
         }
     }
 
-    /// Returns the measures divided by their limits, with forecasts for more trials. The result is clear if a quarter
-    /// of the trials, whose intervals are twice as wide, would surely show the same: a look that ends as soon as it is
-    /// clear is then rarely wrong.
+    /// Returns the measures divided by their limits, with forecasts for more trials. The result counts as clear if
+    /// already a quarter of the trials, whose intervals are twice as wide, would surely show it. A look that ends as
+    /// soon as the result is clear is then rarely wrong.
     pub fn look(&self) -> Look {
         let count = self.count() as f64;
         let then: Vec<f64> =

@@ -94,7 +94,7 @@ pub fn error_over_angle(cloud: &ErrorCloud, subtitle: String) -> Figure {
     figure
 }
 
-/// Draws the inductances over current, and those of the polarity test.
+/// Draws the inductances over current, and the inductances of the polarity test.
 pub fn magnetics(survey: &Survey, motor: &str) -> Figure {
     let over_d = |inductance: fn(&OperatingPoint) -> f64| {
         survey.along_d.iter().map(|p| (p.i_d, inductance(p) * 1e3)).collect()

@@ -13,7 +13,8 @@ use super::terminals::damp;
 /// Nominal DC-link voltage in V of the paper's drive.
 const DC_LINK: f64 = 550.0;
 
-/// Nominal DC-link voltage in V of this motor's drive; that of the paper's drive if the data sheet has none.
+/// Returns the nominal DC-link voltage in V of this motor's drive. If the data sheet does not state it, returns that of
+/// the paper's drive.
 pub(crate) fn dc_link(motor: &Motor) -> f64 {
     motor.dc_link.unwrap_or(DC_LINK)
 }

@@ -1,4 +1,4 @@
-//! Effects: the parts of the machines that have a state or a law of their own, one file each.
+//! Effects: the parts of the machines with their own state or their own equations, one file each.
 //!
 //! | effect | state | file |
 //! |---|---|---|
@@ -81,7 +81,7 @@ macro_rules! each_effect {
 }
 pub(crate) use each_effect;
 
-/// A part of the machines with a state or a law of its own. Methods that work on several machines must be
+/// A part of the machines with its own state or its own equations. Methods that work on several machines must be
 /// `#[inline(always)]`.
 pub trait Effect<V: Wide> {
     /// Quantities of the effect over one step.

@@ -186,7 +186,7 @@ impl Faults {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Iterates over the parts that break at a time in ns, and over those that work again.
+    /// Iterates over the parts that break at a time in ns, and over the parts that work again.
     pub(crate) fn changes(&self, time: f64) -> impl Iterator<Item = (Broken, Health)> {
         let changes = |fault: Fault| {
             [(fault.from, Health::Broken), (fault.until, Health::Whole)].map(|of| (fault.broken, of))

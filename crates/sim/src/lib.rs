@@ -7,7 +7,7 @@
 //! Time is divided at instants: gate edges and ADC triggers at whole nanoseconds, changes of conduction and of the
 //! rotor's motion at any time. Between two neighbouring instants the solution is smooth, and two-derivative steps
 //! integrate it, for one machine ([`run`]) or for several side by side ([`run_side_by_side`]). A run is a pure function
-//! of its [`Case`]: nothing reads a clock, and every random draw has a purpose and a number ([`Streams`]).
+//! of its [`Case`]: nothing in it depends on the clock, and every random draw has a purpose and a number ([`Streams`]).
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 #![allow(
     clippy::needless_range_loop,

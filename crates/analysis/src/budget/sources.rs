@@ -41,7 +41,7 @@ pub(super) struct Start {
 /// Largest number of draws that a trial read, for each purpose of [`SAMPLED`].
 pub(crate) type Lengths = [usize; SAMPLED.len()];
 
-/// Returns, for each purpose of [`SAMPLED`], the largest number of draws that any of these tapes was read for.
+/// Returns, for each purpose of [`SAMPLED`], the largest number of draws that a trial read from one of these tapes.
 pub(crate) fn lengths<'t>(tapes: impl Iterator<Item = &'t mut Tape>) -> Lengths {
     let mut most = [0; SAMPLED.len()];
     for tape in tapes {

@@ -48,7 +48,7 @@ impl Rare {
     }
 }
 
-/// Observer that stores the results of one case apart from those of other cases.
+/// Observer that stores the results of each case separately.
 struct Within<'a> {
     watch: &'a dyn Watch,
     case: String,

@@ -205,7 +205,7 @@ pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {
 
 impl Bench<'_> {
     /// Finds settings that meet the demands at a saturation, trying the most promising ones first. Settings are dropped
-    /// after few starts if their pole evidence is far too small, or clearly below that of settings that did not
+    /// after few starts if their pole evidence is far too small, or clearly below the evidence of settings that did not
     /// suffice.
     fn answers(&self, settings: &mut [Tried], share: f64) -> Result<Sufficiency, SuitabilityError> {
         let enough = |margins: &Margins| margins.is_kept() && margins.pole.is_none_or(|pole| pole > ENOUGH);

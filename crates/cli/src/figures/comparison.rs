@@ -9,7 +9,7 @@ use crate::summary::{FAILING, GOOD, good};
 
 /// A set of conditions of one method; several are drawn below each other.
 struct Place {
-    /// Vertical position: that of the method, counted from the bottom, plus the offset of the conditions within it.
+    /// Vertical position: the method's, counted from the bottom, plus the offset of the conditions within the method.
     y: f64,
     label: String,
     style: Style,

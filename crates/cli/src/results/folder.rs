@@ -66,7 +66,7 @@ fn answered(folder: &Path) -> Option<(&'static str, Option<PathBuf>)> {
     Some((command, page.map(|page| folder.join(page)).filter(|page| page.exists())))
 }
 
-/// Fails, with the next step, if the folder's run is not finished.
+/// Returns an error with the next step if the run in this folder is not finished.
 fn unfinished(folder: &Path) -> Result<(), Error> {
     let error = |path: &Path, found: String, needed: String| {
         Err(Error::Results { path: path.to_owned(), found, needed })

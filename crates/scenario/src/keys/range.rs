@@ -28,7 +28,7 @@ impl Range {
         Self { whole: true, ..self }
     }
 
-    /// Also allows zero; other numbers must be at least `least`.
+    /// Returns the range that also contains zero, and whose other numbers are at least `least`.
     pub(super) const fn or_from(self, least: f64) -> Self {
         Self { gap: least, ..self }
     }

@@ -1,4 +1,4 @@
-//! The comparators of a run: when they watch, and what follows when one of them trips.
+//! The comparators of a run: when they watch, and the consequences of a trip.
 
 use standstill_interface::{Capture, Command, Nanos, Sampling, Stage};
 use standstill_numeric::Wide;
@@ -62,7 +62,7 @@ impl<'a> Watching<'a> {
         self.wakes
     }
 
-    /// The trip in the present command.
+    /// Returns the trip in the present command; none if no comparator has tripped yet.
     pub fn capture(&self) -> Option<Capture> {
         self.capture
     }

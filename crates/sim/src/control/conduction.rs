@@ -56,7 +56,8 @@ impl One {
         }
     }
 
-    /// Returns the machine as the bridge sees it at its terminals; `current`: currents of the legs in A.
+    /// Returns the machine's electrical state at its terminals, from which the bridge finds the conducting devices;
+    /// `current`: currents of the legs in A.
     pub fn port(&self, current: [f64; 3]) -> Port {
         let held =
             self.current.through(self.resistance) - self.drift.through(self.inverse_inductance.inverse());
@@ -105,7 +106,7 @@ impl<'a> Control<'a> {
         self.axes(bank).map(|axis| axis.dot(current))
     }
 
-    /// Returns the machine as the bridge sees it at its terminals.
+    /// Returns the machine's electrical state at its terminals, from which the bridge finds the conducting devices.
     pub(super) fn port<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> Port {
         One::of(bank, here, self.lane).port(self.currents_at(bank, here))
     }

@@ -18,7 +18,7 @@ pub struct Course {
     pub pending: Option<(Nanos, Nanos)>,
     /// Number of phases of the pending sample that the converter has already taken.
     pub taken: usize,
-    /// Phase currents in A of the pending sample, as far as they are taken.
+    /// Phase currents in A of the pending sample; valid for the phases that are already converted.
     pub current: [f64; 3],
     /// Voltage in V of the DC link in the pending sample.
     pub dc_link: f64,

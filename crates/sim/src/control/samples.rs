@@ -117,9 +117,9 @@ impl<'a> Control<'a> {
         settled
     }
 
-    /// Converts the values at a time in ns: currents in A, the link's voltage and those of the terminals in V. Returns
-    /// whether all phases have been converted. The last argument: the requested gates, and whether each leg's amplifier
-    /// has settled.
+    /// Converts the values at a time in ns: currents in A, the link's voltage in V and the terminals' voltages in V.
+    /// Returns whether all phases have been converted. The last argument has the requested gates, and whether each
+    /// leg's amplifier has settled.
     fn convert(
         &mut self,
         nominal: Nanos,

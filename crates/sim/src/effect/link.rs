@@ -1,4 +1,5 @@
-//! The DC link within a step: its voltage is that of the source, or of a capacitor that the source feeds through a resistance.
+//! The DC link within a step: its voltage equals the source's, or it is the voltage of a capacitor that the source
+//! feeds through a resistance.
 
 use standstill_interface::Dq;
 use standstill_inverter::{Source, Storage};

@@ -1,14 +1,14 @@
 //! Hysteresis of the stator's iron: play cells of machines side by side.
 //!
-//! The force of a cell follows from its elastic flux e = ψ − π as K e. While the cell is stuck e changes as ψ does;
-//! while it slides |e| stays at r, and with n = e/r
+//! The force of a cell follows from its elastic flux e = ψ − π as K e. While the cell is stuck, π is constant and e
+//! changes as ψ does; while it slides, |e| stays at the reach r, and with n = e/r
 //! ```text
 //!   de/dt = (1 − n nᵀ) dψ/dt,   dπ/dt = n (n · dψ/dt)
 //! ```
-//! Along this path, a pursuit curve, (1, n) is a ray that turns by a linear equation, `w' = p·ψ'/r, p' = w ψ'/r` with
-//! n = p/w. Over a parabola of ψ its fourth-order Magnus step is the exponential of `G = [0 bᵀ; b cJ]`, with b the
-//! chord over r, c the area between path and chord over r², and J a quarter turn. Since G³ = (|b|² − c²) G, the
-//! exponential has a closed form. |n| = 1 holds whatever the formula's error.
+//! Along this path, a pursuit curve, (1, n) is a ray that turns by a linear equation, `w' = p·ψ'/r, p' = w ψ'/r` with n
+//! = p/w. Over a parabola of ψ its fourth-order Magnus step is the exponential of `G = [0 bᵀ; b cJ]`, with b the chord
+//! over r, c the area between path and chord over r², and J a quarter turn. Since G³ = (|b|² − c²) G, the exponential
+//! has a closed form. |n| = 1 holds whatever the formula's error.
 //!
 //! A cell keeps its mode over a whole step. The mode ends where |e| reaches r, or where a sliding cell's flux turns
 //! back; steps end there as at the end of any mode, and the modes are found anew at the begin of each step.
@@ -26,7 +26,7 @@ use crate::step::hermite::Cubic;
 /// adds a digit or two.
 const ROUNDS: usize = 4;
 
-/// Parts of a step over which cells slide by one formula each.
+/// Number of parts of a step; in each part a sliding cell is integrated by one formula.
 const PARTS: usize = 4;
 
 /// Tolerance by which a cell may overshoot the end of its mode, as a share of the flux error of a step. A cell that

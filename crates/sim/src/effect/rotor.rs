@@ -18,7 +18,7 @@ use crate::step::two_derivative::Here;
 /// that a corrected speed makes within the step. For an acceleration e^(−x s) with small x, the prediction errs by
 /// x²/24 and x²/6, the corrected value by x³/720 and x⁴/720. No step is longer than the winding's time constant, so for
 /// torque, which is of second order in the currents, x is at most 2, and the ratio of the errors at most 0.012 and
-/// 0.021. The constants are eight and five times that, for torque that is not a single exponential.
+/// 0.021. The constants are eight and five times these ratios, for torque that is not a single exponential.
 pub(crate) const SHARE_OF_ANGLE: f64 = 0.1;
 /// Share of the angle made by the speed's correction that counts as error: see [`SHARE_OF_ANGLE`].
 pub(crate) const SHARE_OF_SPEED: f64 = 0.1;

@@ -92,8 +92,8 @@ pub struct TerminalStep<V> {
     begin: End<V>,
     /// Voltage in V that the floating terminals put on the winding at the beginning.
     floating: Plane<V>,
-    /// Surplus of the link's voltage integral in V·s over that of its tangent, and over that of a cubic: see
-    /// [`LinkStep::surplus`].
+    /// Two surpluses of the link's voltage integral, in V·s: over the integral of the tangent, and over that of a
+    /// cubic. See [`LinkStep::surplus`].
     surplus: [V; 2],
     /// The oscillators: extrapolated from the beginning at first, then between both ends.
     pub ringing: Ringing<V>,
@@ -105,7 +105,7 @@ fn add<V: Wide>(a: [V; 3], b: [V; 3]) -> [V; 3] {
 }
 
 impl<V: Wide> TerminalStep<V> {
-    /// Returns the oscillators extrapolated from the beginning; none where terminals have no capacitance.
+    /// Returns the oscillators extrapolated from the beginning; none if terminals have no capacitance.
     #[inline(always)]
     pub fn of(begin: &Begin<'_, '_, V>, link: &LinkStep<V>) -> Option<Self> {
         let Begin { h, machine, legs, here, change, .. } = *begin;
@@ -183,7 +183,7 @@ pub fn within<V: Wide>(span: &Span<'_, '_, V>, ringing: &Ringing<V>, area: V, th
     there.state.potential = add(from.state.potential, machine.legs.charged(legs, mean * (*h * share)));
 }
 
-/// Sets the potentials of conducting legs to those of their devices.
+/// Sets the potentials of conducting legs to the potentials of their devices.
 #[inline(always)]
 pub fn clamp<V: Wide>(machine: &Machine<V>, legs: &Conducting<V>, there: &mut Here<V>) {
     let state = &mut there.state;

@@ -152,8 +152,8 @@ impl<V: Wide> Legs<V> {
         of_legs(&self.axes.each_ref().map(|axis| axis.get(lane)), &contact, alone)
     }
 
-    /// Sets how far the legs of a lane may float beyond the rails: without limit if their wire is open, else by the
-    /// diodes' drop.
+    /// Sets how far the legs of a lane may float beyond the rails: without limit if their wire is open or the bridge has
+    /// no diodes, else by the diodes' drop.
     pub fn put_open(&mut self, lane: usize, bridge: &Bridge) {
         let diode_drop = bridge.devices.diode_drop;
         for (to, open) in self.beyond.iter_mut().zip(bridge.disconnected) {

@@ -91,8 +91,8 @@ impl<const N: usize> Channels<N> {
         }
     }
 
-    /// Changes gain, offset and noise of a channel to those of a faulty sensor. Frozen values and stuck bits are
-    /// handled elsewhere.
+    /// Changes gain, offset and noise of a channel to values that describe a fault of its sensor. Frozen values and
+    /// stuck bits are handled elsewhere.
     pub(super) fn misread(&mut self, k: usize, how: Misreading) {
         let (gain, offset, noise) = (&mut self.gain[k], &mut self.offset[k], &mut self.noise[k]);
         match how {

@@ -10,8 +10,8 @@ use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
 
 impl<V: Wide> Tried<V> {
-    /// Makes an empty record of a step. It is written out, because taking a step of zero length instead would compile
-    /// the code of a step once more.
+    /// Makes an empty record of a step. All fields are written out: a step of zero length would be shorter to write,
+    /// but would compile the code of a step once more.
     pub fn none(here: &Here<V>) -> Self {
         let zero = V::of(0.0);
         Self {

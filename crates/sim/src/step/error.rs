@@ -44,8 +44,8 @@ pub const REMEMBERED: f64 = 4.0;
 
 /// Error of the quadrature of the resistive drop, per ohm and ampere of the fourth-order term below. For a current that
 /// decays with x = h/τ that term is x⁴/18, and the quadrature errs by x⁴/720, a fortieth of the term. The constant is
-/// eight times that, for currents that are not a single exponential. It is doubled from that for the case in which two
-/// resistances add up.
+/// eight times that ratio, for currents that are not a single exponential. The error estimate doubles it once more,
+/// because it multiplies by the sum of two resistances.
 const QUADRATURE: f64 = 0.2;
 
 /// Error of the force on ringing terminals, per weber. For a force e^(−x s) a cubic errs by x⁴/24 s²(1 − s)² within a

@@ -18,7 +18,7 @@ use crate::summary::{decimals_of, fixed};
 /// direction with a smaller ratio is named as hardly identified.
 const HARDLY_IDENTIFIED: f64 = 0.1;
 
-/// Parameters whose non-identifiable directions the text names; fit.json contains those of all parameters.
+/// Parameters whose non-identifiable directions the text names; fit.json contains the directions of all parameters.
 const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
 
 /// Makes the answer; `files`: names of the trace files.

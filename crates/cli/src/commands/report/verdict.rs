@@ -80,7 +80,7 @@ impl Poles {
         }
     }
 
-    /// Returns the share of correct starts, counting only what is judged.
+    /// Returns the share of correct starts. If poles are not judged, a start is correct with an axis.
     fn right(self, s: &Summary) -> f64 {
         good(s, self == Self::Open)
     }

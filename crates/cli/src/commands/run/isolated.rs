@@ -191,8 +191,7 @@ enum Request {
 /// Reply of a worker.
 #[derive(Debug, Serialize, Deserialize)]
 enum Reply {
-    /// The scenario is loaded and a detector could be made. The reply contains the digests of the files that the worker
-    /// reads.
+    /// The scenario is loaded and a detector could be made; with the digests of the files that the worker reads.
     Ready(BTreeMap<String, String>),
     /// The library is loaded; `isr`: the fields of [`Timing`], if the library is an interrupt.
     Library { name: String, isr: Option<Rhythm>, loads: Vec<PathBuf> },

@@ -7,8 +7,8 @@ use standstill_numeric::{Symmetric, Wide};
 
 use crate::physics::plane::Plane;
 
-/// Ratio of the squared frequencies of both modes above which the slower mode counts as ringing; a smaller frequency is
-/// rounding.
+/// Smallest squared frequency of a ringing mode, relative to the mean of both modes' squared frequencies; a smaller
+/// value is rounding.
 const RINGS: f64 = 1e-9;
 
 /// The two eigenmodes of machines side by side.
