@@ -42,26 +42,26 @@ pub struct Checks(u16);
 impl Checks {
     /// Every check.
     pub const ALL: Self = Self(((1 << Check::ALL.len()) - 1) << 1);
-    /// No check.
+    /// The empty set of checks.
     pub const NONE: Self = Self(0);
 
-    /// The set of these checks.
+    /// Makes the set of these checks.
     pub fn of(checks: impl IntoIterator<Item = Check>) -> Self {
         Self(checks.into_iter().fold(0, |all, check| all | bit(check)))
     }
 
-    /// All if `on`, or none.
+    /// Returns the set of all checks if `on`, else the empty set.
     pub const fn all(on: bool) -> Self {
         if on { Self::ALL } else { Self::NONE }
     }
 
-    /// All of these but one.
+    /// Returns the set without one check.
     #[must_use]
     pub const fn without(self, check: Check) -> Self {
         Self(self.0 & !bit(check))
     }
 
-    /// Whether a check is on.
+    /// Returns whether a check is on.
     pub const fn has(self, check: Check) -> bool {
         self.0 & bit(check) != 0
     }
@@ -76,7 +76,7 @@ impl Checks {
         f64::from(self.0)
     }
 
-    /// From a number as [`Self::number`] gives it, or from 1 for all; none for any other.
+    /// Returns the checks for a number from [`Self::number`], or all checks for 1; none for any other number.
     pub fn numbered(number: f64) -> Option<Self> {
         if number == 1.0 {
             return Some(Self::ALL);
@@ -84,10 +84,10 @@ impl Checks {
         (0..=Self::ALL.0).step_by(2).map(Self).find(|checks| checks.number() == number)
     }
 
-    /// By names, of which each is a check.
+    /// Returns the checks with these names.
     ///
     /// # Errors
-    /// The first name that is none.
+    /// The first name that does not belong to a check.
     pub fn named<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Self, &'a str> {
         names.into_iter().try_fold(Self::NONE, |all, name| {
             <Check as Choice>::named(name).map(|check| Self(all.0 | bit(check))).ok_or(name)
@@ -95,7 +95,7 @@ impl Checks {
     }
 }
 
-/// The first bit is left to the number that stands for all.
+/// Returns the bit of a check. The lowest bit is not used, because 1 stands for all checks.
 const fn bit(check: Check) -> u16 {
     2 << check as u16
 }

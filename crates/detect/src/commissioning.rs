@@ -1,33 +1,38 @@
-//! Learning what is wrong with the line inductances from several starts, without a position sensor.
+//! Commissioning: learns systematic errors of the line inductances from several starts, without a position sensor.
 //!
-//! Equations (5)–(7) take the three lines for a wave of 2θ with equal phases. Write them as a complex number and a mean,
+//! Equations (5)–(7) take the three lines for a wave of 2θ with equal phases. Write them as a complex number and a
+//! mean,
 //! ```text
 //! Z = −2/9 Σ L_k w_k,   M = 1/9 Σ L_k,   w = e^{j120°}, 1, e^{−j120°} for L_AB, L_BC, L_CA
 //! ```
-//! of which an ideal motor's are `Z = L_B u` with `u = e^{j2θ}`, and `M = L_A` (all in H). What makes them differ:
+//! For an ideal motor they are `Z = L_B u` with `u = e^{j2θ}`, and `M = L_A` (all in H). Real motors and drives differ
+//! by:
 //!
-//! * **A 4θ harmonic.** L_4 cos 4θ in phase a, cos 4(θ − 120°) in b, and so on, with the mutual inductances that go with
-//!   it, is a reflection of 3/2 L_4 that turns with −4θ in the stator's frame: `H u⁻²` in Z, H = L_4. Nothing in M.
+//! * **A 4θ harmonic.** L_4 cos 4θ in phase a, cos 4(θ − 120°) in b, and so on, with the mutual inductances that go
+//!   with it, is a reflection of 3/2 L_4 that turns with −4θ in the stator's frame: `H u⁻²` in Z, H = L_4. It does not
+//!   change M.
 //! * **Unequal phases.** Phase a larger by δ is a reflection that stands still: `2/9 δ` in Z, for phases b and c turned
-//!   by ±120°. A constant c in all.
-//! * **Unequal gains.** Lines read 1 + ε_k times too large, with `E = Σ ε_k w_k`, give `Z' = Z − 2/3 L_A E + 1/3 (E Z)*`:
-//!   a constant again, and a term that turns backwards and is |L_B| / (2 L_A) of that constant.
+//!   by ±120°. Together they are a constant c.
+//! * **Unequal gains.** Lines read 1 + ε_k times too large, with `E = Σ ε_k w_k`, give `Z' = Z − 2/3 L_A E + 1/3 (E
+//!   Z)*`: a constant again, and a term that turns backwards and is |L_B| / (2 L_A) of that constant.
 //! * **Saturation.** A pulse with i_d > 0 meets less inductance: L_k less by κ cos³(φ_k − θ), where φ_k is the line's
-//!   direction. With `v = e^{jθ}` that is `j P v⁻¹` in Z, P = κ/4. Unlike the others it depends on the pole.
+//!   direction. With `v = e^{jθ}` that is `j P v⁻¹` in Z, P = κ/4. Unlike the other effects it depends on the pole.
 //!
 //! Together
 //! ```text
 //! Z = c + S u + H u⁻² + j P v⁻¹,   S = L_B
 //! ```
-//! Each position brings two equations and one unknown, its θ. What remains, one equation each, determines c, S, H and,
-//! where the poles are known, P: each equation looks along the normal of Z's path, on which no turn of the rotor moves.
+//! Each position gives two equations and one unknown, its θ. The remaining equation of each position determines c, S, H
+//! and, if the poles are known, P. It is the component along the normal of Z's path, which no rotation of the rotor
+//! changes.
 //!
-//! The backward term of unequal gains is left out: gains of 0.5 % leave 0.06° rms by it on a motor with |L_B|/L_A = 0.23.
-//! It can be learnt, best together with M, which it lets vary with 2θ; but its two unknowns made as much uncertain as
-//! they explained, up to 32 positions of a drive whose single reading is good to 0.2°, and more with one of 0.5°.
+//! The backward term of unequal gains is neglected: with gain errors of 0.5 % it causes 0.06° rms on a motor with
+//! |L_B|/L_A = 0.23. It could be learnt, best together with M, in which it causes a variation with 2θ. But its two
+//! unknowns added as much uncertainty as they explained, up to 32 positions of a drive with 0.2° of uncertainty per
+//! reading, and more with 0.5°.
 //!
-//! A common turn of all positions, the place of θ = 0, cannot be identified. It is defined by the winding, as is that H and P
-//! are real, which holds for motors whose halves about the d-axis are alike.
+//! A common rotation of all positions, i.e. the position of θ = 0, cannot be identified. It is defined by the winding.
+//! So is the fact that H and P are real, which holds for motors that are symmetric about the d-axis.
 
 mod correction;
 mod fit;
@@ -54,17 +59,18 @@ pub struct CommissioningSettings<T> {
     pub saliency: SaliencySign,
     /// Positions needed.
     pub least_positions: u8,
-    /// How uncertain a corrected angle may be in the worst position, by what was learnt alone, in units of what the noise
-    /// of one reading makes uncertain. N positions spread
-    /// evenly give 2/√N, with the poles 2.5/√N.
+    /// Largest allowed uncertainty of a corrected angle in the worst position, caused by the learnt values alone,
+    /// relative to the uncertainty that the noise of one reading causes. N evenly spread positions give 2/√N, with the
+    /// poles 2.5/√N.
     pub most_dilution: T,
-    /// rms in units of |L_B| of what no model of this kind explains, beyond which the lines are not those of one.
+    /// Largest allowed rms of the unexplained part in units of |L_B|. With a larger one the lines do not fit any model
+    /// of this kind.
     pub most_residual: T,
 }
 
 impl<T: Real> CommissioningSettings<T> {
-    /// For a motor with this saliency: 8 positions that leave no more uncertainty than a reading does, and a residual of
-    /// at most 6 % of |L_B|, with which one reading is uncertain by 1.7°.
+    /// Returns settings for a motor with this saliency: 8 positions, a dilution of at most one reading's uncertainty,
+    /// and a residual of at most 6 % of |L_B|, with which one reading has an uncertainty of 1.7°.
     pub fn usual(saliency: SaliencySign) -> Self {
         Self { saliency, least_positions: 8, most_dilution: T::one(), most_residual: T::of(0.06) }
     }
@@ -83,7 +89,7 @@ pub enum CommissioningError<T> {
     /// A line inductance that is not positive and finite.
     #[error("a line inductance is not positive and finite")]
     NotInductive,
-    /// No room for another position.
+    /// There is no room for another position.
     #[error("no room for more than {room} positions")]
     Full {
         /// Positions that there is room for.
@@ -92,34 +98,34 @@ pub enum CommissioningError<T> {
     /// Too few positions.
     #[error("{found} positions where at least {needed} are needed")]
     TooFew {
-        /// How many there are.
+        /// Number of positions.
         found: usize,
-        /// How many are needed.
+        /// Number of positions needed.
         needed: usize,
     },
-    /// The positions do not spread enough to tell the unknowns apart.
+    /// The positions are too close together to separate the unknowns.
     #[error(
         "positions too close to each other: a correction would be {dilution:.2} times as uncertain as one reading, where \
          at most {allowed:.2} is allowed"
     )]
     TooClose {
-        /// See [`CommissioningSettings::most_dilution`]. Infinite where an unknown has no effect at all.
+        /// Dilution found: see [`CommissioningSettings::most_dilution`]. Infinite if an unknown has no effect at all.
         dilution: T,
         /// The limit.
         allowed: T,
     },
-    /// The lines are not those of such a motor.
+    /// The lines do not fit any motor of this kind.
     #[error(
         "lines that no harmonic and no asymmetry explain: {residual:.4} of |L_B| is left, where at most {allowed:.4} is \
          allowed"
     )]
     Unexplained {
-        /// rms of what is left, in units of |L_B|.
+        /// Rms of the unexplained part, in units of |L_B|.
         residual: T,
         /// The limit.
         allowed: T,
     },
-    /// No least sum of squares was found, or it is one of no such motor.
+    /// The fit did not converge, or its result does not belong to a motor of this kind.
     #[error("no harmonic and no asymmetry fits the lines")]
     NoConvergence,
 }
@@ -143,17 +149,18 @@ pub struct Deviations<T> {
 pub struct Learnt<T> {
     /// To be kept.
     pub correction: Correction<T>,
-    /// How well it is known.
+    /// Standard deviations of the learnt values.
     pub deviations: Deviations<T>,
     /// L_A in H, the mean over the positions.
     pub mean: T,
-    /// L_B in H without what was learnt.
+    /// L_B in H after subtraction of the learnt errors.
     pub saliency: T,
-    /// rms in H of what is left, of the equations beyond the unknowns: the noise of each part of Z, if nothing else is wrong.
+    /// Rms of the residual in H, over the equations in excess of the unknowns: the noise of each component of Z, if
+    /// nothing else is wrong.
     pub residual: T,
-    /// See [`CommissioningSettings::most_dilution`].
+    /// Dilution: see [`CommissioningSettings::most_dilution`].
     pub dilution: T,
-    /// From how many positions.
+    /// Number of positions from which the values were learnt.
     pub positions: usize,
 }
 
@@ -188,31 +195,31 @@ pub struct Commissioning<T> {
 }
 
 impl<T: Real> Commissioning<T> {
-    /// Without positions yet.
+    /// Makes a commissioning without positions.
     ///
     /// # Errors
-    /// A setting with which nothing can be learnt.
+    /// Nothing can be learnt with one of the settings.
     pub fn new(settings: CommissioningSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let none = Position { z: Complex::zero(), north: None };
         Ok(Self { settings, positions: [none; CAPACITY], means: T::zero(), count: 0 })
     }
 
-    /// How many positions there are.
+    /// Returns the number of positions.
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether there is no position yet.
+    /// Returns whether there are no positions yet.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// L_AB, L_BC, L_CA in H at another position, and the rotor's angle by that detection, if it found a pole.
-    /// Only the pole is taken from it: an error below 90° does not matter.
+    /// Adds L_AB, L_BC, L_CA in H at another position, and the rotor's angle from that detection if it found a pole.
+    /// Only the pole is used: an error of the angle below 90° does not matter.
     ///
     /// # Errors
-    /// A value that is no inductance, or no room for another; nothing was added.
+    /// A value is not an inductance, or there is no room for another position; then nothing is added.
     pub fn add(&mut self, lines: Abc<T>, north: Option<Angle<T>>) -> Result<(), CommissioningError<T>> {
         if !lines.0.iter().all(|line| line.is_finite() && *line > T::zero()) {
             return Err(CommissioningError::NotInductive);
@@ -225,10 +232,10 @@ impl<T: Real> Commissioning<T> {
         Ok(())
     }
 
-    /// Estimate from all positions. Saturation is learnt if every position has its pole.
+    /// Estimates the corrections from all positions. Saturation is learnt if the pole is known at every position.
     ///
     /// # Errors
-    /// Too few positions, too close to each other, or of no such motor.
+    /// There are too few positions, they are too close to each other, or they do not belong to a motor of this kind.
     pub fn learn(&self) -> Result<Learnt<T>, CommissioningError<T>> {
         let mut positions = self.positions;
         let positions = &mut positions[..self.count];
@@ -288,8 +295,8 @@ impl<T: Real> Commissioning<T> {
         CommissioningError::Unexplained { residual, allowed: self.settings.most_residual }
     }
 
-    /// The factors of the information, the dilution, and the rms over the positions of the standard deviation in rad of
-    /// a corrected angle for a noise of one.
+    /// Returns the factor of the information matrix, the dilution, and the rms over the positions of a corrected
+    /// angle's standard deviation in rad for unit noise.
     fn spread(
         &self,
         model: &Model<T>,

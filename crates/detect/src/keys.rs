@@ -1,8 +1,8 @@
-//! Keys: what an engineer may set of a method, by name, in a scenario or on a command line.
+//! Keys: the settings of methods that an engineer may change by name, in a scenario or on a command line.
 //!
-//! A key's name, unit, range and meaning stand here once, because several methods may have the same. Which
-//! keys a method has and what each does to its settings stands in the method's own file, as a table of [`Setting`]s:
-//! everything that reads, checks, lists or prints them goes through these tables.
+//! A key's name, unit, range and meaning stand here once, because several methods may have the same. Which keys a
+//! method has, and how each changes its settings, is listed in the method's own file, as a table of [`Setting`]s. All
+//! code that reads, checks, lists or prints keys uses these tables.
 //!
 //! ```
 //! use standstill_detect::{Decay, Method, MethodName, Value, keys};
@@ -35,7 +35,7 @@ use crate::settings::Source;
 /// A value of a key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// In the key's unit.
+    /// A number in the key's unit.
     Number(f64),
     /// Yes or no.
     Flag(bool),
@@ -54,7 +54,7 @@ pub enum Kind {
         share: bool,
         /// Whether they are whole.
         whole: bool,
-        /// From this to this.
+        /// Smallest and largest value.
         range: [f64; 2],
         /// The range in words.
         needed: &'static str,
@@ -70,7 +70,7 @@ pub enum Kind {
 /// A key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
-    /// Its name, as in files.
+    /// Name of the key, as files have it.
     pub name: &'static str,
     /// Description, in a sentence.
     pub about: &'static str,
@@ -78,14 +78,15 @@ pub struct Key {
     pub kind: Kind,
 }
 
-/// How a key reads and changes settings `S`.
+/// Access of a key to settings `S`.
 #[derive(Debug)]
 pub struct Setting<S: 'static> {
     /// The key.
     pub key: &'static Key,
-    /// Its value as the settings are; none where they have no such thing as they are.
+    /// Function that returns the key's value; none if the settings currently do not have it.
     pub get: fn(&S) -> Option<Value>,
-    /// Sets it; false where the settings have no such thing as they are, and for checks that are given as a number.
+    /// Function that sets the key. Returns false if the settings currently do not have it, and for checks that are
+    /// given as a number.
     pub set: fn(&mut S, Value) -> bool,
 }
 
@@ -103,17 +104,17 @@ pub type Lines<'a> = dyn FnMut(&'static str, fmt::Arguments<'_>) + 'a;
 /// assert!(names.contains(&"pulse") && names.contains(&"rounds"));
 /// ```
 pub trait Keyed: Sized + 'static {
-    /// Their keys and what each does.
+    /// Keys of these settings, with their access functions.
     const SETTINGS: &'static [Setting<Self>];
 
-    /// The settings that an engineer would copy into a drive, those that follow from others as well: calls `line` with
-    /// the name and the value of each. Without lines of its own a method has none worth it.
+    /// Calls `line` with name and value of each setting that an engineer would copy into a drive, including settings
+    /// that follow from others. By default a method has none.
     fn describe(&self, _line: &mut Lines<'_>) {}
 
     /// The kinds of readings of which any one is enough for the method, see [`crate::Settings::sources`].
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents];
 
-    /// The kinds of readings of which any one is enough with these settings; by default [`Self::SOURCES`].
+    /// Returns the kinds of readings of which one is enough with these settings; by default [`Self::SOURCES`].
     fn needed_sources(&self) -> &'static [Source] {
         Self::SOURCES
     }
@@ -121,12 +122,12 @@ pub trait Keyed: Sized + 'static {
     /// Whether the method turns the rotor, see [`crate::Settings::turns_rotor`].
     const TURNS_ROTOR: bool = false;
 
-    /// Period of the PWM carrier, see [`crate::Settings::carrier_period`].
+    /// Returns the period of the PWM carrier: see [`crate::Settings::carrier_period`].
     fn carrier(&self) -> Option<Nanos> {
         None
     }
 
-    /// The setting of a key, if there is such a key.
+    /// Returns the setting of a key; none if there is no such key.
     fn setting(key: &Key) -> Option<&'static Setting<Self>> {
         Self::SETTINGS.iter().find(|setting| setting.key.name == key.name)
     }
@@ -242,22 +243,22 @@ macro_rules! method_keys {
 method_keys!(entries);
 
 impl Value {
-    /// A number.
+    /// Makes the value of a number.
     pub fn of<T: Real>(number: T) -> Self {
         Self::Number(number.to_double())
     }
 
-    /// A time in s.
+    /// Makes the value of a time, in s.
     pub fn time(time: Nanos) -> Self {
         Self::Number(time.seconds())
     }
 
-    /// A count.
+    /// Makes the value of a count.
     pub fn times(count: u8) -> Self {
         Self::Number(f64::from(count))
     }
 
-    /// A number as such; of a flag 0 or 1; of checks see [`Checks::number`].
+    /// Returns the value as a number: 0 or 1 for a flag, [`Checks::number`] for checks.
     pub fn number(self) -> f64 {
         match self {
             Self::Number(number) => number,
@@ -266,24 +267,24 @@ impl Value {
         }
     }
 
-    /// A number in a detector's precision.
+    /// Returns the value as a number in a detector's precision.
     pub(crate) fn real<T: Real>(self) -> T {
         T::of(self.number())
     }
 
-    /// A number of seconds.
+    /// Returns a value in seconds as a time.
     pub(crate) fn nanos(self) -> Nanos {
         Nanos::from_seconds(self.number())
     }
 
-    /// A number that is counted.
+    /// Returns the value as a count.
     // Kept within its type.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub(crate) fn count(self) -> u8 {
         self.number().clamp(0.0, 255.0) as u8
     }
 
-    /// The checks; of a flag all or none. A number is neither.
+    /// Returns the value as checks: all or none for a flag; `None` for a number.
     pub(crate) fn checks(self) -> Option<Checks> {
         match self {
             Self::Checks(checks) => Some(checks),
@@ -292,27 +293,27 @@ impl Value {
         }
     }
 
-    /// Whether a flag is set.
+    /// Returns whether a flag is set.
     pub(crate) fn is_set(self) -> bool {
         self.number() != 0.0
     }
 }
 
 impl Checks {
-    /// These as a key's value.
+    /// Returns the checks as a key's value.
     #[allow(clippy::unnecessary_wraps, reason = "the form of a setting that may be missing")]
     pub(crate) fn value(self) -> Option<Value> {
         Some(Value::Checks(self))
     }
 
-    /// Sets which are on; returns whether the value says it.
+    /// Sets the checks from a value; returns false if the value does not describe checks.
     pub(crate) fn set_value(&mut self, value: Value) -> bool {
         value.checks().map(|checks| *self = checks).is_some()
     }
 }
 
 impl<S> Setting<S> {
-    /// A setting that is always there.
+    /// Makes a setting that always exists.
     pub(crate) const fn new(
         key: &'static Key,
         get: fn(&S) -> Option<Value>,

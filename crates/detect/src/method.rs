@@ -34,12 +34,12 @@ pub use subdivision::{Subdivision, SubdivisionSettings};
 #[cfg(test)]
 pub(crate) use {maximum_likelihood::likelihood, pulsating::Pulsating, rotating::Rotating};
 
-/// A detection as its method writes it: steps that a fault can end, and what was learnt so far.
+/// A detection as its method implements it: steps that a fault can end, and the findings so far.
 pub(crate) trait Sequence<T: Real> {
     /// Takes a step as [`Detector::step`] does.
     fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>>;
 
-    /// Up to now: what was measured, and how near it was to a fault.
+    /// Returns the measurements so far, and the smallest margin to a fault.
     fn so_far(&self) -> (&Findings<T>, Margin<T>);
 }
 
@@ -150,28 +150,29 @@ macro_rules! methods {
         in_numbers!(f64, $($variant),*);
 
         impl<T: Real> Method<T> {
-            /// A key's value; none if the method as it is set has no such key.
+            /// Returns a key's value; none if the method, as it is set, does not have the key.
             pub fn get(&self, key: &Key) -> Option<Value> {
                 match self {
                     $(Self::$variant(settings) => $settings::<T>::setting(key).and_then(|s| (s.get)(settings))),*
                 }
             }
 
-            /// Sets a key to a value within its range; false if the method as it is set has no such key.
+            /// Sets a key to a value within its range; returns false if the method, as it is set, does not have the
+            /// key.
             pub fn set(&mut self, key: &Key, value: Value) -> bool {
                 match self {
                     $(Self::$variant(settings) => $settings::<T>::setting(key).is_some_and(|s| (s.set)(settings, value))),*
                 }
             }
 
-            /// See [`Keyed::describe`].
+            /// Describes the settings: see [`Keyed::describe`].
             pub fn describe(&self, line: &mut Lines<'_>) {
                 match self {
                     $(Self::$variant(settings) => settings.describe(line)),*
                 }
             }
 
-            /// Whether its method has such a key.
+            /// Returns whether the method has the key.
             pub fn has(&self, key: &Key) -> bool {
                 match self {
                     $(Self::$variant(_) => $settings::<T>::setting(key).is_some()),*
@@ -182,7 +183,8 @@ macro_rules! methods {
     };
 }
 
-/// All methods in one kind of numbers. What is not generic is compiled here, once, and not again by all who use it.
+/// Instantiates all methods for one numeric type, so that they are compiled here once, and not again in each crate that
+/// uses them.
 macro_rules! in_numbers {
     ($number:ty, $($variant:ident),*) => {
         impl Detector<$number> for AnyDetector<$number> {
@@ -247,7 +249,7 @@ methods! {
 }
 
 impl<T: Real> Method<T> {
-    /// The polarity test that follows the axis, of a method that has one.
+    /// Returns the settings of the polarity test that follows the axis; none for methods without such a test.
     pub fn polarity_mut(&mut self) -> Option<&mut PolaritySettings<T>> {
         match self {
             Self::LineInductance(settings) => Some(&mut settings.polarity),
@@ -263,30 +265,30 @@ impl<T: Real> Method<T> {
         }
     }
 
-    /// Whether its axis comes from line pulses.
+    /// Returns whether the axis comes from line pulses.
     pub fn has_line_pulses(&self) -> bool {
         self.has(&keys::PULSE)
     }
 
-    /// Whether its pulses depend on what it reads.
+    /// Returns whether the pulses depend on earlier readings.
     pub const fn is_adaptive(&self) -> bool {
         matches!(self, Self::MaximumLikelihood(settings) if settings.adaptive.is_some())
     }
 
-    /// Half the width of the sectors in which it answers; none where it answers by an angle.
+    /// Returns half the width of the sectors in which the method answers; none if it answers with an angle.
     pub fn half_sector(&self) -> Option<Angle<T>> {
         let Self::SixPulse(settings) = self else { return None };
         let width = settings.sector.radians();
         (width > T::zero()).then(|| Angle::from_radians(width / T::of(2.0)))
     }
 
-    /// The method with line pulses of this length; none of a method without line pulses.
+    /// Returns the method with line pulses of this length; none for methods without line pulses.
     #[must_use]
     pub fn with_pulse(mut self, pulse: Nanos) -> Option<Self> {
         self.set(&keys::PULSE, Value::time(pulse)).then_some(self)
     }
 
-    /// A method as it suits this motor and drive, with the motor's polarity signature.
+    /// Returns a method with settings that suit this motor and drive, and with the motor's polarity signature.
     pub fn suited(name: MethodName, drive: &Nameplate<T>) -> Self {
         let line_inductance = |decay| {
             let mut settings = LineInductanceSettings::paper(decay, drive);

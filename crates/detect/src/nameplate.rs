@@ -52,22 +52,22 @@ pub struct Nameplate<T> {
     pub q_axis_inductance: T,
     /// Flux linkage of the magnet in Wb, from the voltage constant; zero without magnet.
     pub magnet_flux: T,
-    /// Which pole draws the larger current near rated current.
+    /// The pole that draws the larger current near rated current.
     pub signature: Signature,
-    /// Which pole draws the larger current in pulses of half the rated current, which the bipolar methods use.
+    /// The pole that draws the larger current in pulses of half the rated current, which the bipolar methods use.
     pub pulse_signature: Signature,
-    /// By what share one pole's current exceeds the other's near rated current.
+    /// Relative difference between the currents of the two poles near rated current.
     pub polarity_difference: T,
-    /// How much 1/L_q rises with a current along the magnet where 1/L_d rises by one: zero without cross saturation.
+    /// Change of 1/L_q with a current along the magnet, relative to the change of 1/L_d; zero without cross saturation.
     pub cross_saturation: T,
-    /// The pulse across a line that raises the rated current in it where its core saturates most: shorter than the
-    /// inductances without current say.
+    /// Length of the pulse across a line that raises the rated current where the core saturates most. It is shorter
+    /// than the inductances at zero current suggest.
     pub rated_pulse: Nanos,
     /// Standard deviation of the current sensors' gains, relative, as their data sheet tolerates it. Zero: equal.
     pub gain_tolerance: T,
-    /// How the current sensors and their converter work.
+    /// Properties of the current sensors and their converter.
     pub sensing: Sensing<T>,
-    /// The dividers at the terminals, of a drive that has them.
+    /// The dividers at the terminals, if the drive has any.
     pub dividers: Dividers<T>,
     /// DC link in V.
     pub dc_link: T,
@@ -79,24 +79,24 @@ pub struct Nameplate<T> {
     pub switch_drop: [T; 2],
     /// Likewise of a diode whose leg has both switches off.
     pub diode_drop: [T; 2],
-    /// Likewise of a leg whose current flows against the switch that is on: through the diode beside an IGBT, backwards
-    /// through the channel of a MOSFET.
+    /// The same values for a leg whose current flows against the switch that is on: through the diode beside an IGBT,
+    /// backwards through the channel of a MOSFET.
     pub reverse_drop: [T; 2],
 }
 
 impl<T: Real> Nameplate<T> {
-    /// The sign of L_B.
+    /// Returns the sign of L_B.
     pub fn saliency(&self) -> SaliencySign {
         SaliencySign::of(self.d_axis_inductance, self.q_axis_inductance)
     }
 
-    /// Mean inductance in H of two phases in series: L_d + L_q.
+    /// Returns the mean inductance in H of two phases in series: L_d + L_q.
     pub fn line_inductance(&self) -> T {
         self.d_axis_inductance + self.q_axis_inductance
     }
 
-    /// A pulse that raises this share of the rated current in a line on average, and at most half more in any, in steps of
-    /// 10 µs, from 20 µs to 3 ms.
+    /// Returns the length of a pulse that raises this share of the rated current in a line on average, and at most half
+    /// more in any line, in steps of 10 µs, from 20 µs to 3 ms.
     ///
     /// ```
     /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));
@@ -111,10 +111,10 @@ impl<T: Real> Nameplate<T> {
         Nanos::from_seconds((steps * step).to_double())
     }
 
-    /// The longest pulse that raises no more than the rated current in any line.
+    /// Returns the longest pulse that does not exceed the rated current in any line.
     ///
-    /// The more a core saturates, the steeper the current is at the end of the pulse, and a link that is a per cent higher
-    /// makes more of that: 1 % less for each 10 % by which saturation shortens the pulse.
+    /// The more a core saturates, the steeper is the current at the end of the pulse, and the more matters an error of
+    /// the link's voltage. So the pulse is 1 % shorter for each 10 % by which saturation shortens it.
     pub(crate) fn longest_pulse(&self) -> Nanos {
         let least = self.d_axis_inductance.min(self.q_axis_inductance);
         let linear = (T::of(2.0) * least * self.rated_current / self.dc_link).to_double();
@@ -122,7 +122,7 @@ impl<T: Real> Nameplate<T> {
         Nanos::from_seconds(self.rated_pulse.seconds() * (0.9 + 0.1 * share))
     }
 
-    /// Conversion to another precision.
+    /// Converts to another precision.
     ///
     /// ```
     /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));
@@ -157,8 +157,10 @@ impl<T: Real> Nameplate<T> {
         }
     }
 
+    /// Checks all values.
+    ///
     /// # Errors
-    /// A value that cannot be.
+    /// A value is impossible.
     pub fn check(&self) -> Result<(), SettingsError> {
         require_positive(self.rated_current, "rated_current")?;
         require_positive(self.d_axis_inductance, "d_axis_inductance")?;
@@ -182,7 +184,7 @@ impl<T: Real> Nameplate<T> {
     }
 }
 
-/// The longest dead time that leaves a PWM room: less than a quarter of its period.
+/// Returns the longest dead time that leaves room for PWM: just under a quarter of the carrier period.
 pub fn longest_dead_time(carrier_period: Nanos) -> Nanos {
     Nanos(carrier_period.0.saturating_sub(1) / 4)
 }

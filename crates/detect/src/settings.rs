@@ -18,20 +18,20 @@ choice! {
 /// A setting that cannot work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SettingsError {
-    /// Its name.
+    /// Name of the setting.
     pub setting: &'static str,
     /// The requirement, in words.
     pub needed: &'static str,
 }
 
 impl SettingsError {
-    /// An error in words of its own, as a detector from elsewhere has it. Static, because a firmware has no allocator; a text
-    /// that is made at run time may be leaked, as it ends the run.
+    /// Makes an error with its own text, for a detector that is defined elsewhere. The text is static, because a
+    /// firmware has no allocator; a text made at run time may be leaked, because the error ends the run.
     pub const fn own(text: &'static str) -> Self {
         Self { setting: "", needed: text }
     }
 
-    /// Its words, if it has its own.
+    /// Returns the error's own text, if it has one.
     pub const fn own_text(&self) -> Option<&'static str> {
         if self.setting.is_empty() { Some(self.needed) } else { None }
     }
@@ -48,37 +48,37 @@ impl fmt::Display for SettingsError {
 
 impl core::error::Error for SettingsError {}
 
-/// An error unless `holds`.
+/// Returns an error unless `holds`.
 pub(crate) fn require(holds: bool, setting: &'static str, needed: &'static str) -> Result<(), SettingsError> {
     if holds { Ok(()) } else { Err(SettingsError { setting, needed }) }
 }
 
-/// Positive and finite.
+/// Requires a positive, finite value.
 pub(crate) fn require_positive<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
     require(value.is_finite() && value > T::zero(), setting, "positive and finite")
 }
 
-/// Zero or more, and finite.
+/// Requires a finite value of zero or more.
 pub(crate) fn require_zero_or_more<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
     require(value.is_finite() && value >= T::zero(), setting, "zero or more and finite")
 }
 
-/// Above zero and below one.
+/// Requires a value above zero and below one.
 pub(crate) fn require_share<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
     require(value > T::zero() && value < T::one(), setting, "above 0 and below 1")
 }
 
-/// A probability of error that a decision can keep.
+/// Requires a probability of error that a decision can keep.
 pub(crate) fn require_error<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
     // Below it the exponential of a single-precision number is no longer a number with all its digits.
     let least = T::of(1e-30);
     require(value >= least && value < T::of(0.5), setting, "a probability from 1e-30 to below 0.5")
 }
 
-/// No detection waits longer for a single thing.
+/// Longest time that a detection may wait for a single event.
 pub(crate) const LONGEST: Nanos = Nanos(60_000_000_000);
 
-/// A kind of readings that a drive may have beside the voltage of its DC link.
+/// A kind of readings that a drive may have in addition to its DC-link voltage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The currents of the phases, by sensors in line or by shunts below the legs.
@@ -140,10 +140,10 @@ pub trait Settings<T: Real> {
     /// The detector.
     type Detector: Detector<T>;
 
-    /// A detector, ready for its first step.
+    /// Makes a detector, ready for its first step.
     ///
     /// # Errors
-    /// A setting with which the method cannot work.
+    /// The method cannot work with one of the settings.
     fn detector(&self) -> Result<Self::Detector, SettingsError>;
 
     /// The PWM carrier's period that the drive must have; none if the method uses no PWM.

@@ -1,4 +1,4 @@
-//! Corrections from commissioning, as they are kept and used.
+//! Corrections from commissioning, as they are stored and applied.
 
 use standstill_interface::{Abc, Angle, Real};
 
@@ -7,10 +7,10 @@ use crate::parts::complex::{Complex, Turning};
 use crate::parts::lines::{Saliency, SaliencySign, reflection};
 use crate::settings::{SettingsError, require};
 
-/// Correction by [`Commissioning`](crate::Commissioning): four numbers for a memory that survives without power.
+/// Correction from [`Commissioning`](crate::Commissioning): four numbers for a non-volatile memory.
 ///
-/// They are relative to the mean L_A measured along with them. So what scales all lines alike, such as the gain of the
-/// DC link's sensor or an unknown dead time, neither spoils a correction nor ages it.
+/// They are relative to the mean L_A that was measured with them. So an effect that scales all lines alike, such as the
+/// gain of the DC link's sensor or an unknown dead time, does not change a correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction<T> {
     offset: Complex<T>,
@@ -19,15 +19,15 @@ pub struct Correction<T> {
 }
 
 impl<T: Real> Correction<T> {
-    /// Nothing to correct: equations (5)–(7) of the paper as they are.
+    /// Returns the correction that changes nothing: equations (5)–(7) of the paper apply unchanged.
     pub fn none() -> Self {
         Self { offset: Complex::zero(), fourth: T::zero(), saturation: T::zero() }
     }
 
-    /// From what [`Correction::values`] gave: `[Re c, Im c, H, P]`, relative to L_A.
+    /// Makes a correction from the numbers that [`Correction::values`] returned: `[Re c, Im c, H, P]`, relative to L_A.
     ///
     /// # Errors
-    /// Values of no motor that has three phases of one kind: a memory that lost them.
+    /// The values cannot belong to a motor with three phases of one kind: the memory has lost them.
     pub fn new(values: [T; 4]) -> Result<Self, SettingsError> {
         let names = ["correction.offset", "correction.offset", "correction.fourth", "correction.saturation"];
         for (value, name) in values.into_iter().zip(names) {
@@ -44,20 +44,20 @@ impl<T: Real> Correction<T> {
         Self::new([offset.re, offset.im, fourth, saturation].map(|value| value / mean))
     }
 
-    /// To be stored, and given to [`Correction::new`] later.
+    /// Returns the numbers to be stored, from which [`Correction::new`] makes the correction again.
     pub fn values(&self) -> [T; 4] {
         [self.offset.re, self.offset.im, self.fourth, self.saturation]
     }
 
-    /// L_4 / L_A.
+    /// Returns L_4 / L_A, the relative amplitude of the 4θ harmonic.
     pub fn fourth(&self) -> T {
         self.fourth
     }
 
-    /// [`Saliency::from_lines`] of L_AB, L_BC, L_CA in H without what was learnt.
+    /// Returns [`Saliency::from_lines`] of L_AB, L_BC, L_CA in H after subtracting the learnt errors.
     ///
-    /// The effect of saturation depends on the pole. `north` is the rotor's angle by a detection, good to 90°; where
-    /// it is none, saturation stays uncorrected.
+    /// The effect of saturation depends on the pole. `north` is the rotor's angle from a detection, with an error below
+    /// 90°. If it is none, saturation is not corrected.
     pub fn apply(&self, lines: Abc<T>, sign: SaliencySign, north: Option<Angle<T>>) -> Saliency<T> {
         let (z, mean) = reflection(lines);
         let model = Model {

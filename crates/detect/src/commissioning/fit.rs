@@ -1,4 +1,4 @@
-//! Least squares over all positions, each with an angle of its own that is eliminated.
+//! Least-squares fit over all positions; the angle of each position is a separate unknown, which is eliminated.
 
 use standstill_interface::{Angle, Real};
 
@@ -9,7 +9,7 @@ use crate::parts::complex::{Complex, Turning};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Position<T> {
     pub(super) z: Complex<T>,
-    /// Where its pole is, good to 90°.
+    /// Angle of the north pole, with an error below 90°; none if unknown.
     pub(super) north: Option<Angle<T>>,
 }
 
@@ -24,7 +24,7 @@ type Vector<T> = [T; UNKNOWNS];
 
 /// Normal equations at one model.
 pub(super) struct Normal<T> {
-    /// Information: JᵀJ without what the angles explain. Its inverse is the covariance for a noise of one.
+    /// Information matrix JᵀJ after elimination of the angles. Its inverse is the covariance for unit noise.
     matrix: [Vector<T>; UNKNOWNS],
     right: Vector<T>,
     /// Sum of squares.
@@ -39,12 +39,13 @@ impl Extent {
         unknown != at::SATURATION || self.saturation
     }
 
-    /// Unknowns beside the angles. Of a position's two equations one goes to its angle.
+    /// Returns the number of unknowns in addition to the angles. One of a position's two equations determines its
+    /// angle.
     pub(super) fn unknowns(self) -> usize {
         if self.saturation { UNKNOWNS } else { UNKNOWNS - 1 }
     }
 
-    /// Zero for what is not learnt.
+    /// Returns the values with zeros for unknowns that are not learnt.
     pub(super) fn only<T: Real>(self, mut values: Vector<T>) -> Vector<T> {
         for (unknown, value) in values.iter_mut().enumerate() {
             if !self.learns(unknown) {
@@ -55,7 +56,7 @@ impl Extent {
     }
 }
 
-/// The angle at which the model reads nearest to what was measured, and what it reads there.
+/// Finds the angle at which the model comes nearest to the measurement, and the model's value there.
 fn nearest<T: Real>(model: &Model<T>, position: &Position<T>) -> Reading<T> {
     let (mut angle, _) = model.angle(position.z, position.north);
     let mut reading = model.at(angle);
@@ -93,7 +94,8 @@ impl<T: Real> Normal<T> {
         normal
     }
 
-    /// Factors, with `damping` added as a share of each diagonal; `None` where a direction has no information.
+    /// Returns the Cholesky factor, with `damping` added as a share of each diagonal element; `None` if a direction has
+    /// no information.
     pub(super) fn factor(&self, damping: T) -> Option<Factor<T>> {
         let mut g = self.matrix;
         for row in 0..UNKNOWNS {
@@ -113,7 +115,7 @@ impl<T: Real> Normal<T> {
 }
 
 impl<T: Real> Factor<T> {
-    /// G⁻¹ b.
+    /// Returns G⁻¹ b.
     fn forwards(&self, b: &Vector<T>) -> Vector<T> {
         let mut x = *b;
         for row in 0..UNKNOWNS {
@@ -132,12 +134,12 @@ impl<T: Real> Factor<T> {
         x
     }
 
-    /// Standard deviation of `weights · unknowns` for a noise of one.
+    /// Returns the standard deviation of `weights · unknowns` for unit noise.
     pub(super) fn deviation(&self, weights: &Vector<T>) -> T {
         self.forwards(weights).iter().fold(T::zero(), |sum, part| sum + *part * *part).sqrt()
     }
 
-    /// Standard deviation of one unknown for a noise of one.
+    /// Returns the standard deviation of one unknown for unit noise.
     pub(super) fn deviation_of(&self, unknown: usize) -> T {
         let mut weights = [T::zero(); UNKNOWNS];
         weights[unknown] = T::one();
@@ -145,7 +147,7 @@ impl<T: Real> Factor<T> {
     }
 }
 
-/// Gauss–Newton with Levenberg's damping. `None`: no minimum found.
+/// Minimises the sum of squares by Gauss–Newton steps with Levenberg's damping. `None` if no minimum was found.
 pub(super) fn minimise<T: Real>(
     start: Model<T>,
     positions: &[Position<T>],

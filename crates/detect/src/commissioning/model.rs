@@ -10,7 +10,7 @@ use standstill_interface::{Angle, Real};
 
 use crate::parts::complex::{Complex, Turning};
 
-/// Number of unknowns beside the angles.
+/// Number of unknowns in addition to the angles.
 pub(super) const UNKNOWNS: usize = 5;
 
 /// The unknowns' places in a vector of all.
@@ -51,7 +51,7 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// Whether Z − c turns forwards wherever the rotor does, so that one Z is one axis.
+    /// Returns whether Z − c turns forwards whenever the rotor does, so that each Z belongs to one axis only.
     pub(super) fn is_unique(&self) -> bool {
         let backwards = T::of(4.0) * self.fourth.abs() + self.saturation.abs();
         backwards < T::of(1.8) * self.saliency.abs()
@@ -74,7 +74,7 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// By how many rad the angle found in one Z changes with each unknown.
+    /// Returns by how many rad the angle found from a Z changes with each unknown.
     pub(super) fn angle_over_unknowns(&self, angle: T) -> [T; UNKNOWNS] {
         let v = Complex::turn(angle);
         let u = v * v;
@@ -84,8 +84,8 @@ impl<T: Real> Model<T> {
         [u.im, -u.re, T::zero(), six.im, -three.re].map(|across| across / slope)
     }
 
-    /// θ in rad and the signed saliency that give Z. Of S only the sign is used: a motor's saliency is not the same warm
-    /// and cold. Without its pole θ is one of two, and P counts as zero.
+    /// Returns θ in rad and the signed saliency that give Z. Only the sign of S is used, because a motor's saliency
+    /// changes with temperature. If the pole is unknown, θ is one of two angles, and P counts as zero.
     ///
     /// `X = (Z − c) u⁻¹ = S + H u⁻³ + j P v⁻³` has the imaginary part `Im X + H sin 6θ − P cos 3θ = 0`, which Newton's
     /// method solves.

@@ -1,15 +1,16 @@
-//! DC alignment: the rotor is turned to where the current points, instead of being found.
+//! DC alignment: the current turns the rotor to a known direction instead of finding its position.
 //!
 //! ```text
 //!   current along 90°: ramp, hold ─► wait ─► current along 0°: ramp, hold ─► wait ─► the rotor stands at 0°
 //!                                           └ did the magnet sweep across? ┘
 //! ```
-//! Two directions, because a rotor that happens to stand opposite to the first feels no torque. A locked rotor would be
-//! given an angle all the same, if nobody looked: a magnet that turns from 90° to 0° sweeps its flux ψ across the β axis,
-//! and where the voltage there is a small constant u, `∫ (R i_β − u) dt = ψ_β(start) − ψ_β(end)`. u is what unequal legs
-//! leave of their compensation, a steady current in the end. Where the flux swept is far from ψ, the rotor did not follow
-//! and there is no angle. One that something else turns does not stand at the end either: what its magnet induces makes a current
-//! that turns with it, where a rotor that stands leaves a constant one.
+//! Two directions are used, because a rotor that is opposite to the first feels no torque. A locked rotor would also be
+//! given an angle, so its motion is checked. A magnet that turns from 90° to 0° sweeps its flux ψ across the β axis,
+//! and if the voltage there is a small constant u, `∫ (R i_β − u) dt = ψ_β(start) − ψ_β(end)`. The voltage u is the
+//! error with which unequal legs are compensated; it follows from the steady current at the end. If the flux swept is
+//! far from ψ, the rotor did not follow, and the method gives no angle. A rotor that something else turns does not
+//! stand still at the end either: its magnet induces a current that turns with it, while a rotor at standstill leaves a
+//! constant current.
 
 #[cfg(test)]
 mod tests;
@@ -46,7 +47,7 @@ pub struct AlignmentSettings<T> {
     pub magnet_flux: T,
     /// Share of it that must be seen to sweep across the winding.
     pub least_sweep: T,
-    /// Which checks are on: whether the rotor stands at the end.
+    /// Checks that are on: whether the rotor stands still at the end.
     pub checks: Checks,
     /// Carrier periods from one command to the next.
     pub periods: u16,
@@ -59,7 +60,7 @@ pub struct AlignmentSettings<T> {
 }
 
 impl<T: Real> AlignmentSettings<T> {
-    /// For this motor and drive: the rated current, 0.2 s of ramp and 1 s of hold in each direction.
+    /// Returns settings for this motor and drive: the rated current, 0.2 s of ramp and 1 s of hold in each direction.
     ///
     /// ```
     /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));
@@ -127,21 +128,22 @@ pub struct Alignment<T> {
     dc_link: T,
     /// Current in A across the direction of the pull, at the last sample.
     across: T,
-    /// Sums of that current, in commands, over the second pull: of all of it and of the last third of its hold.
+    /// Sum of that current, in commands, over the second pull; the field after it is the sum over the last third of its
+    /// hold.
     total: T,
     steady: T,
-    /// Currents in A in the last third of the second hold: how many, their mean, the sum of the squares of what is away from it in A²; whether
-    /// one of them was seen by no sensor.
+    /// Currents in A in the last third of the second hold: their number, their mean, and the sum of their squared
+    /// deviations from the mean in A². The field after it states whether no sensor saw one of them.
     held: (T, AlphaBeta<T>, T),
     derived: bool,
     findings: Findings<T>,
 }
 
 impl<T: Real> Alignment<T> {
-    /// A detector, ready for its first step.
+    /// Makes a detector, ready for its first step.
     ///
     /// # Errors
-    /// A setting with which the method cannot work.
+    /// The method cannot work with one of the settings.
     pub fn new(settings: AlignmentSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let zero = T::zero();
@@ -219,8 +221,8 @@ impl<T: Real> Alignment<T> {
         self.held = (count, mean, squares + apart.dot(current - mean));
     }
 
-    /// Checks that the rotor stands at the end: the current that is held stays as it is but for noise. `e/R` is what a speed makes of it at
-    /// most, so that the speed named is a lower bound.
+    /// Checks that the rotor stands still at the end: the held current must be constant except for noise. A speed
+    /// changes it by at most `e/R`, so the reported speed is a lower bound.
     fn check_standing(&mut self) -> Result<(), Fault<T>> {
         let s = &self.settings;
         let (count, _, squares) = self.held;
@@ -234,7 +236,7 @@ impl<T: Real> Alignment<T> {
         turning::check_speed(&mut self.settler.margin, scattered * to_speed, allowed * to_speed, None)
     }
 
-    /// The first command of a pull, once the last current is gone.
+    /// Returns the first command of a pull, after the last current has decayed.
     fn begin(&mut self, second: bool) -> Command<T> {
         let zero = T::zero();
         self.dc_link = self.settler.dc_link;

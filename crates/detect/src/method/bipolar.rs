@@ -1,12 +1,13 @@
-//! Line pulses in both directions that calibrate the current sensors on the way.
+//! Line pulses in both directions, which also calibrate the current sensors.
 //!
 //! `L = mean over ± of U t1 / i2` per line cancels the saturation's effect to first order; the gain mismatch of the
-//! sensors is measured (see [`crate::parts::train`]) and divided out; then equations (5)–(7). The difference of the forward and
-//! the backward inductance of each line points along the magnet: the pole comes from the same pulses.
+//! sensors is measured (see [`crate::parts::train`]) and divided out; then equations (5)–(7). The difference of the
+//! forward and the backward inductance of each line points along the magnet: the pole comes from the same pulses.
 //!
-//! i2 is sampled where the pulse ends. Where phases are converted one after the other, or edges add to the readings, that is too late:
-//! the last phases would be read in the decay, and jitter would move samples in and out of what the edge adds. There it is sampled
-//! earlier (`Sensing::lead`), and t1 ends where the line's two phases are converted on average, less what sensors lag.
+//! i2 is sampled at the end of the pulse. If phases are converted one after the other, or edges disturb the readings,
+//! that is too late: the last phases would be read in the decay, and jitter would move samples into and out of the
+//! disturbance. Then i2 is sampled earlier (`Sensing::lead`), and t1 ends at the mean time at which the line's two
+//! phases are converted, less the sensors' lag.
 
 #[cfg(test)]
 mod tests;
@@ -31,7 +32,7 @@ use crate::settings::{SettingsError, Source, require};
 pub struct BipolarSettings<T>(pub BothWaysSettings<T>);
 
 impl<T: Real> BipolarSettings<T> {
-    /// For this motor and drive.
+    /// Returns settings for this motor and drive.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         // Four samples in the pulse: enough to compare the sensors, but at its end. Fewer where the first would be taken too early.
         let pulse = drive.line_pulse(T::of(0.5));
@@ -58,13 +59,14 @@ impl<T: Real> BipolarSettings<T> {
 #[derive(Clone, Copy, Debug)]
 struct Sums<T> {
     pulses: T,
-    /// Mean inductance in H, or difference of two, and the sum of the squares of what is away from it in H².
+    /// Mean of an inductance, or of a difference of two, in H; the field after it is the sum of squared deviations from
+    /// the mean in H².
     mean: T,
     squares: T,
 }
 
 impl<T: Real> Sums<T> {
-    /// In this way the squares keep their digits in single precision.
+    /// Adds a value by Welford's update, which keeps the digits of the squares in single precision.
     fn add(&mut self, inductance: T) {
         self.pulses = self.pulses + T::one();
         let apart = inductance - self.mean;
@@ -78,7 +80,7 @@ impl<T: Real> Sums<T> {
 pub struct Bipolar<T> {
     settings: BothWaysSettings<T>,
     train: Train<T>,
-    /// By line; backward, forward.
+    /// Sums for each line, backward and forward.
     sums: [[Sums<T>; 2]; 3],
     /// Inductance in H of the first pulse of a pair both ways, and the relative differences of such pairs by line.
     other_way: Option<T>,
@@ -91,10 +93,10 @@ pub struct Bipolar<T> {
 }
 
 impl<T: Real> Bipolar<T> {
-    /// A detector, ready for its first step.
+    /// Makes a detector, ready for its first step.
     ///
     /// # Errors
-    /// A setting with which the method cannot work.
+    /// The method cannot work with one of the settings.
     pub fn new(settings: BipolarSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let none = Sums { pulses: T::zero(), mean: T::zero(), squares: T::zero() };
@@ -162,14 +164,15 @@ impl<T: Real> Bipolar<T> {
         Ok(())
     }
 
-    /// How long in s the current has risen when so many samples of a pulse have been triggered.
+    /// Returns the time in s for which the current has risen when this many samples of a pulse have been triggered.
     fn risen(&self, samples: usize) -> T {
         let s = &self.settings.train;
         T::of((s.interval * samples as u64 - self.train.lead - s.dead_time).seconds())
     }
 
-    /// Sample `n` of a pulse as it would be if all phases were converted at its trigger: while the current rises evenly, a phase that
-    /// is converted later reads more in proportion to the time. None where that does not hold.
+    /// Returns sample `n` of a pulse as if all phases had been converted at its trigger. While the current rises
+    /// linearly, a phase that is converted later reads more, in proportion to the time. None if the current does not
+    /// rise linearly there.
     fn at_once(&self, slot: Slot, n: usize, (from, to): (T, T)) -> Option<(T, T)> {
         let sensing = &self.settings.sensing;
         if sensing.lead() == Nanos::ZERO {

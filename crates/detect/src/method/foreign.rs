@@ -1,4 +1,5 @@
-//! A detector from elsewhere, such as a library written in C: what the bench must know of it beforehand.
+//! A detector that is defined elsewhere, such as a library written in C: the values that the bench must know
+//! beforehand.
 
 use core::convert::Infallible;
 use core::marker::PhantomData;
@@ -18,13 +19,13 @@ pub struct ForeignSettings<T> {
 }
 
 impl<T> ForeignSettings<T> {
-    /// Empty settings: the same for every such detector.
+    /// Makes the settings, which are empty and the same for every such detector.
     pub const fn new() -> Self {
         Self { numbers: PhantomData }
     }
 }
 
-/// No detector: see [`ForeignSettings`].
+/// A placeholder that is never run: see [`ForeignSettings`].
 #[derive(Clone, Debug)]
 pub struct Foreign<T> {
     none: Infallible,

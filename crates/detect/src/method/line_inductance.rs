@@ -1,16 +1,17 @@
-//! The paper's method: three line inductances give the axis, two voltage vectors its north end.
+//! The paper's method: three line inductances give the axis, and two voltage vectors decide which end is north.
 //!
 //! ```text
 //!   wait ─► AB pulses ─► wait ─► BC pulses ─► wait ─► CA pulses ─► wait ─► vector at θ̂ ─► wait ─► at θ̂ + 180°
 //!           L_AB, R              L_BC, R              L_CA, R  └► θ̂ modulo 180°, (5)–(7)       larger i_d: north
 //! ```
-//! and a last wait, so that the detection leaves no current behind.
+//! and a last wait, so that no current is left after the detection.
 //!
-//! A pulse puts the DC link across two phases for `pulse`; then the current decays. Samples i1 before it, i2 at
-//! its end and i3 in the decay give R and L of the line by equation (10).
+//! A pulse puts the DC link across two phases for `pulse`; then the current decays. Samples i1 before it, i2 at its end
+//! and i3 in the decay give R and L of the line by equation (10).
 //!
-//! What a magnet that turns induces in a line is in both intervals, and of the equation's two terms in that of R: it is read as a resistance that
-//! is more by it over the current. With fast decay it tells a rotor that turns fast; a slow one is noticed by the vectors.
+//! The voltage that a turning magnet induces in a line acts in both intervals and enters the equation's resistive term.
+//! It is read as a resistance that is larger by that voltage over the current. With fast decay this reveals a fast
+//! rotor; the vectors reveal a slow one.
 
 mod settings;
 #[cfg(test)]
@@ -55,7 +56,7 @@ pub struct LineInductance<T> {
     /// Sums over the pulses of each line.
     inductance: Abc<T>,
     resistance: Abc<T>,
-    /// Sums in V of what each line's resistance has too much, times its current.
+    /// Sums in V, for each line, of its excess resistance times its current.
     induced: [T; 3],
     /// Sum over the lines of the squares of L in H² that their pulses are away from the line's mean.
     scatter: T,
@@ -65,10 +66,10 @@ pub struct LineInductance<T> {
 }
 
 impl<T: Real> LineInductance<T> {
-    /// A detector, ready for its first step.
+    /// Makes a detector, ready for its first step.
     ///
     /// # Errors
-    /// A setting with which the method cannot work.
+    /// The method cannot work with one of the settings.
     pub fn new(settings: LineInductanceSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let zero = Abc::new(T::zero(), T::zero(), T::zero());
@@ -109,7 +110,7 @@ impl<T: Real> LineInductance<T> {
         Command::sequence(Stage::line(first, second, s.pulse), decay, sampling)
     }
 
-    /// i1, i2 and i3 of a pulse in A, without the offsets where sensors take over from each other.
+    /// Returns i1, i2 and i3 of a pulse in A, without the offset steps that occur if different sensors read them.
     fn currents(&self, line: usize, second: &Reading<T>, third: &Reading<T>) -> Result<[T; 3], Fault<T>> {
         let ((from, to), none) = (LINES[line], self.initial);
         Ok(match self.settings.place() {
@@ -122,7 +123,7 @@ impl<T: Real> LineInductance<T> {
         })
     }
 
-    /// How much later than its trigger i2 is sampled by a shunt.
+    /// Returns the delay between the trigger of i2 and its sampling by a shunt.
     fn late(&self, line: usize) -> Nanos {
         let sensing = &self.settings.sensing;
         match self.settings.place() {
@@ -132,7 +133,7 @@ impl<T: Real> LineInductance<T> {
         }
     }
 
-    /// After a pulse: its R and L, then the next pulse, or the axis and the first vector.
+    /// Evaluates a pulse (its R and L), and returns the next pulse, or the axis and the first vector.
     fn pulsed(&mut self, line: usize, pulse: u8, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
         let [second, third] = readings else { return Err(Fault::UnexpectedReadings) };
         let phase = LINES[line].0;
@@ -217,8 +218,9 @@ impl<T: Real> LineInductance<T> {
         Ok(saliency)
     }
 
-    /// Checks that the rotor stands, by what its magnet induces in the three lines, `√3 ωψ` across it: as a voltage it is half of what the
-    /// link leaves of the slopes of rise and decay. What devices take is alike in all lines.
+    /// Checks that the rotor stands still, from the voltages `√3 ωψ` that its magnet would induce across itself in the
+    /// three lines. As a voltage each is half of the part of the link's voltage that the slopes of rise and decay do
+    /// not explain. The drops of the devices are equal in all lines.
     fn check_standing(&mut self, saliency: &Saliency<T>) -> Result<(), Fault<T>> {
         let s = &self.settings;
         let on = s.polarity.checks.has(Check::Turning) && s.place() == Place::InLine;
@@ -256,8 +258,9 @@ impl<T: Real> LineInductance<T> {
         standing.check(&mut self.settler.margin, &pointer, saliency.axis, T::zero())
     }
 
-    /// Square of |L_B|/L_A that must be exceeded: noise as the pulses show it, or a single one by the readings without
-    /// current before it, the gain of the one sensor that reads a line, and the delays of the legs.
+    /// Returns the square of |L_B|/L_A that must be exceeded. It allows for noise (from the scatter of pulses, or from
+    /// the readings without current before a single pulse), for the gain of the one sensor that reads a line, and for
+    /// the delays of the legs.
     fn needed(&self, saliency: &Saliency<T>) -> T {
         let s = &self.settings;
         let count = T::of(f64::from(s.pulses));

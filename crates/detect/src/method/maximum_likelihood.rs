@@ -1,13 +1,13 @@
-//! The most likely rotor angle, given every sample of line pulses in both directions.
+//! The maximum-likelihood rotor angle, from all samples of line pulses in both directions.
 //!
 //! ```text
 //!   zero ─► train of pulses ─► fit of L_k, c_k, t_s ─► sensors' gains ─► axis (7), pole D ─► certain enough? ─► answer
 //!              ▲                                                                             │ no
 //!              └──────────────────────────── longer pulses ◄──────────────────────────────────┘
 //! ```
-//! `Z = Σ L_k e^{j2φ_k}` gives the axis, `D = Σ c_k e^{jφ_k}` points along the magnet: the pole comes from the same data.
-//! With [`Adaptive`] settings the pulses begin short and grow until angle and pole are certain enough: a motor that shows
-//! its rotor well is hardly disturbed.
+//! `Z = Σ L_k e^{j2φ_k}` gives the axis, `D = Σ c_k e^{jφ_k}` points along the magnet: the pole comes from the same
+//! data. With [`Adaptive`] settings the pulses begin short and grow until angle and pole are certain enough, so that a
+//! motor with a large saliency is hardly disturbed.
 
 mod combination;
 pub(crate) mod likelihood;
@@ -34,8 +34,8 @@ pub use settings::{Adaptive, MaximumLikelihoodSettings};
 /// Samples of one pulse and its decay that are kept at most.
 pub const MOST_SAMPLES: usize = 112;
 
-/// Standard deviation of D across the magnet, over the rotor's positions, as a multiple of the one that the residuals of the fits give:
-/// 1.3 to 1.45 on two motors with the errors `default` and `field`.
+/// Ratio of the standard deviation of D across the magnet, over the rotor's positions, to the one computed from the
+/// residuals of the fits: 1.3 to 1.45 on two motors with the errors `default` and `field`.
 const SCATTER: f64 = 1.4;
 
 /// The maximum-likelihood detector. Most of its size are the samples, averaged over the rounds.
@@ -54,14 +54,15 @@ pub struct MaximumLikelihood<T> {
     findings: Findings<T>,
 }
 
-/// The pole, the standard deviation of the angle in rad, and whether there is a saliency, and by what margin, which later trains may still show.
+/// The pole; the standard deviation of the angle in rad; and whether the saliency is significant, with its margin,
+/// which later trains may still improve.
 type Answer<T> = (Pole<T>, T, (Margin<T>, Result<(), Fault<T>>));
 
 impl<T: Real> MaximumLikelihood<T> {
-    /// A detector, ready for its first step.
+    /// Makes a detector, ready for its first step.
     ///
     /// # Errors
-    /// A setting with which the method cannot work.
+    /// The method cannot work with one of the settings.
     pub fn new(settings: MaximumLikelihoodSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let zero = T::zero();
@@ -114,8 +115,9 @@ impl<T: Real> MaximumLikelihood<T> {
         Ok(())
     }
 
-    /// The curves as sensors of the line's mean gain would show them, converted at the mean of both times: of shunts below the legs, the
-    /// one below the leg that the current leaves shows the pulse, and the one below the leg that it enters what comes after.
+    /// Converts the curves to those of sensors with the line's mean gain, converted at the mean of both times. With
+    /// low-side shunts, the shunt below the leg that the current leaves shows the pulse, and the one below the leg that
+    /// it enters shows the decay.
     fn equalize(&mut self) {
         let (ratios, noise) = self.train.gains_at_edge(&self.gains);
         let (ratios, _) = GainComparison::known(ratios, noise, self.settings.pulses.gain_tolerance);
@@ -135,7 +137,7 @@ impl<T: Real> MaximumLikelihood<T> {
         }
     }
 
-    /// The fit of the train that has just ended.
+    /// Fits the train that has just ended.
     fn fit(&mut self) -> Result<Fit<T>, Fault<T>> {
         let s = self.train.settings;
         let n = s.samples();
@@ -181,7 +183,8 @@ impl<T: Real> MaximumLikelihood<T> {
         found.ok_or(Fault::NotInductive(LINES[0].0))
     }
 
-    /// After a train: the answer so far, and how many times longer a pulse should be; none if all is certain enough.
+    /// Concludes a train: returns the answer so far, and the factor by which the next pulses should be longer; none if
+    /// everything is certain enough.
     fn conclude(&mut self) -> Result<(Pole<T>, Option<T>), Fault<T>> {
         let fit = self.fit()?;
         let s = self.settings.pulses;
@@ -280,7 +283,7 @@ impl<T: Real> MaximumLikelihood<T> {
         Ok((pole, growth))
     }
 
-    /// From all trains so far.
+    /// Computes the answer from all trains so far.
     fn answer(&mut self) -> Result<Answer<T>, Fault<T>> {
         let s = &self.settings.pulses;
         let c = &self.combined;

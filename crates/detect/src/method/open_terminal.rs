@@ -1,29 +1,30 @@
-//! The axis and the pole from the voltage of the terminal that floats: no current is read.
+//! Axis and pole from the voltage of the floating terminal; no current is read.
 //!
 //! ```text
 //!   all high ─► off ─► AB+ ─► AB− ─► BC+ ─► BC− ─► CA+ ─► CA−      each pulse: on, then all gates off
 //! ```
-//! While a pulse lies across a line, its third leg is off and its terminal divides the line's voltage as the
-//! inductances of the two phases stand to each other. With u the voltage across the line less what the resistance takes,
-//! dev what the third terminal is above the mean of the other two, k = L_B/L_A and φ the line's direction:
+//! While a pulse is applied to a line, the third leg is off, and its terminal divides the line's voltage in the ratio
+//! of the inductances of the two phases. With the voltage u across the line less the resistive drop, the deviation dev
+//! of the third terminal from the mean of the other two, k = L_B/L_A and the line's direction φ:
 //! ```text
 //!   r = dev/u = −(√3/2) k sin 2(θ − φ) / (1 + k cos 2(θ − φ))
 //!   r + c (r cos 2φ − (√3/2) sin 2φ) + s (r sin 2φ + (√3/2) cos 2φ) = 0,   c = k cos 2θ,  s = k sin 2θ
 //! ```
 //! Three lines give two unknowns by least squares, exactly on a linear core. Half the difference of both signs is free
-//! of offsets, and to first order of saturation. What the signs differ by tells the pole. The third phase carries no
-//! current, so the current lies along the line: `i_d = I cos x` with x = φ − θ. With 1/L_d = (1 + β i_d)/L_d0,
-//! L = (L_d + L_q)/2 and `I = u t / (√3 L (1 + k cos 2x))`, to first order
+//! of offsets, and to first order of saturation. The difference between the signs reveals the pole. The third phase
+//! carries no current, so the current lies along the line: `i_d = I cos x` with x = φ − θ. With 1/L_d = (1 + β
+//! i_d)/L_d0, L = (L_d + L_q)/2 and `I = u t / (√3 L (1 + k cos 2x))`, to first order
 //! ```text
 //!   r⁺ − r⁻ = −β (u t/L) (1 − k²) sin x (cos² x + ρκ (ρ sin² x − 2 cos² x)) / (1 + k cos 2x)³,   ρ = L_q/L_d
 //! ```
-//! where cross saturation raises 1/L_q by κ as much as 1/L_d, and by reciprocity 1/L_dq as much over ψ_q.
-//! β is positive where north draws more current. The template changes its sign with the pole, and only its sign and shape
-//! are used: no saturation has to be known but which pole draws more. Dividers whose gains differ by half a per cent
-//! fake as much: they are compared on an all-high vector first.
+//! where cross saturation raises 1/L_q by κ as much as 1/L_d, and by reciprocity 1/L_dq as much over ψ_q. β is positive
+//! if north draws more current. The template changes its sign with the pole, and only its sign and shape are used, so
+//! nothing about the saturation need be known except which pole draws more current. Gains of the dividers that differ
+//! by half a per cent would have the same effect, so the dividers are compared on an all-high vector first.
 //!
-//! A magnet of flux ψ that turns at ω induces `e = ωψ` across itself, in the third terminal and in the line that drives the current. Of both signs it
-//! leaves in the difference, where saturation leaves what is odd in x, what is even:
+//! A magnet of flux ψ that turns at ω induces `e = ωψ` across itself, in the third terminal and in the line that drives
+//! the current. In the difference of both signs saturation leaves a function that is odd in x, and the induced voltage
+//! one that is even:
 //! ```text
 //!   r⁺ − r⁻ = −(3 ωψ/U) (1 + k) cos x / (1 + k cos 2x)
 //! ```
@@ -80,7 +81,7 @@ struct Solution<T> {
     differences: [T; 3],
 }
 
-/// The command under way.
+/// The command being carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Under {
     Nothing,
@@ -98,7 +99,7 @@ pub struct OpenTerminal<T> {
     waits: u16,
     /// Gains of the dividers relative to their mean.
     gain: [T; 3],
-    /// By line; backward, forward.
+    /// Sums for each line, backward and forward.
     sums: [[Sums<T>; 2]; 3],
     /// Squares of second differences of successive samples in V², and their number.
     squares: T,
@@ -108,10 +109,10 @@ pub struct OpenTerminal<T> {
 }
 
 impl<T: Real> OpenTerminal<T> {
-    /// A detector, ready for its first step.
+    /// Makes a detector, ready for its first step.
     ///
     /// # Errors
-    /// A setting with which the method cannot work.
+    /// The method cannot work with one of the settings.
     pub fn new(settings: OpenTerminalSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let zero = T::zero();
@@ -129,8 +130,8 @@ impl<T: Real> OpenTerminal<T> {
         })
     }
 
-    /// The voltage in V of a terminal as its divider shows it, `low` if the leg's lower switch is on: near zero no
-    /// converter has a code that says more.
+    /// Returns the voltage in V of a terminal as its divider shows it. `low`: whether the leg's lower switch is on, so
+    /// that the voltage is near zero, below the converter's resolution.
     fn shown(reading: &Reading<T>, phase: Phase, low: bool) -> Result<T, Fault<T>> {
         let value = reading.terminal[phase];
         match reading.terminal_sensed[phase] {
@@ -141,7 +142,7 @@ impl<T: Real> OpenTerminal<T> {
         }
     }
 
-    /// The mean of each terminal over the all-high vector gives its divider's gain.
+    /// Computes the gain of each divider from the mean of its terminal over the all-high vector.
     fn compare(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
         let s = self.settings;
         if readings.len() != s.samples_in(s.pulse) {
@@ -203,7 +204,7 @@ impl<T: Real> OpenTerminal<T> {
         Ok(())
     }
 
-    /// Whether the terminals have come to rest at the last reading.
+    /// Returns whether the terminals have come to rest at the last reading.
     fn rests(&mut self, readings: &[Reading<T>]) -> Result<bool, Fault<T>> {
         let Some(last) = readings.last() else { return Err(Fault::UnexpectedReadings) };
         let mut shown = [T::zero(); 3];
@@ -275,8 +276,8 @@ impl<T: Real> OpenTerminal<T> {
         Solution { c: found[0], s: found[1], slopes, differences }
     }
 
-    /// Share of a line's voltage that its resistance leaves to an inductance in H, as a mean over the samples that are used:
-    /// `e^(−2 R t/L)`.
+    /// Returns the share of a line's voltage that its resistance leaves to an inductance in H, as a mean over the used
+    /// samples of `e^(−2 R t/L)`.
     fn left(&self, inductance: T) -> T {
         let s = &self.settings;
         let (from, to) = s.window();

@@ -22,10 +22,12 @@ pub type PulsatingInjectionSettings<T> = InjectionMethod<T, Pulsating<T>>;
 /// The detector by pulsating injection.
 pub type PulsatingInjection<T> = Injection<T, Pulsating<T>>;
 
-/// Angle in rad that the last two corrections may have in common beside what the rotor has moved: 2°, where the inductances are as on the data sheet.
+/// Angle in rad that the last two corrections may have in common besides the rotor's movement: 2°, if the inductances
+/// are those of the data sheet.
 const STEADY: f64 = 2.0 * turning::DEGREE;
 
-/// Measurements of which the last two correct what the rotor has moved, and no longer what was unknown.
+/// Number of measurements after which corrections only follow the rotor's movement, instead of finding the unknown
+/// axis.
 const FOUND: u8 = 5;
 
 /// A pulsating voltage along an axis that is corrected measurement by measurement.
@@ -50,7 +52,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         }
     }
 
-    /// 6 measurements of 10 cycles, of which the first two of each are left to settle.
+    /// Returns the settings with 6 measurements of 10 cycles each, of which the first two cycles settle.
     fn suited(settings: InjectionSettings<T>) -> InjectionSettings<T> {
         InjectionSettings { ramp: 2, cycles: 8, iterations: 6, ..settings }
     }

@@ -4,27 +4,29 @@
 //!   a high, b and c low ─► a comparator trips ─► all off ─► 60° further: c low, a and b high ─► …
 //!          t_0                                                   t_1                             t_5
 //! ```
-//! A drive with a comparator and a timer needs no converter for it: what it measures is six times. y = 1/t is the mean slope of
-//! the current up to the threshold, in the direction φ of the vector. With L_B/L_A = k of a motor that does not saturate
-//! `y = Y (1 − k cos 2(θ − φ))` up to what the resistance adds; saturation along the magnet adds `p cos(θ − φ)`. So of six directions,
-//! 60° apart,
+//! A drive with a comparator and a timer needs no converter for this method, because it measures six times. y = 1/t is
+//! the mean slope of the current up to the threshold, in the direction φ of the vector. For a motor without saturation
+//! and with L_B/L_A = k, `y = Y (1 − k cos 2(θ − φ))` apart from the resistance's effect; saturation along the magnet
+//! adds `p cos(θ − φ)`. So for six directions, 60° apart,
 //! ```text
 //!   z2 = Σ y e^{j2φ} / (3 Y) = −k e^{j2θ}         the axis, as equations (5) to (7) of line pulses
 //!   z1 = Σ y e^{jφ} / (3 Y)  =  p e^{jθ}          the pole
 //!   z3 = Σ y (−1)^n / (6 Y)                       what fits neither: a residual of one degree of freedom
 //! ```
-//! The mean time to the threshold t instead of its inverse y would be off by degrees. p grows with the square of the threshold.
+//! Using the time t instead of its inverse y would cause errors of degrees. p grows with the square of the threshold.
 //!
-//! What all six times have in common costs nothing to first order: the threshold's own error, the offset of one comparator, an
-//! unknown delay, the timer's clock. What differs is error: half a tick of the timer either way, noise at the comparator, and
-//! where each leg has comparators of its own, their offsets, of which each shifts one time: they look like a pole.
+//! Errors common to all six times have no effect to first order: the threshold's own error, the offset of a single
+//! comparator, an unknown delay, the timer's clock. Errors that differ do matter: half a tick of the timer in both
+//! directions, noise at the comparator, and, if each leg has its own comparators, their offsets. Each offset shifts one
+//! time, so that together they look like a pole.
 //!
-//! Where there is no timer, each pulse has the same length and the current of the leg that stands alone is sampled at its end:
-//! y is that current by the link's voltage. The sensors' offsets, which would look like a pole, are read after the decay of each pulse.
+//! Without a timer, all pulses have the same length, and the current of the single leg is sampled at the end: y is that
+//! current divided by the link's voltage. The sensors' offsets, which would look like a pole, are read after the decay
+//! of each pulse.
 //!
-//! The vectors follow one another around the circle, so that a small current that a pulse left behind shifts all of them nearly alike. In
-//! opposite pairs it lengthens one pulse of each pair, which looks like a pole; they exist for comparison.
-//! In a second round they go backwards, which takes out what drifts evenly.
+//! The vectors follow one another around the circle, so that a small current left by the previous pulse shifts all of
+//! them nearly alike. In opposite pairs it would lengthen one pulse of each pair, which looks like a pole; opposite
+//! pairs exist for comparison. A second round runs backwards, which cancels linear drift.
 
 mod settings;
 #[cfg(test)]
@@ -52,12 +54,12 @@ const VECTORS: usize = 6;
 /// Numbers of the vectors in opposite pairs.
 const PAIRS: [usize; VECTORS] = [0, 3, 1, 4, 2, 5];
 
-/// Phase of the leg that stands alone in the vector of this number, and whether it is the high one.
+/// Returns the phase of the single leg in the vector with this number, and whether this leg is high.
 const fn alone(number: usize) -> (Phase, bool) {
     (Phase::ALL[[0, 2, 1, 0, 2, 1][number]], number.is_multiple_of(2))
 }
 
-/// Direction of the vector of this number times `harmonic`.
+/// Returns the unit vector at `harmonic` times the direction of the vector with this number.
 fn direction<T: Real>(number: usize, harmonic: usize) -> AlphaBeta<T> {
     // Exactly alike for all vectors, so that what they have in common adds up to nothing.
     let half = T::of(0.5);
@@ -76,7 +78,7 @@ fn direction<T: Real>(number: usize, harmonic: usize) -> AlphaBeta<T> {
 #[derive(Clone, Copy, Debug)]
 struct Pulses<T> {
     count: T,
-    /// Mean of y, and the sum of the squares of what is away from it.
+    /// Mean of y; the field after it is the sum of squared deviations from the mean.
     mean: T,
     squares: T,
     /// Mean of t in s.
@@ -109,10 +111,10 @@ pub struct SixPulse<T> {
 }
 
 impl<T: Real> SixPulse<T> {
-    /// A detector, ready for its first step.
+    /// Makes a detector, ready for its first step.
     ///
     /// # Errors
-    /// A setting with which the method cannot work.
+    /// The method cannot work with one of the settings.
     pub fn new(settings: SixPulseSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let zero = T::zero();
@@ -127,7 +129,7 @@ impl<T: Real> SixPulse<T> {
         })
     }
 
-    /// Number of the vector of a pulse: around the circle or in opposite pairs, and back in the next round.
+    /// Returns the number of a pulse's vector: around the circle or in opposite pairs, and backwards in the next round.
     fn vector(&self, pulse: usize) -> usize {
         let (round, place) = (pulse / VECTORS, pulse % VECTORS);
         let place = if round.is_multiple_of(2) { place } else { VECTORS - 1 - place };
@@ -150,7 +152,7 @@ impl<T: Real> SixPulse<T> {
         }
     }
 
-    /// y and t of the pulse of the vector of this number.
+    /// Returns y and t of the pulse for the vector with this number.
     fn measured(&mut self, number: usize, readings: &[Reading<T>]) -> Result<(T, T), Fault<T>> {
         let s = &self.settings;
         let dead_time = T::of(s.dead_time.seconds());
@@ -219,15 +221,16 @@ impl<T: Real> SixPulse<T> {
         Ok((current / voltage, time))
     }
 
-    /// Variance of a direction's relative y by the timer's tick.
+    /// Returns the variance of a direction's relative y caused by the timer's tick.
     fn of_tick(&self, time: T) -> T {
         let share = self.settings.sensing.comparator.tick / time;
         share * share / T::of(12.0)
     }
 
-    /// Names the timer where its tick hides the saliency of the data sheet: `of_tick` is the tick's part of the variance σ² of each component
-    /// of z, of which 16 times all must be less than the square of the ratio, `square`. What is measured scatters by σ about the motor's
-    /// own: a tick will do with which that is 3 σ above the limit of 4 σ.
+    /// Names the timer in a fault if its tick hides the saliency of the data sheet. `of_tick` is the tick's part of the
+    /// variance σ² of each component of z; 16 times the whole variance must be less than `square`, the square of the
+    /// ratio. Measurements scatter by σ around the motor's own value, so a tick suffices if that value is 3 σ above the
+    /// limit of 4 σ.
     fn named(&self, fault: Fault<T>, square: T, of_tick: T) -> Fault<T> {
         let (s, of_tick) = (&self.settings, significance::known(of_tick));
         let ratio = s.data_sheet_saliency;
@@ -240,7 +243,7 @@ impl<T: Real> SixPulse<T> {
         Fault::CoarseTimer { ratio, needed: square.sqrt(), tick, allowed: tick * (left / of_tick).sqrt() }
     }
 
-    /// Variance of a direction's relative y by what is known to err in it.
+    /// Returns the variance of a direction's relative y caused by known errors.
     fn known(&self, pulses: &Pulses<T>) -> T {
         let (s, time) = (&self.settings, pulses.time);
         let square = |share: T| share * share;
@@ -259,7 +262,8 @@ impl<T: Real> SixPulse<T> {
         known + square(comparator.noise / s.threshold) / T::of(f64::from(s.rounds))
     }
 
-    /// Variance of the mean of a direction's y, as a share of the mean of all, as the rounds' scatter shows it.
+    /// Returns the variance of the mean of a direction's y, relative to the mean of all, from the scatter of the
+    /// rounds.
     fn scatter(&self, mean: T) -> T {
         let freedom = self.freedom();
         if freedom <= T::zero() {
@@ -336,9 +340,10 @@ impl<T: Real> SixPulse<T> {
         Ok(self.in_sector(pointer.read(axis, s.signature, s.pole_error)))
     }
 
-    /// Checks that the rotor stands, of an axis known to its standard deviation in rad and k = L_B/L_A. What the magnet induces raises no
-    /// current along itself and `ωψ/L_q` across it, as a share of Y times the vector's ⅔ U: `D_q = −(3/2) (1 + k) ωψ/U`. In a single round the saliency
-    /// turns from vector to vector, too, which adds to that or takes from it, by angle; a second one, backwards, does without.
+    /// Checks that the rotor stands still; arguments: the axis with its standard deviation in rad, and k = L_B/L_A. The
+    /// induced voltage causes no current along the magnet, and across it `ωψ/L_q`. Relative to Y times the vector's ⅔ U
+    /// that is `D_q = −(3/2) (1 + k) ωψ/U`. In a single round the saliency turns from vector to vector, too, which adds
+    /// an error that depends on the angle; a second, backward round cancels it.
     fn check_standing(
         &mut self,
         pointer: &Pointer<T>,
@@ -356,7 +361,7 @@ impl<T: Real> SixPulse<T> {
         standing.check(&mut self.margin, pointer, axis, of_axis)
     }
 
-    /// The answer as the middle of its sector, where sectors are asked for.
+    /// Replaces the answer by the middle of its sector, if sectors are requested.
     fn in_sector(&mut self, pole: Pole<T>) -> Pole<T> {
         let width = self.settings.sector.radians();
         if width <= T::zero() || !pole.angle.radians().is_finite() {

@@ -3,10 +3,10 @@
 //! ```text
 //!   12 vectors, 30° apart ─► best ± 15° ─► best ± 7.5° ─► best ± 3.75° ─► best ± 1.875°
 //! ```
-//! Every vector starts from rest, lasts as long and is answered by a current in its own direction; it is largest where the
-//! inductance is smallest. For L_d > L_q that is across the magnet, and the smallest answer is sought instead. Of the two
-//! ends of the axis the search finds the one that answers more; but a free rotor moves by degrees meanwhile, so the
-//! polarity test follows.
+//! Every vector starts from rest, has the same length, and causes a current in its own direction, which is largest
+//! where the inductance is smallest. For L_d > L_q that is across the magnet, so the smallest current is sought
+//! instead. Of the two ends of the axis the search finds the one with the larger current. A free rotor moves by degrees
+//! meanwhile, so a polarity test follows.
 
 #[cfg(test)]
 mod tests;
@@ -38,14 +38,15 @@ pub struct SubdivisionSettings<T> {
     pub saliency: SaliencySign,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
-    /// Standard deviation of the sensors' gains, relative: what may look like a saliency.
+    /// Relative standard deviation of the sensors' gains, which may look like a saliency.
     pub gain_tolerance: T,
     /// The wait before each vector.
     pub settle: SettleSettings<T>,
 }
 
 impl<T: Real> SubdivisionSettings<T> {
-    /// For this motor and drive: vectors to the rated current (92 V for 1 ms on the paper's motor), 10 ms of rest.
+    /// Returns settings for this motor and drive: vectors to the rated current (92 V for 1 ms on the paper's motor), 10
+    /// ms of rest.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         Self {
             vector: PolaritySettings::sequential(drive),
@@ -97,17 +98,17 @@ pub struct Subdivision<T> {
     derived: bool,
     /// Vectors given.
     given: usize,
-    /// The best direction in rad and its answer; that of the round under way.
+    /// Best direction in rad and its current; the field after it is the best of the present round.
     best: (T, T),
     centre: T,
     findings: Findings<T>,
 }
 
 impl<T: Real> Subdivision<T> {
-    /// A detector, ready for its first step.
+    /// Makes a detector, ready for its first step.
     ///
     /// # Errors
-    /// A setting with which the method cannot work.
+    /// The method cannot work with one of the settings.
     pub fn new(settings: SubdivisionSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         Ok(Self {
@@ -124,7 +125,7 @@ impl<T: Real> Subdivision<T> {
         })
     }
 
-    /// Direction in rad of the vector to be given.
+    /// Returns the direction in rad of the next vector.
     fn direction(&self) -> T {
         let first = T::TAU() / T::of(FIRST as f64);
         if self.given < FIRST {
@@ -168,7 +169,7 @@ impl<T: Real> Subdivision<T> {
         Ok(())
     }
 
-    /// The harmonic of the first round: (2/12) Σ answer e^{j n φ}.
+    /// Returns a harmonic of the currents of the first round: (2/12) Σ current e^{j n φ}.
     fn harmonic(&self, order: f64) -> AlphaBeta<T> {
         let zero = AlphaBeta::new(T::zero(), T::zero());
         self.first.iter().enumerate().fold(zero, |sum, (k, answer)| {
@@ -191,10 +192,11 @@ impl<T: Real> Subdivision<T> {
         significance::check(&mut self.settler.margin, ratio, needed, least)
     }
 
-    /// Checks that the rotor stands, by the currents of opposite vectors, six waits apart. Where the axis turns by δ meanwhile, the two leave
-    /// `−2 δ κ I e^{j(2θ − φ)}` of the mean current I, κ = (L_q − L_d)/(L_q + L_d). In the rotor's frame a core that saturates leaves
-    /// `A + B cos 2x` along the magnet and `C sin 2x` across it, x = φ − θ, and what the magnet induces, like an offset, a constant: the speed
-    /// is sought in what these leave of the six sums.
+    /// Checks that the rotor stands still, from the currents of opposite vectors, six waits apart. If the axis turns by
+    /// δ meanwhile, the two leave `−2 δ κ I e^{j(2θ − φ)}` of the mean current I, with κ = (L_q − L_d)/(L_q + L_d). In
+    /// the rotor's frame a saturating core leaves `A + B cos 2x` along the magnet and `C sin 2x` across it, with x = φ
+    /// − θ, and the induced voltage leaves a constant, like an offset. The speed is estimated from the rest of the six
+    /// sums.
     fn check_standing(&mut self, dc_link: T) -> Result<(), Fault<T>> {
         const PAIRS: usize = FIRST / 2;
         let s = &self.settings;
@@ -233,7 +235,7 @@ impl<T: Real> Subdivision<T> {
         self.settler.begin()
     }
 
-    /// The next vector, once the last current is gone.
+    /// Returns the next vector, after the last current has decayed.
     fn push(&mut self) -> Command<T> {
         self.state = State::Pushing;
         let s = &self.settings;

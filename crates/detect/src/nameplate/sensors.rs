@@ -1,4 +1,4 @@
-//! Sensors of a drive as their data sheets state them: of current, of terminal voltages, and comparators.
+//! The sensors of a drive according to their data sheets: current sensors, dividers at the terminals, comparators.
 
 use standstill_interface::{Nanos, Phase, Real};
 
@@ -12,7 +12,8 @@ pub struct Comparing<T> {
     pub tick: T,
     /// Mean delay in s from the threshold to the captured time.
     pub delay: T,
-    /// Whether each leg has comparators of its own, one for each direction of its current; else one serves all.
+    /// Whether each leg has its own comparators, one for each direction of its current; otherwise one comparator serves
+    /// all.
     pub own: bool,
     /// Standard deviation of each comparator's offset in A.
     pub offset: T,
@@ -29,7 +30,7 @@ pub struct Comparing<T> {
 }
 
 impl<T: Real> Comparing<T> {
-    /// Conversion to another precision.
+    /// Converts to another precision.
     pub(super) fn cast<U: Real>(&self) -> Comparing<U> {
         let cast = |value: T| U::of(value.to_double());
         Comparing {
@@ -57,44 +58,46 @@ impl<T: Real> Comparing<T> {
     }
 }
 
-/// Where a drive has its current sensors.
+/// Arrangement of a drive's current sensors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Place {
-    /// In the phases: each shows the current of its phase at any time.
+    /// In the phases: each sensor always shows the current of its phase.
     #[default]
     InLine,
     /// Shunts below the legs: each shows the current of its leg while the lower device of the leg conducts. In a pulse across two
     /// phases that is the leg which the current leaves, and after the pulse, when diodes return it to the link, the leg which it
     /// enters.
     BelowLegs,
-    /// One shunt in the DC link in place of the phases' sensors: it shows the current of a pulse across two phases, and with the
-    /// opposite sign what diodes return to the link.
+    /// One shunt in the DC link instead of sensors in the phases. It shows the current of a pulse across two phases;
+    /// with the opposite sign it shows the current that diodes return to the link.
     InLink,
 }
 
 impl Place {
-    /// Whether what a sensor shows changes at an edge of the legs.
+    /// Returns whether the current in a sensor changes at edges of the legs.
     pub(crate) const fn switches(self) -> bool {
         !matches!(self, Self::InLine)
     }
 }
 
-/// How the current sensors and their converter work, as their data sheets state it.
+/// Properties of the current sensors and their converter, according to their data sheets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensing<T> {
     /// Nominal corner frequency in Hz of the current sensors' first-order filters: they lag by 1/(2π f). None: no filter.
     pub bandwidth: Option<T>,
-    /// By what share at most each phase's corner frequency is off beside what all are off in common, which is fitted.
+    /// Largest relative deviation of each phase's corner frequency from the common deviation of all phases, which is
+    /// fitted.
     pub bandwidth_mismatch: T,
     /// The converter takes phases a, b and c (0, 1 and 2) one after the other: k this much times k after the trigger, but none
     /// after the end of its command. The DC link is taken together with phase a.
     pub skew: Nanos,
-    /// From the first conversion of a sample to its last: a reading is the mean of several, evenly apart.
+    /// Time from the first conversion of a sample to its last one; a reading is the mean of several evenly spaced
+    /// conversions.
     pub averaged: Nanos,
-    /// Amplitude in A of what an edge of a leg's potential adds to all readings of current, and the time constant in s with
-    /// which it decays. Zeros: nothing.
+    /// Amplitude in A of the pick-up of a leg's edge in all current readings, and the time constant in s with which it
+    /// decays. Zeros: no pick-up.
     pub pick_up: [T; 2],
-    /// Where the current sensors are.
+    /// Arrangement of the current sensors.
     pub place: Place,
     /// Time after a request to a leg during which shunts are not read: dead time and settling of their amplifiers.
     pub settle: Nanos,
@@ -116,7 +119,7 @@ pub struct Dividers<T> {
 }
 
 impl<T: Real> Dividers<T> {
-    /// Conversion to another precision.
+    /// Converts to another precision.
     pub(super) fn cast<U: Real>(&self) -> Dividers<U> {
         let cast = |value: T| U::of(value.to_double());
         Dividers {
@@ -162,7 +165,7 @@ impl<T: Real> Default for Sensing<T> {
 }
 
 impl<T: Real> Sensing<T> {
-    /// Conversion to another precision.
+    /// Converts to another precision.
     pub(super) fn cast<U: Real>(&self) -> Sensing<U> {
         let cast = |value: T| U::of(value.to_double());
         Sensing {
@@ -178,21 +181,22 @@ impl<T: Real> Sensing<T> {
         }
     }
 
-    /// τ in s by which the sensors lag; zero without filter.
+    /// Returns the time constant τ in s by which the sensors lag; zero without filter.
     pub(crate) fn lag(&self) -> T {
         self.bandwidth.map_or(T::zero(), |corner| (T::TAU() * corner).recip())
     }
 
-    /// Standard deviation in s of a line's τ from that of the others: the mean of two sensors, each uniformly off.
+    /// Returns the standard deviation in s of one line's τ from that of the others: the mean of two sensors, each with
+    /// a uniform deviation.
     pub(crate) fn lag_deviation(&self) -> T {
         self.lag() * self.bandwidth_mismatch / T::of(6.0).sqrt()
     }
 
-    /// How much later in s than its trigger a line's current is sampled: the mean of its two phases. While the current is
-    /// a straight line between the two samples, so is their mean. A phase without sensor is as late as the one that carries
-    /// the line's current with it, because the third has none. Of shunts below the legs it is the one or the other by
-    /// direction: their mean is the same. One shunt in the link is read once, at its trigger. Where
-    /// several conversions are averaged, half of their span comes on top.
+    /// Returns the mean delay in s between the trigger and the sampling of a line's current, over its two phases. While
+    /// the current is linear between the two samples, their mean belongs to the mean time. A phase without a sensor is
+    /// as late as the phase that carries the line's current with it, because the third phase has none. With low-side
+    /// shunts it is one or the other, depending on the direction; their mean is the same. One shunt in the link is read
+    /// once, at its trigger. If several conversions are averaged, half of their span is added.
     pub(crate) fn late(&self, line: usize, derived: Derived) -> T {
         let (from, to) = LINES[line];
         let sampled = |phase, other| if derived == Derived::One(phase) { other } else { phase };
@@ -200,28 +204,30 @@ impl<T: Real> Sensing<T> {
         T::of((skew + self.averaged).seconds() / 2.0)
     }
 
-    /// How much later in s than its trigger the current of a phase is sampled.
+    /// Returns the delay in s between the trigger and the sampling of a phase's current.
     pub(crate) fn late_of(&self, phase: Phase) -> T {
         T::of((self.skew * phase as u64).seconds() + self.averaged.seconds() / 2.0)
     }
 
-    /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left, and until shunts are read.
+    /// Returns the time in s after an edge during which samples are disturbed: until the pick-up has decayed to 0.7 %,
+    /// and until shunts can be read.
     pub(crate) fn blank(&self) -> T {
         let [amplitude, decay] = self.pick_up;
         let settle = T::of(self.settle.seconds());
         if amplitude > T::zero() { settle.max(decay * T::of(5.0)) } else { settle }
     }
 
-    /// How much earlier than the end of a pulse its current is sampled: early enough that the converter is through with all phases before
-    /// the edge, and that no jitter moves a sample into what the edge adds. After the edge a shunt in the DC link shows the current with
-    /// the other sign, and one below a leg shows none.
+    /// Returns the time before the end of a pulse at which its current is sampled. It must be early enough for the
+    /// converter to finish all phases before the edge, and for jitter not to move a sample into the pick-up of the
+    /// edge. After the edge a shunt in the DC link shows the current with the opposite sign, and a low-side shunt shows
+    /// none.
     pub(crate) fn lead(&self) -> Nanos {
         let blank = Nanos::from_seconds(self.blank().to_double());
         let blank = if self.place.switches() { blank.max(Nanos::from_micros(1)) } else { blank };
         self.averaged + self.skew * 2 + blank
     }
 
-    /// The key that has the largest part in [`Self::lead`].
+    /// Returns the key with the largest contribution to [`Self::lead`].
     pub(crate) fn lead_key(&self) -> &'static str {
         let blank = Nanos::from_seconds(self.blank().to_double());
         if self.averaged > blank.max(self.skew * 2) {
@@ -233,15 +239,17 @@ impl<T: Real> Sensing<T> {
         }
     }
 
-    /// For how long in s a current that has risen evenly for `time` shows in sensors that lag: τ less, once it has risen for some τ.
+    /// Returns the effective rise time in s that lagging sensors show for a current that has risen linearly for `time`:
+    /// less by τ, after some τ.
     pub(crate) fn seen(&self, time: T) -> T {
         let lag = self.lag();
         if lag > T::zero() { time - lag * (T::one() - (-time / lag).exp()) } else { time }
     }
 
-    /// Whether a sample at a time compares the sensors, where a pulse ends after `pulse`. Of phases that are converted one
-    /// after the other a later one reads more while the current rises and less while it falls: that cancels but for the
-    /// sample at the peak. Nor may what an edge adds look like a gain.
+    /// Returns a function that states whether a sample at a time can be used to compare the sensors, if the pulse ends
+    /// after `pulse`. If phases are converted one after the other, a later phase reads more while the current rises and
+    /// less while it falls. This cancels except for the sample at the peak. The pick-up of an edge must not look like a
+    /// gain either.
     pub(crate) fn compares(&self, pulse: Nanos) -> impl Fn(Nanos) -> bool {
         let until = pulse + Nanos::from_seconds(self.blank().to_double());
         let skew = self.skew * 2 + self.averaged;
@@ -249,7 +257,7 @@ impl<T: Real> Sensing<T> {
         move |time| alike || time + skew < pulse || time > until
     }
 
-    /// The key that decides [`Self::blank`].
+    /// Returns the key that decides [`Self::blank`].
     pub(crate) fn blank_key(&self) -> &'static str {
         if self.blank() > T::of(self.settle.seconds()) { "sensors.pick_up_decay" } else { "sensors.settle" }
     }

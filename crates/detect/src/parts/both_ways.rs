@@ -1,6 +1,6 @@
-//! Line pulses in both directions: how they are set up, and how axis and pole are read from what they tell of the lines.
+//! Line pulses in both directions: their settings, and how axis and pole are computed from the measured lines.
 //!
-//! Methods differ in how they get the inductance of a line and its fall with the current from the samples.
+//! Methods differ in how they compute the inductance of a line, and its fall with the current, from the samples.
 
 use standstill_interface::{Abc, Angle, Fault, Findings, Nanos, Phase, Reading, Real};
 
@@ -19,7 +19,7 @@ use crate::settings::{SettingsError, require, require_error, require_share};
 /// Settings of a method by line pulses in both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BothWaysSettings<T> {
-    /// Its pulses; of an adaptive method the first of them.
+    /// Pulses; for an adaptive method, the first ones.
     pub train: PulseTrainSettings<T>,
     /// Sign of the motor's L_B.
     pub saliency: SaliencySign,
@@ -29,12 +29,12 @@ pub struct BothWaysSettings<T> {
     pub gain_tolerance: T,
     /// Correction from a commissioning run.
     pub correction: Correction<T>,
-    /// Which pole draws more current in pulses like these.
+    /// The pole that draws more current in pulses like these.
     pub signature: Signature,
     /// Probability of a wrong pole that is allowed.
     pub pole_error: T,
-    /// Standard deviation of what looks like saturation and repetition does not reveal, as a share of the inductance at the
-    /// pulse's peak: offsets, delays of the legs.
+    /// Standard deviation of errors that look like saturation and that repetition does not reveal, as a share of the
+    /// inductance at the pulse's peak: offsets, delays of the legs.
     pub pole_floor: T,
     /// Lag, delays and pick-up of the sensors.
     pub sensing: Sensing<T>,
@@ -43,7 +43,7 @@ pub struct BothWaysSettings<T> {
 }
 
 impl<T: Real> BothWaysSettings<T> {
-    /// For this motor and drive, sampled every `interval` or near it.
+    /// Returns settings for this motor and drive, with samples about every `interval`.
     pub(crate) fn suited(drive: &Nameplate<T>, interval: Nanos) -> Self {
         Self {
             train: PulseTrainSettings::suited(drive, interval),
@@ -70,8 +70,8 @@ impl<T: Real> BothWaysSettings<T> {
         self.sensing.check()
     }
 
-    /// Inductances in H and saliency of lines read as `lines` in H by sensors whose r are `ratios`: without their gains,
-    /// and the saliency without what a commissioning run learnt.
+    /// Returns the inductances in H and the saliency of `lines` in H, measured by sensors with the gain ratios
+    /// `ratios`. The effect of the gains is removed, and from the saliency also the errors learnt in commissioning.
     pub(crate) fn saliency(
         &self,
         lines: [T; 3],
@@ -90,8 +90,8 @@ impl<T: Real> BothWaysSettings<T> {
         (lines, saliency)
     }
 
-    /// Whether that is enough for an axis, where noise and gains ask for this square of |L_B|/L_A and the last pulses were
-    /// those of `train`.
+    /// Checks that the saliency suffices for an axis; `square`: the square of |L_B|/L_A that noise and gains require,
+    /// `train`: the last pulses.
     pub(crate) fn check_saliency(
         &self,
         margin: &mut Margin<T>,
@@ -127,8 +127,9 @@ impl<T: Real> BothWaysSettings<T> {
         self.plausibility.sum(&mut train.margin, reading, both, idle, allowed)
     }
 
-    /// Checks that the rotor stands, by what points along the magnet, relative to the inductance at the peak of the pulses, where a link of
-    /// so many volts drives the current and a method has this g of [`turning`].
+    /// Checks that the rotor stands still, from a vector that points along the magnet, relative to the inductance at
+    /// the peak of the pulses. `volts`: voltage of the link that drives the current; `g`: the method's factor, see
+    /// [`turning`].
     pub(crate) fn check_standing(
         &self,
         margin: &mut Margin<T>,
@@ -144,13 +145,13 @@ impl<T: Real> BothWaysSettings<T> {
         standing.check(margin, pointer, axis, deviation)
     }
 
-    /// The pole, from what points along the magnet.
+    /// Returns the pole from a vector that points along the magnet.
     pub(crate) fn pole(&self, saliency: &Saliency<T>, pointer: &Pointer<T>) -> Pole<T> {
         pointer.read(saliency.axis, self.signature, self.pole_error)
     }
 
-    /// Variance of what repetition does not reveal in the relative difference between a line's forward and backward pulses, where r
-    /// of the lines has these variances (see [`GainComparison::known`]).
+    /// Returns the variance of errors that repetition does not reveal, in the relative difference between a line's
+    /// forward and backward pulses; `ratios`: variances of r of the lines (see [`GainComparison::known`]).
     pub(crate) fn pole_variance(&self, derived: Derived, ratios: [T; 3]) -> T {
         let [ab, bc, ca] = ratios;
         let changing = match (derived, self.train.place) {

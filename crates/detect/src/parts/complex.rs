@@ -1,29 +1,30 @@
-//! Complex numbers: what the lines tell turns with 2θ, and complex multiplication is that turning.
+//! Complex numbers. The vector of the line inductances turns with 2θ, and complex multiplication describes such
+//! turning.
 
 pub(crate) use num_complex::Complex;
 use standstill_interface::{AlphaBeta, Real};
 
 /// Operations of a complex number beyond its arithmetic. Sine, arc tangent and root are those of [`Real`].
 pub(crate) trait Turning<T> {
-    /// 0.
+    /// Returns 0.
     fn zero() -> Self;
 
-    /// e^{jx}.
+    /// Returns e^{jx}.
     fn turn(radians: T) -> Self;
 
-    /// α + jβ.
+    /// Returns α + jβ.
     fn of(vector: AlphaBeta<T>) -> Self;
 
-    /// j times it.
+    /// Returns j times the number.
     fn quarter_turn(self) -> Self;
 
-    /// The dot product of the two as vectors.
+    /// Returns the dot product of the two numbers as vectors.
     fn dot(self, other: Self) -> T;
 
-    /// Absolute value.
+    /// Returns the absolute value.
     fn length(self) -> T;
 
-    /// In rad.
+    /// Returns the argument in rad.
     fn argument(self) -> T;
 }
 

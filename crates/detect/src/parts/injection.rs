@@ -27,7 +27,7 @@ use crate::settings::{SettingsError, Source};
 
 pub use settings::InjectionSettings;
 
-/// Where an injection is: steps of the voltage within cycles, cycles within a measurement.
+/// Position in time of an injection: steps of the voltage within cycles, cycles within a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clock {
     /// Step within the cycle.
@@ -39,7 +39,7 @@ pub struct Clock {
 impl Clock {
     const START: Self = Self { period: 0, cycle: 0 };
 
-    /// One carrier period on.
+    /// Advances by this many carrier periods.
     fn advance(&mut self, periods: u16) {
         self.period += 1;
         if self.period >= periods {
@@ -51,25 +51,25 @@ impl Clock {
 
 /// Demodulator of an injection: the injected voltage, and how its current is read.
 pub trait Demodulator<T: Real>: 'static {
-    /// Before the first measurement.
+    /// Makes the state before the first measurement.
     fn new() -> Self;
 
-    /// Its settings, from those that suit any injection.
+    /// Adapts settings that suit any injection to this method.
     fn suited(settings: InjectionSettings<T>) -> InjectionSettings<T> {
         settings
     }
 
-    /// See [`Keyed::describe`].
+    /// Describes the settings: see [`Keyed::describe`].
     fn describe(_: &InjectionSettings<T>, _: &mut Lines<'_>) {}
 
-    /// The voltage in V of a step.
+    /// Returns the voltage in V of a step.
     fn voltage(&self, settings: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T>;
 
-    /// The current in A that was read in a step of the measurement, at the phase that its settings say.
+    /// Adds the current in A that was read in a step of the measurement, at the phase that the settings define.
     fn add(&mut self, settings: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>);
 
-    /// After a measurement: the axis, or none if there is to be another one. `noise` of a reading in A rms, the DC link's voltage
-    /// in V.
+    /// Concludes a measurement: returns the axis, or none if another measurement follows. `noise`: noise of a reading
+    /// in A rms; `dc_link`: voltage of the DC link in V.
     fn conclude(
         &mut self,
         settings: &InjectionSettings<T>,
@@ -85,7 +85,7 @@ pub trait Demodulator<T: Real>: 'static {
 pub struct InjectionMethod<T, D>(pub InjectionSettings<T>, pub PhantomData<D>);
 
 impl<T: Real, D: Demodulator<T>> InjectionMethod<T, D> {
-    /// For this motor and drive.
+    /// Returns settings for this motor and drive.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         Self(D::suited(InjectionSettings::suited(drive)), PhantomData)
     }
@@ -101,7 +101,7 @@ enum State<T> {
     Testing(PolarityTest<T>),
 }
 
-/// A detector by injection, of the kind that `D` is.
+/// A detector by injection; the type `D` defines the kind of injection.
 #[derive(Clone, Debug)]
 pub struct Injection<T, D> {
     settings: InjectionSettings<T>,
@@ -111,7 +111,7 @@ pub struct Injection<T, D> {
     /// Last link voltage in V and currents in A, offsets removed.
     dc_link: T,
     current: Abc<T>,
-    /// With windows: what the first period of the pair showed; none before it.
+    /// With windows: the readings of the first period of the pair; none before it.
     first: Option<[T; 2]>,
     findings: Findings<T>,
 }
@@ -132,7 +132,7 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
         })
     }
 
-    /// One carrier period.
+    /// Returns the command for one carrier period.
     fn inject(&mut self, clock: Clock) -> Command<T> {
         self.state = State::Injecting(clock);
         let s = &self.settings;
@@ -169,7 +169,7 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
         Ok(true)
     }
 
-    /// The first carrier period, once the last current is gone.
+    /// Returns the first carrier period, after the last current has decayed.
     fn begin(&mut self) -> Command<T> {
         self.dc_link = self.settler.dc_link;
         self.inject(Clock::START)
@@ -187,7 +187,7 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
         Ok(())
     }
 
-    /// After a carrier period.
+    /// Evaluates a carrier period and returns the next command.
     fn injected(&mut self, mut clock: Clock, readings: &[Reading<T>]) -> Result<Command<T>, Fault<T>> {
         if self.settings.windows.is_none() {
             self.read(clock, readings)?;

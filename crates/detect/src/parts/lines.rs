@@ -4,7 +4,7 @@ use standstill_interface::{Abc, AlphaBeta, Angle, Real};
 
 use super::complex::{Complex, Turning};
 
-/// One interval of equation (10): a mean voltage, and the currents at both ends.
+/// One interval of equation (10): a mean voltage, and the currents at both ends of the interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval<T> {
     /// Mean voltage across the line in V.
@@ -27,10 +27,10 @@ impl<T: Real> Interval<T> {
     }
 }
 
-/// R in Ω and L in H of a line from two intervals: equation (10) of the paper,
-/// `u = R (i_begin + i_end)/2 + L (i_end − i_begin)/t`, twice, solved for both together.
+/// Returns R in Ω and L in H of a line from two intervals: equation (10) of the paper, `u = R (i_begin + i_end)/2 + L
+/// (i_end − i_begin)/t`, is written for each interval and solved for both.
 ///
-/// `None` where the two intervals do not tell R and L apart.
+/// `None` if the two intervals do not separate R and L.
 ///
 /// ```
 /// use standstill_detect::{Interval, line_impedance};
@@ -62,7 +62,7 @@ pub(crate) fn line_angles<T: Real>() -> [T; 3] {
     [-30.0, 90.0, 210.0].map(|degrees| T::of(degrees).to_radians())
 }
 
-/// Unit vectors in the directions of [`line_angles`].
+/// Returns unit vectors in the directions of [`line_angles`].
 pub(crate) fn line_directions<T: Real>() -> [AlphaBeta<T>; 3] {
     line_angles().map(|angle: T| {
         let (sin, cos) = angle.sin_cos();
@@ -70,8 +70,8 @@ pub(crate) fn line_directions<T: Real>() -> [AlphaBeta<T>; 3] {
     })
 }
 
-/// Z and M of the lines L_AB, L_BC, L_CA: equations (6) and (5) of the paper in complex numbers. Of an ideal motor
-/// `Z = L_B e^{j2θ}` and `M = L_A`, all in H.
+/// Returns Z and M of the lines L_AB, L_BC, L_CA: equations (6) and (5) of the paper in complex numbers. For an ideal
+/// motor `Z = L_B e^{j2θ}` and `M = L_A`, all in H.
 pub(crate) fn reflection<T: Real>(Abc([ab, bc, ca]): Abc<T>) -> (Complex<T>, T) {
     let nine = T::of(9.0);
     let z = Complex::new((ca + ab - bc - bc) / nine, T::of(3.0).sqrt() * (ca - ab) / nine);
@@ -88,12 +88,12 @@ pub enum SaliencySign {
 }
 
 impl SaliencySign {
-    /// The sign of a motor with these inductances, both in the same unit.
+    /// Returns the sign for a motor with these inductances, both in the same unit.
     pub(crate) fn of<T: Real>(d_axis_inductance: T, q_axis_inductance: T) -> Self {
         if d_axis_inductance > q_axis_inductance { Self::Positive } else { Self::Negative }
     }
 
-    /// 1 or −1.
+    /// Returns 1 or −1.
     pub(crate) fn factor<T: Real>(self) -> T {
         match self {
             Self::Positive => T::one(),
@@ -114,7 +114,7 @@ pub struct Saliency<T> {
 }
 
 impl<T: Real> Saliency<T> {
-    /// From L_AB, L_BC, L_CA in H, equations (5)–(7) with the saliency's sign.
+    /// Computes the saliency from L_AB, L_BC, L_CA in H: equations (5)–(7) with the saliency's sign.
     ///
     /// ```
     /// use standstill_detect::{Saliency, SaliencySign};
@@ -140,7 +140,7 @@ impl<T: Real> Saliency<T> {
         }
     }
 
-    /// ∂θ/∂L of the three lines in rad/H, equation (7) differentiated.
+    /// Returns ∂θ/∂L for the three lines in rad/H: equation (7) differentiated.
     pub(crate) fn slopes(&self, sign: SaliencySign) -> [T; 3] {
         let twice = self.axis.radians() * T::of(2.0);
         let sign: T = sign.factor();
@@ -153,8 +153,9 @@ impl<T: Real> Saliency<T> {
         })
     }
 
-    /// The largest variance that this covariance of the lines in H² gives |L_B|/L_A e^{j2θ} in any direction: the larger
-    /// eigenvalue of its own covariance. Noise is not alike in all directions, nor need it be largest where z points.
+    /// Returns the largest variance, over all directions, of |L_B|/L_A e^{j2θ} for this covariance of the lines in H²:
+    /// the larger eigenvalue of the vector's covariance. Noise differs between directions and need not be largest where
+    /// z points.
     pub(crate) fn most_variance(&self, covariance: &[[T; 3]; 3]) -> T {
         let columns: [Complex<T>; 3] = core::array::from_fn(|k| {
             let mut one = [T::zero(); 3];
@@ -174,7 +175,7 @@ impl<T: Real> Saliency<T> {
         (xx + yy) / two + ((xx - yy) / two).hypot(xy)
     }
 
-    /// Variance in rad² that this covariance of the lines in H² gives the axis.
+    /// Returns the variance of the axis in rad² for this covariance of the lines in H².
     pub(crate) fn axis_variance(&self, covariance: &[[T; 3]; 3], sign: SaliencySign) -> T {
         let slopes = self.slopes(sign);
         covariance.iter().zip(slopes).fold(T::zero(), |sum, (row, a)| {
@@ -182,7 +183,7 @@ impl<T: Real> Saliency<T> {
         })
     }
 
-    /// |L_B| / L_A.
+    /// Returns |L_B| / L_A.
     ///
     /// ```
     /// use standstill_detect::Saliency;

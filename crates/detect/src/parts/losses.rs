@@ -1,12 +1,13 @@
-//! Losses in the pulses of a line: the resistance of each phase, by rising and falling currents.
+//! Losses in the pulses of a line: the resistance of each phase, from rising and falling currents.
 //!
-//! A core without losses has a current for each flux. The flux of a pulse rises until t₁ and falls as steeply after it: so long before t₁
-//! and so long after it the current would be the same. What it falls short by is lost in resistance and devices:
+//! A core without losses has one current for each flux. The flux of a pulse rises until t₁ and falls equally steeply
+//! after it. At equal times before and after t₁ the current would therefore be the same. The difference is lost in
+//! resistance and devices:
 //! ```text
 //! L (i(t₁ − s) − i(t₁ + s)) = ΔU s + R ∫ i dt,    ∫ i dt = 2 î s (1 − s / (2 t₁))
 //! ```
-//! ΔU, the drops of the devices, an edge or a sample that is late, and what both ways of a turning magnet leave are alike in all lines:
-//! a contact in one phase is not. It adds to two lines, and nothing to the third.
+//! ΔU, the drops of the devices, a late edge or sample, and the effect of a turning magnet in both directions are equal
+//! in all lines; a bad contact in one phase is not. It adds to two lines, and nothing to the third.
 
 use standstill_interface::{Fault, Phase, Reading, Real};
 
@@ -35,8 +36,9 @@ impl<T: Real> Losses<T> {
         Self { short: [T::zero(); 3], charge: [T::zero(); 3], pairs: [T::zero(); 3] }
     }
 
-    /// Samples before the peak with a counterpart while the current still falls, where so many volts drive it: what the devices take from the
-    /// link before the peak and add to it after it ends the current earlier.
+    /// Returns the number of samples before the peak that have a counterpart while the current still falls; `volts`:
+    /// voltage that drives it. The drops of the devices act against the link before the peak and with it afterwards,
+    /// which ends the current earlier.
     fn pairs(train: &PulseTrainSettings<T>, volts: T) -> usize {
         let on = train.samples_on();
         let falling = volts + train.on_drop + train.off_drop;
@@ -72,9 +74,9 @@ impl<T: Real> Losses<T> {
         Ok(())
     }
 
-    /// With samples that show each line's current as it is so many seconds later, where so many volts drive it: the resistance in Ω that
-    /// would lose as much in each line of these inductances in H, devices and all, and its standard deviation by noise; none where a line
-    /// has no pair of samples.
+    /// Returns the resistance in Ω that would cause the same losses in each line, devices included, and its standard
+    /// deviation by noise; none if a line has no pair of samples. `lines`: inductances in H; `volts`: voltage that
+    /// drives the current; `late`: delay in s with which the samples show each line's current.
     fn resistances(&self, noise: T, lines: [T; 3], (volts, late): (T, [T; 3])) -> Option<([T; 3], T)> {
         if self.pairs.iter().any(|pairs| *pairs < T::one()) {
             return None;
@@ -89,8 +91,8 @@ impl<T: Real> Losses<T> {
         Some((found, ((variance(0) + variance(1) + variance(2)) / T::of(3.0)).sqrt()))
     }
 
-    /// Checks that the phases lose alike, in lines of these inductances in H at a link of so many volts, whose samples show each line's
-    /// current as it is so many seconds later.
+    /// Checks that the phases have equal losses. `lines`: inductances in H; `shown`: voltage of the link in V, and the
+    /// delay in s with which the samples show each line's current.
     pub fn check(
         &self,
         margin: &mut Margin<T>,

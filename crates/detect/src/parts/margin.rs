@@ -1,51 +1,51 @@
-//! How near a detection was to giving up.
+//! Margin of a detection: how near it was to giving up.
 
 use standstill_interface::Real;
 
-/// The smallest margin of the checks so far that can end a detection with a fault: by which factor what is checked kept its
-/// limit, less one. At zero a check is about to fire, below zero it did. A factor makes checks of currents, angles and
-/// inductances comparable.
+/// Smallest margin of all checks so far that can end a detection with a fault: the factor by which the checked quantity
+/// kept its limit, minus 1. At zero a check is about to fire; below zero it fired. As a factor, margins of currents,
+/// angles and inductances can be compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margin<T>(T);
 
 impl<T: Real> Margin<T> {
-    /// Before the first check.
+    /// Makes the margin before the first check.
     pub fn new() -> Self {
         Self(T::infinity())
     }
 
-    /// After a check that something is at least `limit`.
+    /// Adds a check that `value` is at least `limit`.
     pub fn at_least(&mut self, value: T, limit: T) {
         self.add(value / limit);
     }
 
-    /// After a check that something is at most `limit`, which what is not positive keeps by far.
+    /// Adds a check that `value` is at most `limit`. A value that is not positive keeps the limit by far.
     pub fn at_most(&mut self, value: T, limit: T) {
         if value > T::zero() {
             self.add(limit / value);
         }
     }
 
-    /// After the last of some waits for a current to go, at whose end it was this many thresholds: how many more waits it
-    /// might have taken of those that it may take.
+    /// Adds the waits for a current to decay. At the end of the last wait the current was this many thresholds; the
+    /// margin is the number of further waits that would have been needed and allowed.
     pub fn waited(&mut self, waits: u16, attempts: u16, thresholds: T) {
         let taken = T::of(f64::from(waits)) - T::one() + thresholds;
         self.at_most(taken, T::of(f64::from(attempts)));
     }
 
-    /// A value that is not a number has no margin; a factor that is negative beyond all bounds is as bad as none.
+    /// Adds a factor. A value that is not a number has no margin; very negative factors are clamped.
     fn add(&mut self, factor: T) {
         let margin = factor - T::one();
         let beyond = margin < T::zero() && !margin.is_finite();
         self.0 = self.0.min(if beyond { -T::one() } else { margin });
     }
 
-    /// After the checks of another as well.
+    /// Adds the checks of another margin.
     pub fn and(&mut self, other: Self) {
         self.0 = self.0.min(other.0);
     }
 
-    /// None before a check that has a limit.
+    /// Returns the smallest margin; none before the first check with a limit.
     pub fn smallest(self) -> Option<T> {
         self.0.is_finite().then_some(self.0)
     }

@@ -17,12 +17,12 @@ pub struct ModulationSettings<T> {
     pub drop: T,
     /// Rough inductance in H of a phase, for the ripple of the current.
     pub inductance: T,
-    /// Current in A below which a leg's compensation fades out: about what a prediction gets wrong.
+    /// Current in A below which a leg's compensation fades out: about the error of a predicted current.
     pub fade: T,
 }
 
 impl<T: Real> ModulationSettings<T> {
-    /// For this motor and drive.
+    /// Returns settings for this motor and drive.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         Self {
             carrier_period: drive.carrier_period,
@@ -33,13 +33,13 @@ impl<T: Real> ModulationSettings<T> {
         }
     }
 
-    /// Whether dead time or drops are compensated.
+    /// Returns whether dead time or drops are compensated, as a key's value.
     #[allow(clippy::unnecessary_wraps, reason = "the form of a setting that may be missing")]
     pub(crate) fn compensation(&self) -> Option<Value> {
         Some(Value::Flag(self.dead_time > Nanos::ZERO || self.drop > T::zero()))
     }
 
-    /// Leaves both uncompensated if it is not to be; what to compensate is known from the drive.
+    /// Switches the compensation of both off if the value is false. The values to compensate are known from the drive.
     pub(crate) fn set_compensation(&mut self, value: Value) -> bool {
         if !value.is_set() {
             (self.dead_time, self.drop) = (Nanos::ZERO, T::zero());
@@ -66,14 +66,16 @@ impl<T: Real> ModulationSettings<T> {
         T::of(self.dead_time.seconds()) / T::of(self.carrier_period.seconds()) + self.drop / dc_link
     }
 
-    /// This voltage in V for so many carrier periods, sampled once at their end, where the current is at its mean.
+    /// Returns a command for this voltage in V over this many carrier periods, sampled once at the end, where the
+    /// current has its mean value.
     ///
     /// `current` are the phase currents in A at the start and, as predicted, at the end of the first period.
     ///
     /// A dead time before the upper switch closes delays the leg's rise if its current is positive then; one before the
-    /// lower closes delays the fall if the current is negative then. So what a period loses depends on the signs at two
-    /// instants. Between the outer zero vectors the legs rise one after the other, and until leg k does, those before it
-    /// have driven its current down by `r = U/(3L) Σ_j (t_k − t_j)`; after its fall likewise, so that
+    /// lower closes delays the fall if the current is negative then. So the voltage lost in a period depends on the
+    /// signs at two instants. Between the outer zero vectors the legs rise one after the other, and until leg k does,
+    /// those before it have reduced its current by `r = U/(3L) Σ_j (t_k − t_j)`; the same happens after its fall, so
+    /// that
     /// ```text
     /// i(rise) = i(start) − r,   i(fall) = i(end) + r
     /// ```
@@ -89,7 +91,7 @@ impl<T: Real> ModulationSettings<T> {
         Command::hold(Stage { legs: legs.map(Leg::Duty), duration }, Sampling::once(duration))
     }
 
-    /// The duties of the legs for this voltage in V; currents as for [`Self::command`].
+    /// Returns the duties of the legs for this voltage in V; `currents`: as for [`Self::command`].
     fn duties(&self, voltage: AlphaBeta<T>, dc_link: T, currents: [Abc<T>; 2]) -> Abc<T> {
         let (half, one) = (T::of(0.5), T::one());
         let lost = self.lost(dc_link);
@@ -103,13 +105,13 @@ impl<T: Real> ModulationSettings<T> {
         legs
     }
 
-    /// The duties for this voltage in V of legs that lose nothing.
+    /// Returns the duties for this voltage in V of legs without losses.
     pub(crate) fn plain(voltage: AlphaBeta<T>, dc_link: T) -> Abc<T> {
         voltage.phases().map(|volts| T::of(0.5) + volts / dc_link)
     }
 
-    /// The directions of the legs' currents, from −1 to 1, when each rises and when each falls. `high`: of the first and of the second half of
-    /// the period, for which share of it each leg is high, next to the middle.
+    /// Returns the directions of the legs' currents, from −1 to 1, when each leg rises and when it falls. `high`: share
+    /// of the first and of the second half of the period for which each leg is high, adjacent to the middle.
     pub(crate) fn signs(&self, high: [Abc<T>; 2], dc_link: T, [start, end]: [Abc<T>; 2]) -> [Abc<T>; 2] {
         let one = T::one();
         let period = T::of(self.carrier_period.seconds());

@@ -1,7 +1,8 @@
-//! Whether readings can be those of the motor and the drive that the data sheets describe, with all parts whole.
+//! Plausibility: whether readings can come from the motor and the drive of the data sheets, without a fault.
 //!
-//! An open wire, a sensor that is dead, stuck or reversed, a weak contact or a motor of another type changes currents in ways that a
-//! method alone may take for an angle. Each check compares what pulses show with what tolerances of whole parts leave room for.
+//! An open wire, a sensor that is dead, stuck or reversed, a weak contact or a motor of another type changes currents
+//! in ways that a method alone may take for an angle. Each check compares the readings of pulses with the range that
+//! the tolerances of intact parts allow.
 
 use standstill_interface::{Fault, Phase, Reading, Real, Sensed};
 
@@ -12,10 +13,10 @@ use crate::checks::{Check, Checks};
 use crate::nameplate::{Nameplate, Place};
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
-/// The checks of a method by line pulses, and the limits of what whole parts may show.
+/// The checks of a method with line pulses, and the limits for intact parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlausibilitySettings<T> {
-    /// Which checks are on.
+    /// Checks that are on.
     pub checks: Checks,
     /// Largest sum of the currents that three sensors show, as a share of the line's.
     pub sensors: T,
@@ -26,8 +27,8 @@ pub struct PlausibilitySettings<T> {
     /// Pulse in s that raises the rated current, and the share of the inductance that its current leaves.
     pub rated_pulse: T,
     pub saturates: T,
-    /// Largest difference between a line's inductances forward and backward, as a share of their mean: by all parts of the drive, and by
-    /// what the poles differ in a pulse of that length.
+    /// Largest difference between a line's forward and backward inductances, as a share of their mean: caused by all
+    /// parts of the drive, and by the difference of the poles in a pulse of that length.
     pub both_ways: [T; 2],
     /// Smallest and largest voltage in V of the DC link.
     pub dc_link: [T; 2],
@@ -38,24 +39,26 @@ pub struct PlausibilitySettings<T> {
 /// Share by which a motor's inductances may differ from its data sheet, and the link from its nominal voltage.
 const SHEET: f64 = 0.35;
 
-/// Largest ratio of the inductances along the two axes up to which an open terminal stays between the rails, and its diodes without a
-/// current. With Γ = diag(1/L_d, 1/L_q) turned by the rotor, the terminal is (√3/2) |Γ_⊥∥ / Γ_⊥⊥| of the link away from the middle, at
-/// most (√3/4) (r − 1) / √r: half of it, where the rails are, at r = 3. Saturation leaves room below.
+/// Largest ratio of the inductances along the two axes for which an open terminal stays between the rails and its
+/// diodes carry no current. With Γ = diag(1/L_d, 1/L_q) turned by the rotor, the terminal is (√3/2) |Γ_⊥∥ / Γ_⊥⊥| of
+/// the link's voltage away from the middle, at most (√3/4) (r − 1) / √r. At r = 3 this is one half, where the rails
+/// are. The constant is lower, to allow for saturation.
 const BLOCKED: f64 = 2.2;
 
-/// Largest mean square of what two sensors of a current differ by, beside a factor, as a multiple of the variance that the zeroing
-/// shows: some twenty readings scatter by chance by no more, in one of a hundred million starts.
+/// Largest mean square of the difference between two sensors of a current that a factor does not explain, as a multiple
+/// of the variance in the zeroing. Some twenty readings exceed it by chance in one of a hundred million starts.
 const SCATTER: f64 = 4.0;
 
 /// Share of the current, in rms, by which sensors may be uneven in a pulse: filters that differ, edges, bends.
 const UNEVEN: f64 = 0.005;
 
 impl<T: Real> PlausibilitySettings<T> {
-    /// Limits for this motor and drive.
+    /// Returns limits for this motor and drive.
     ///
-    /// Two sensors differ by their gains: eight deviations, and two per cent. A data sheet's inductance is good to a third; a core that
-    /// saturates has less, as its rated pulse is shorter, and the drop across the resistance makes it look larger. One way of a line
-    /// saturates by what the poles differ at rated current. Both grow with pulses that are longer than the rated one.
+    /// Two sensors may differ by their gains: eight standard deviations, and two per cent. A data sheet's inductance is
+    /// accurate to a third; a core that saturates has a smaller one, because its rated pulse is shorter, and the
+    /// resistive drop makes it look larger. One direction of a line may saturate by the difference of the poles at
+    /// rated current. Both grow for pulses longer than the rated one.
     pub(crate) fn suited(drive: &Nameplate<T>) -> Self {
         let [least, most] = [
             drive.d_axis_inductance.min(drive.q_axis_inductance),
@@ -110,8 +113,9 @@ impl<T: Real> PlausibilitySettings<T> {
         }
     }
 
-    /// Checks of three sensors that their currents sum to zero at the end of a pulse, and that the third phase has none where it cannot
-    /// have any. Offsets are removed: what enters a line by one sensor, what leaves it by the other, and the third phase; `allowed` in A.
+    /// Checks that the currents of three sensors sum to zero at the end of a pulse, and that the third phase has no
+    /// current if it cannot have any. The currents have no offsets: `from` enters the line at one sensor, `to` leaves
+    /// it at the other, `idle` is the third phase; `allowed`: limit in A.
     pub(crate) fn sum(
         &self,
         margin: &mut Margin<T>,
@@ -133,9 +137,9 @@ impl<T: Real> PlausibilitySettings<T> {
         if self.idle_is_blocked { holds(idle.abs()) } else { Ok(()) }
     }
 
-    /// Smallest and largest inductance in H of a line in pulses of so many seconds, and the largest difference of both ways. A rated
-    /// pulse saturates as the data sheet says, a longer one as a core of which each ampere takes as much again, at most four fifths in all; a
-    /// shorter one is given the room of the rated one.
+    /// Returns the smallest and the largest inductance in H of a line in pulses of this length in s, and the largest
+    /// difference between both directions. A rated pulse saturates according to the data sheet; a longer one saturates
+    /// in proportion to the current, at most by four fifths in all; a shorter one gets the range of the rated pulse.
     fn of_pulse(&self, pulse: T) -> ([T; 2], T) {
         let times = (pulse / self.rated_pulse).max(T::one());
         let saturates = (T::one() - (T::one() - self.saturates) * times).max(self.saturates.min(T::of(0.2)));

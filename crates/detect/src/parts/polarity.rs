@@ -1,15 +1,14 @@
-//! Which end of the axis is north: voltage vectors along it and against it, from rest each time.
+//! Polarity test, which finds the north end of the axis: voltage vectors along the axis and against it, each from rest.
 //!
-//! A voltage vector along the magnet drives the core further into saturation, one against it brings it out; so
-//! the first raises the larger current, or in motors with iron bridges the smaller one: that is the motor's
-//! [`Signature`]. Both are near the rated current, where the difference is largest. They lie on the d-axis and make no
-//! torque.
+//! A voltage vector along the magnet drives the core further into saturation, one against it reduces saturation. So the
+//! first raises the larger current, or in motors with iron bridges the smaller one: this is the motor's [`Signature`].
+//! Both are near the rated current, where the difference is largest. They lie on the d-axis and make no torque.
 //!
 //! ```text
 //!   two vectors (the paper):  wait ─► along ─► wait ─► against ─► wait ─► the larger current
 //!   sequential:               wait ─► along ─► wait ─► against ─► wait ─► against ─► wait ─► along ─► … until certain
 //! ```
-//! Order ABBA: what drifts linearly in time does not tell the poles apart.
+//! The order is ABBA, so that linear drift does not look like a pole.
 
 mod pointer;
 mod sequential;
@@ -31,8 +30,9 @@ pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
 pub use settings::{PolarityRule, PolaritySettings, Signature};
 
-/// Pairs before the sequential test may stop; and where they scatter by more than so many times the variance that the
-/// sensors' noise gives them, which few pairs do by chance.
+/// Least number of pairs before the sequential test may stop. The constants after it are the least number for pairs
+/// that scatter by more than a multiple of the variance of the sensors' noise, and that multiple, which few pairs
+/// exceed by chance.
 const LEAST_PAIRS: u16 = 2;
 const SCATTERED_PAIRS: u16 = 4;
 const BY_CHANCE: f64 = 4.0;
@@ -53,8 +53,8 @@ pub struct Pole<T> {
 }
 
 impl<T: Real> Pole<T> {
-    /// The end of `axis` that the evidence, referred to it, speaks for if it is enough; if not, the pole stays open for
-    /// this reason.
+    /// Returns the end of `axis` that the evidence for north favours, if it suffices; otherwise an open pole for this
+    /// reason.
     fn decided(axis: Angle<T>, evidence: Option<PoleEvidence<T>>, reason: Undetermined<T>) -> Self {
         let named = evidence.is_some_and(|evidence| evidence.is_enough());
         let towards = evidence.is_some_and(|evidence| evidence.deviations > T::zero());
@@ -68,7 +68,7 @@ impl<T: Real> Pole<T> {
         }
     }
 
-    /// The end of a detection that found this and, before, these.
+    /// Returns the outcome of a detection with this pole and the earlier findings.
     pub(crate) fn outcome(self, findings: Findings<T>) -> Outcome<T> {
         let findings = Findings {
             polarity: self.polarity.or(findings.polarity),
@@ -120,7 +120,7 @@ pub(crate) struct PolarityTest<T> {
     amplitude: T,
     /// Vectors given so far.
     vectors: u16,
-    /// Responses in A and in A/V, north candidate first, of the pair in the making.
+    /// Responses in A of the present pair, the north candidate first; the field after it has them in A/V.
     current: [T; 2],
     response: [T; 2],
     /// Sums over the pairs.
@@ -132,7 +132,7 @@ pub(crate) struct PolarityTest<T> {
 }
 
 impl<T: Real> PolarityTest<T> {
-    /// A test that takes over after a method's own measurements; `settler` knows the noise from its waits.
+    /// Makes a test that follows a method's own measurements; `settler` knows the noise from its waits.
     pub fn new(
         settings: PolaritySettings<T>,
         settler: Settler<T>,
@@ -157,12 +157,12 @@ impl<T: Real> PolarityTest<T> {
         }
     }
 
-    /// The first step. Without a signature there is nothing to test, but the last current must be gone.
+    /// Returns the first step. Without a signature there is nothing to test, but the last current must still decay.
     pub fn begin(&mut self) -> Command<T> {
         self.wait(self.settings.signature == Signature::None)
     }
 
-    /// How near it and what was before it were to a fault.
+    /// Returns the margin of this test and of the measurements before it.
     pub fn margin(&self) -> Margin<T> {
         self.settler.margin
     }
@@ -172,7 +172,7 @@ impl<T: Real> PolarityTest<T> {
         self.settler.begin()
     }
 
-    /// Whether the next vector is the one against the axis: in the order ABBA.
+    /// Returns whether the next vector is against the axis, in the order ABBA.
     fn against(&self) -> bool {
         matches!(self.vectors % 4, 1 | 2)
     }
@@ -255,7 +255,8 @@ impl<T: Real> PolarityTest<T> {
         Ok(())
     }
 
-    /// Mean of the relative differences, the variance of one of them, and what of that is the sensors' noise.
+    /// Returns the mean of the relative differences, the variance of one of them, and the part of that variance by the
+    /// sensors' noise.
     fn differences(&self) -> (T, T, T) {
         let n = T::of(f64::from(self.pairs()));
         let mean = self.sum / n;
@@ -267,14 +268,14 @@ impl<T: Real> PolarityTest<T> {
         (mean, if scatter > least { scatter } else { least }, least)
     }
 
-    /// The mean difference and its variance, of what scatters and of what repetition does not reveal.
+    /// Returns the mean difference and its variance, from scatter and from errors that repetition does not reveal.
     fn mean(&self, sequential: &SequentialSettings<T>) -> (T, T) {
         let (mean, variance, _) = self.differences();
         let n = T::of(f64::from(self.pairs()));
         (mean, variance / n + sequential.floor * sequential.floor)
     }
 
-    /// Whether no more pairs are needed, or allowed.
+    /// Returns whether no further pairs are needed or allowed.
     fn is_enough(&self, sequential: &SequentialSettings<T>) -> bool {
         let pairs = self.pairs();
         if pairs >= u16::from(sequential.most_pairs) {
@@ -290,7 +291,7 @@ impl<T: Real> PolarityTest<T> {
         known && sequential.evidence(mean, variance).is_enough()
     }
 
-    /// Checks that the rotor stands, by what all vectors leave across the axis.
+    /// Checks that the rotor stands still, from the currents of all vectors across the axis.
     fn check_standing(&mut self, pole: &Pole<T>) -> Result<(), Fault<T>> {
         let s = &self.settings;
         // One shunt in the DC link shows no current across the axis; those below legs settle anew in each period, each from another current.

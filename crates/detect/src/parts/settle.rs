@@ -9,21 +9,21 @@ use crate::nameplate::{Nameplate, Place};
 use crate::parts::margin::Margin;
 use crate::settings::{LONGEST, SettingsError, require, require_positive};
 
-/// How to wait for the current of the last pulse to be gone: wait, look, and wait again.
+/// Settings of the waits for the decay of the last pulse's current: wait, read, and wait again.
 ///
-/// With slow decay the waits are zero vectors until the current is below the threshold, and then one with all
-/// gates off, in which the rest goes back to the link within microseconds. With fast decay all gates are off from
+/// With slow decay the waits are zero vectors until the current is below the threshold, and then one with all gates
+/// off, in which the remaining current returns to the link within microseconds. With fast decay all gates are off from
 /// the beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SettleSettings<T> {
     /// Length of one wait. The current is sampled at four fifths of it and at its end.
     pub wait: Nanos,
-    /// A phase current in A below which it counts as gone: above the sensors' offset and noise, below what
-    /// would disturb the next pulse.
+    /// Phase current in A below which the current counts as decayed: above the sensors' offset and noise, but small
+    /// enough not to disturb the next pulse.
     pub threshold: T,
     /// Waits before giving up.
     pub attempts: u16,
-    /// Where the current sensors are. With one shunt in the DC link its current takes the place of the phases'.
+    /// Arrangement of the current sensors. The current of a single shunt in the DC link is used instead of the phases'.
     pub place: Place,
 }
 
@@ -40,7 +40,7 @@ impl<T: Real> SettleSettings<T> {
         require(self.attempts > 0, "settle.attempts", "at least 1")
     }
 
-    /// One wait, with the zero vector or with all gates off.
+    /// Returns the command of one wait, with the zero vector or (`released`) with all gates off.
     fn command(&self, released: bool) -> Command<T> {
         let leg = if released { Leg::Off } else { Leg::Low };
         let early = Nanos(self.wait.0 / 5 * 4);
@@ -48,7 +48,8 @@ impl<T: Real> SettleSettings<T> {
         Command::hold(stage, Sampling::twice(early, self.wait))
     }
 
-    /// After a wait: the residual currents, and the largest of all. The shunt in the DC link stands for each phase.
+    /// Evaluates a wait: returns the residual currents and the largest of them. A shunt in the DC link stands for each
+    /// phase.
     fn judge(&self, readings: &[Reading<T>]) -> Result<(Abc<T>, T), Fault<T>> {
         let [_, last] = readings else { return Err(Fault::UnexpectedReadings) };
         if self.place == Place::InLink {
@@ -76,12 +77,12 @@ impl<T: Real> SettleSettings<T> {
 /// A current in A or a voltage in V beyond which no sensor reads: it and its square keep their digits in sums.
 const MOST: f64 = 1e9;
 
-/// A number that a sensor can have read.
+/// Returns whether a sensor can have read this number.
 pub(crate) fn is_reading<T: Real>(value: T) -> bool {
     value.abs() <= T::of(MOST)
 }
 
-/// Largest phase current in A of those that a sensor saw.
+/// Returns the largest phase current in A among those that a sensor saw.
 pub(crate) fn largest<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
     let mut largest = T::zero();
     for (current, sensed) in reading.current.0.into_iter().zip(reading.sensed.0) {
@@ -96,7 +97,7 @@ pub(crate) fn largest<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
     Ok(largest)
 }
 
-/// The DC-link voltage in V of a reading, if it can be used.
+/// Returns the DC-link voltage in V of a reading. Fails if it cannot be used.
 pub(crate) fn link<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
     if reading.dc_link_clipped {
         Err(Fault::DcLinkClipped)
@@ -107,7 +108,7 @@ pub(crate) fn link<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
     }
 }
 
-/// A phase current in A that a sensor really saw.
+/// Returns a phase current in A. Fails if no sensor saw it.
 pub(crate) fn seen<T: Real>(reading: &Reading<T>, phase: Phase) -> Result<T, Fault<T>> {
     match reading.sensed[phase] {
         Sensed::Clipped => Err(Fault::Clipped(phase)),
@@ -117,7 +118,7 @@ pub(crate) fn seen<T: Real>(reading: &Reading<T>, phase: Phase) -> Result<T, Fau
     }
 }
 
-/// The current in A through the shunt in the DC link, if it was really seen.
+/// Returns the current in A through the shunt in the DC link. Fails if it was not seen.
 pub(crate) fn link_current<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
     match reading.link_sensed {
         Sensed::Clipped => Err(Fault::LinkCurrentClipped),
@@ -127,12 +128,12 @@ pub(crate) fn link_current<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>>
     }
 }
 
-/// All three phase currents in A, each seen by a sensor.
+/// Returns all three phase currents in A. Fails if a sensor did not see one.
 pub(crate) fn all_seen<T: Real>(reading: &Reading<T>) -> Result<Abc<T>, Fault<T>> {
     Ok(Abc::new(seen(reading, Phase::A)?, seen(reading, Phase::B)?, seen(reading, Phase::C)?))
 }
 
-/// Waits, and learns from each wait what the sensors read without current.
+/// Waits for currents to decay, and learns from each wait the sensors' readings without current.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settler<T> {
     settings: SettleSettings<T>,
@@ -140,7 +141,7 @@ pub(crate) struct Settler<T> {
     fast: bool,
     waits: u16,
     released: bool,
-    /// The last currents in A of the last wait: offsets and what is left.
+    /// The last currents in A of the last wait: offsets plus the remaining current.
     pub residual: Abc<T>,
     /// Sum of such currents over the waits, and their number.
     residuals: (Abc<T>, T),
@@ -148,7 +149,7 @@ pub(crate) struct Settler<T> {
     pub dc_link: T,
     /// Noise of the sensors.
     pub noise: Noise<T>,
-    /// How near the detection was to a fault: what it checks itself is added by the method.
+    /// Margin to a fault; the method adds the margins of its own checks.
     pub margin: Margin<T>,
 }
 
@@ -168,7 +169,8 @@ impl<T: Real> Settler<T> {
         }
     }
 
-    /// The mean in A of what the sensors read without current at the ends of the waits, and the number of these.
+    /// Returns the mean in A of the sensors' readings without current at the ends of the waits, and the number of
+    /// waits.
     pub fn offset(&self) -> (Abc<T>, T) {
         let (sum, waits) = self.residuals;
         (sum.map(|sum| sum / waits.max(T::one())), waits)
@@ -184,7 +186,7 @@ impl<T: Real> Settler<T> {
         self.settings.command(released)
     }
 
-    /// After a wait: another one, or none once the current is gone.
+    /// Evaluates a wait: returns another wait, or none once the current has decayed.
     pub fn step(&mut self, readings: &[Reading<T>]) -> Result<Option<Command<T>>, Fault<T>> {
         let s = self.settings;
         let (residual, most) = s.judge(readings)?;
@@ -250,7 +252,7 @@ impl<T: Real> Noise<T> {
         }
     }
 
-    /// Standard deviation of one reading in A.
+    /// Returns the standard deviation of one reading in A.
     pub fn deviation(&self) -> T {
         (self.squares / (self.pairs + self.pairs).max(T::one())).sqrt()
     }
@@ -260,7 +262,7 @@ impl<T: Real> Noise<T> {
         self.pairs
     }
 
-    /// Variance of one reading of the DC link, relative, and its degrees of freedom. Ripple counts as noise.
+    /// Returns the relative variance of one reading of the DC link, and its degrees of freedom. Ripple counts as noise.
     pub fn of_link(&self) -> (T, T) {
         (self.link_squares / (self.links + self.links).max(T::one()), self.links)
     }

@@ -1,26 +1,27 @@
-//! Whether a saliency is more than what may be wrong with it.
+//! Significance: whether a measured saliency exceeds its possible errors.
 //!
-//! A method measures `z = |L_B|/L_A e^{j2θ}`. Without any saliency there is still what errs, as likely in one direction
-//! as in any other: where each component of z has the standard error σ, |z| exceeds k σ with the probability
-//! `e^{−k²/2}`, 1.1 % for k = 3 and 0.03 % for [`SIGNIFICANT`]. The angle's standard error is `σ_θ = σ/(2|z|)`: a saliency is significant
-//! where the angle is known to 7°.
+//! A method measures `z = |L_B|/L_A e^{j2θ}`. Without any saliency, z consists of errors, equally likely in all
+//! directions. If each component of z has the standard error σ, |z| exceeds k σ with the probability `e^{−k²/2}`, 1.1 %
+//! for k = 3 and 0.03 % for [`SIGNIFICANT`]. The angle's standard error is `σ_θ = σ/(2|z|)`: a saliency is significant
+//! if the angle is known to 7°.
 //!
-//! A variance estimated from few samples may by chance be far too small. With ν degrees of freedom |z| exceeds k σ̂ with the
-//! probability `(1 + k²/ν)^(−ν/2)`, for k = 4 and ν = 6 that is 2 %: so `k² = ν (p^(−2/ν) − 1)`, see [`scattered`]. Parts of
-//! σ² that are known and parts that are estimated add up, each multiplied by its own k². With `ln(1 + f x) ≥ f ln(1 + x)` for a share f
-//! of σ², p is not exceeded whatever the shares are.
+//! A variance estimated from few samples may by chance be far too small. With ν degrees of freedom, |z| exceeds k σ̂
+//! with the probability `(1 + k²/ν)^(−ν/2)`, which is 2 % for k = 4 and ν = 6. So `k² = ν (p^(−2/ν) − 1)` is used, see
+//! [`scattered`]. Parts of σ² that are known and parts that are estimated add up, each multiplied by its own k². With
+//! `ln(1 + f x) ≥ f ln(1 + x)` for a share f of σ², p is not exceeded whatever the shares are.
 //!
 //! Contributions to σ²:
 //!
 //! * **Line inductances** whose relative errors have the variance ε²: z is 2/3 of their mean with the weights e^{j2φ_k}
 //!   beside their mean, equations (5) and (6), so `σ² = 2 ε²/3` and `σ_θ = 0.408 ε/(|L_B|/L_A)`: [`of_lines`]. ε² is
-//!   noise as it shows in the scatter of pulses or in the residuals of a fit; the gain tolerance of the one sensor that reads
-//!   a line, or what a comparison of the sensors leaves of it; and the legs' delays: [`of_timing`].
-//! * **Current vectors** read by three sensors with gains 1 + δ_k: a current I is read as
-//!   `I (1 + Σ δ_k/3) + I* Σ δ_k e^{j2γ_k}/3`, γ_k = 0°, 120°, 240°. What is conjugate looks like saliency:
-//!   `σ² = ε²/6`, 0.408 ε again: [`of_phases`].
-//! * **Pulse-width modulation**: what its compensation leaves of dead time and drops, as a share of the injected voltage:
-//!   [`of_modulation`]; and the legs' delays, of which no compensation knows: [`of_rotating_delays`], [`of_pulsating_delays`].
+//!   noise, from the scatter of pulses or the residuals of a fit; the gain tolerance of the one sensor that reads a
+//!   line, or the rest of it after a comparison of the sensors; and the legs' delays: [`of_timing`].
+//! * **Current vectors** read by three sensors with gains 1 + δ_k: a current I is read as `I (1 + Σ δ_k/3) + I* Σ δ_k
+//!   e^{j2γ_k}/3`, γ_k = 0°, 120°, 240°. The conjugate part looks like saliency: `σ² = ε²/6`, 0.408 ε again:
+//!   [`of_phases`].
+//! * **Pulse-width modulation**: the uncompensated rest of dead time and drops, as a share of the injected voltage:
+//!   [`of_modulation`]; and the legs' delays, which are not compensated: [`of_rotating_delays`],
+//!   [`of_pulsating_delays`].
 
 use standstill_interface::{Fault, Real};
 
@@ -29,7 +30,7 @@ use crate::parts::margin::Margin;
 /// Standard errors that a saliency must exceed.
 pub(crate) const SIGNIFICANT: f64 = 4.0;
 
-/// Probability with which an estimate from few samples may be so small that what errs passes for a saliency.
+/// Probability with which an estimate from few samples may be so small that errors pass for a saliency.
 const CHANCE: f64 = 1e-3;
 
 /// Standard deviation of a leg's delay that a drive is trusted to have, as a share of its dead time: 100 ns of 2 µs.
@@ -39,55 +40,59 @@ pub(crate) const DELAY: f64 = 0.05;
 /// without saliency, 550 V and 12 V, as the saliency that they seem to have.
 const LEFT: f64 = 0.03;
 
-/// Variance of each component of z by relative errors of the line inductances with this variance.
+/// Returns the variance of each component of z caused by relative errors of the line inductances with this variance.
 pub(crate) fn of_lines<T: Real>(variance: T) -> T {
     variance * T::of(2.0 / 3.0)
 }
 
-/// Likewise by gains of three sensors with this standard deviation, of the current vectors that they read.
+/// Returns the variance of each component of z caused by the gains of three sensors with this standard deviation, in
+/// the current vectors that they read.
 pub(crate) fn of_phases<T: Real>(tolerance: T) -> T {
     tolerance * tolerance / T::of(6.0)
 }
 
-/// Variance of the relative error of a line inductance by the delays of the two edges of a pulse of this length in s.
+/// Returns the variance of a line inductance's relative error caused by the delays of the two edges of a pulse of this
+/// length in s.
 pub(crate) fn of_timing<T: Real>(dead_time: T, pulse: T) -> T {
     let share = T::of(DELAY) * dead_time / pulse;
     T::of(2.0) * share * share
 }
 
-/// Variance of each component of z by what is left of so many volts that dead time and drops take, of `voltage` injected.
+/// Returns the variance of each component of z caused by the uncompensated rest of `lost` volts of dead time and drops;
+/// `voltage`: injected voltage in V.
 pub(crate) fn of_modulation<T: Real>(lost: T, voltage: T) -> T {
     let share = T::of(LEFT) * lost / voltage;
     share * share
 }
 
-/// Standard deviation in V of what a leg loses in each period of its carrier, because it switches on and off with other delays
-/// than are compensated. It is lost against the current, so that it changes its sign with it.
+/// Returns the standard deviation in V of a leg's voltage loss per carrier period, caused by on and off delays that
+/// differ from the compensated ones. The loss acts against the current, so it changes its sign with the current.
 fn of_a_leg<T: Real>(dead_time: T, period: T, dc_link: T) -> T {
     T::of(DELAY * core::f64::consts::SQRT_2) * dead_time / period * dc_link
 }
 
-/// Variance of each component of z by the legs' delays, of a rotating voltage.
+/// Returns the variance of each component of z caused by the legs' delays, for a rotating voltage.
 ///
-/// Leg k loses δ_k sign(cos(ωt − γ_k)), whose fundamental is 4/π δ_k cos(ωt − γ_k). As a vector, 2/3 Σ a^k of these, the part that
-/// turns backwards is `4/(3π) Σ δ_k e^{j2γ_k}`: `σ = 4/(3π) √(3/2) σ_δ/V`.
+/// Leg k loses δ_k sign(cos(ωt − γ_k)), whose fundamental is 4/π δ_k cos(ωt − γ_k). As a vector, 2/3 Σ a^k of these,
+/// the part that turns backwards is `4/(3π) Σ δ_k e^{j2γ_k}`: `σ = 4/(3π) √(3/2) σ_δ/V`.
 pub(crate) fn of_rotating_delays<T: Real>(dead_time: T, period: T, dc_link: T, voltage: T) -> T {
     let share = of_a_leg(dead_time, period, dc_link) / voltage;
     T::of(8.0 / (3.0 * core::f64::consts::PI * core::f64::consts::PI)) * share * share
 }
 
-/// Variance by the legs' delays under pulsating injection: all legs' fundamentals have one phase, so that across the axis stands `2/3 · 4/π Σ δ_k sin γ_k`, which is
-/// twice as much.
+/// Returns the variance caused by the legs' delays under pulsating injection. The fundamentals of all legs have the
+/// same phase, so their part across the axis is `2/3 · 4/π Σ δ_k sin γ_k`, twice as much as for a rotating voltage.
 pub(crate) fn of_pulsating_delays<T: Real>(dead_time: T, period: T, dc_link: T, voltage: T) -> T {
     T::of(4.0) * of_rotating_delays(dead_time, period, dc_link, voltage)
 }
 
-/// [`SIGNIFICANT`]² times a variance of each component of z that is known, or estimated from a hundred samples and more.
+/// Returns [`SIGNIFICANT`]² times a variance of each component of z that is known, or estimated from a hundred samples
+/// or more.
 pub(crate) fn known<T: Real>(variance: T) -> T {
     T::of(SIGNIFICANT * SIGNIFICANT) * variance
 }
 
-/// k² times such a variance where it is estimated with so many degrees of freedom.
+/// Returns k² times a variance of each component of z that is estimated with this many degrees of freedom.
 pub(crate) fn scattered<T: Real>(variance: T, freedom: T) -> T {
     if freedom < T::one() {
         return T::infinity();
@@ -95,10 +100,11 @@ pub(crate) fn scattered<T: Real>(variance: T, freedom: T) -> T {
     variance * freedom * (T::of(CHANCE).powf(-T::of(2.0) / freedom) - T::one())
 }
 
-/// Whether a saliency |z| of this size is one, where its square must exceed the sum of [`known`] and [`scattered`] parts.
+/// Checks that a saliency of size |z| is significant: its square must exceed `square`, the sum of [`known`] and
+/// [`scattered`] parts.
 ///
 /// # Errors
-/// No saliency found: it is less than `least`, or no more than what may be wrong with it.
+/// No saliency is found: it is less than `least`, or not more than its possible errors.
 pub(crate) fn check<T: Real>(margin: &mut Margin<T>, ratio: T, square: T, least: T) -> Result<(), Fault<T>> {
     let needed = least.max(square.sqrt());
     margin.at_least(ratio, needed);

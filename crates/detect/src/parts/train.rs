@@ -1,4 +1,4 @@
-//! Trains of line pulses in both directions, and what is zeroed before them.
+//! Trains of line pulses in both directions, and the zeroing of the sensors before them.
 //!
 //! ```text
 //!   zero ─► AB+ ─► AB− ─► BC+ ─► BC− ─► CA+ ─► CA−   CA− ─► CA+ ─► BC− ─► …   round after round
@@ -6,9 +6,9 @@
 //!   one pulse:   i ╱╲      on for t1, then all gates off until the current is gone and a little longer
 //!             ____╱  ╲___
 //! ```
-//! Each line sees as much forward as backward current. That cancels the saturation's effect on the inductance to first
-//! order, moves a free rotor back to where it was, and tells the two effects apart. Even rounds go backwards, so that a
-//! slow drift does not look like a difference of the lines.
+//! Each line carries equal forward and backward currents. That cancels the effect of saturation on the inductance to
+//! first order, moves a free rotor back to its initial position, and separates the two effects. Even rounds run
+//! backwards, so that a slow drift does not look like a difference of the lines.
 
 mod edge;
 mod gains;
@@ -30,7 +30,7 @@ pub(crate) use slot::{Derived, Slot};
 pub(crate) const LINES: [(Phase, Phase); 3] =
     [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];
 
-/// From one sample to the next before the first pulse, at most.
+/// Longest interval between samples before the first pulse.
 pub(crate) const ZEROING_INTERVAL: Nanos = Nanos::from_micros(10);
 
 /// Settings of a train.
@@ -38,16 +38,16 @@ pub(crate) const ZEROING_INTERVAL: Nanos = Nanos::from_micros(10);
 pub struct PulseTrainSettings<T> {
     /// t1: how long the DC link is across a line.
     pub pulse: Nanos,
-    /// How long all gates are off after it: more than the current needs to decay.
+    /// Time for which all gates are off after a pulse; longer than the current needs to decay.
     pub rest: Nanos,
     /// Times that all six pulses are given.
     pub rounds: u8,
-    /// From one ADC sample to the next; the pulse is a multiple of it.
+    /// Interval between ADC samples; the pulse is a multiple of it.
     pub interval: Nanos,
-    /// Samples before the first pulse that tell the sensors' offsets.
+    /// Number of samples before the first pulse that determine the sensors' offsets.
     pub zeroing: u16,
-    /// A phase current in A below which it counts as gone. Before the first pulse the offsets are not known yet: there
-    /// it limits how much the readings change, and twice as much what they read.
+    /// Phase current in A below which the current counts as decayed. Before the first pulse, while offsets are unknown,
+    /// the threshold limits the change of the readings, and twice the threshold limits the readings.
     pub threshold: T,
     /// Times that the zeroing is repeated before giving up on a current that does not go.
     pub attempts: u16,
@@ -61,7 +61,7 @@ pub struct PulseTrainSettings<T> {
     pub on_drop: T,
     /// Voltage in V that the two diodes add to the link while the current decays.
     pub off_drop: T,
-    /// Where the current sensors are.
+    /// Arrangement of the current sensors.
     pub place: Place,
 }
 
@@ -89,7 +89,7 @@ impl<T: Real> PulseTrainSettings<T> {
         }
     }
 
-    /// The train with pulses of another length, in as many samples.
+    /// Returns the train with pulses of another length and the same number of samples.
     #[must_use]
     pub fn with_pulse(self, pulse: Nanos) -> Self {
         let interval = Nanos(pulse.0 / (self.samples_on() as u64).max(1));
@@ -128,17 +128,17 @@ impl<T: Real> PulseTrainSettings<T> {
         require_zero_or_more(self.off_drop, "off_drop")
     }
 
-    /// The rest as a share of the pulse, as it was set.
+    /// Returns the rest as a share of the pulse, as it was set.
     pub(crate) fn rest_share(&self) -> f64 {
         share_of(self.pulse, self.rest)
     }
 
-    /// Sets it, for the pulse as it is.
+    /// Sets the rest as a share of the present pulse.
     pub(crate) fn set_rest_share(&mut self, share: f64) {
         self.rest = Nanos::from_seconds(share * self.pulse.seconds());
     }
 
-    /// From one pulse to the next.
+    /// Returns the time from the begin of one pulse to that of the next.
     pub fn period(&self) -> Nanos {
         self.pulse + self.rest
     }
@@ -154,12 +154,12 @@ impl<T: Real> PulseTrainSettings<T> {
     }
 }
 
-/// The rest that a pulse of this length needs: 1.6 times as long.
+/// Returns the rest that a pulse of this length needs: 1.6 times as long.
 pub(crate) fn rest_after(pulse: Nanos) -> Nanos {
     Nanos(pulse.0 / 10) * 16
 }
 
-/// A rest as a share of the pulse, as it was set: times are whole nanoseconds.
+/// Returns a rest as a share of the pulse, as it was set, although times are whole nanoseconds.
 pub(crate) fn share_of(pulse: Nanos, rest: Nanos) -> f64 {
     let pulse = pulse.0.max(1);
     (rest.0.saturating_mul(1000).saturating_add(pulse / 2) / pulse) as f64 / 1e3
@@ -169,12 +169,13 @@ pub(crate) fn share_of(pulse: Nanos, rest: Nanos) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct Train<T> {
     pub settings: PulseTrainSettings<T>,
-    /// How much before the end of its interval each sample of a pulse is taken.
+    /// Time before the end of its interval at which each sample of a pulse is taken.
     pub lead: Nanos,
-    /// Whether the sample at the end of a pulse is no measure of its peak: part of it comes after the edge, or the edge adds to it.
+    /// Whether the sample at the end of a pulse does not show its peak, because it is partly taken after the edge, or
+    /// because the edge disturbs it.
     pub spoilt_end: bool,
     zeroings: u16,
-    /// Pulses given, and the one whose readings come next.
+    /// Number of pulses given; the field after it is the number of the pulse whose readings come next.
     given: u16,
     under_way: Option<Slot>,
     started: bool,
@@ -184,7 +185,7 @@ pub(crate) struct Train<T> {
     pub noise: T,
     /// Phases without a sensor, as seen so far.
     pub derived: Derived,
-    /// How near the detection was to a fault: what it checks itself is added by the method.
+    /// Margin to a fault; the method adds the margins of its own checks.
     pub margin: Margin<T>,
 }
 
@@ -193,7 +194,7 @@ impl<T: Real> Train<T> {
         Self::leading(settings, Nanos::ZERO)
     }
 
-    /// A train whose pulses are sampled so much before the end of each interval.
+    /// Makes a train whose pulses are sampled `lead` before the end of each interval.
     pub fn leading(settings: PulseTrainSettings<T>, lead: Nanos) -> Self {
         let zero = T::zero();
         Self {
@@ -279,7 +280,8 @@ impl<T: Real> Train<T> {
         Ok(())
     }
 
-    /// Mean square in A² by which readings without current differ from their mean, as noise would have it.
+    /// Returns the mean square in A² of the deviations of readings without current from their mean, as an estimate of
+    /// noise.
     fn scatter(&self, readings: &[Reading<T>]) -> Result<T, Fault<T>> {
         let mut squares = T::zero();
         for reading in readings {
@@ -302,7 +304,7 @@ impl<T: Real> Train<T> {
         }
     }
 
-    /// The largest current in A that a sensor shows, offsets removed.
+    /// Returns the largest current in A that a sensor shows, without offsets.
     fn beyond_offset(&self, reading: &Reading<T>) -> Result<T, Fault<T>> {
         if self.settings.place == Place::InLink {
             return Ok((link_current(reading)? - self.offset[Phase::A]).abs());
@@ -314,7 +316,7 @@ impl<T: Real> Train<T> {
         largest(&without)
     }
 
-    /// The next command; none at the end.
+    /// Returns the next command; none at the end.
     pub fn next(&mut self) -> Option<Command<T>> {
         let s = self.settings;
         // A zeroing that found no rest is repeated.
@@ -346,7 +348,8 @@ impl<T: Real> Train<T> {
         self.under_way = None;
     }
 
-    /// The current in A at the end of a pulse: as the sample there shows it, or where that is spoilt as the one before would go on.
+    /// Returns the current in A at the end of a pulse: from the sample there, or, if that is disturbed, extrapolated
+    /// from the one before.
     fn peak(&self, slot: Slot, readings: &[Reading<T>]) -> Result<T, Fault<T>> {
         let s = &self.settings;
         let (end, delay) = (s.samples_on() - 1, s.dead_time);
@@ -358,14 +361,14 @@ impl<T: Real> Train<T> {
         Ok(self.current(slot, &readings[end - 1])? * T::of(more))
     }
 
-    /// The line's current in A in the direction of the pulse, offsets removed: the mean of what the two sensors show.
+    /// Returns the line's current in A in the direction of the pulse, without offsets: the mean of the two sensors.
     pub fn current(&self, slot: Slot, reading: &Reading<T>) -> Result<T, Fault<T>> {
         let (from, to) = self.both(slot, reading)?;
         Ok((from + to) / T::of(2.0))
     }
 
-    /// The current by each of the two sensors: in the phase that it enters and in the one that it leaves. One shunt in the link is both,
-    /// and so is of shunts below the legs the one through which the current flows.
+    /// Returns the current from each of the two sensors: in the phase that it enters and in the phase that it leaves.
+    /// One shunt in the link gives both values, and so does the one low-side shunt through which the current flows.
     pub fn both(&self, slot: Slot, reading: &Reading<T>) -> Result<(T, T), Fault<T>> {
         let (from, to) = slot.phases();
         let returned = reading.at > self.settings.pulse;

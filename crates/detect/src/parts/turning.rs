@@ -1,13 +1,15 @@
-//! Whether the rotor turns: what its magnet induces makes pulses both ways differ across the axis.
+//! Check whether the rotor turns: the voltage that its magnet induces makes forward and backward pulses differ across
+//! the axis.
 //!
-//! A magnet of flux ψ that turns at ω induces a vector of ωψ across itself, of which the line in direction u sees
-//! `e = √3 ωψ (u · q)`, q a quarter turn ahead of the north pole. A pulse forward has U − e for its current, one backward U + e: their
-//! inductances differ by `g e / U`, with a g of the method. Summed over the three directions,
+//! A magnet of flux ψ that turns at ω induces a voltage vector of ωψ across itself. The line in direction u sees its
+//! component `e = √3 ωψ (u · q)`, with q a quarter turn ahead of the north pole. A forward pulse has U − e to drive its
+//! current, a backward pulse U + e. Their inductances differ by `g e / U`, with a factor g of the method. Summed over
+//! the three directions,
 //! ```text
 //! D = along the magnet: saturation;   D_q = −g (3√3/2) ωψ / U
 //! ```
-//! A rotor that stands has no D_q but for noise, for what repetition does not reveal, and for an axis or a saturation that is a little
-//! askew. The sign of D_q says which way the rotor turns once the north pole is known.
+//! For a rotor at standstill, D_q consists only of noise, of errors that repetition does not reveal, and of an axis or
+//! a saturation that is slightly askew. The sign of D_q gives the direction of rotation once the north pole is known.
 
 use standstill_interface::{Angle, Fault, Real, Rotation};
 
@@ -25,21 +27,24 @@ pub(crate) const AT_THE_END: f64 = 2.0;
 /// fits best is −(10/3) e L² / (U² t₁), which at the peak is −(10/3) e / U of the inductance.
 pub(crate) const BY_SLOPE: f64 = 10.0 / 3.0;
 
-/// Standard deviations of D_q up to which a rotor is taken to stand: by chance beyond in two of a billion starts, where the deviation is
-/// known; see [`estimated`].
+/// Number of standard deviations of D_q up to which a rotor counts as standing still. Chance exceeds it in two of a
+/// billion starts, if the deviation is known; see [`estimated`].
 const DEVIATIONS: f64 = 6.0;
 
 /// Share of D along the magnet that may lie across it where the rotor stands: 8.5° askew.
 const ASKEW: f64 = 0.15;
 
-/// One degree in rad: by how much axes that were seen one after the other may differ where the rotor stands is stated in it.
+/// One degree in rad, the unit in which allowed differences between successive axes of a rotor at standstill are
+/// stated.
 pub(crate) const DEGREE: f64 = core::f64::consts::PI / 180.0;
 
-/// Ratio of D across the magnet to D along it up to which the latter tells north from south, hence forward from backward.
+/// Largest ratio of D across the magnet to D along it for which the latter distinguishes north from south, and so
+/// forward from backward.
 const MOST_ACROSS: f64 = 4.0;
 
-/// The variance of which six deviations are as seldom exceeded by chance as those of an estimate with so many degrees of freedom may be,
-/// in one of a thousand starts: of few readings an estimate may by chance be far too small, see [`significance`].
+/// Returns a variance, enlarged so that six standard deviations of it are exceeded as rarely as with a known variance,
+/// although it was estimated with this many degrees of freedom. An estimate from few readings may by chance be far too
+/// small, in one of a thousand starts: see [`significance`].
 pub(crate) fn estimated<T: Real>(variance: T, freedom: T) -> T {
     (significance::scattered(variance, freedom) / T::of(DEVIATIONS * DEVIATIONS)).max(variance)
 }
@@ -57,14 +62,15 @@ pub(crate) struct Standing<T> {
 }
 
 impl<T: Real> Standing<T> {
-    /// For a method of this g whose D is relative to the inductance, pulses of a link of this voltage in V.
+    /// Makes the check for a method with this factor g whose D is relative to the inductance, with pulses of a link of
+    /// this voltage in V.
     pub fn of(g: f64, volts: T, flux: T, (signature, pole_error): (Signature, T)) -> Self {
         let by_volt = T::of(g * 1.5) * T::of(3.0).sqrt() / volts;
         Self { by_volt, flux, signature, pole_error }
     }
 
-    /// The speed in rad/s electrical beyond which a rotor is taken to turn, for D along the magnet, its standard deviation, and that of the
-    /// axis in rad.
+    /// Returns the speed in rad/s electrical above which a rotor counts as turning; arguments: D along the magnet, its
+    /// standard deviation, and that of the axis in rad.
     fn allowed(&self, along: T, deviation: T, axis: T) -> T {
         let askew = along.abs() * (T::of(ASKEW) + axis * T::of(DEVIATIONS));
         (deviation * T::of(DEVIATIONS) + askew) / (self.by_volt * self.flux)
@@ -88,7 +94,7 @@ impl<T: Real> Standing<T> {
         check_speed(margin, speed, allowed, self.way(pointer, axis))
     }
 
-    /// Which way it turns; none where the pole stays open.
+    /// Returns the direction of rotation; none if the pole is open.
     fn way(&self, pointer: &Pointer<T>, axis: Angle<T>) -> Option<Rotation> {
         let on = pointer.direction.park(axis);
         if on.q.abs() > on.d.abs() * T::of(MOST_ACROSS) {
@@ -100,10 +106,11 @@ impl<T: Real> Standing<T> {
     }
 }
 
-/// Deviations of an injection's noise that count as one: the few readings before it show it, and by chance as a third of what it is.
+/// Number of standard deviations of an injection's noise that count as one: the few readings before it may by chance
+/// show only a third of the real noise.
 pub(crate) const FEW: f64 = 3.0;
 
-/// What a vector has beside a constant and another vector.
+/// Returns the part of a vector that neither a constant nor another vector explains.
 pub(crate) fn beside<T: Real, const N: usize>(of: [T; N], other: [T; N]) -> [T; N] {
     let without_mean = |of: [T; N]| {
         let mean = of.iter().fold(T::zero(), |sum, value| sum + *value) / T::of(N as f64);
@@ -116,14 +123,15 @@ pub(crate) fn beside<T: Real, const N: usize>(of: [T; N], other: [T; N]) -> [T; 
     core::array::from_fn(|k| of[k] - share * other[k])
 }
 
-/// Standard deviation that counts where noise with so many degrees of freedom has this variance with three sensors, or `derived`, with two.
+/// Returns the standard deviation to be used for noise of this variance, estimated with this many degrees of freedom
+/// with three sensors, or with two (`derived`).
 pub(crate) fn deviation<T: Real>(variance: T, freedom: T, derived: bool) -> T {
     let sensors = T::of(if derived { BY_TWO } else { 1.0 });
     (estimated(variance, freedom) * sensors).sqrt()
 }
 
-/// Checks that an axis has not moved: by how much it was ahead, in rad, so many seconds later, with its standard deviation, and by how much it
-/// may be beside that.
+/// Checks that an axis has not moved. Arguments: by how many rad it was ahead after this many seconds, the standard
+/// deviation of that angle, and the angle by which it may differ in addition.
 pub(crate) fn check_axis<T: Real>(
     margin: &mut Margin<T>,
     (ahead, seconds): (T, T),
@@ -135,7 +143,8 @@ pub(crate) fn check_axis<T: Real>(
     check_speed(margin, (ahead / seconds).abs(), allowed / seconds, Some(way))
 }
 
-/// The rms value in A by which so many readings of a constant current vector scatter at most, by sensors of this noise in A.
+/// Returns the largest rms scatter in A of this many readings of a constant current vector, from sensors with this
+/// noise in A.
 pub(crate) fn held<T: Real>(noise: T, derived: bool, readings: T) -> T {
     let sensors = T::of(if derived { BY_TWO } else { 1.0 });
     // Both components of a vector, which three sensors read with two thirds of the noise's variance each.
@@ -155,10 +164,11 @@ pub(crate) fn check_speed<T: Real>(
     if speed > allowed { Err(Fault::RotorTurns { speed, allowed, way }) } else { Ok(()) }
 }
 
-/// What vectors along an axis and against it leave across it.
+/// Currents across an axis, caused by vectors along the axis and against it.
 ///
-/// Opposite vectors drive opposite currents; what both leave across the axis in the same direction is induced: each `−ωψ/R (1 − e^(−Rt/L_q))`,
-/// `−ωψ t/L_q` without resistance, seen from the north pole. An axis that is askew leaves opposite ones.
+/// Opposite vectors drive opposite currents, so a current across the axis that both have in the same direction is
+/// induced. Each is `−ωψ/R (1 − e^(−Rt/L_q))`, or `−ωψ t/L_q` without resistance, seen from the north pole. An error of
+/// the axis causes opposite currents.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Across<T> {
     /// Sums in A of the current across the axis, by vectors along it and against it.
@@ -167,7 +177,8 @@ pub(crate) struct Across<T> {
     derived: bool,
 }
 
-/// Of an [`Across`]: the vectors' length in s, the winding's resistance in Ω and inductance in H across the magnet, its flux in Wb.
+/// Parameters for [`Across`]: length of the vectors in s, resistance in Ω and inductance in H of the winding across the
+/// magnet, flux in Wb.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Winding<T> {
     pub duration: T,
@@ -179,8 +190,8 @@ pub(crate) struct Winding<T> {
 /// Voltage that legs may leave across the axis in the same direction both ways where the rotor stands, as a share of the link.
 const SAME_WAY: f64 = 0.001;
 
-/// Share of what vectors leave across an axis that is askew in opposite directions, which saturation may leave in the same: a core has less
-/// inductance across the magnet where a vector along it saturates it.
+/// Share of the opposite currents caused by an error of the axis that may appear as equal currents, because a core has
+/// less inductance across the magnet while a vector along it saturates it.
 pub(crate) const UNEVEN: f64 = 0.05;
 
 /// Variance of a current vector's components with two sensors in place of three, at most.
@@ -198,13 +209,13 @@ impl<T: Real> Across<T> {
         self.derived |= derived;
     }
 
-    /// The same without this much of each sum.
+    /// Returns the sums with this offset subtracted from each.
     pub fn without(self, offset: T) -> Self {
         Self { sums: self.sums.map(|sum| sum - offset), ..self }
     }
 
-    /// Checks as many vectors each way, from a link of so many volts; `noise` is the variance in A² of a component of a
-    /// vector's current and its degrees of freedom. `north` says whether the pole is that of the axis, if it is known.
+    /// Checks `pairs` vectors in each direction at a link of `volts`. `noise`: variance in A² of a component of a
+    /// vector's current, and its degrees of freedom; `north`: whether the pole is at the axis, if that is known.
     pub fn check(
         &self,
         margin: &mut Margin<T>,

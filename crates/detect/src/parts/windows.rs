@@ -4,14 +4,16 @@
 //!   first half of a period:  all low ─► [one leg high] ─► [two legs high] ─► all high
 //!                                        its current       minus that of the leg that is low
 //! ```
-//! Within half a carrier period the legs rise one after the other, and between two rises the shunt shows the current of one leg. Small
-//! voltages rise nearly at once: then the first leg's edges are shifted to be earlier and the last one's to be later, by as much in both
-//! halves of the period. Each leg is high as long as before, so the mean voltage of each period is as ordered.
+//! Within half a carrier period the legs rise one after the other, and between two rises the shunt shows the current of
+//! one leg. With small voltages the legs rise nearly at once. Then the first leg's edges are shifted to be earlier and
+//! the last leg's to be later, equally in both halves of the period. Each leg is high for the same time as before, so
+//! the mean voltage of each period is unchanged.
 //!
-//! Within the period the shifted edges and the ripple move the current at the two samples. In the next period the same voltage is given
-//! backwards in time, with windows in its second half: with the charge of voltage `q(t) = ∫ u dt'` of the first period a sample at t has
-//! `i(0) + Γ q(t)`, its mirror image in the second one `i(0) + Γ (2 q(T) − q(t))`, and the mean of both is `i(0) + Γ q(T)`: the current in
-//! the middle of the pair, whatever Γ, the motor's saliency in it, and whatever the shift. What is left is the drop R·i of the ripple.
+//! Within the period the shifted edges and the ripple move the current at the two samples. In the next period the same
+//! voltage is given backwards in time, with windows in its second half: with the charge of voltage `q(t) = ∫ u dt'` of
+//! the first period a sample at t has `i(0) + Γ q(t)`, its mirror image in the second one `i(0) + Γ (2 q(T) − q(t))`,
+//! and the mean of both is `i(0) + Γ q(T)`: the current in the middle of the pair, independently of Γ with the motor's
+//! saliency, and of the shift. Only the drop R·i of the ripple remains as an error.
 
 use standstill_interface::{
     Abc, AlphaBeta, Command, Fault, Leg, Nanos, Phase, Reading, Real, Sampling, Stage, choice,
@@ -22,15 +24,16 @@ use crate::parts::modulation::ModulationSettings;
 use crate::parts::settle::{link, link_current};
 use crate::settings::{SettingsError, require};
 
-/// By how much a sample may jitter within its window.
+/// Jitter that a sample may have within its window.
 const MARGIN: Nanos = Nanos(400);
 
 /// Settings of the windows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindowSettings<T> {
-    /// How long each of the two vectors between rises lasts at least.
+    /// Least length of each of the two vectors between rises.
     pub length: Nanos,
-    /// From the first conversion of a sample to its last: samples lie in the middle of a window, mirrored or not.
+    /// Time from the first conversion of a sample to its last one. Samples lie in the middle of a window, mirrored or
+    /// not.
     pub averaged: Nanos,
     /// The shortest window in which the amplifier settles and a sample is converted.
     pub shortest: Nanos,
@@ -55,7 +58,7 @@ choice! {
 }
 
 impl Bind {
-    /// What a window must be, and what makes room for it.
+    /// Returns the requirement on a window, and the advice that makes room for it.
     const fn words(self) -> [&'static str; 2] {
         macro_rules! words {
             ($key:literal) => {
@@ -104,10 +107,11 @@ impl<T: Real> WindowSettings<T> {
         })
     }
 
-    /// Largest voltage in V, whatever its direction, that leaves room for both windows about the leg in the middle in half a carrier
-    /// period; not positive where there is none.
+    /// Returns the largest voltage in V, for any direction, that leaves room for both windows around the middle leg in
+    /// half a carrier period; not positive if there is no such voltage.
     ///
-    /// The leg in the middle has at most half of the voltage; an edge moves by as much as both may lose by dead time and drops.
+    /// The middle leg has at most half of the voltage; an edge moves by the largest loss of both legs by dead time and
+    /// drops.
     pub(crate) fn room(&self, pwm: &ModulationSettings<T>) -> T {
         let (half, two) = (T::of(0.5), T::of(2.0));
         let left = half - two * pwm.lost(self.dc_link);
@@ -115,18 +119,18 @@ impl<T: Real> WindowSettings<T> {
         left.min(two * (left - window)) * self.dc_link
     }
 
-    /// Whether the windows have their length and their room, with so many volts.
+    /// Checks that the windows have their length and their room at this voltage.
     pub(crate) fn check(&self, pwm: &ModulationSettings<T>, voltage: T) -> Result<(), SettingsError> {
         let [long, short] = self.binds.words();
         require(self.length >= self.shortest, "window", long)?;
         require(voltage <= self.room(pwm), "window", short)
     }
 
-    /// A carrier period of this voltage in V in which both windows are long enough, in the first half of the period or, mirrored, in the
-    /// second; currents as for [`ModulationSettings::command`].
+    /// Returns a carrier period with this voltage in V in which both windows are long enough, in the first half of the
+    /// period or, if mirrored, in the second half; `currents`: as for [`ModulationSettings::command`].
     ///
-    /// Dead time is made good at each edge: what delays the rise of a leg whose current is positive does not delay its fall, so a mean over
-    /// both would leave the two periods unlike.
+    /// Dead time is compensated at each edge: it delays the rise of a leg whose current is positive, but not its fall,
+    /// so a mean over both edges would make the two periods unequal.
     pub(crate) fn period(
         &self,
         pwm: &ModulationSettings<T>,
@@ -183,7 +187,7 @@ impl<T: Real> WindowSettings<T> {
     }
 }
 
-/// A leg that is high for `time` of half a period, next to its middle.
+/// Returns a leg that is high for `time` of half a period, adjacent to the middle of the period.
 fn high<T>(time: Nanos, half: Nanos, second: bool) -> Leg<T> {
     match time {
         Nanos::ZERO => Leg::Low,
@@ -193,7 +197,7 @@ fn high<T>(time: Nanos, half: Nanos, second: bool) -> Leg<T> {
     }
 }
 
-/// The phases in the order in which they rise for a voltage in V.
+/// Returns the phases in the order in which they rise for a voltage in V.
 pub(crate) fn order<T: Real>(voltage: AlphaBeta<T>) -> [Phase; 3] {
     let volts = voltage.phases();
     let mut order = Phase::ALL;
@@ -205,7 +209,8 @@ pub(crate) fn order<T: Real>(voltage: AlphaBeta<T>) -> [Phase; 3] {
     order
 }
 
-/// The currents in A of the first and the last leg from the readings of a period; `offset`: what the shunt reads without current.
+/// Returns the currents in A of the first and the last leg from the readings of a period; `offset`: the shunt's reading
+/// without current.
 pub(crate) fn seen<T: Real>(
     readings: &[Reading<T>],
     mirrored: bool,
@@ -219,7 +224,7 @@ pub(crate) fn seen<T: Real>(
     Ok((currents, link(second)?))
 }
 
-/// Phase currents in A from those of the first and the last leg.
+/// Returns the phase currents in A from those of the first and the last leg.
 pub(crate) fn phases<T: Real>([first, last]: [T; 2], order: [Phase; 3]) -> Abc<T> {
     let mut currents = Abc([T::zero(); 3]);
     currents[order[0]] = first;
@@ -228,8 +233,8 @@ pub(crate) fn phases<T: Real>([first, last]: [T; 2], order: [Phase; 3]) -> Abc<T
     currents
 }
 
-/// Variance of the component of such a current along a unit vector, as a share of that of one reading, while the voltage is along
-/// `voltage`: each of the two legs' currents is the mean of two readings.
+/// Returns the variance of such a current's component along a unit vector, relative to the variance of one reading,
+/// while the voltage is along `voltage`. Each of the two legs' currents is the mean of two readings.
 pub(crate) fn variance<T: Real>(voltage: AlphaBeta<T>, direction: AlphaBeta<T>) -> T {
     let (zero, one) = (T::zero(), T::one());
     let order = order(voltage);

@@ -16,17 +16,18 @@ use crate::settings::{
 pub struct LineInductanceSettings<T> {
     /// t1: how long the DC link is across a line.
     pub pulse: Nanos,
-    /// From one pulse to the next.
+    /// Time from the begin of one pulse to that of the next.
     pub period: Nanos,
     /// Pulses per line, averaged.
     pub pulses: u8,
-    /// How the current decays after a pulse.
+    /// Decay of the current after a pulse.
     pub decay: Decay,
-    /// How long before the end of the pulse i2 is sampled. Zero, as in the paper, samples at the edge itself; a
-    /// drive with low-side shunts needs more than its jitter, because beyond the edge its shunts see other legs.
+    /// Time before the end of the pulse at which i2 is sampled. Zero, as in the paper, samples at the edge itself. A
+    /// drive with low-side shunts needs more than its jitter, because after the edge its shunts carry the currents of
+    /// other legs.
     pub sample_lead: Nanos,
-    /// Dead time of the drive: the pulse is shorter by it. Zero: ignored, which scales all inductances alike
-    /// and leaves the angle as it is.
+    /// Dead time of the drive, by which the pulse is shorter. Zero ignores it, which scales all inductances alike and
+    /// does not change the angle.
     pub dead_time: Nanos,
     /// Sign of the motor's L_B.
     pub saliency: SaliencySign,
@@ -34,21 +35,22 @@ pub struct LineInductanceSettings<T> {
     pub least_current: T,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
-    /// Standard deviation of the sensors' gains, relative: what may look like a saliency.
+    /// Relative standard deviation of the sensors' gains, which may look like a saliency.
     pub gain_tolerance: T,
     /// The wait before the first pulse of a line and before each vector; with fast decay before each pulse.
     pub settle: SettleSettings<T>,
     /// The polarity test.
     pub polarity: PolaritySettings<T>,
-    /// Where the current sensors are, and when they are read.
+    /// Arrangement of the current sensors, and times at which they are read.
     pub sensing: Sensing<T>,
 }
 
 impl<T: Real> LineInductanceSettings<T> {
-    /// The paper's settings (section 2: pulses of 80 µs every 2.4 ms, three a line, vectors near rated current). What the
-    /// paper does not print is chosen here: vectors of 1 ms, 2 % above the rated current, the mean of Table 2; and on
-    /// other motors pulses that raise as much of the rated current as 80 µs do on the paper's, and vectors long enough
-    /// for the link. As in the paper the larger current is taken for north.
+    /// Returns the paper's settings (section 2: pulses of 80 µs every 2.4 ms, three per line, vectors near rated
+    /// current). Values that the paper does not print are chosen here: vectors of 1 ms, 2 % above the rated current,
+    /// which is the mean of Table 2; for other motors, pulses that raise the same share of the rated current as 80 µs
+    /// do on the paper's, and vectors that are long enough for the link's voltage. As in the paper, the larger current
+    /// indicates north.
     ///
     /// ```
     /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));
@@ -86,7 +88,8 @@ impl<T: Real> LineInductanceSettings<T> {
         }
     }
 
-    /// Where the sensors are, as far as it matters to a pulse: while the current circulates below, all shunts below the legs show it.
+    /// Returns the arrangement of the sensors as far as it matters to a pulse: while the current circulates through the
+    /// lower devices, all low-side shunts show it.
     pub(super) fn place(&self) -> Place {
         match self.decay {
             Decay::Fast => self.sensing.place,
@@ -94,8 +97,9 @@ impl<T: Real> LineInductanceSettings<T> {
         }
     }
 
-    /// When i3 is sampled, counted from the start of the pulse. With slow decay at the end of the period, as in
-    /// the paper; with fast decay four fifths of the pulse later, shortly before the current is gone.
+    /// Returns the time at which i3 is sampled, counted from the start of the pulse. With slow decay it is the end of
+    /// the period, as in the paper; with fast decay it is four fifths of the pulse later, shortly before the current
+    /// ends.
     pub(super) fn third_sample(&self) -> Nanos {
         match self.decay {
             Decay::Slow => self.period,
@@ -136,7 +140,7 @@ impl<T: Real> Keyed for LineInductanceSettings<T> {
         place!(POLE_ERROR, s => s.polarity => pole_error, set_pole_error),
     ];
 
-    /// With fast decay, see [`Keyed::needed_sources`].
+    /// Sources of readings. Fast decay needs others: see [`Keyed::needed_sources`].
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
 
     fn needed_sources(&self) -> &'static [Source] {

@@ -29,8 +29,8 @@ pub(super) struct Said<T> {
     /// r of each line, see [`GainComparison`], and the variance that noise gives it.
     pub ratios: [T; 3],
     pub ratio_noise: [T; 3],
-    /// D in H/A; in each of its components the variance by noise, and the standard deviation of what repetition does not
-    /// reveal.
+    /// D in H/A; the fields after it are the variance of each component by noise, and the standard deviation of errors
+    /// that repetition does not reveal.
     pub direction: AlphaBeta<T>,
     pub noise: T,
     pub floor: T,
@@ -39,7 +39,7 @@ pub(super) struct Said<T> {
 /// Weighted means over all trains so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Combined<T> {
-    /// How many they are.
+    /// Number of trains.
     pub trains: u8,
     /// Weighted means.
     pub lines: [T; 3],
@@ -99,7 +99,7 @@ impl<T: Real> Combined<T> {
         self.trains = self.trains.saturating_add(1);
     }
 
-    /// Covariance of the lines in H²: noise, which averages out, and the specimen's lag, which does not.
+    /// Returns the covariance of the lines in H²: noise, which averages out, plus the specimen's lag, which does not.
     pub fn covariance(&self) -> [[T; 3]; 3] {
         let mut all = self.covariance;
         for (k, shift) in self.shift.into_iter().enumerate() {
@@ -108,18 +108,18 @@ impl<T: Real> Combined<T> {
         all
     }
 
-    /// r of each line and its variance, when the gains themselves are known to this standard deviation. That counts once,
-    /// not once a train.
+    /// Returns r of each line and its variance, if the gains themselves are known with this standard deviation. This
+    /// prior knowledge counts once, not once per train.
     pub fn ratios(&self, tolerance: T) -> ([T; 3], [T; 3]) {
         GainComparison::known(self.ratios, self.ratio_weights.map(T::recip), tolerance)
     }
 
-    /// D of all trains.
+    /// Returns D over all trains.
     pub fn pointer(&self) -> Pointer<T> {
         self.pointer.pointer()
     }
 
-    /// Whether a train that sees this axis with this variance in rad² sees the same as those before it.
+    /// Checks that a train sees the same axis as the trains before it; `variance`: variance of its axis in rad².
     pub fn check_movement(
         &self,
         margin: &mut Margin<T>,
@@ -141,13 +141,13 @@ impl<T: Real> Combined<T> {
     }
 }
 
-/// D in H/A of several trains, each weighted by the inverse of its variance. What noise does to them averages out, what
-/// the floor stands for does not.
+/// D in H/A of several trains, each weighted by the inverse of its variance. Noise averages out over the trains; the
+/// errors that the floor stands for do not.
 #[derive(Clone, Copy, Debug)]
 struct Weighted<T> {
     mean: AlphaBeta<T>,
     weight: T,
-    /// Sum of weight times the square of what a train is away from the mean.
+    /// Sum of weight times squared deviation of a train from the mean.
     chi_square: T,
     trains: T,
     /// Sum of weight² times the variance by noise.

@@ -1,17 +1,19 @@
-//! The most likely line inductances, given every sample of a train of pulses.
+//! The maximum-likelihood line inductances, from all samples of a train of pulses.
 //!
 //! A line's current in the direction s = ±1 of its pulse obeys
 //! ```text
 //! (L_k − s c_k i) di/dt = v − 2R i,    v = U − V_T while on,  −(U + V_D) afterwards, until i = 0
 //! ```
-//! from the instant t_s, common to all pulses, at which the drive really begins. White noise makes the likelihood a sum of
-//! squares over {L_k, c_k, t_s}, k = AB, BC, CA. Its minimum is found by Gauss–Newton steps with Levenberg's damping; the
-//! slopes ∂i/∂p are integrated along with i. Each line's pair (L_k, c_k) meets the others only in what is common to all,
-//! which is eliminated: three 2×2 systems and one of the common parameters.
+//! from the instant t_s, common to all pulses, at which the drive actually begins. With white noise the negative
+//! log-likelihood is a sum of squares over {L_k, c_k, t_s}, k = AB, BC, CA. Its minimum is found by Gauss–Newton steps
+//! with Levenberg's damping; the derivatives ∂i/∂p are integrated along with i. Each line's pair (L_k, c_k) is coupled
+//! to the others only by the common parameters, so elimination leaves three 2×2 systems and one system of the common
+//! parameters.
 //!
-//! Sensors of a bandwidth f_c see `y` instead of `i`, `τ dy/dt = i − y`, with τ = 1/(2π f_c): see [`lag`]. What their data
-//! sheet says of τ is good to some 20 %; for all channels alike that is a second common parameter. While the current
-//! rises it is nearly the same as t_s, but it delays the end of the pulse as well, which t_s does not.
+//! Sensors with a bandwidth f_c read `y` instead of `i`, `τ dy/dt = i − y`, with τ = 1/(2π f_c): see [`lag`]. Their
+//! data sheet gives τ within some 20 %, and its deviation is nearly equal in all channels, so it is a second common
+//! parameter. While the current rises, τ acts nearly like t_s, but it also delays the end of the pulse, which t_s does
+//! not.
 
 mod both;
 mod current;
@@ -34,10 +36,10 @@ pub(crate) struct Fit<T> {
     pub slope: [T; 3],
     /// Covariance of the inductances in H².
     pub inductance_covariance: [[T; 3]; 3],
-    /// Variances of the slopes in H²/A² by the part of the residuals that is noise: what `misfit` does to them averages out less, and
-    /// is for who reads a pole to add, once.
+    /// Variances of the slopes in H²/A² by the noise part of the residuals. The part by `misfit` averages out less;
+    /// code that reads a pole must add it once.
     pub slope_variance: [T; 3],
-    /// Mean square of the residuals in A², corrected for what was fitted.
+    /// Mean square of the residuals in A², corrected for the number of fitted parameters.
     pub variance: T,
     /// The part of it in A² that neighbours have in common beyond chance: noise has none, a model that does not fit has.
     pub misfit: T,
@@ -75,9 +77,9 @@ const ITERATIONS: usize = 12;
 /// The least share of their nominal τ that the sensors are taken to have.
 const LEAST_LAG: f64 = 0.125;
 
-/// A fit, begun at these parameters.
+/// Fits the samples, starting from these parameters.
 ///
-/// `None` where the samples do not determine it.
+/// `None` if the samples do not determine the parameters.
 pub(crate) fn fit<T: Real>(
     curves: &Curves<'_, T>,
     model: &PulseModel<T>,
@@ -183,7 +185,7 @@ fn accumulate<T: Real>(
     n
 }
 
-/// One curve against the model.
+/// Residuals of one curve against the model.
 struct Residuals<'a, T> {
     curve: &'a [T],
     /// Residual of the sample before.

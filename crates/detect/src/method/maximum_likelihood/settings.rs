@@ -19,21 +19,21 @@ pub struct Adaptive<T> {
     pub longest: Nanos,
     /// Current in A up to which pulses are lengthened.
     pub most_current: T,
-    /// Trains after which the answer is what it is.
+    /// Largest number of trains; after it the answer is final.
     pub most_trains: u8,
 }
 
 /// Settings of the maximum-likelihood method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaximumLikelihoodSettings<T> {
-    /// Its pulses, or with `adaptive` the first of them, and how they are read.
+    /// Pulses, or with `adaptive` the first ones, and how they are read.
     pub pulses: BothWaysSettings<T>,
     /// Whether and how the pulses grow.
     pub adaptive: Option<Adaptive<T>>,
 }
 
 impl<T: Real> MaximumLikelihoodSettings<T> {
-    /// For this motor and drive, sampled every 10 µs.
+    /// Returns settings for this motor and drive, with a sample every 10 µs.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         // Short pulses have more samples.
         let interval = Nanos::from_micros(10).min(Nanos(drive.line_pulse(T::of(0.5)).0 / LEAST_PARTS));
@@ -45,9 +45,9 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         Self { pulses, adaptive: None }
     }
 
-    /// Settings with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
-    /// a tenth of a degree and the pole is certain, at most to what raises three quarters of the
-    /// rated current, and never to more than the rated current in any line.
+    /// Returns adaptive settings. The pulses begin at a quarter of their length, with one round each, and grow until
+    /// the angle is known to a tenth of a degree and the pole is certain. They grow at most to the length that raises
+    /// three quarters of the rated current, and never beyond the rated current in any line.
     pub fn adaptive(drive: &Nameplate<T>) -> Self {
         let fixed = Self::suited(drive).pulses;
         let adaptive = Adaptive {
@@ -67,8 +67,8 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         Self { pulses, adaptive: Some(adaptive) }
     }
 
-    /// Sets the length of the pulses, or with `adaptive` of the first of them; sampled every 10 µs as far as there
-    /// is room for the samples.
+    /// Sets the length of the pulses, or with `adaptive` of the first ones. Samples are 10 µs apart if there is room
+    /// for them.
     #[must_use]
     pub fn with_pulse(self, pulse: Nanos) -> Self {
         let mut settings = self;
@@ -115,7 +115,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
 /// Samples in a pulse at least.
 const LEAST_PARTS: u64 = 4;
 
-/// The train with pulses of another length, in whole microseconds, and as many samples as fit.
+/// Returns the train with pulses of another length, in whole microseconds, and as many samples as fit.
 pub(super) fn lengthened<T: Real>(
     train: PulseTrainSettings<T>,
     pulse: Nanos,

@@ -22,22 +22,22 @@ const LEAST_SAMPLES: usize = 4;
 /// Settings of the open terminal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpenTerminalSettings<T> {
-    /// How long the DC link is across a line.
+    /// Time for which the DC link is connected to a line.
     pub pulse: Nanos,
-    /// How long all gates are off after it.
+    /// Time for which all gates are off after the pulse.
     pub rest: Nanos,
     /// Times that all six pulses are given.
     pub rounds: u8,
-    /// From one ADC sample to the next.
+    /// Interval between ADC samples.
     pub interval: Nanos,
-    /// From the begin of a vector to its first sample that is used: the terminals' capacitances have swung, and the
-    /// dividers' filters have settled.
+    /// Time from the begin of a vector to the first used sample. Until then the terminals' capacitances have stopped
+    /// ringing, and the dividers' filters have settled.
     pub settle: Nanos,
     /// Times that a rest is repeated before giving up.
     pub attempts: u16,
     /// Whether the dividers are compared on an all-high vector.
     pub comparison: bool,
-    /// Standard deviation of the dividers' gains, relative; counts where they are not compared.
+    /// Relative standard deviation of the dividers' gains; used if the gains are not compared.
     pub gain_tolerance: T,
     /// Standard deviation of the dividers' offsets in V.
     pub offset: T,
@@ -55,17 +55,17 @@ pub struct OpenTerminalSettings<T> {
     pub saliency: SaliencySign,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
-    /// Which pole draws more current in pulses like these.
+    /// The pole that draws more current in pulses like these.
     pub signature: Signature,
     /// Probability of a wrong pole that is allowed.
     pub pole_error: T,
-    /// Which checks are on: whether the rotor stands.
+    /// Checks that are on: whether the rotor stands still.
     pub checks: Checks,
     /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
     pub magnet_flux: T,
     /// Corner frequency in Hz of the dividers' filters; none: no filter.
     pub bandwidth: Option<T>,
-    /// From the first conversion of a sample to its last.
+    /// Time from the first conversion of a sample to its last one.
     pub averaged: Nanos,
 }
 
@@ -100,7 +100,7 @@ impl<T: Real> OpenTerminalSettings<T> {
         .with_pulse(drive.line_pulse(T::of(0.5)))
     }
 
-    /// The method with pulses of another length: 8 to 20 samples in each, of which those of the second half are used.
+    /// Returns the settings with pulses of another length: 8 to 20 samples in each, of which the second half is used.
     pub(super) fn with_pulse(self, pulse: Nanos) -> Self {
         let parts = (pulse.0 / 10_000).clamp(8, 20);
         let interval = Nanos(pulse.0 / parts);
@@ -143,8 +143,8 @@ impl<T: Real> OpenTerminalSettings<T> {
         require_error(self.pole_error, "pole_error")
     }
 
-    /// Time of a sample after the begin of its command: the middle of its interval, so that no jitter moves one of a
-    /// pulse's beyond its end.
+    /// Returns the time of a sample after the begin of its command: the middle of its interval, so that jitter cannot
+    /// move a sample beyond the end of its pulse.
     pub(super) fn time(&self, sample: usize) -> Nanos {
         Nanos(self.interval.0 / 2) + self.interval * sample as u64
     }
@@ -160,7 +160,7 @@ impl<T: Real> OpenTerminalSettings<T> {
         self.samples_in(self.pulse + self.rest)
     }
 
-    /// The samples of a pulse that are used: from the first to before the last.
+    /// Returns the samples of a pulse that are used, as the first one and the one after the last.
     pub(super) fn window(&self) -> (usize, usize) {
         let half = self.interval.0 / 2;
         let number = |until: Nanos| (until.0.saturating_sub(half)).div_ceil(self.interval.0.max(1));

@@ -18,14 +18,14 @@ const SAMPLED_ROUNDS: u8 = 4;
 /// Settings of the six pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SixPulseSettings<T> {
-    /// Current in A at which a pulse ends; without a timer, the one that the pulse is made for.
+    /// Current in A at which a pulse ends; without a timer, the current for which the pulse is designed.
     pub threshold: T,
     /// Longest pulse where its time is measured.
     pub longest: Nanos,
     /// Length of every pulse where its current is sampled.
     pub sampled: Nanos,
-    /// How long all switches are open after a pulse, as a share of the longest. A current that is left shifts the next time, and nothing
-    /// that is read shows it.
+    /// Time for which all switches are open after a pulse, as a share of the longest pulse. A remaining current would
+    /// shift the next time, and no reading would show it.
     pub pause: T,
     /// Whether each pulse is followed by the opposite one, and not by the next around the circle.
     pub pairs: bool,
@@ -47,8 +47,8 @@ pub struct SixPulseSettings<T> {
     pub pole_error: T,
     /// Standard deviation of the current sensors' gains, relative.
     pub gain_tolerance: T,
-    /// Which checks are on: whether the rotor stands. By default none: noise of the comparator that the drive does not know is taken for a
-    /// rotor that turns.
+    /// Checks that are on: whether the rotor stands still. By default none, because comparator noise that the drive
+    /// does not know would look like a turning rotor.
     pub checks: Checks,
     /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
     pub magnet_flux: T,
@@ -58,14 +58,14 @@ pub struct SixPulseSettings<T> {
     pub sensing: Sensing<T>,
 }
 
-/// Whether each leg's comparators see only those pulses in which the leg alone is low.
+/// Returns whether each leg's comparators see only the pulses in which this leg alone is low.
 fn misses_pulses<T: Real>(sensing: &Sensing<T>) -> bool {
     sensing.comparator.own && sensing.place == Place::BelowLegs
 }
 
 impl<T: Real> SixPulseSettings<T> {
-    /// For this motor and drive: times to the rated current where the drive captures them, else currents after the time that
-    /// raises the rated current where the core saturates most.
+    /// Returns settings for this motor and drive. If the drive captures times, they are times to the rated current;
+    /// else currents after the time that raises the rated current where the core saturates most.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         let timed = drive.sensing.comparator.tick > T::zero() && !misses_pulses(&drive.sensing);
         let threshold = drive.rated_current;
@@ -95,7 +95,8 @@ impl<T: Real> SixPulseSettings<T> {
         settings
     }
 
-    /// A pulse that surely reaches the threshold, or one that raises it where the core saturates most.
+    /// Returns the length of a pulse that surely reaches the threshold (`timed`), or that reaches it where the core
+    /// saturates most.
     pub(super) fn suited_pulse(&self, drive: &Nameplate<T>, timed: bool) -> Nanos {
         let seconds = if timed {
             // Against what two devices and the winding drop at the threshold, with half as much to spare.
@@ -160,22 +161,24 @@ impl<T: Real> SixPulseSettings<T> {
         self.sensing.check()
     }
 
-    /// Length of a pulse, where its time is measured the longest.
+    /// Returns the length of a pulse; if its time is measured, the longest time.
     pub(super) fn pulse(&self) -> Nanos {
         if self.timed { self.longest } else { self.sampled }
     }
 
-    /// How long all switches are open after it.
+    /// Returns the time for which all switches are open after a pulse.
     pub(super) fn pause(&self) -> Nanos {
         Nanos::from_seconds(self.pulse().seconds() * self.pause.to_double()).max(Nanos(1))
     }
 
-    /// The shortest pause after which no pulse has left a current to the next one, as a share of the pulse, as the setting has it.
+    /// Returns the shortest pause, as a share of the pulse like the setting, after which no current is left for the
+    /// next pulse.
     ///
-    /// With all switches open the diodes put the link's voltage U and two of their drops against the current i of the leg that stands
-    /// alone, in series with one and a half phases: it is gone after `L/R ln(1 + 1.5 R i / (U + 2 U_D))`, L the larger one of L_d and L_q.
-    /// A comparator opens the switches after its delay, in which i rises by `U / (1.5 L)` a second with the smaller one. Of sampled
-    /// pulses the current is that of their length. A core that saturates has less flux to lose.
+    /// With all switches open, the diodes put the link's voltage U and two diode drops against the current i of the
+    /// single leg, which flows through one and a half phases. It ends after `L/R ln(1 + 1.5 R i / (U + 2 U_D))`, with
+    /// the larger of L_d and L_q as L. A comparator opens the switches after its delay, in which i rises by `U / (1.5
+    /// L)` per second with the smaller of them. For sampled pulses the current follows from their length. A saturated
+    /// core has less flux to lose.
     pub fn least_pause(&self, drive: &Nameplate<T>) -> T {
         let three_halves = T::of(1.5);
         let [d, q] = [drive.d_axis_inductance, drive.q_axis_inductance];
@@ -195,7 +198,7 @@ impl<T: Real> SixPulseSettings<T> {
         decay / T::of(self.pulse().seconds())
     }
 
-    /// The threshold, with pulses in proportion.
+    /// Sets the threshold, and the pulses in proportion.
     pub(super) fn set_threshold(&mut self, threshold: T) {
         let share = (threshold / self.threshold).to_double();
         let dead_time = self.dead_time;

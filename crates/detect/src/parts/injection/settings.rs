@@ -1,4 +1,4 @@
-//! Settings of an injection, and what follows from them.
+//! Settings of an injection, and the values that follow from them.
 
 use standstill_interface::{AlphaBeta, Nanos, Real};
 
@@ -31,11 +31,11 @@ pub struct InjectionSettings<T> {
     pub resistance: T,
     /// L_d in H, a rough value.
     pub d_axis_inductance: T,
-    /// L_q in H, likewise.
+    /// L_q in H, of the same kind.
     pub q_axis_inductance: T,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
-    /// Standard deviation of the sensors' gains, relative: what may look like a saliency.
+    /// Relative standard deviation of the sensors' gains, which may look like a saliency.
     pub gain_tolerance: T,
     /// Current in A that the injection must at least raise.
     pub least_current: T,
@@ -49,8 +49,9 @@ pub struct InjectionSettings<T> {
 }
 
 impl<T: Real> InjectionSettings<T> {
-    /// 500 Hz on a carrier of 10 kHz, a voltage that makes a quarter of the rated current (60 V on the paper's motor), or as much as windows
-    /// leave room for; 10 cycles of ramp, 50 of measurement.
+    /// Returns settings for this motor and drive: 500 Hz on a carrier of 10 kHz, 10 cycles of ramp and 50 of
+    /// measurement. The voltage makes a quarter of the rated current (60 V on the paper's motor), or as much as windows
+    /// leave room for.
     pub(crate) fn suited(drive: &Nameplate<T>) -> Self {
         let windows = WindowSettings::suited(drive);
         let cycle = T::of(drive.carrier_period.seconds() * 20.0);
@@ -108,24 +109,26 @@ impl<T: Real> InjectionSettings<T> {
         self.polarity.check()
     }
 
-    /// How long a step of the voltage lasts.
+    /// Returns the length of a step of the voltage.
     pub(crate) fn step(&self) -> Nanos {
         self.modulation.carrier_period * if self.windows.is_some() { 2 } else { 1 }
     }
 
-    /// ω in rad/s.
+    /// Returns ω in rad/s.
     pub(crate) fn frequency(&self) -> T {
         T::TAU() / T::of(self.step().seconds() * f64::from(self.periods))
     }
 
-    /// cos and sin of the phase of the injected voltage when the current is read: at the end of a step, or with windows in its middle.
+    /// Returns cos and sin of the phase of the injected voltage when the current is read: at the end of a step, or with
+    /// windows in its middle.
     pub(crate) fn phase_read(&self, clock: Clock) -> AlphaBeta<T> {
         self.phase(2 * clock.period + if self.windows.is_some() { 1 } else { 2 })
     }
 
-    /// ω in rad/s of the sine of the voltage V that would make the current that is read, `V = (R + jωL) I`. Of steps with half an angle x
-    /// the current in their middle is that of `ω tan x / x`, 3.4 % more for the 10 steps of a cycle with windows. At their ends it is
-    /// that of `ω sin x / x`, 0.4 % less for 20 steps, which is left out.
+    /// Returns ω in rad/s of the sinusoidal voltage V that would cause the current that is read, `V = (R + jωL) I`. For
+    /// steps with half an angle x, the current in their middle corresponds to `ω tan x / x`, 3.4 % more for the 10
+    /// steps of a cycle with windows. At their ends it corresponds to `ω sin x / x`, 0.4 % less for 20 steps, which is
+    /// neglected.
     pub(crate) fn frequency_read(&self) -> T {
         if self.windows.is_none() {
             return self.frequency();
@@ -135,14 +138,14 @@ impl<T: Real> InjectionSettings<T> {
         self.frequency() * (sin / (half * cos))
     }
 
-    /// Y0 = ½ (1/L_d + 1/L_q) in 1/H.
+    /// Returns Y0 = ½ (1/L_d + 1/L_q) in 1/H.
     pub(crate) fn mean_admittance(&self) -> T {
         (T::one() / self.d_axis_inductance + T::one() / self.q_axis_inductance) / T::of(2.0)
     }
 
-    /// Contribution of gains and modulation to the variance of each component of |L_B|/L_A e^{j2θ}, where `voltage` V drove the current
-    /// that was read. `common`: what a gain does that all currents have in common, as those through one shunt have; three sensors have
-    /// three. `of_delays` is what the legs' delays make of it.
+    /// Returns the contribution of gains and modulation to the variance of each component of |L_B|/L_A e^{j2θ}, if
+    /// `voltage` in V drove the current that was read. `common`: effect of a gain error that all currents share, as
+    /// with one shunt; with three sensors each has its own. `of_delays`: contribution of the legs' delays.
     pub(crate) fn doubt(&self, dc_link: T, voltage: T, common: T, of_delays: impl Fn(T, T, T, T) -> T) -> T {
         let pwm = &self.modulation;
         let [dead_time, period] = [pwm.dead_time, pwm.carrier_period].map(|time| T::of(time.seconds()));
@@ -153,8 +156,9 @@ impl<T: Real> InjectionSettings<T> {
             + of_delays(dead_time, period, dc_link, voltage)
     }
 
-    /// Variance of a current's component along a unit vector, as a share of that of one reading, while the voltage is along `voltage`:
-    /// three sensors show it evenly, one shunt most across the voltage.
+    /// Returns the variance of a current's component along a unit vector, relative to the variance of one reading,
+    /// while the voltage is along `voltage`. Three sensors give the same in all directions; one shunt gives the largest
+    /// across the voltage.
     pub(crate) fn noise_along(&self, direction: AlphaBeta<T>, voltage: AlphaBeta<T>) -> T {
         if self.windows.is_some() { windows::variance(voltage, direction) } else { T::of(2.0 / 3.0) }
     }
@@ -163,7 +167,7 @@ impl<T: Real> InjectionSettings<T> {
         SaliencySign::of(self.d_axis_inductance, self.q_axis_inductance)
     }
 
-    /// cos and sin of the phase of the injected voltage, half steps after the start of a cycle.
+    /// Returns cos and sin of the phase of the injected voltage, this many half steps after the start of a cycle.
     pub(crate) fn phase(&self, half_periods: u16) -> AlphaBeta<T> {
         let share = T::of(f64::from(half_periods) / (2.0 * f64::from(self.periods)));
         let (sin, cos) = (T::TAU() * share).sin_cos();

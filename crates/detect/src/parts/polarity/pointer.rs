@@ -5,8 +5,8 @@ use standstill_interface::{AlphaBeta, Angle, PoleEvidence, Real, Undetermined};
 use super::sequential::{tail, tail_beyond};
 use super::{Pole, Signature};
 
-/// Reads the pole from a direction that points along the magnet, measured together with the axis: the part of `D` that
-/// lies on the axis, in units of its own uncertainty, decides; a `D` that points elsewhere is no evidence.
+/// Pointer: a vector `D` along the magnet, measured together with the axis, from which the pole is read. The component
+/// of `D` along the axis, in units of its own uncertainty, decides; a `D` that points elsewhere is no evidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pointer<T> {
     /// D in any unit: towards the pole that draws more current.
@@ -16,13 +16,13 @@ pub(crate) struct Pointer<T> {
 }
 
 impl<T: Real> Pointer<T> {
-    /// Angle in rad between D and the axis beyond which the two contradict each other.
+    /// Returns the angle in rad between D and the axis beyond which the two contradict each other.
     pub fn most_off_axis() -> T {
         T::FRAC_PI_4()
     }
 
-    /// The north pole at one end of `axis` by the part of D along it alone, wherever D points otherwise; none where that part is too
-    /// small for a wrong pole to be as rare as `allowed`.
+    /// Returns the north pole at one end of `axis` from the component of D along it alone, whatever the component
+    /// across it is; none if the component is too small for the probability of a wrong pole to be at most `allowed`.
     pub fn north(&self, axis: Angle<T>, signature: Signature, allowed: T) -> Option<Angle<T>> {
         let deviations = self.direction.park(axis).d / self.deviation;
         let evidence = signature.towards_north(PoleEvidence { deviations, needed: tail_beyond(allowed) })?;
@@ -30,7 +30,7 @@ impl<T: Real> Pointer<T> {
         evidence.is_enough().then(|| if ahead { axis } else { axis.opposite() })
     }
 
-    /// The pole at one end of `axis`, allowing a wrong one with the probability `allowed`.
+    /// Returns the pole at one end of `axis`; `allowed`: allowed probability of a wrong pole.
     pub fn read(&self, axis: Angle<T>, signature: Signature, allowed: T) -> Pole<T> {
         let on = self.direction.park(axis);
         let z = on.d / self.deviation;

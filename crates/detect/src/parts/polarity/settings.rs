@@ -24,7 +24,7 @@ choice! {
 }
 
 impl Signature {
-    /// Description of the motor, in words.
+    /// Describes the signature in words.
     pub const fn in_words(self) -> &'static str {
         match self {
             Self::Normal => "north draws more current",
@@ -33,7 +33,7 @@ impl Signature {
         }
     }
 
-    /// Evidence for the pole that draws more current, referred to north; none if neither does.
+    /// Converts evidence for the pole that draws more current to evidence for north; none if neither pole draws more.
     pub(super) fn towards_north<T: Real>(self, draws_more: PoleEvidence<T>) -> Option<PoleEvidence<T>> {
         match self {
             Self::Normal => Some(draws_more),
@@ -73,16 +73,18 @@ pub struct PolaritySettings<T> {
     pub signature: Signature,
     /// When to stop.
     pub rule: PolarityRule<T>,
-    /// Where the current sensors are. One shunt in the DC link shows a vector's current after it, when diodes return it to the link.
+    /// Arrangement of the current sensors. One shunt in the DC link shows a vector's current after the vector, when
+    /// diodes return it to the link.
     pub place: Place,
-    /// Which checks are on: whether the rotor stands. By default none: where sensors are exact or know less than the drive assumes, and where
-    /// vectors turn a free rotor, starts that answer well enough are taken for a rotor that turns.
+    /// Checks that are on: whether the rotor stands still. By default none: if sensors are exact or better than the
+    /// drive assumes, or if vectors move a free rotor, good starts would be taken for a turning rotor.
     pub checks: Checks,
     /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
     pub magnet_flux: T,
     /// L_q in H, a rough value.
     pub q_axis_inductance: T,
-    /// How long after a vector, with all gates off, that shunt is read first; once more after as long again.
+    /// Time after a vector, with all gates off, at which that shunt is read first; a second reading follows after the
+    /// same time again.
     pub window: Nanos,
 }
 
@@ -115,7 +117,7 @@ impl<T: Real> PolaritySettings<T> {
         }
     }
 
-    /// Such vectors until the pole is certain enough, by the motor's signature.
+    /// Returns settings with vectors of this kind until the pole is certain enough, by the motor's signature.
     pub(crate) fn sequential(drive: &Nameplate<T>) -> Self {
         let rule = PolarityRule::Sequential(SequentialSettings::new(drive.polarity_difference));
         Self::near_rated_current(drive, drive.signature, rule)
@@ -135,7 +137,7 @@ impl<T: Real> PolaritySettings<T> {
         }
     }
 
-    /// Probability of a wrong pole that is allowed, where the rule is one of it.
+    /// Returns the allowed probability of a wrong pole; none if the rule does not have one.
     pub(crate) fn pole_error(&self) -> Option<Value> {
         match self.rule {
             PolarityRule::Sequential(sequential) => Some(Value::of(sequential.error)),
@@ -175,51 +177,55 @@ impl<T: Real> PolaritySettings<T> {
         }
     }
 
-    /// The difference in A that a pole needs when a reading's noise has this standard deviation in A: four standard
-    /// deviations of it, which are exceeded once in 30,000 times each way, or the least margin set.
+    /// Returns the difference in A that a pole needs if a reading's noise has this standard deviation in A. It is the
+    /// larger of the set least margin and four standard deviations of the difference, which are exceeded once in 30,000
+    /// times in each direction.
     pub(crate) fn needed_margin(&self, noise: T) -> T {
         self.least_margin.max(T::of(4.0) * self.deviation_of_difference(noise))
     }
 
-    /// Standard deviation in A of the difference of two vectors' i_d when a reading's noise has this one in A.
+    /// Returns the standard deviation in A of the difference of two vectors' i_d, from the standard deviation in A of a
+    /// reading's noise.
     ///
     /// With two sensors i_d is noisier than with three, by up to 1.6 times, depending on the angle.
     fn deviation_of_difference(&self, noise: T) -> T {
         (T::of(2.0) * self.by_reading()).sqrt() * noise
     }
 
-    /// Variance of i_d as a multiple of that of a reading: 2/3 by three independent sensors. One shunt in the link shows at least
-    /// cos 30° of it, and the two readings that lead to the end of the vector have five times the variance of one.
+    /// Returns the variance of i_d as a multiple of a reading's variance: 2/3 with three independent sensors. One shunt
+    /// in the link shows at least cos 30° of i_d, and extrapolating two readings to the end of the vector has five
+    /// times the variance of one.
     pub(crate) fn by_reading(&self) -> T {
         T::of(if self.place == Place::InLink { 20.0 / 3.0 } else { 2.0 / 3.0 })
     }
 
-    /// Evidence of two vectors for the pole that draws more current, along the axis minus against it in A, and how much is
-    /// needed, in standard deviations of that difference by the noise.
+    /// Returns the evidence of two vectors for the pole that draws more current, and the evidence needed, both in
+    /// standard deviations of the difference by noise. `difference`: current in A along the axis minus that against it.
     ///
-    /// Sensors without noise, or whose converters hide it, count as if they had a thousandth of the least margin.
+    /// Sensors without noise, or with noise hidden by their converters, count as having a thousandth of the least
+    /// margin as noise.
     pub(super) fn two_vectors(&self, difference: T, noise: T) -> PoleEvidence<T> {
         let deviation = self.deviation_of_difference(noise).max(self.least_margin * T::of(1e-3));
         let needed = (self.needed_margin(noise) / deviation).max(T::of(4.0));
         PoleEvidence { deviations: difference / deviation, needed }
     }
 
-    /// Length of one vector.
+    /// Returns the length of one vector.
     pub fn duration(&self) -> Nanos {
         self.carrier_period * u64::from(self.periods)
     }
 
-    /// Amplitude in V of the vector that raises the wanted current in the d-axis: `L_d I / t + R I / 2`.
+    /// Returns the amplitude in V of the vector that raises the wanted current in the d-axis: `L_d I / t + R I / 2`.
     pub(crate) fn amplitude(&self, d_axis_inductance: T) -> T {
         let duration = T::of(self.duration().seconds());
         self.current * (d_axis_inductance / duration + self.resistance / T::of(2.0))
     }
 
-    /// The vector at `angle`, by PWM on all three legs; `dc_link` in V. Sampled at its end; for the sequential test at
-    /// the end of each carrier period, to know the mean of the DC link.
+    /// Returns the vector at `angle`, by PWM on all three legs; `dc_link` in V. It is sampled at its end; for the
+    /// sequential test at the end of each carrier period, which gives the mean of the DC link's voltage.
     ///
-    /// The dead time takes from each leg a share of the period in the direction of its current, which is the
-    /// direction of its voltage here. Near zero the direction is uncertain and the compensation fades out.
+    /// The dead time takes from each leg a share of the period in the direction of its current, which is the direction
+    /// of its voltage here. Near zero the direction is uncertain and the compensation fades out.
     pub(crate) fn command(&self, angle: Angle<T>, amplitude: T, dc_link: T) -> Command<T> {
         let (sin, cos) = angle.radians().sin_cos();
         let lost = T::of(self.dead_time.seconds() / self.carrier_period.seconds());
@@ -257,16 +263,17 @@ impl<T: Real> PolaritySettings<T> {
         }
     }
 
-    /// i_d in A along `angle` at the end of a vector, from two readings of the shunt in the DC link after it, offset removed: diodes
-    /// return what leaves the legs whose current is negative, which is as much as the largest of the three currents. A core that
-    /// saturates returns it faster: the straight line through both readings leads to the end of the vector.
+    /// Returns i_d in A along `angle` at the end of a vector, from two later readings of the shunt in the DC link
+    /// without offset. Diodes return the current of the legs whose current is negative, which is as large as the
+    /// largest of the three currents. A saturated core returns it faster, so the straight line through both readings is
+    /// extrapolated to the end of the vector.
     pub(super) fn returned_current([first, second]: [T; 2], angle: Angle<T>) -> T {
         let (sin, cos) = angle.radians().sin_cos();
         let Abc(shares) = AlphaBeta::new(cos, sin).phases();
         (second - first - first) / shares.into_iter().fold(T::zero(), |most, share| most.max(share.abs()))
     }
 
-    /// i_d in A of phase currents, in the frame at `angle`.
+    /// Returns i_d in A of phase currents, in the frame at `angle`.
     pub(crate) fn direct_current(current: Abc<T>, angle: Angle<T>) -> T {
         current.clarke().park(angle).d
     }

@@ -1,13 +1,13 @@
-//! The current at the end of a pulse, as the shunts below the two legs of a line show it.
+//! The current at the end of a pulse, from the shunts below the two legs of a line.
 //!
 //! ```text
 //!   below the leg that the current leaves       ╱            below the leg that it enters      ╲
 //!   (its lower switch is on)                  ╱ │            (its lower diode conducts)      │  ╲
 //!                                           ╱   └────                                  ──────┘   ╲
 //! ```
-//! The current itself is steady at the edge, so that both shunts show the same but for their gains. A quadratic through the samples of
-//! either side leads to the edge. An edge that comes later than taken makes one side less and the other more, by as much in pulses both
-//! ways: [`GainComparison`] lets it cancel.
+//! The current itself is continuous at the edge, so both shunts show the same value except for their gains. A quadratic
+//! through the samples of each side is extrapolated to the edge. An edge that is later than assumed makes one side
+//! smaller and the other larger, equally in pulses of both directions, so that it cancels in [`GainComparison`].
 
 use standstill_interface::{Fault, Reading, Real};
 
@@ -24,13 +24,14 @@ struct Side<T> {
     /// Number of the sample next to the edge, and how many there are, away from it.
     nearest: usize,
     count: usize,
-    /// From the edge to the nearest, in intervals.
+    /// Distance of the nearest sample from the edge, in intervals.
     distance: T,
 }
 
 impl<T: Real> Side<T> {
-    /// The weight of each sample in the value at the edge of the quadratic that fits them all best: the sum over the orthogonal
-    /// polynomials 1, u and u² − (n² − 1)/12 of their products at sample and edge, over their squares' sums.
+    /// Returns the weight of each sample in the extrapolation of the best-fitting quadratic to the edge: the sum over
+    /// the orthogonal polynomials 1, u and u² − (n² − 1)/12 of their products at sample and edge, divided by the sums
+    /// of their squares.
     fn weights(&self) -> [T; MOST] {
         let n = T::of(self.count as f64);
         let (one, twelve, square) = (T::one(), T::of(12.0), n * n);
@@ -50,7 +51,7 @@ impl<T: Real> Side<T> {
 }
 
 impl<T: Real> Train<T> {
-    /// The samples before and after the end of a pulse; none where they are too few.
+    /// Returns the samples before and after the end of a pulse; none if there are too few.
     fn sides(&self) -> Option<[Side<T>; 2]> {
         let (s, on) = (&self.settings, self.settings.samples_on());
         let lead = T::of(self.lead.seconds() / s.interval.seconds());
@@ -67,8 +68,8 @@ impl<T: Real> Train<T> {
         enough.then_some([before, after])
     }
 
-    /// The current in A at the end of a pulse by the shunt below the leg that it enters and by the one below the leg that it leaves.
-    /// None where the samples are too few.
+    /// Returns the current in A at the end of a pulse from two shunts: below the leg that it enters, and below the leg
+    /// that it leaves. None if there are too few samples.
     pub fn at_edge(
         &self,
         slot: Slot,
@@ -95,7 +96,7 @@ impl<T: Real> Train<T> {
         Ok((leaves > T::zero() && enters > T::zero()).then_some((enters, leaves)))
     }
 
-    /// r of each line by the shunts below its legs, and the variance that the readings' noise gives it.
+    /// Returns r of each line from the shunts below its legs, and its variance by the readings' noise.
     pub fn gains_at_edge(&self, gains: &GainComparison<T>) -> ([T; 3], [T; 3]) {
         let squares = |side: Side<T>| side.weights().into_iter().fold(T::zero(), |sum, w| sum + w * w);
         let amplified =

@@ -4,10 +4,10 @@ use standstill_interface::{Abc, Real};
 
 use super::{Derived, Slot};
 
-/// Compares the current sensors: what flows into one phase flows out of another.
+/// Compares the current sensors: the current into one phase equals the current out of another.
 ///
-/// `r_AB = ln(rms i_A / rms i_B) = ln g_A − ln g_B`, likewise for the other lines, give
-/// `ln g_A = (r_AB − r_CA)/3` and so on: the gains relative to their mean, for nothing.
+/// `r_AB = ln(rms i_A / rms i_B) = ln g_A − ln g_B`, likewise for the other lines, give `ln g_A = (r_AB − r_CA)/3` and
+/// so on: the gains relative to their mean, without additional pulses.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GainComparison<T> {
     /// Σ i² of each line's first and second phase, in A².
@@ -32,8 +32,9 @@ impl<T: Real> GainComparison<T> {
         self.count[slot.line] = self.count[slot.line] + T::one();
     }
 
-    /// For each line: the noise of one sensor in A rms, from what a ratio of gains does not explain of the two sensors' difference; and the
-    /// rms current. If pairs (x, y) lie on a straight line but for noise, the smaller eigenvalue of Σ (x, y)(x, y)ᵀ is that of the noise.
+    /// Returns for each line the noise of one sensor in A rms, from the part of the two sensors' difference that a gain
+    /// ratio does not explain, and the rms current. If pairs (x, y) lie on a straight line except for noise, the
+    /// smaller eigenvalue of Σ (x, y)(x, y)ᵀ is that of the noise.
     pub fn residuals(&self) -> [(T, T); 3] {
         let two = T::of(2.0);
         core::array::from_fn(|k| {
@@ -48,8 +49,8 @@ impl<T: Real> GainComparison<T> {
         })
     }
 
-    /// r of each line and the variance that noise gives it, when a reading's has this variance in A². Infinite where a
-    /// sensor showed nothing.
+    /// Returns r of each line and its variance by noise; `variance`: variance of a reading in A². The variance of r is
+    /// infinite if a sensor showed nothing.
     pub fn measured(&self, variance: T) -> ([T; 3], [T; 3]) {
         let zero = T::zero();
         let of = |[first, second]: [T; 2]| {
@@ -64,8 +65,8 @@ impl<T: Real> GainComparison<T> {
         ([ab.0, bc.0, ca.0], [ab.1, bc.1, ca.1])
     }
 
-    /// The most likely r and its variance, from r as measured with this noise and gains that are known to this standard
-    /// deviation: what is more likely noise than gain is left out.
+    /// Returns the most likely r and its variance, from a measured r with this noise and from gains known with this
+    /// standard deviation. Deviations that are more likely noise than gain are left out.
     pub fn known(ratios: [T; 3], noise: [T; 3], tolerance: T) -> ([T; 3], [T; 3]) {
         let prior = T::of(2.0) * tolerance * tolerance;
         let share = noise.map(|noise| if prior > T::zero() { prior / (prior + noise) } else { T::zero() });
@@ -81,10 +82,10 @@ impl<T: Real> GainComparison<T> {
         Abc::new(((ab - ca) / third).exp(), ((bc - ab) / third).exp(), ((ca - bc) / third).exp())
     }
 
-    /// Logarithm of the mean gain of each line's two sensors.
+    /// Returns the logarithm of the mean gain of each line's two sensors.
     ///
-    /// A phase without a sensor shows what the other one of its line does; then the one line between two sensors tells
-    /// their gains apart, and the other two lines have one each.
+    /// A phase without a sensor shows the value of its line's other phase. Then the line with two sensors gives the
+    /// ratio of their gains, and each of the other two lines has one gain.
     pub fn line_gains(ratios: [T; 3], derived: Derived) -> [T; 3] {
         let [ab, bc, ca] = ratios;
         if let Derived::One(phase) = derived {
@@ -99,7 +100,7 @@ impl<T: Real> GainComparison<T> {
         [(bc - ca) / six, (ca - ab) / six, (ab - bc) / six]
     }
 
-    /// The slope of each line's mean gain over the r of one line.
+    /// Returns the derivative of each line's mean gain with respect to the r of one line.
     pub fn line_gain_slopes(line: usize, derived: Derived) -> [T; 3] {
         let mut ratios = [T::zero(); 3];
         ratios[line] = T::one();

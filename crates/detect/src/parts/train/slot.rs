@@ -1,37 +1,37 @@
-//! A pulse of a train, and which phases have a sensor of their own.
+//! A pulse of a train, and the phases without their own sensor.
 
 use standstill_interface::{Phase, Reading, Sensed};
 
 use super::LINES;
 
-/// Which pulse.
+/// The position of a pulse in a train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Slot {
     /// Index into [`LINES`].
     pub line: usize,
-    /// From the line's first phase to its second, or back.
+    /// True for current from the line's first phase to its second, false for the opposite direction.
     pub forward: bool,
 }
 
 impl Slot {
-    /// The pulse with this number, odd rounds backwards.
+    /// Returns the pulse with this index; odd rounds run backwards.
     pub fn of(index: u16) -> Self {
         let (round, place) = (index / 6, usize::from(index % 6));
         let place = if round.is_multiple_of(2) { place } else { 5 - place };
         Self { line: place / 2, forward: place.is_multiple_of(2) }
     }
 
-    /// The line's phases in the direction of the current.
+    /// Returns the line's phases in the direction of the current.
     pub fn phases(self) -> (Phase, Phase) {
         let (first, second) = LINES[self.line];
         if self.forward { (first, second) } else { (second, first) }
     }
 }
 
-/// Which phases have no sensor of their own.
+/// The phases without their own sensor, whose currents are derived from the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Derived {
-    /// None.
+    /// All phases have a sensor.
     None,
     /// This one: two sensors in line.
     One(Phase),
@@ -41,7 +41,7 @@ pub(crate) enum Derived {
 }
 
 impl Derived {
-    /// After a reading.
+    /// Returns the phases without their own sensor, updated by a reading.
     pub fn with<T>(self, reading: &Reading<T>) -> Self {
         Phase::ALL.into_iter().filter(|phase| reading.sensed[*phase] == Sensed::Derived).fold(
             self,

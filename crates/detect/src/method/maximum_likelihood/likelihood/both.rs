@@ -1,4 +1,5 @@
-//! Numbers for pulses both ways, computed alike: two fit into one register, and divisions take no longer than one.
+//! Pairs of numbers for forward and backward pulses. Both are computed together in one register, so that two divisions
+//! take no longer than one.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -9,7 +10,7 @@ use standstill_interface::{Arithmetic, Real};
 pub(super) struct Both<T>(pub [T; 2]);
 
 impl<T: Real> Both<T> {
-    /// One value for both ways.
+    /// Returns the same value for both directions.
     #[inline(always)]
     pub fn all(value: T) -> Self {
         Self([value; 2])

@@ -1,4 +1,5 @@
-//! The current of a line's pulses, both ways side by side, and its slopes over what it depends on.
+//! The current of a line's forward and backward pulses, side by side, and its derivatives with respect to the
+//! parameters.
 
 use core::ops::Mul;
 
@@ -25,12 +26,13 @@ pub(crate) struct PulseModel<T> {
     pub resistance: T,
     /// Length of the pulse in s.
     pub pulse: T,
-    /// From one sample to the next in s, the first one interval after the start.
+    /// Interval between samples in s; the first sample is one interval after the start.
     pub interval: T,
-    /// How long in s after an edge of the legs samples are left out: what the edge makes the wires pick up decays.
+    /// Time in s after an edge of the legs during which samples are left out, until the pick-up of the edge has
+    /// decayed.
     pub blank: T,
-    /// How long in s before the end of the pulse samples are left out: jitter may take them beyond it, where a shunt in the DC link
-    /// shows the current with the opposite sign.
+    /// Time in s before the end of the pulse during which samples are left out: jitter may move them beyond the end,
+    /// where a shunt in the DC link shows the current with the opposite sign.
     pub before_end: T,
 }
 
@@ -40,9 +42,9 @@ pub(crate) struct LineParameters<T> {
     pub inductance: T,
     pub slope: T,
     pub delay: T,
-    /// τ of the sensors in s; zero: they see the current as it is.
+    /// Time constant τ of the sensors in s; zero if they have no lag.
     pub lag: T,
-    /// How much later in s than its trigger each sample is taken.
+    /// Delay in s between the trigger and the sampling.
     pub late: T,
 }
 
@@ -68,14 +70,14 @@ impl<V: Arithmetic> Flow<V> {
 }
 
 impl<T: Real> PulseModel<T> {
-    /// Whether a sample at `time` in s is near the edge that begins or the one that ends the pulse.
+    /// Returns whether a sample at `time` in s is too near to the edge at the begin or at the end of the pulse.
     fn near_an_edge(&self, time: T, delay: T) -> bool {
         let since = |edge: T| time >= edge && time - edge < self.blank;
         let turns = self.before_end > T::zero() && (time - self.pulse).abs() < self.before_end;
         turns || self.blank > T::zero() && (since(delay) || since(self.pulse))
     }
 
-    /// The samples of pulses one way.
+    /// Calls `sample` for each sample of the pulses in one direction.
     #[cfg(test)]
     pub fn one_way(
         &self,
@@ -159,10 +161,11 @@ impl<T: Real> PulseModel<T> {
     }
 }
 
-/// One step of the classical Runge–Kutta method, and the rate at its beginning: its error is far below any sensor's at a
-/// twentieth of a pulse.
+/// Takes one step of the classical Runge–Kutta method, and returns it with the rate at its beginning. With steps of a
+/// twentieth of a pulse, its error is far below any sensor's.
 ///
-/// Arguments and result stay in memory, pair by pair: there the compiler sees that two numbers are computed alike.
+/// Arguments and result are passed in memory, pair by pair, so that the compiler recognises that two numbers are
+/// computed alike.
 #[inline(never)]
 fn step<T: Real>(
     at: &Flow<Both<T>>,

@@ -1,15 +1,15 @@
-//! Sensors of first order: what they see of a current, in closed form.
+//! First-order sensors: their output for a given current, in closed form.
 //!
 //! `τ dy/dt = x − y`. Over a step of h in which x is a quadratic in u = t/h, `x = x₀ + x₁ u + x₂ u²`, and with r = h/τ
 //! ```text
 //! y(h) = e^(−r) y(0) + Σ x_k w_k,   w_k = r ∫₀¹ u^k e^(−r(1−u)) du,   w_0 = 1 − e^(−r),   w_k = 1 − k w_(k−1)/r
 //! ```
-//! which holds however short the sensor's lag is beside the step; on steps shorter than the lag the recursion goes
-//! downwards from the series of the last, because upwards it would lose its digits.
+//! which is valid for any ratio of lag to step. On steps shorter than the lag the recursion runs downwards from a
+//! series for the last term, because upwards it would lose digits.
 //!
-//! The slope of y over τ needs what a second such sensor would see of the first, `z = (second − y)/τ`. What the first
-//! shows is the quadratic `p = x − τ x' + τ² x''` and `(y(0) − p(0)) e^(−r u)`, to which the second answers with
-//! `r (y(0) − p(0)) e^(−r)` at the end.
+//! The derivative of y with respect to τ needs the output of a second such sensor behind the first, `z = (second −
+//! y)/τ`. The first sensor's output is the quadratic `p = x − τ x' + τ² x''` plus `(y(0) − p(0)) e^(−r u)`, to which
+//! the second responds with `r (y(0) − p(0)) e^(−r)` at the end.
 
 use core::ops::{Div, Mul};
 
@@ -17,7 +17,7 @@ use standstill_interface::{Arithmetic, Real};
 
 use super::current::Flow;
 
-/// One number or several, of which a plain number makes a multiple.
+/// A number or several numbers, which can be multiplied and divided by a plain number.
 pub(super) trait Scaled<T>: Arithmetic + Mul<T, Output = Self> + Div<T, Output = Self> {}
 
 impl<T, V: Arithmetic + Mul<T, Output = V> + Div<T, Output = V>> Scaled<T> for V {}
@@ -33,14 +33,14 @@ pub(super) struct Response<T> {
     weights: [T; 3],
 }
 
-/// Steps this many times the lag are so short that what a sensor shows is itself a quadratic; p would lose its digits.
+/// Ratio of step to lag below which the sensor's output is itself practically a quadratic; p would lose digits there.
 const SHORT: f64 = 0.03;
 
 /// Terms of the series; at r = 1 the next is 2e-9.
 const TERMS: u8 = 11;
 
 impl<T: Real> Response<T> {
-    /// Response over steps this many times as long as the lag.
+    /// Makes the response for steps of this many lags.
     pub fn of(ratio: T) -> Self {
         let (one, two) = (T::one(), T::of(2.0));
         if ratio > one {
@@ -58,19 +58,19 @@ impl<T: Real> Response<T> {
         Self { ratio, left: one - first, weights: [first, second, third] }
     }
 
-    /// Response over another length, which most often is the same.
+    /// Returns the response for another step length, which is usually the same.
     pub fn at(self, ratio: T) -> Self {
         if ratio == self.ratio { self } else { Self::of(ratio) }
     }
 
-    /// y at the end of a step, from y at its beginning and the quadratic.
+    /// Returns y at the end of a step, from y at its beginning and the quadratic.
     fn apply<V: Scaled<T>>(&self, seen: V, [x0, x1, x2]: [V; 3]) -> V {
         let [w0, w1, w2] = self.weights;
         seen * self.left + x0 * w0 + x1 * w1 + x2 * w2
     }
 }
 
-/// The quadratic with these values at both ends of a step and this rise at its beginning.
+/// Returns the quadratic with these values at both ends of a step and this rise at its beginning.
 fn quadratic<V: Arithmetic>(begin: V, rise: V, end: V) -> [V; 3] {
     [begin, rise, end - begin - rise]
 }
@@ -84,7 +84,8 @@ pub(super) struct Memory<V> {
 }
 
 impl<V: Arithmetic> Memory<V> {
-    /// Before the current begins. Nothing is seen of its slopes either, though that over t_s begins with a step.
+    /// Makes the state before the current begins. All derivatives are zero, although the one with respect to t_s begins
+    /// with a step.
     pub fn new(zero: V) -> Self {
         Self { seen: Flow { current: zero, slopes: [zero; 3] }, second: zero }
     }
@@ -117,7 +118,7 @@ impl<V: Arithmetic> Memory<V> {
         }
     }
 
-    /// Slopes of what is seen over L, c, t_s and τ.
+    /// Returns the derivatives of the output with respect to L, c, t_s and τ.
     pub fn slopes<T: Real>(&self, lag: T) -> [V; 4]
     where
         V: Scaled<T>,
