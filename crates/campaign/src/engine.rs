@@ -24,7 +24,7 @@ pub(crate) trait Trials: Sync {
     /// Why a point or a trial cannot be run.
     type Error: Send;
 
-    /// A point, ready to run trials at it.
+    /// Returns a point, ready to run trials at it.
     fn point(&self, number: usize) -> Result<Self::Point, Self::Error>;
 
     /// Runs trials in this thread, until there are no more or one cannot be run; those that are under way come to their
@@ -57,7 +57,7 @@ struct Group {
     next: AtomicU64,
 }
 
-/// The groups of a block.
+/// Returns the groups of a block.
 fn groups(block: &[(usize, u64)]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     for (place, &(point, trial)) in block.iter().enumerate() {
@@ -70,7 +70,7 @@ fn groups(block: &[(usize, u64)]) -> Vec<Group> {
 }
 
 impl Group {
-    /// The next trial, if there is one and nobody has asked to stop.
+    /// Returns the next trial, if there is one and nobody has asked to stop.
     fn take(&self, stop: &AtomicBool) -> Option<u64> {
         if stop.load(Ordering::Relaxed) {
             return None;
@@ -78,7 +78,7 @@ impl Group {
         Some(self.next.fetch_add(1, Ordering::Relaxed)).filter(|trial| *trial < self.trials.end)
     }
 
-    /// The place of a trial in the block.
+    /// Returns the place of a trial in the block.
     fn place_of(&self, trial: u64) -> usize {
         self.place + usize::try_from(trial - self.trials.start).unwrap_or(usize::MAX)
     }

@@ -39,7 +39,7 @@ pub struct Occurrence {
     pub probability: Estimate,
 }
 
-/// The exact (Clopper–Pearson) 95 % interval of a probability from `count` in `total`.
+/// Returns the exact (Clopper–Pearson) 95 % interval of a probability from `count` in `total`.
 ///
 /// ```
 /// use standstill_campaign::binomial_interval;
@@ -60,8 +60,8 @@ pub fn binomial_interval(count: u64, total: u64) -> Estimate {
     }
 }
 
-/// The ends of the exact (Clopper–Pearson) one-sided 95 % intervals of a probability from `count` in `total`: it is at least the first,
-/// and at most the second.
+/// Returns the ends of the exact (Clopper–Pearson) one-sided 95 % intervals of a probability from `count` in `total`:
+/// it is at least the first, and at most the second.
 ///
 /// ```
 /// use standstill_campaign::one_sided_bounds;
@@ -77,21 +77,22 @@ pub fn one_sided_bounds(count: u64, total: u64) -> [f64; 2] {
     [binomial::lower(count, total, 0.05), binomial::upper(count, total, 0.05)]
 }
 
-/// The second of two independent estimates less the first, its interval recovered from those of the two (G. Y. Zou and A.
-/// Donner, "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095): exact for normal estimates,
-/// and of two that were never seen what is known of them.
+/// Returns the second of two independent estimates less the first, its interval recovered from those of the two (G.
+/// Y. Zou and A. Donner, "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095):
+/// exact for normal estimates, and of two that were never seen what is known of them.
 pub fn independent_difference(estimates: [Estimate; 2]) -> Estimate {
     correlated_difference(estimates, 0.0)
 }
 
-/// The share of the second of two runs of the same `pairs` of trials less that of the first: `alone` are the pairs in which
-/// one run alone had a case, the first or the second. Pairs in which both or neither had one say nothing.
+/// Returns the share of the second of two runs of the same `pairs` of trials less that of the first: `alone` are the
+/// pairs in which one run alone had a case, the first or the second. Pairs in which both or neither had one say
+/// nothing.
 ///
-/// The two counts are of one multinomial distribution: with p and q their shares, their covariance is −p q/n. The interval is
-/// recovered from those of the two shares with that correlation (R. G. Newcombe, "Improved confidence intervals for the
-/// difference between binomial proportions based on paired data", 1998). Those are mid-P ones to close approximation, because
-/// exact ones of few cases together are too wide (G. Berry and P. Armitage, "Mid-P confidence intervals: a brief review",
-/// 1995); without a case, the exact one.
+/// The two counts are of one multinomial distribution: with p and q their shares, their covariance is −p q/n. The
+/// interval is recovered from those of the two shares with that correlation (R. G. Newcombe, "Improved confidence
+/// intervals for the difference between binomial proportions based on paired data", 1998). Those are mid-P ones to
+/// close approximation, because exact ones of few cases together are too wide (G. Berry and P. Armitage, "Mid-P
+/// confidence intervals: a brief review", 1995); without a case, the exact one.
 ///
 /// ```
 /// use standstill_campaign::paired_difference;
@@ -119,8 +120,9 @@ fn middle_interval(count: u64, total: u64) -> Estimate {
     Estimate { low: (exact.low + low) / 2.0, high: (exact.high + high) / 2.0, ..exact }
 }
 
-/// The rms of the second errors less that of the first, over pairs of the same random numbers: with r the rms, the difference of the
-/// means of b²/(2 r_b) and a²/(2 r_a) to first order, whose spread the pairs tell, and Student's t the rest.
+/// Returns the rms of the second errors less that of the first, over pairs of the same random numbers: with r the
+/// rms, the difference of the means of b²/(2 r_b) and a²/(2 r_a) to first order, whose spread the pairs tell, and
+/// Student's t the rest.
 pub fn paired_rms(pairs: &[(f64, f64)]) -> Estimate {
     let n = pairs.len() as f64;
     let rms =
@@ -135,7 +137,8 @@ pub fn paired_rms(pairs: &[(f64, f64)]) -> Estimate {
     Estimate { value, low: value - half, high: value + half }
 }
 
-/// The second of two estimates less the first, where these have this correlation: see [`independent_difference`].
+/// Returns the second of two estimates less the first, where these have this correlation: see
+/// [`independent_difference`].
 pub fn correlated_difference([a, b]: [Estimate; 2], correlation: f64) -> Estimate {
     let length = |x: f64, y: f64| {
         let square = x * x + y * y - 2.0 * correlation * x * y;
@@ -314,7 +317,7 @@ impl Statistics {
         self.trials
     }
 
-    /// Mean and rms of the axis error in degrees.
+    /// Returns the mean and rms of the axis error in degrees.
     fn moments(&self) -> [Estimate; 2] {
         let n = self.magnitudes.count() as f64;
         let [mean, square, fourth, sixth] = self.powers.each_ref().map(|sum| sum.value() / n);
@@ -323,12 +326,12 @@ impl Statistics {
         [Estimate { value: mean, low: mean - mean_half, high: mean + mean_half }, rms]
     }
 
-    /// Root mean square of the axis error in degrees.
+    /// Returns the root mean square of the axis error in degrees.
     pub fn rms(&self) -> Estimate {
         self.moments()[1]
     }
 
-    /// The probability of a wrong pole.
+    /// Returns the probability of a wrong pole.
     pub fn wrong_pole_probability(&self) -> Estimate {
         binomial_interval(self.wrong_poles, self.trials)
     }
@@ -372,15 +375,16 @@ impl Statistics {
     }
 }
 
-/// The ranks, counted from 0, of a quantile among so many values in their order and of the ends of its distribution-free interval:
-/// the order statistics that enclose it with 95 %. An end is none, or beyond the last value, where there are too few.
+/// Returns the ranks, counted from 0, of a quantile among so many values in their order and of the ends of its
+/// distribution-free interval: the order statistics that enclose it with 95 %. An end is none, or beyond the last
+/// value, where there are too few.
 pub fn quantile_ranks(p: f64, count: u64) -> [Option<u64>; 3] {
     // With n values, as many as Bin(n, p) lie below the quantile.
     let below = |q: f64| binomial::quantile(count, p, q);
     [rank(p, count), below(0.025).checked_sub(1), Some(below(0.975))]
 }
 
-/// A quantile with its interval.
+/// Returns a quantile with its interval.
 fn quantile(values: &Magnitudes, p: f64) -> Estimate {
     let ranks = quantile_ranks(p, values.count());
     let [value, low, high] = values.at(ranks).map(|value| value.unwrap_or(f64::NAN));

@@ -39,12 +39,12 @@ pub struct Digest {
 }
 
 impl Digest {
-    /// Digest of these bytes, the content of a file.
+    /// Makes the digest of these bytes, the content of a file.
     pub fn of(bytes: &[u8]) -> Self {
         Self { bytes: bytes.len() as u64, crc32: crc32fast::hash(bytes) }
     }
 
-    /// Digest of a file of any length, which is read piece by piece: tables of results have gigabytes.
+    /// Returns the digest of a file of any length, which is read piece by piece: tables of results have gigabytes.
     ///
     /// # Errors
     /// As [`open`].
@@ -74,8 +74,8 @@ pub const MOST_BYTES: u64 = 128 << 20;
 /// Most bytes of a data sheet or a scenario: a parser takes a hundred times as much memory.
 const MOST_TEXT: usize = 4 << 20;
 
-/// The content of a file of at most so many bytes. What has no end (a device such as `/dev/zero`, a pipe) is not read at
-/// all: it could be waited for, or read, for ever.
+/// Returns the content of a file of at most so many bytes. What has no end (a device such as `/dev/zero`, a pipe) is
+/// not read at all: it could be waited for, or read, for ever.
 ///
 /// # Errors
 /// Those of the operating system, what is not a regular file, and a file that is larger.
@@ -91,7 +91,7 @@ pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64, most)) } else { Ok(bytes) }
 }
 
-/// Text of a file that a program wrote, such as the results of an earlier run: of at most 128 MiB.
+/// Returns the text of a file that a program wrote, such as the results of an earlier run: of at most 128 MiB.
 ///
 /// # Errors
 /// As [`read_at_most`], and bytes that are not UTF-8.
@@ -107,7 +107,7 @@ pub fn open(path: &Path) -> io::Result<std::fs::File> {
     open_as(path, OpenOptions::new().read(true))
 }
 
-/// A file with an end, opened with these options: to write it or to make one that is not there.
+/// Returns a file with an end, opened with these options: to write it or to make one that is not there.
 ///
 /// # Errors
 /// As [`open`].
@@ -142,15 +142,16 @@ impl Files {
         Self { folder: folder.to_owned(), ..Self::default() }
     }
 
-    /// The folder from which they are named.
+    /// Returns the folder from which they are named.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The content of a file.
+    /// Returns the content of a file.
     ///
     /// # Errors
-    /// Those of the operating system and of [`Files::sealed`]; a folder, a device or a pipe; and a file of more than 128 MiB.
+    /// Those of the operating system and of [`Files::sealed`]; a folder, a device or a pipe; and a file of more than
+    /// 128 MiB.
     pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
         let path = absolute(path)?;
         // A thread that panicked has either put a whole file in or none.
@@ -171,7 +172,7 @@ impl Files {
         Ok(bytes)
     }
 
-    /// The content of a file as text.
+    /// Returns the content of a file as text.
     ///
     /// # Errors
     /// As [`Files::read`], a text that is too long, and bytes that are not UTF-8.

@@ -86,7 +86,7 @@ pub struct MapError {
 }
 
 impl MapError {
-    /// Error that names the file, the place in it, what was found there, and what is needed instead.
+    /// Makes the error that names the file, the place in it, what was found there, and what is needed instead.
     pub fn new(
         file: &str,
         place: Option<&dyn fmt::Display>,

@@ -41,7 +41,7 @@ macro_rules! tables {
         }
 
         impl $name {
-            /// The numbers that are given; `table` is the name of the table in the file.
+            /// Returns the numbers that are given; `table` is the name of the table in the file.
             pub fn entries(&self, table: &str) -> Vec<Entry> {
                 [$(self.$key.entry(table, stringify!($key))),*].into_iter().flatten().collect()
             }
@@ -148,7 +148,7 @@ fn untitled() -> String {
 }
 
 impl Sheet {
-    /// The one place where a data sheet is read from a table. Keys that one table lacks are named all at once.
+    /// Makes the one place where a data sheet is read from a table. Keys that one table lacks are named all at once.
     ///
     /// # Errors
     /// The key that is wrong, and what was found and is needed there.

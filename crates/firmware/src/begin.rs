@@ -54,7 +54,7 @@ fn signature(stronger: i32) -> Signature {
     }
 }
 
-/// Whether the drive has readings of this kind; one that names none has the currents of the phases.
+/// Returns whether the drive has readings of this kind; one that names none has the currents of the phases.
 fn has(plate: &Plate, source: Source) -> bool {
     let bit = match source {
         Source::PhaseCurrents => abi::PHASE_CURRENTS,
@@ -127,7 +127,7 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
     }
 }
 
-/// A detector of a method with these settings.
+/// Returns a detector of a method with these settings.
 pub fn detector<'a>(
     name: &'a str,
     plate: &Plate,

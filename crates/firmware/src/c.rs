@@ -50,7 +50,7 @@ impl fmt::Write for Text {
     }
 }
 
-/// A text of C, cut where it is no longer text.
+/// Returns a text of C, cut where it is no longer text.
 ///
 /// # Safety
 /// It is zero-ended.
@@ -108,8 +108,8 @@ fn refuse(into: &mut Text, refused: &Refused<'_>) -> *const c_char {
     into.bytes.as_ptr().cast()
 }
 
-/// The sample of this number, as far as it reaches: what an earlier version of the struct does not have is not seen by any sensor. None
-/// of samples that are shorter than the shortest.
+/// Returns the sample of this number, as far as it reaches: what an earlier version of the struct does not have is
+/// not seen by any sensor. None of samples that are shorter than the shortest.
 ///
 /// # Safety
 /// The caller's samples lie as far apart as the readings say.

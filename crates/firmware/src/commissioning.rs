@@ -3,7 +3,7 @@
 use standstill_detect::{Commissioning, CommissioningError, CommissioningSettings, Learnt};
 use standstill_interface::{Abc, Angle};
 
-/// A correction from line inductances at several positions.
+/// Returns a correction from line inductances at several positions.
 ///
 /// # Errors
 /// Nothing that can be learnt.

@@ -35,7 +35,7 @@ fn stage(of: &Stage<f32>) -> abi::Stage {
     stage
 }
 
-/// A command for the drive.
+/// Returns a command for the drive.
 pub fn command(of: &Command<f32>) -> abi::Command {
     abi::Command {
         stage: [stage(&of.stage), of.then.as_ref().map(stage).unwrap_or_default()],
@@ -75,7 +75,7 @@ pub fn outcome(of: &Outcome<f32>) -> (i32, Answer) {
     (status, answer)
 }
 
-/// The answer to what cannot be answered.
+/// Returns the answer to what cannot be answered.
 pub fn unexpected() -> (i32, Answer) {
     (abi::FAILED, Answer { reason: abi::failure_reason::<f32>(&Fault::UnexpectedReadings), ..Answer::NONE })
 }

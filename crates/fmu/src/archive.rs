@@ -117,7 +117,7 @@ impl Binary {
         Ok(Self { bytes, machine })
     }
 
-    /// The kind of machine that it runs on, by its name in FMI 3.0, such as `x86_64-windows`.
+    /// Returns the kind of machine that it runs on, by its name in FMI 3.0, such as `x86_64-windows`.
     pub fn machine(&self) -> &'static str {
         self.machine.name
     }
@@ -133,7 +133,8 @@ impl Binary {
         [folder.join(Self::name()), folder.join("deps").join(Self::name())]
     }
 
-    /// The libraries for other kinds of machines that are beside a program, in the folder `fmu-binaries`, by their names.
+    /// Returns the libraries for other kinds of machines that are beside a program, in the folder `fmu-binaries`, by
+    /// their names.
     pub fn others(program: &Path) -> Vec<PathBuf> {
         let folder = program.parent().unwrap_or_else(|| Path::new("")).join(OTHERS);
         let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());

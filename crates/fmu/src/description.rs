@@ -12,7 +12,7 @@ use crate::variables::{Kind, MODES, Role, Variable};
 /// The name of the enumeration of a leg's modes.
 const MODE: &str = "Mode";
 
-/// A text within an attribute, or between tags.
+/// Returns a text within an attribute, or between tags.
 pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for c in text.chars() {
@@ -40,7 +40,7 @@ fn attributes(pairs: &[(&str, Option<String>)]) -> String {
 }
 
 impl Variable {
-    /// A value as its kind writes it.
+    /// Returns a value as its kind writes it.
     fn written(&self, value: f64) -> String {
         match self.kind {
             Kind::Real => format!("{value:?}"),
@@ -74,7 +74,7 @@ impl Variable {
         }
     }
 
-    /// Unit, limits and start as attributes.
+    /// Returns the unit, limits and start as attributes.
     fn numbers(&self, version: Version) -> String {
         let unit = units::unit(&self.unit).filter(|unit| self.kind == Kind::Real && !unit.symbol.is_empty());
         let limit = |end: usize| {
@@ -92,7 +92,7 @@ impl Variable {
 }
 
 impl Kind {
-    /// Name of its elements.
+    /// Returns the name of its elements.
     fn element(self, version: Version) -> &'static str {
         match (self, version) {
             (Self::Real, Version::Two) => "Real",
@@ -108,7 +108,7 @@ impl Kind {
 }
 
 impl Model {
-    /// The description by which an importer knows the FMU.
+    /// Returns the description by which an importer knows the FMU.
     pub fn description(&self, version: Version) -> String {
         let (two, drive) = (version == Version::Two, self.part == Part::Drive);
         let (number, token, more) = match version {
@@ -216,7 +216,7 @@ impl Model {
         ])
     }
 
-    /// A PWM period; a motor alone has none, and takes the same as a proposal.
+    /// Returns a PWM period; a motor alone has none, and takes the same as a proposal.
     fn experiment(&self) -> String {
         let step = self.period().seconds();
         // Whole steps of about 20 ms: the last one, too, is one that a drive takes.
@@ -227,7 +227,8 @@ impl Model {
         )
     }
 
-    /// The enumeration of a leg's modes, where there are legs and the version has enumerations that importers take.
+    /// Returns the enumeration of a leg's modes, where there are legs and the version has enumerations that importers
+    /// take.
     fn types(&self, version: Version) -> String {
         if self.part == Part::Motor || version == Version::Two {
             return String::new();

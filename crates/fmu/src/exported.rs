@@ -13,7 +13,7 @@ pub const ERROR: c_int = 3;
 
 /// An instance as a version of the standard has it, with whom it tells of errors.
 pub trait Component {
-    /// The instance.
+    /// Returns the instance.
     fn instance(&mut self) -> &mut Instance;
     /// Tells the importer what went wrong.
     fn tell(&self, message: &str);
@@ -67,7 +67,7 @@ pub unsafe fn with<C: Component>(component: *mut C, what: impl FnOnce(&mut C) ->
     }
 }
 
-/// A component for the importer to keep.
+/// Returns a component for the importer to keep.
 pub fn made<C>(component: C) -> *mut C {
     Box::into_raw(Box::new(component))
 }
@@ -83,7 +83,7 @@ pub unsafe fn freed<C>(component: *mut C) {
     }
 }
 
-/// Values of variables of these kinds.
+/// Returns the values of variables of these kinds.
 ///
 /// # Safety
 /// Arrays of so many, or null.
@@ -126,7 +126,7 @@ pub fn whole(value: f64) -> c_int {
     value as c_int
 }
 
-/// A copy of all that changes.
+/// Returns a copy of all that changes.
 ///
 /// # Safety
 /// A place with null or a state of the component, which is then used again.
@@ -156,7 +156,7 @@ pub unsafe fn set_state<C: Component>(state: *const State) -> impl FnOnce(&mut C
     }
 }
 
-/// The end of a copy.
+/// Returns the end of a copy.
 ///
 /// # Safety
 /// A place with null or a state of the component; it is null afterwards.

@@ -52,13 +52,13 @@ impl exported::Component for Component {
     }
 }
 
-/// The types of this platform.
+/// Returns the types of this platform.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
     c"default".as_ptr()
 }
 
-/// The version of the standard.
+/// Returns the version of the standard.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetVersion() -> *const c_char {
     c"2.0".as_ptr()
@@ -75,7 +75,7 @@ pub extern "C" fn fmi2SetDebugLogging(
     OK
 }
 
-/// A new instance; null, with a message, if there can be none.
+/// Returns a new instance; null, with a message, if there can be none.
 ///
 /// # Safety
 /// Pointers as the standard has them.

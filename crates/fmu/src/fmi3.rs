@@ -43,7 +43,7 @@ impl exported::Component for Component {
     }
 }
 
-/// The version of the standard.
+/// Returns the version of the standard.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
@@ -60,7 +60,7 @@ pub extern "C" fn fmi3SetDebugLogging(
     OK
 }
 
-/// A new instance; null, with a message, if there can be none.
+/// Returns a new instance; null, with a message, if there can be none.
 ///
 /// # Safety
 /// Pointers as the standard has them.

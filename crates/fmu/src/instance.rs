@@ -92,7 +92,7 @@ impl Instance {
         Err(format!("{call}: the instance is {}, needed {}", self.state.phase.name(), needed.join(" or ")))
     }
 
-    /// The time at which the simulation begins.
+    /// Returns the time at which the simulation begins.
     pub fn set_start(&mut self, time: f64) -> Outcome {
         self.must_be(&[Phase::Instantiated], "the start time")?;
         // Beyond it, parts of a nanosecond are lost.
@@ -103,7 +103,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The numerical tolerance that the importer asks for: a step is never less exact than without one.
+    /// Returns the numerical tolerance that the importer asks for: a step is never less exact than without one.
     pub fn set_tolerance(&mut self, tolerance: Option<f64>) -> Outcome {
         self.must_be(&[Phase::Instantiated], "the tolerance")?;
         // Some importers say that there is one, and give 0.
@@ -139,7 +139,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The end.
+    /// Returns the end.
     pub fn terminate(&mut self) -> Outcome {
         self.must_be(&[Phase::Stepping, Phase::AtEvent], "the end")?;
         self.state.phase = Phase::Terminated;
@@ -188,7 +188,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The value of any variable.
+    /// Returns the value of any variable.
     pub fn get(&mut self, reference: u32, kinds: &[Kind]) -> Outcome<f64> {
         let (place, variable) = self.variable(reference, kinds)?;
         let role = variable.role.clone();
@@ -218,8 +218,8 @@ impl Instance {
         })
     }
 
-    /// Whether the trial draws the rotor's angle. What counts is the values and not the order in which they were set: some importers set
-    /// all parameters, also to what they are.
+    /// Returns whether the trial draws the rotor's angle. What counts is the values and not the order in which they
+    /// were set: some importers set all parameters, also to what they are.
     fn draws_angle(&self) -> bool {
         let all = || self.model.variables.iter().zip(&self.state.values);
         let asked = all().any(|(variable, value)| variable.role == Role::DrawAngle && *value != 0.0);
@@ -241,7 +241,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The scenario with the parameters that were changed.
+    /// Returns the scenario with the parameters that were changed.
     fn changed(&self, trial: &mut u64) -> Result<Document, FileError> {
         const IMPORTER: Origin = Origin::Option("the importer");
         let mut document = self.model.document.clone();
@@ -267,7 +267,7 @@ impl Instance {
         Ok(document)
     }
 
-    /// A communication step.
+    /// Returns a communication step.
     pub fn step(&mut self, time: f64, length: f64) -> Outcome {
         self.must_be(&[Phase::Stepping], "a step")?;
         let outcome = self.advance(time, length);
@@ -316,17 +316,17 @@ impl Instance {
         }
     }
 
-    /// The time of the last communication point.
+    /// Returns the time of the last communication point.
     pub fn time(&self) -> f64 {
         self.state.time
     }
 
-    /// The PWM period in s.
+    /// Returns the PWM period in s.
     pub fn period(&self) -> f64 {
         self.model.period().seconds()
     }
 
-    /// Whether this is the clock.
+    /// Returns whether this is the clock.
     pub fn is_clock(&self, reference: u32) -> bool {
         self.variable(reference, &[Kind::Clock]).is_ok()
     }
@@ -351,7 +351,7 @@ impl State {
     }
 }
 
-/// Value of the last reading; before the first step, that of the drive at rest.
+/// Returns the value of the last reading; before the first step, that of the drive at rest.
 fn sampled(rig: &Rig, of: Sampled) -> f64 {
     let reading = &rig.reading;
     match of {

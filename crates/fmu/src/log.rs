@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use crate::instance::Outcome;
 
-/// A C text; empty for a null pointer.
+/// Returns a C text; empty for a null pointer.
 ///
 /// # Safety
 /// Null, or a text that ends with a zero byte.
@@ -19,7 +19,7 @@ pub(crate) unsafe fn text(pointer: *const c_char) -> String {
     unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
 }
 
-/// A C array; empty for a null pointer.
+/// Returns a C array; empty for a null pointer.
 ///
 /// # Safety
 /// Null, or so many values that nobody else writes meanwhile.
@@ -32,7 +32,7 @@ pub(crate) unsafe fn slice<'a, T>(pointer: *const T, count: usize) -> &'a [T] {
     unsafe { std::slice::from_raw_parts(pointer, count) }
 }
 
-/// A C array to be written; empty for a null pointer.
+/// Returns a C array to be written; empty for a null pointer.
 ///
 /// # Safety
 /// Null, or so many values that nobody else reads or writes meanwhile.
@@ -59,7 +59,7 @@ pub(crate) fn guarded<T>(what: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
     })
 }
 
-/// The folder of a `file:` address, or a path as it is.
+/// Returns the folder of a `file:` address, or a path as it is.
 pub(crate) fn folder(address: &str) -> PathBuf {
     let Some(rest) = address.strip_prefix("file:") else { return PathBuf::from(address) };
     // With an authority, which is empty or this machine, or without one.

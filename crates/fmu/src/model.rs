@@ -31,7 +31,7 @@ impl Part {
         }
     }
 
-    /// The tables of a scenario that say something of it, and single keys.
+    /// Returns the tables of a scenario that say something of it, and single keys.
     pub const fn keys(self) -> &'static [&'static str] {
         match self {
             Self::Drive => &["motor", "rotor", "inverter", "sensors", "errors", "seed"],
@@ -40,14 +40,14 @@ impl Part {
         }
     }
 
-    /// Whether a key of a scenario says something of it.
+    /// Returns whether a key of a scenario says something of it.
     pub fn has_use_for(self, key: &str) -> bool {
         self.keys()
             .iter()
             .any(|known| key.strip_prefix(known).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
     }
 
-    /// The file among the resources that has the scenario.
+    /// Returns the file among the resources that has the scenario.
     pub(crate) fn resource(self) -> String {
         format!("{}.toml", self.name())
     }
@@ -190,13 +190,13 @@ impl Model {
         self.period
     }
 
-    /// The PWM period for people, with all digits: a communication step may be off it by a nanosecond.
+    /// Returns the PWM period for people, with all digits: a communication step may be off it by a nanosecond.
     pub fn period_text(&self) -> String {
         readable(self.period.seconds(), "s")
     }
 
-    /// Digest of the model: part, version of the program, its variables, and all that the resources say. So a library that counts its
-    /// variables otherwise is refused.
+    /// Returns the digest of the model: part, version of the program, its variables, and all that the resources say.
+    /// So a library that counts its variables otherwise is refused.
     pub fn token(&self) -> String {
         // Fowler–Noll–Vo, twice.
         let hash = |basis: u64, bytes: &mut dyn Iterator<Item = u8>| {

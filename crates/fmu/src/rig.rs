@@ -78,18 +78,18 @@ impl Rig {
         self.start_angle
     }
 
-    /// State of the machine now.
+    /// Returns the state of the machine now.
     pub fn now(&self) -> Snapshot {
         self.driven.now()
     }
 
-    /// The times that a communication step may take now.
+    /// Returns the times that a communication step may take now.
     fn steps(&self) -> (Nanos, Option<Nanos>) {
         let [first, second] = self.halves;
         if self.second_half { (second, None) } else { (first, Some(first + second)) }
     }
 
-    /// One communication step of a drive: half a PWM period or, from its begin on, a whole one.
+    /// Returns one communication step of a drive: half a PWM period or, from its begin on, a whole one.
     ///
     /// # Errors
     /// A step of another length, and why the machine could not go on.
@@ -133,7 +133,7 @@ impl Rig {
         Ok(())
     }
 
-    /// One communication step of a motor, until a time in s since its beginning.
+    /// Returns one communication step of a motor, until a time in s since its beginning.
     ///
     /// # Errors
     /// A step of less than a nanosecond, and why the machine could not go on.

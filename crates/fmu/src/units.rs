@@ -35,7 +35,7 @@ const UNITS: [Unit; 13] = [
     si("", "1", &[]),
 ];
 
-/// A value for people, in the unit that suits it: all its digits, for a period may be off by nanoseconds.
+/// Returns a value for people, in the unit that suits it: all its digits, for a period may be off by nanoseconds.
 pub(crate) fn readable(value: f64, symbol: &str) -> String {
     // Nobody counts in kiloseconds.
     if symbol.is_empty() || (symbol == "s" && value.abs() >= 1.0) {
@@ -45,7 +45,7 @@ pub(crate) fn readable(value: f64, symbol: &str) -> String {
     format!("{} {}", scale.number(value), scale.unit)
 }
 
-/// The unit with a symbol of the scenarios' schema.
+/// Returns the unit with a symbol of the scenarios' schema.
 pub(crate) fn unit(symbol: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|unit| unit.symbol == symbol)
 }

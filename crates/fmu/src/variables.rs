@@ -159,7 +159,7 @@ impl Variable {
         self
     }
 
-    /// Whether it is set before the simulation begins, and then stays.
+    /// Returns whether it is set before the simulation begins, and then stays.
     pub fn is_parameter(&self) -> bool {
         matches!(
             self.role,
@@ -167,17 +167,17 @@ impl Variable {
         )
     }
 
-    /// Whether it is set from step to step.
+    /// Returns whether it is set from step to step.
     pub fn is_input(&self) -> bool {
         matches!(self.role, Role::Mode(_) | Role::Duty(_) | Role::Voltage(_) | Role::Clock)
     }
 
-    /// Whether it comes out.
+    /// Returns whether it comes out.
     pub fn is_output(&self) -> bool {
         matches!(self.role, Role::Sampled(_) | Role::True(_))
     }
 
-    /// Whether it changes at updates of the legs only, which in FMI 3.0 are ticks of the clock.
+    /// Returns whether it changes at updates of the legs only, which in FMI 3.0 are ticks of the clock.
     pub fn is_clocked(&self) -> bool {
         matches!(self.role, Role::Mode(_) | Role::Duty(_) | Role::Sampled(_))
     }
@@ -196,7 +196,7 @@ const SHARE: &str = "a share from 0 to 1";
 
 const PHASES: [char; 3] = ['a', 'b', 'c'];
 
-/// All of a scenario's drive, or of its motor alone.
+/// Returns all of a scenario's drive, or of its motor alone.
 pub(crate) fn variables(
     part: Part,
     document: &Document,
@@ -228,7 +228,7 @@ pub(crate) fn variables(
     all
 }
 
-/// A variable of each phase, whose letter takes the place of `{}`.
+/// Returns a variable of each phase, whose letter takes the place of `{}`.
 fn phases(name: &str, about: &str, kind: Kind, role: impl Fn(usize) -> Role) -> [Variable; 3] {
     [0, 1, 2].map(|k| {
         let phase = PHASES[k].to_string();
@@ -292,7 +292,7 @@ fn truth(part: Part) -> Vec<Variable> {
     all
 }
 
-/// Readings of sensors that not every drive has, and the current that a shunt in the link would see.
+/// Returns the readings of sensors that not every drive has, and the current that a shunt in the link would see.
 fn further(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
     let output = |name: &str, about: &str, kind, of| Variable::new(name, about, kind, Role::Sampled(of));
     let kinds = "0 measured, 2 at the end of its converter's range, 3 not seen";
@@ -339,7 +339,7 @@ fn of_drive(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
     keys().filter(|key| is(key.path)).filter_map(variable).collect()
 }
 
-/// The longest dead time for a PWM, as every run has it too, and that in words.
+/// Returns the longest dead time for a PWM, as every run has it too, and that in words.
 pub(crate) fn dead_time(carrier_period: Nanos) -> (Nanos, String) {
     let most = longest_dead_time(carrier_period);
     let [longest, period] = [most, carrier_period].map(|time| units::readable(time.seconds(), "s"));
@@ -350,13 +350,14 @@ fn number(value: Option<Value>) -> Option<f64> {
     value.and_then(|value| value.as_float())
 }
 
-/// Description of a key as that of an FMU's variable: there each has a value, and what starts is a simulation.
+/// Returns the description of a key as that of an FMU's variable: there each has a value, and what starts is a
+/// simulation.
 fn about(of: &str) -> String {
     let about = of.replace('\n', " ").replace("the start of the detection", "the start");
     about.split(" Without it").next().unwrap_or_default().to_owned()
 }
 
-/// A key that is a number, in a unit that FMI has.
+/// Returns a key that is a number, in a unit that FMI has.
 fn of_key(key: &Key, start: f64) -> Option<Variable> {
     let Values::Number { unit, .. } = key.values() else { return None };
     units::unit(unit)?;

@@ -8,7 +8,7 @@ use standstill_interface::abi::{self, Drive};
 
 const PHASES: [char; 3] = ['a', 'b', 'c'];
 
-/// A duty of a phase, if it is one.
+/// Returns a duty of a phase, if it is one.
 pub fn duty(phase: usize, duty: f32) -> Result<f64, Fault<f64>> {
     if (0.0..=1.0).contains(&duty) {
         Ok(f64::from(duty))
@@ -17,7 +17,7 @@ pub fn duty(phase: usize, duty: f32) -> Result<f64, Fault<f64>> {
     }
 }
 
-/// A leg's state that there is not.
+/// Returns a leg's state that there is not.
 pub fn no_leg(phase: usize, leg: u8) -> Fault<f64> {
     broken(&format!("leg {} is asked for state {leg}, which is none of enum sts_leg", PHASES[phase]))
 }
@@ -46,7 +46,7 @@ fn stage(from: &abi::Stage) -> Result<Stage<f64>, Fault<f64>> {
     Ok(Stage { legs: Abc(legs), duration: Nanos(from.duration_ns) })
 }
 
-/// A command as the bench carries it out on this drive.
+/// Returns a command as the bench carries it out on this drive.
 pub fn command(from: &abi::Command, drive: &Drive) -> Result<Command<f64>, Fault<f64>> {
     let then = match from.stages {
         1 => None,
@@ -61,7 +61,7 @@ pub fn command(from: &abi::Command, drive: &Drive) -> Result<Command<f64>, Fault
     Ok(command)
 }
 
-/// The threshold of a command, if it has one.
+/// Returns the threshold of a command, if it has one.
 fn threshold(until: f32, drive: &Drive) -> Result<Option<f64>, Fault<f64>> {
     let highest = drive.threshold_highest;
     match until {

@@ -127,7 +127,7 @@ impl Drop for Inside {
     }
 }
 
-/// The library whose call has not returned for so long, and when that is, if there is one.
+/// Returns the library whose call has not returned for so long, and when that is, if there is one.
 pub fn hanging(limit: Duration) -> Option<String> {
     let all = || PLACES.lock().unwrap_or_else(PoisonError::into_inner).clone();
     let count = |place: &Place| place.calls.load(Ordering::Relaxed);
@@ -162,7 +162,7 @@ fn tell(place: &Place, end: &[&str]) {
     write(begin.iter().chain(end));
 }
 
-/// A number's digits.
+/// Returns a number's digits.
 fn decimal(mut number: u64, digits: &mut [u8; 20]) -> &str {
     let mut first = digits.len();
     loop {

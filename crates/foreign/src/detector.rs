@@ -106,18 +106,18 @@ impl Maker {
         Self { library, drive, config }
     }
 
-    /// The library.
+    /// Returns the library.
     pub fn library(&self) -> &Library {
         &self.library
     }
 
-    /// Whether a task runs beside the interrupt.
+    /// Returns whether a task runs beside the interrupt.
     pub fn has_task(&self) -> bool {
         matches!(self.library.level(), Level::Interrupt(timing) if timing.task.is_some())
     }
 
-    /// A detector with its library's memory as after loading; of a trial, or to see whether one can be made. `task_at`: when its task
-    /// runs first, as a share of the task's period.
+    /// Returns a detector with its library's memory as after loading; of a trial, or to see whether one can be made.
+    /// `task_at`: when its task runs first, as a share of the task's period.
     ///
     /// # Errors
     /// The message of a `create` that refused; an image that cannot be loaded.
@@ -207,7 +207,7 @@ impl From<Beyond> for Fault<f64> {
     }
 }
 
-/// A field of the result, if the library has written to it.
+/// Returns a field of the result, if the library has written to it.
 fn given(name: &str, value: f32) -> Result<Option<f64>, Fault<f64>> {
     match value {
         value if value.to_bits() == Answer::UNSET.to_bits() => Ok(None),
@@ -238,7 +238,7 @@ fn evidence(deviations: Option<f64>, needed: Option<f64>) -> Result<Option<PoleE
 type Asked = (i32, Answer, Option<Command<f64>>);
 
 impl Foreign {
-    /// The next step, or why there is none.
+    /// Returns the next step, or why there is none.
     fn next(&mut self, readings: &[Reading<f64>]) -> Result<Step<f64>, Fault<f64>> {
         let call = self.log.next_call();
         self.guard.lasted(readings);
@@ -322,7 +322,7 @@ impl Foreign {
         }
     }
 
-    /// The outcome that the library tells.
+    /// Returns the outcome that the library tells.
     fn done(&mut self, status: i32, answer: &Answer) -> Result<Step<f64>, Fault<f64>> {
         // Of an ideal drive, the root of a sum that rounds to less than 0: not known.
         let deviation = Some(f64::from(answer.angle_deviation)).filter(|deviation| !deviation.is_nan());

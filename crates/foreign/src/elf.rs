@@ -51,7 +51,7 @@ pub struct Places {
     pub strings: u64,
 }
 
-/// The functions and variables that a shared library of Linux has for others.
+/// Returns the functions and variables that a shared library of Linux has for others.
 ///
 /// # Errors
 /// The kind of a file that is no shared library for this machine.
@@ -219,12 +219,12 @@ impl Elf {
         Ok(())
     }
 
-    /// Whether it takes this function from elsewhere.
+    /// Returns whether it takes this function from elsewhere.
     pub fn takes(&self, name: &str) -> bool {
         self.undefined.iter().any(|taken| taken == name)
     }
 
-    /// The folders in which it has libraries looked for, of the file at a path.
+    /// Returns the folders in which it has libraries looked for, of the file at a path.
     pub fn folders_of(&self, path: &std::path::Path) -> Vec<PathBuf> {
         let origin = std::path::absolute(path).ok();
         let origin =

@@ -22,7 +22,7 @@ impl<T> Fenced<T> {
         Self { before: [GUARD; GUARDS], inside, after: [GUARD; GUARDS] }
     }
 
-    /// The value, if nobody has written beside it; `name`: its type in C.
+    /// Returns the value, if nobody has written beside it; `name`: its type in C.
     ///
     /// # Errors
     /// Somebody has.

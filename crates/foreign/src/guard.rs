@@ -14,7 +14,7 @@ const SHORT_COMMANDS: u64 = 100_000;
 /// Number of the reason of a detection that does not end, which is the bench's.
 const NEVER_DONE: u32 = u32::MAX - 1;
 
-/// A detection that did not end within a bound.
+/// Returns a detection that did not end within a bound.
 fn not_done(within: &str) -> Fault<f64> {
     Fault::Own(Own { code: NEVER_DONE, text: kept(&format!("not done within {within}")) })
 }
@@ -37,13 +37,13 @@ impl Guard {
         Self { tick, commands: 0, elapsed: Nanos::ZERO, pending: None }
     }
 
-    /// The outcome of a detection that the drive ends because it takes longer than `limit`.
+    /// Returns the outcome of a detection that the drive ends because it takes longer than `limit`.
     pub fn overdue(limit: Nanos) -> Outcome<f64> {
         let fault = not_done(&format!("{} s", limit.0 as f64 / 1e9));
         Outcome::Failed { fault, findings: Findings::default() }
     }
 
-    /// Whether a command is one that there is.
+    /// Returns whether a command is one that there is.
     ///
     /// # Errors
     /// The reason why the command is impossible.
@@ -72,7 +72,7 @@ impl Guard {
         }
     }
 
-    /// Whether a stage until a threshold in A is one that a comparator can end.
+    /// Returns whether a stage until a threshold in A is one that a comparator can end.
     fn can_trip(threshold: f64, command: &Command<f64>) -> Result<(), String> {
         if !(threshold > 0.0 && threshold.is_finite()) {
             return Err(format!("a command until {threshold} A, not until a finite current above 0"));

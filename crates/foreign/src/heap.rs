@@ -55,7 +55,7 @@ pub struct Heap {
     free: [usize; CLASSES],
 }
 
-/// The class of so many units and the units that all of its blocks have.
+/// Returns the class of so many units and the units that all of its blocks have.
 fn class_of(units: usize) -> (usize, usize) {
     if units <= FINE {
         return (units - 1, units);
@@ -67,12 +67,13 @@ fn class_of(units: usize) -> (usize, usize) {
 }
 
 impl Heap {
-    /// Whether a block is of it.
+    /// Returns whether a block is of it.
     pub fn has(&self, block: *const c_void) -> bool {
         (block as usize).wrapping_sub(self.begin) < ROOM
     }
 
-    /// A block of so many bytes at an address that `align`, a power of two, divides; null if there is no room.
+    /// Returns a block of so many bytes at an address that `align`, a power of two, divides; null if there is no
+    /// room.
     pub fn ask(&mut self, bytes: usize, align: usize) -> *mut c_void {
         if align <= UNIT {
             return self.block(bytes) as *mut c_void;

@@ -142,7 +142,7 @@ impl Image {
         self.space.set_back();
     }
 
-    /// Whether it wanted to load a library in the middle of a detection.
+    /// Returns whether it wanted to load a library in the middle of a detection.
     pub fn loaded_late(&self) -> bool {
         // SAFETY: nobody is in the image.
         unsafe { (*self.space.state()).loaded_late }
@@ -153,7 +153,7 @@ impl Image {
         &self.table
     }
 
-    /// Whether it has `step`, and whether it has `isr`.
+    /// Returns whether it has `step`, and whether it has `isr`.
     pub fn has(&self) -> [bool; 2] {
         match self.calls {
             Calls::Present => [self.table.step.is_some(), self.table.isr.is_some()],
@@ -167,7 +167,7 @@ impl Image {
         unsafe { text(self.table.name) }.unwrap_or_default()
     }
 
-    /// A detector of it; why it refused.
+    /// Returns a detector of it; why it refused.
     pub fn create(
         &mut self,
         site: Site,
@@ -200,7 +200,7 @@ impl Image {
         }
     }
 
-    /// The text of a reason.
+    /// Returns the text of a reason.
     pub fn reason(&mut self, site: Site, code: u32) -> Option<String> {
         let reason = self.table.reason?;
         // SAFETY: as standstill.h declares it; null, or a C string of the library.
@@ -215,7 +215,7 @@ impl Image {
         }
     }
 
-    /// The value of a channel of a detector, and its name; none beyond the last one.
+    /// Returns the value of a channel of a detector, and its name; none beyond the last one.
     pub fn probe(&mut self, site: Site, detector: NonNull<c_void>, channel: u32) -> Option<(String, f32)> {
         let probe = self.table.probe?;
         let mut value = 0.0;
@@ -225,7 +225,7 @@ impl Image {
         name.map(|name| (name, value))
     }
 
-    /// One call at command level: status, command and result; none of a library without `step`.
+    /// Returns one call at command level: status, command and result; none of a library without `step`.
     ///
     /// # Errors
     /// What it wrote beyond.
@@ -274,7 +274,8 @@ impl Image {
         }
     }
 
-    /// One call at interrupt level: status and result, and the legs that it wrote; none of a library without `isr`.
+    /// Returns one call at interrupt level: status and result, and the legs that it wrote; none of a library without
+    /// `isr`.
     ///
     /// # Errors
     /// What it wrote beyond.
@@ -344,7 +345,7 @@ fn kept(base: usize, writable: &[[u64; 2]]) -> Vec<Memory> {
     writable.iter().filter_map(keep).collect()
 }
 
-/// A C string.
+/// Returns a C string.
 ///
 /// # Safety
 /// It is null or one.

@@ -33,7 +33,7 @@ pub struct Interrupts {
     preloaded: VecDeque<Legs>,
 }
 
-/// The legs before the first interrupt.
+/// Returns the legs before the first interrupt.
 fn at_first(timing: &Timing) -> Legs {
     Legs { sample_at: timing.sample_at, sample_every: timing.sample_every, ..Legs::default() }
 }
@@ -53,7 +53,7 @@ impl Interrupts {
         }
     }
 
-    /// The half of the period whose sample there is now; none before the first command.
+    /// Returns the half of the period whose sample there is now; none before the first command.
     pub fn half(&self) -> Option<u8> {
         let last = self.given.checked_sub(1)?;
         Some(u8::from(self.timing.twice && last % 2 == 1))
@@ -83,7 +83,7 @@ impl Interrupts {
         Ok(Command { stage: first, then, sampling, threshold: None })
     }
 
-    /// The samples of a command of this length.
+    /// Returns the samples of a command of this length.
     fn sampling(&self, legs: &Legs, duration: Nanos) -> Result<Sampling, Fault<f64>> {
         let count = self.timing.samples;
         self.timing.within(legs.sample_at, legs.sample_every).map_err(|found| broken(&found))?;
@@ -145,7 +145,7 @@ impl Interrupts {
     }
 }
 
-/// A share of a time.
+/// Returns a share of a time.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a tenth of a second")]
 fn part(share: f64, of: Nanos) -> Nanos {
     Nanos((share * of.0 as f64).round() as u64)

@@ -22,7 +22,7 @@ pub struct LoadError {
 }
 
 impl LoadError {
-    /// An error of these words.
+    /// Makes an error of these words.
     pub fn new(found: String, needed: String) -> Self {
         Self { found, needed }
     }
@@ -114,8 +114,8 @@ pub fn load_elsewhere(inspect: impl Fn(&Path) -> Result<Description, LoadError> 
 }
 
 impl Library {
-    /// The library with these bytes, which were read from `path`. `read` gives the content of further files: of the libraries
-    /// that it is linked to, but for those of the system, and of those that it loads itself.
+    /// Returns the library with these bytes, which were read from `path`. `read` gives the content of further files:
+    /// of the libraries that it is linked to, except for those of the system, and of those that it loads itself.
     ///
     /// # Errors
     /// A file that is no library with `sts_entry` of this ABI for this machine, or that needs what is not there.
@@ -132,7 +132,7 @@ impl Library {
         Ok(library)
     }
 
-    /// Whether it was read from there, and all of it has the same bytes.
+    /// Returns whether it was read from there, and all of it has the same bytes.
     fn is(&self, path: &Path, bytes: &Arc<[u8]>, read: Read) -> bool {
         let Some((own, others)) = self.parts.split_last() else { return false };
         let same = |one: &Arc<[u8]>, other: &Arc<[u8]>| Arc::ptr_eq(one, other) || one == other;
@@ -186,7 +186,7 @@ impl Library {
         &self.description
     }
 
-    /// Whether this process has loaded it, so that it can make detectors.
+    /// Returns whether this process has loaded it, so that it can make detectors.
     pub fn is_here(&self) -> bool {
         self.images.is_some()
     }
@@ -212,7 +212,7 @@ impl Library {
         self.description.level
     }
 
-    /// An image with its memory as after loading: one that no detection uses, or a new one.
+    /// Returns an image with its memory as after loading: one that no detection uses, or a new one.
     pub(crate) fn image(&self) -> Result<Image, LoadError> {
         let Some(images) = &self.images else {
             let found = "a library that only other processes load";
@@ -291,7 +291,7 @@ fn level(table: &abi::Table, [step, isr]: [bool; 2]) -> Result<Level, LoadError>
 }
 
 impl Timing {
-    /// Whether there can be such samples and such a task.
+    /// Returns whether there can be such samples and such a task.
     fn check(&self) -> Result<(), LoadError> {
         if self.samples > abi::MOST_TRIGGERS {
             let needed = format!("from 1 to {}", abi::MOST_TRIGGERS);
@@ -308,7 +308,8 @@ impl Timing {
         }
     }
 
-    /// Whether all samples, from `at` on one each `every`, lie between two updates; both are shares of the time between them.
+    /// Returns whether all samples, from `at` on one each `every`, lie between two updates; both are shares of the
+    /// time between them.
     ///
     /// # Errors
     /// What does not.

@@ -25,7 +25,7 @@ unsafe extern "C" {
     static environ: *const *const c_char;
 }
 
-/// A file with these bytes that is in no folder.
+/// Returns a file with these bytes that is in no folder.
 pub fn file_in_memory(bytes: &[u8]) -> std::io::Result<File> {
     // SAFETY: a zero-ended name; the number that is returned is a file of this process, or −1.
     let file = unsafe {
@@ -38,8 +38,8 @@ pub fn file_in_memory(bytes: &[u8]) -> std::io::Result<File> {
     Ok(file)
 }
 
-/// A path of an open file that no other one had before: the loader takes what it has under a path for the same library, and
-/// numbers of files come again. Slashes more or less lead to the same place.
+/// Returns a path of an open file that no other one had before: the loader takes what it has under a path for the
+/// same library, and numbers of files come again. Slashes more or less lead to the same place.
 pub fn path_of(file: &File) -> String {
     static COUNT: AtomicU32 = AtomicU32::new(1);
     let mut count = COUNT.fetch_add(1, Ordering::Relaxed);

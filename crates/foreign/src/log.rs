@@ -31,7 +31,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// A log, and the drive that offers it to a library. The address is valid as long as the log is.
+    /// Returns a log, and the drive that offers it to a library. The address is valid as long as the log is.
     pub fn offered_by(drive: &Drive) -> (Arc<Self>, Drive) {
         let log = Arc::new(Self::default());
         let take: extern "C" fn(*mut c_void, *const c_char) = take;

@@ -52,12 +52,12 @@ fn is_one_of(name: &str, list: &[&str]) -> bool {
     list.iter().any(|begin| name.starts_with(begin))
 }
 
-/// Whether there is one of this library in the program, for all images.
+/// Returns whether there is one of this library in the program, for all images.
 pub fn is_of_program(name: &str) -> bool {
     is_one_of(name, &OF_PROGRAM)
 }
 
-/// All parts of an image of this library, each behind those that it needs.
+/// Returns all parts of an image of this library, each behind those that it needs.
 ///
 /// # Errors
 /// A library that is nowhere, and one of which no copy can be made.
@@ -131,7 +131,7 @@ impl<'a> Found<'a> {
         Ok(())
     }
 
-    /// The library of a name, as the loader looks for it.
+    /// Returns the library of a name, as the loader looks for it.
     fn find(&self, name: &str, first: &[PathBuf], then: &[PathBuf]) -> Result<Option<Part>, LoadError> {
         let given = std::env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
         let given = given.to_string_lossy();
@@ -179,7 +179,7 @@ fn copies_of(name: &str, elf: &Elf) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// Whether a file is the system's.
+/// Returns whether a file is the system's.
 fn is_of_system(path: &Path) -> bool {
     let real = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     SYSTEM.iter().any(|folder| real.starts_with(folder))
@@ -231,7 +231,7 @@ fn configured(file: &Path, folders: &mut Vec<PathBuf>, depth: u32) {
 /// Letters of a copy's name.
 const NAME: usize = 6;
 
-/// A name that no copy had before, as it stands in a file: at most eight bytes with the zero at its end.
+/// Returns a name that no copy had before, as it stands in a file: at most eight bytes with the zero at its end.
 fn new_name() -> [u8; NAME + 1] {
     const LETTERS: &[u8; 62] = b"0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
     static COUNT: AtomicU32 = AtomicU32::new(0);
@@ -254,8 +254,8 @@ const SPARE: usize = 40;
 /// `STB_GLOBAL`, in the upper half of a symbol's byte.
 const GLOBAL: u8 = 1 << 4;
 
-/// The files of another image, in the order in which they are to be loaded: each has a name of its own and needs those of this
-/// image, runs nothing by itself, and has variables of its own, whatever copies there are.
+/// Returns the files of another image, in the order in which they are to be loaded: each has a name of its own and
+/// needs those of this image, runs nothing by itself, and has variables of its own, whatever copies there are.
 ///
 /// # Errors
 /// Names that overlap in a file.

@@ -14,7 +14,7 @@ impl Default for Random {
 }
 
 impl Random {
-    /// The state after `srand(seed)`.
+    /// Makes the state after `srand(seed)`.
     pub fn of(seed: u32) -> Self {
         let mut last = [0_u32; 31];
         // The minimal standard generator of Park and Miller, whose seed is not 0.
@@ -35,7 +35,7 @@ impl Random {
         random
     }
 
-    /// The next number from 0 to 2³¹ − 1.
+    /// Returns the next number from 0 to 2³¹ − 1.
     pub fn next(&mut self) -> i32 {
         let at = self.next as usize;
         let word = self.last[at].wrapping_add(self.last[(at + 28) % 31]);
@@ -50,7 +50,7 @@ impl Random {
 pub struct Random48(u64);
 
 impl Random48 {
-    /// The state after `srand48(seed)`, which uses 32 bits of the seed.
+    /// Makes the state after `srand48(seed)`, which uses 32 bits of the seed.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "32 bits")]
     pub fn of(seed: i64) -> Self {
         Self(u64::from(seed as u32) << 16 | 0x330E)

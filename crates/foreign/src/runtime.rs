@@ -33,7 +33,7 @@ pub struct State {
 }
 
 impl State {
-    /// The state at a program's start, with this heap.
+    /// Makes the state at a program's start, with this heap.
     pub fn new(heap: Heap) -> Self {
         Self {
             heap,
@@ -89,7 +89,7 @@ pub fn loaded() -> Vec<PathBuf> {
     LOADED.take()
 }
 
-/// The image's state, if this thread is in one.
+/// Returns the image's state, if this thread is in one.
 fn here<'a>() -> Option<&'a mut State> {
     // SAFETY: null, or of the image that this thread is in, which nobody else is in; no reference outlives a function below.
     unsafe { HERE.get().as_mut() }
@@ -99,7 +99,7 @@ fn heap<'a>() -> Option<&'a mut Heap> {
     here().filter(|state| state.serves).map(|state| &mut state.heap)
 }
 
-/// The heap whose block it is.
+/// Returns the heap whose block it is.
 fn heap_of<'a>(block: *const c_void) -> Option<&'a mut Heap> {
     here().map(|state| &mut state.heap).filter(|heap| heap.has(block))
 }

@@ -47,12 +47,12 @@ fn taken<'a>(parts: &'a [Part], names: &str, beginnings: &[&str]) -> Vec<&'a str
     all
 }
 
-/// Whether the compiler's AddressSanitizer is in one of them.
+/// Returns whether the compiler's AddressSanitizer is in one of them.
 pub fn is_checked(parts: &[Part]) -> bool {
     !taken(parts, "__asan_init", &[]).is_empty()
 }
 
-/// Whether a list of libraries has one whose file's name has this part.
+/// Returns whether a list of libraries has one whose file's name has this part.
 fn named(list: &str, part: &str) -> bool {
     list.split([':', ' ']).any(|path| path.rsplit('/').next().is_some_and(|name| name.contains(part)))
 }
@@ -65,7 +65,7 @@ fn checker() -> Option<&'static str> {
         .find_map(|(part, name)| named(&first, part).then_some(name))
 }
 
-/// Whether images have memory of their own from `malloc`: what checks memory has to see it.
+/// Returns whether images have memory of their own from `malloc`: what checks memory has to see it.
 pub fn keeps_its_own(parts: &[Part]) -> bool {
     !is_checked(parts) && checker().is_none()
 }

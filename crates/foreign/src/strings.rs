@@ -22,7 +22,7 @@ unsafe extern "C" {
     ) -> libc::ssize_t;
 }
 
-/// A copy of so many bytes in the image's memory; null if there is no room.
+/// Returns a copy of so many bytes in the image's memory; null if there is no room.
 unsafe fn copied(from: *const c_char, bytes: usize) -> *mut c_char {
     let copy = malloc(bytes).cast::<c_char>();
     if !copy.is_null() {
@@ -32,7 +32,7 @@ unsafe fn copied(from: *const c_char, bytes: usize) -> *mut c_char {
     copy
 }
 
-/// A text that the C library allocated as one of the image; null stays null.
+/// Returns a text that the C library allocated as one of the image; null stays null.
 unsafe fn adopted(text: *mut c_char) -> *mut c_char {
     if text.is_null() {
         return text;

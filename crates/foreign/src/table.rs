@@ -27,7 +27,8 @@ struct Head {
 /// The newest version that a library is asked for, to name the one that it has.
 const FAR_VERSION: u32 = 16;
 
-/// The table of a library of a known version. It is asked for the present version first, then for the one before.
+/// Returns the table of a library of a known version. It is asked for the present version first, then for the one
+/// before.
 pub fn table_of(entry: Entry) -> Result<(Table, Calls), LoadError> {
     // SAFETY: as standstill.h declares it; the table is at least its head.
     let asked = |abi| unsafe { entry(abi) };
@@ -61,7 +62,7 @@ pub fn table_of(entry: Entry) -> Result<(Table, Calls), LoadError> {
     Err(unknown((abi::ABI + 1..=FAR_VERSION).find(|abi| version(asked(*abi)).is_some())))
 }
 
-/// A table of a version that is not known here, or none.
+/// Returns a table of a version that is not known here, or none.
 fn unknown(version: Option<u32>) -> LoadError {
     let present = abi::ABI;
     match version {
@@ -83,7 +84,7 @@ fn unknown(version: Option<u32>) -> LoadError {
     }
 }
 
-/// Whether a table of so many bytes has all fields that its version has had from the beginning.
+/// Returns whether a table of so many bytes has all fields that its version has had from the beginning.
 fn large_enough(size: u32, needed: usize) -> Result<(), LoadError> {
     if size as usize >= needed {
         return Ok(());

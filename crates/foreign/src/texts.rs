@@ -9,7 +9,7 @@ const MOST: usize = 4096;
 /// Letters of a text that are kept.
 const LONGEST: usize = 300;
 
-/// A text for the rest of the program: each is kept once.
+/// Returns a text for the rest of the program: each is kept once.
 ///
 /// ```
 /// let text = standstill_foreign::kept(&format!("no {}", "zero crossing"));

@@ -62,7 +62,7 @@ impl Watched {
         }
     }
 
-    /// A channel's name as that of a column: neither empty nor that of another one.
+    /// Returns a channel's name as that of a column: neither empty nor that of another one.
     fn column(&self, name: &str) -> String {
         let taken =
             |name: &str| ["t_s", "run"].contains(&name) || self.names.iter().any(|other| other == name);

@@ -135,7 +135,7 @@ pub struct Legs {
 }
 
 impl Default for Legs {
-    /// All off.
+    /// Makes all off.
     fn default() -> Self {
         Self {
             size: bytes::<Self>(),

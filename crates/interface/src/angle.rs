@@ -40,7 +40,7 @@ impl<T: Real> Angle<T> {
         self.0.to_degrees()
     }
 
-    /// The other pole: half a turn further.
+    /// Returns the other pole: half a turn further.
     ///
     /// ```
     /// use standstill_interface::Angle;
@@ -53,7 +53,7 @@ impl<T: Real> Angle<T> {
         Self::from_radians(self.0 + T::PI())
     }
 
-    /// The signed way from `other` to `self`, in (−π, π] rad.
+    /// Returns the signed way from `other` to `self`, in (−π, π] rad.
     ///
     /// ```
     /// use standstill_interface::Angle;

@@ -13,7 +13,7 @@ pub trait Choice: Copy + PartialEq + Send + Sync + 'static {
     /// Their names, in the same order.
     const NAMES: &'static [&'static str];
 
-    /// Description of this variant, in a sentence; empty where there is none.
+    /// Returns the description of this variant, in a sentence; empty where there is none.
     fn about(self) -> &'static str {
         ""
     }
@@ -41,7 +41,7 @@ pub trait Choice: Copy + PartialEq + Send + Sync + 'static {
         Self::ALL.iter().zip(Self::NAMES).find(|(choice, _)| **choice == self).map_or("", |(_, name)| name)
     }
 
-    /// The one with this name, if there is one.
+    /// Makes the one with this name, if there is one.
     fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().zip(Self::NAMES).find(|(_, known)| **known == name).map(|(choice, _)| *choice)
     }

@@ -21,7 +21,7 @@ impl Nanos {
         Self(micros.saturating_mul(1000))
     }
 
-    /// The nearest to a time in s; zero for what is negative or no number.
+    /// Makes the nearest to a time in s; zero for what is negative or no number.
     ///
     /// ```
     /// use standstill_interface::Nanos;
@@ -127,7 +127,7 @@ pub struct Stage<T> {
 }
 
 impl<T> Stage<T> {
-    /// All six switches off.
+    /// Makes all six switches off.
     pub const fn off(duration: Nanos) -> Self {
         Self { legs: Abc::new(Leg::Off, Leg::Off, Leg::Off), duration }
     }
@@ -174,12 +174,12 @@ impl Sampling {
     /// No samples.
     pub const NONE: Self = Self { first: Nanos::ZERO, interval: Nanos::ZERO, count: 0 };
 
-    /// One sample.
+    /// Makes one sample.
     pub const fn once(at: Nanos) -> Self {
         Self { first: at, interval: Nanos::ZERO, count: 1 }
     }
 
-    /// Two samples.
+    /// Makes two samples.
     ///
     /// ```
     /// use standstill_interface::{Nanos, Sampling};
@@ -193,12 +193,12 @@ impl Sampling {
         Self { first, interval: second - first, count: 2 }
     }
 
-    /// The trigger with this number.
+    /// Returns the trigger with this number.
     pub fn trigger(self, number: u32) -> Nanos {
         self.first + self.interval * u64::from(number)
     }
 
-    /// The last trigger, if there is one.
+    /// Returns the last trigger, if there is one.
     pub fn last(self) -> Option<Nanos> {
         self.count.checked_sub(1).map(|number| self.trigger(number))
     }
@@ -219,12 +219,12 @@ pub struct Command<T> {
 }
 
 impl<T> Command<T> {
-    /// A single stage.
+    /// Makes a single stage.
     pub const fn hold(stage: Stage<T>, sampling: Sampling) -> Self {
         Self { stage, then: None, sampling, threshold: None }
     }
 
-    /// Two stages, one after the other.
+    /// Makes two stages, one after the other.
     ///
     /// ```
     /// use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
@@ -239,13 +239,14 @@ impl<T> Command<T> {
         Self { stage, then: Some(then), sampling, threshold: None }
     }
 
-    /// A stage that ends when a comparator of the drive trips at `threshold`, in A, at the latest after its duration; then
-    /// another stage, for the whole of its duration.
+    /// Makes a stage that ends when a comparator of the drive trips at `threshold`, in A, at the latest after its
+    /// duration; then another stage, for the whole of its duration.
     ///
-    /// The comparator stops the pulse itself: its output opens the gates after its propagation delay, without a program, and
-    /// the drive's timer captures that instant ([`Reading::capture`](crate::Reading::capture)). Until then the legs of the first
-    /// stage must keep their gates: no duty and no edge within it. Samples are counted from the end of the first stage, whether
-    /// it tripped or not: a trigger at zero samples where the pulse ends, and its reading has the captured time.
+    /// The comparator stops the pulse itself: its output opens the gates after its propagation delay, without a
+    /// program, and the drive's timer captures that instant ([`Reading::capture`](crate::Reading::capture)). Until
+    /// then the legs of the first stage must keep their gates: no duty and no edge within it. Samples are counted
+    /// from the end of the first stage, whether it tripped or not: a trigger at zero samples where the pulse ends,
+    /// and its reading has the captured time.
     ///
     /// ```
     /// use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
@@ -261,7 +262,7 @@ impl<T> Command<T> {
         Self { stage, then: Some(then), sampling, threshold: Some(threshold) }
     }
 
-    /// Duration of all stages; of a command with a threshold, the longest.
+    /// Returns the duration of all stages; of a command with a threshold, the longest.
     pub fn duration(&self) -> Nanos {
         self.stage.duration + self.then.as_ref().map_or(Nanos::ZERO, |stage| stage.duration)
     }

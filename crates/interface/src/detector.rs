@@ -44,8 +44,9 @@ pub trait Detector<T: Real> {
     /// From the last command's readings to the next step.
     fn step(&mut self, readings: &[Reading<T>]) -> Step<T>;
 
-    /// The outcome of a detection whose last command would end after `limit`, the longest time of a detection: it is not carried
-    /// out. None, as of a detector that cannot order so much: then it is an error of the run.
+    /// Returns the outcome of a detection whose last command would end after `limit`, the longest time of a
+    /// detection: it is not carried out. None, as of a detector that cannot order so much: then it is an error of the
+    /// run.
     fn overdue(&mut self, limit: Nanos) -> Option<Outcome<T>> {
         let _ = limit;
         None

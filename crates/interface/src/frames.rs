@@ -26,7 +26,7 @@ impl Phase {
     /// The three phases in order.
     pub const ALL: [Self; 3] = [Self::A, Self::B, Self::C];
 
-    /// The next phase in positive rotation: a → b → c → a.
+    /// Returns the next phase in positive rotation: a → b → c → a.
     ///
     /// ```
     /// use standstill_interface::Phase;
@@ -43,7 +43,7 @@ impl Phase {
         }
     }
 
-    /// The lower-case letter.
+    /// Returns the lower-case letter.
     pub const fn letter(self) -> char {
         match self {
             Self::A => 'a',
@@ -58,12 +58,12 @@ impl Phase {
 pub struct Abc<T>(pub [T; 3]);
 
 impl<T> Abc<T> {
-    /// Phase by phase.
+    /// Makes the phase by phase.
     pub const fn new(a: T, b: T, c: T) -> Self {
         Self([a, b, c])
     }
 
-    /// Each phase's value through `f`.
+    /// Returns each phase's value through `f`.
     pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> Abc<U> {
         // One by one: the library's loop over an array is not always taken apart.
         let Self([a, b, c]) = self;
@@ -114,7 +114,7 @@ macro_rules! plane_vector {
         }
 
         impl<T: Real> $name<T> {
-            /// Length.
+            /// Returns the length.
             pub fn norm(self) -> T {
                 self.$x.hypot(self.$y)
             }
@@ -205,7 +205,7 @@ impl<T: Real> AlphaBeta<T> {
 }
 
 impl<T: Arithmetic> AlphaBeta<T> {
-    /// Inverse Clarke transform, without zero sequence.
+    /// Returns the inverse Clarke transform, without zero sequence.
     ///
     /// ```
     /// use standstill_interface::AlphaBeta;
@@ -227,7 +227,7 @@ impl<T: Arithmetic> AlphaBeta<T> {
 }
 
 impl<T: Real> Dq<T> {
-    /// Inverse Park transform: out of the frame at the given angle.
+    /// Returns the inverse Park transform: out of the frame at the given angle.
     ///
     /// ```
     /// use standstill_interface::{Angle, Dq};
@@ -244,7 +244,7 @@ impl<T: Real> Dq<T> {
 }
 
 impl<T: Arithmetic> Dq<T> {
-    /// Inverse Park transform with sine and cosine already known.
+    /// Returns the inverse Park transform with sine and cosine already known.
     #[inline(always)]
     pub fn unpark_by(self, sin: T, cos: T) -> AlphaBeta<T> {
         AlphaBeta::new(cos * self.d - sin * self.q, sin * self.d + cos * self.q)

@@ -45,7 +45,7 @@ pub struct PoleEvidence<T> {
 }
 
 impl<T: Real> PoleEvidence<T> {
-    /// Whether it names a pole: exactly then a start is found.
+    /// Returns whether it names a pole: exactly then a start is found.
     ///
     /// ```
     /// use standstill_interface::PoleEvidence;
@@ -316,7 +316,7 @@ pub enum Outcome<T> {
 }
 
 impl<T: Copy> Outcome<T> {
-    /// Values measured on the way.
+    /// Returns the values measured on the way.
     ///
     /// ```
     /// use standstill_interface::{Angle, Findings, Outcome};
@@ -335,7 +335,7 @@ impl<T: Copy> Outcome<T> {
 }
 
 impl<T> Outcome<T> {
-    /// The outcome with this [`Findings::fault_margin`].
+    /// Returns the outcome with this [`Findings::fault_margin`].
     #[must_use]
     pub fn with_fault_margin(mut self, margin: Option<T>) -> Self {
         let (Self::Found { findings, .. } | Self::Axis { findings, .. } | Self::Failed { findings, .. }) =
@@ -346,11 +346,11 @@ impl<T> Outcome<T> {
 }
 
 impl<T: Real> Outcome<T> {
-    /// The evidence in standard deviations that the north pole is at `north`, good to 90°, and not opposite. A simulation
-    /// that knows the pole sees from its sign whether the readings speak for it, and from its distance to the margin
-    /// needed how far a start is from a wrong pole.
+    /// Returns the evidence in standard deviations that the north pole is at `north`, good to 90°, and not opposite.
+    /// A simulation that knows the pole sees from its sign whether the readings speak for it, and from its distance
+    /// to the margin needed how far a start is from a wrong pole.
     ///
-    /// None where there is no evidence, see [`Findings::pole_evidence`].
+    /// None if there is no evidence, see [`Findings::pole_evidence`].
     ///
     /// ```
     /// use standstill_interface::{Angle, Findings, Outcome, PoleEvidence};

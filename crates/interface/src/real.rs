@@ -11,7 +11,7 @@ use crate::Reading;
 pub trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// A constant, rounded to the type's precision.
+    /// Makes a constant, rounded to the type's precision.
     fn of(value: f64) -> Self;
 }
 
@@ -34,7 +34,7 @@ pub trait Arithmetic:
 pub trait Real:
     Arithmetic + Default + FloatCore + FloatConst + core::fmt::Debug + core::fmt::Display + Send + Sync + 'static
 {
-    /// The value in double precision.
+    /// Returns the value in double precision.
     fn to_double(self) -> f64;
 
     /// Square root, which is exact but for the last rounding.
@@ -58,15 +58,15 @@ pub trait Real:
     #[must_use]
     fn tan(self) -> Self;
 
-    /// The angle in rad, from −π/2 to π/2, with this sine.
+    /// Returns the angle in rad, from −π/2 to π/2, with this sine.
     #[must_use]
     fn asin(self) -> Self;
 
-    /// The angle in rad, from 0 to π, with this cosine.
+    /// Returns the angle in rad, from 0 to π, with this cosine.
     #[must_use]
     fn acos(self) -> Self;
 
-    /// The angle in rad, from −π to π, of the point that is this high and `x` to the right.
+    /// Returns the angle in rad, from −π to π, of the point that is this high and `x` to the right.
     #[must_use]
     fn atan2(self, x: Self) -> Self;
 
@@ -94,7 +94,8 @@ pub trait Real:
     #[must_use]
     fn powf(self, exponent: Self) -> Self;
 
-    /// Readings in double precision as readings in this number, where it is double precision itself: they need not be copied then.
+    /// Returns the readings in double precision as readings in this number, where it is double precision itself: they
+    /// need not be copied then.
     #[must_use]
     fn of_doubles(_: &[Reading<f64>]) -> Option<&[Reading<Self>]> {
         None

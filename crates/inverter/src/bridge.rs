@@ -65,7 +65,7 @@ pub const AXES: [AlphaBeta<f64>; 3] = {
 };
 
 impl Bridge {
-    /// The mode of a leg with this current.
+    /// Returns the mode of a leg with this current.
     #[inline]
     fn flowing(&self, gate: Gate, current: f64) -> Conduction {
         let kind = self.devices.kind;
@@ -102,13 +102,13 @@ impl Bridge {
         }
     }
 
-    /// The conduction modes that fit gates and port.
+    /// Returns the conduction modes that fit gates and port.
     ///
-    /// A leg with current conducts in the direction of its current. For legs without, the modes are the
-    /// solution of a complementarity problem: a blocked leg's potential lies within its bounds, a leg that
-    /// starts to conduct has its current rise in its direction. Γ is positive definite, so exactly one
-    /// combination fits, up to ties of measure zero. The bounds of a MOSFET leg whose gate is on are one: it is blocked
-    /// where its current is zero and stays so, and passes through zero from one direction to the other.
+    /// A leg with current conducts in the direction of its current. For legs without, the modes are the solution of a
+    /// complementarity problem: a blocked leg's potential lies within its bounds, a leg that starts to conduct has
+    /// its current rise in its direction. Γ is positive definite, so exactly one combination fits, up to ties of
+    /// measure zero. The bounds of a MOSFET leg whose gate is on are one: it is blocked where its current is zero and
+    /// stays so, and passes through zero from one direction to the other.
     ///
     /// The most frequent combination is tried first, and taken where it fits so well that no other can.
     ///
@@ -145,7 +145,8 @@ impl Bridge {
         likely.unwrap_or_else(|| self.search(gates, port))
     }
 
-    /// The modes where only `leg` is without current: as its potential is within its bounds or beyond one of them.
+    /// Returns the modes where only `leg` is without current: as its potential is within its bounds or beyond one of
+    /// them.
     fn with_one_resting(&self, leg: usize, gates: [Gate; 3], port: &Port) -> Option<Modes> {
         let mut modes = self.all_flowing(gates, port.current);
         modes[leg] = Conduction::Blocked;
@@ -168,7 +169,7 @@ impl Bridge {
         Some(modes)
     }
 
-    /// The modes where no current flows yet: nothing conducts, or it begins through the switches that are on.
+    /// Returns the modes where no current flows yet: nothing conducts, or it begins through the switches that are on.
     fn with_all_resting(&self, gates: [Gate; 3], port: &Port) -> Option<Modes> {
         let (kind, drives) = (self.devices.kind, gates.contains(&Gate::High) && gates.contains(&Gate::Low));
         let modes = gates.map(|gate| match gate {
@@ -179,7 +180,7 @@ impl Bridge {
         (self.fit(gates, modes, [true; 3], port) > CERTAIN).then_some(modes)
     }
 
-    /// All combinations, one after the other: the first that fits, or the one nearest to it.
+    /// Returns all combinations, one after the other: the first that fits, or the one nearest to it.
     fn search(&self, gates: [Gate; 3], port: &Port) -> Modes {
         let mut resting = port.current.map(|current| current == 0.0);
         if resting.iter().filter(|rests| **rests).count() >= 2 {
@@ -291,7 +292,7 @@ impl Bridge {
     }
 }
 
-/// The potential in V at which leg `k` keeps its current, given the two others': `p_k · Γ (C u − e) = 0`.
+/// Returns the potential in V at which leg `k` keeps its current, given the two others': `p_k · Γ (C u − e) = 0`.
 #[inline]
 fn keeping(k: usize, port: &Port, others: [(usize, f64); 2]) -> f64 {
     let row = port.inverse_inductance.times(AXES[k]);

@@ -21,7 +21,7 @@ choice! {
 }
 
 impl DeviceKind {
-    /// The mode when current flows out of the leg into the motor.
+    /// Returns the mode when current flows out of the leg into the motor.
     ///
     /// ```
     /// use standstill_inverter::{Conduction, DeviceKind, Gate};
@@ -40,7 +40,7 @@ impl DeviceKind {
         }
     }
 
-    /// The mode when current flows out of the motor into the leg.
+    /// Returns the mode when current flows out of the motor into the leg.
     pub const fn inflow(self, gate: Gate) -> Conduction {
         match (gate, self) {
             (Gate::Low, _) => Conduction::LowerSwitch,
@@ -104,12 +104,12 @@ impl Conduction {
         }
     }
 
-    /// Whether the current flows through the lower device, where a low-side shunt sees it.
+    /// Returns whether the current flows through the lower device, where a low-side shunt sees it.
     pub const fn is_lower(self) -> bool {
         matches!(self, Self::LowerSwitch | Self::LowerDiode | Self::LowerReverse)
     }
 
-    /// Whether the current flows through the upper device, from or into the positive rail.
+    /// Returns whether the current flows through the upper device, from or into the positive rail.
     pub const fn is_upper(self) -> bool {
         matches!(self, Self::UpperSwitch | Self::UpperDiode | Self::UpperReverse)
     }
@@ -149,7 +149,7 @@ impl Devices {
         }
     }
 
-    /// The clamp of a conducting device; `None` for a blocked leg.
+    /// Returns the clamp of a conducting device; `None` for a blocked leg.
     ///
     /// ```
     /// use standstill_inverter::{Conduction, Devices};

@@ -42,12 +42,12 @@ pub struct DcLink {
 }
 
 impl DcLink {
-    /// A stiff link without ripple.
+    /// Makes a stiff link without ripple.
     pub const fn stiff(voltage: f64) -> Self {
         Self { voltage, ripple: 0.0, ripple_frequency: 300.0, ripple_phase: 0.0, sag: None, storage: None }
     }
 
-    /// The source's voltage in V at time t in s.
+    /// Returns the source's voltage in V at time t in s.
     ///
     /// ```
     /// use standstill_inverter::{DcLink, Sag};
@@ -76,8 +76,8 @@ pub struct Source<T> {
 }
 
 impl<T: Lane> Source<T> {
-    /// A source of this mean voltage in V, with a ripple's amplitude in V, frequency in rad/s and phase in rad, and half the
-    /// depth in V, start in s and rate in 1/s of a sag.
+    /// Makes a source of this mean voltage in V, with a ripple's amplitude in V, frequency in rad/s and phase in rad,
+    /// and half the depth in V, start in s and rate in 1/s of a sag.
     #[inline(always)]
     pub fn at(voltage: T, ripple: Option<[T; 3]>, sag: Option<[T; 3]>, t: T) -> Self {
         let (zero, one) = (T::of(0.0), T::of(1.0));

@@ -30,7 +30,7 @@ pub struct Given {
 }
 
 impl Given {
-    /// A scenario that says nothing.
+    /// Makes a scenario that says nothing.
     pub fn nothing() -> Result<Self, FileError> {
         Ok(Self { document: Document::parse(Path::new("scenario"), "")?, file: None, keys: Vec::new() })
     }
@@ -49,7 +49,7 @@ pub(crate) struct Ready {
 }
 
 impl Ready {
-    /// A trial with what it draws.
+    /// Returns a trial with what it draws.
     pub fn single(&self, trial: u64) -> Result<Arc<Single>, LabError> {
         let mut last = lock(&self.single);
         if let Some(single) = last.as_ref().filter(|single| single.trial == trial) {
@@ -61,7 +61,7 @@ impl Ready {
     }
 }
 
-/// Whether a scenario, at any of its points, has a detector from a library.
+/// Returns whether a scenario, at any of its points, has a detector from a library.
 pub(crate) fn names_library(document: &Document) -> bool {
     let of = |key: &String| key == "detector" || key.starts_with("detector.library");
     let varied = |table: &str| {
@@ -88,18 +88,19 @@ pub struct Bench {
     pub(crate) clouds: Mutex<Clouds>,
 }
 
-/// A thread that panicked has either put something whole in or nothing.
+/// Returns a thread that panicked has either put something whole in or nothing.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A request by its name, with its body in JSON.
+/// Returns a request by its name, with its body in JSON.
 fn body<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, LabError> {
     serde_json::from_str(text).map_err(LabError::request)
 }
 
 impl Bench {
-    /// A lab of this scenario; what the page names of files is read from below the folder alone, without one not at all.
+    /// Makes a lab of this scenario; what the page names of files is read from below the folder alone, without one
+    /// not at all.
     ///
     /// # Errors
     /// A scenario that cannot be run.
@@ -121,12 +122,13 @@ impl Bench {
         self
     }
 
-    /// The folder, if there is one.
+    /// Returns the folder, if there is one.
     pub fn folder(&self) -> Option<&Folder> {
         self.folder.as_ref()
     }
 
-    /// The answer to a request in JSON: `start`, `setting`, `advice`, `pair`, `folder`, `progress`; `detection` has one in bytes.
+    /// Returns the answer to a request in JSON: `start`, `setting`, `advice`, `pair`, `folder`, `progress`;
+    /// `detection` has one in bytes.
     ///
     /// # Errors
     /// Requests that no page makes, and scenarios that cannot be.
@@ -187,7 +189,7 @@ impl Bench {
         }
     }
 
-    /// The scenario of a setting.
+    /// Returns the scenario of a setting.
     pub(crate) fn ready(&self, setting: &Setting) -> Result<Arc<Ready>, LabError> {
         if !setting.is_sensible() {
             return Err(LabError::request("too much is set"));
@@ -233,7 +235,7 @@ impl Bench {
         Ok(ready)
     }
 
-    /// One that is ready, which becomes the one looked at last.
+    /// Returns one that is ready, which becomes the one looked at last.
     fn known(&self, name: &str) -> Option<Arc<Ready>> {
         let mut ready = lock(&self.ready);
         let place = ready.iter().position(|(known, _)| known == name)?;
@@ -242,7 +244,7 @@ impl Bench {
         ready.last().map(|(_, ready)| Arc::clone(ready))
     }
 
-    /// The document of a scenario by its name in the lab.
+    /// Returns the document of a scenario by its name in the lab.
     fn document(&self, name: &str) -> Result<Document, LabError> {
         match (name, &self.folder) {
             ("", _) => Ok(self.given.document.clone()),

@@ -111,14 +111,14 @@ impl Filling {
         self.kept.len() as u64 >= self.trials
     }
 
-    /// The statistics so far as a frame.
+    /// Returns the statistics so far as a frame.
     fn summary(&self) -> Vec<u8> {
         let summary = self.statistics.summary();
         let text = json!({ "in_words": in_words(&summary), "summary": summary, "all": self.trials });
         frame(0, text.to_string().as_bytes())
     }
 
-    /// The next trials in this thread; their frames, and none once all are there.
+    /// Returns the next trials in this thread; their frames, and none once all are there.
     ///
     /// # Errors
     /// A trial that cannot be run.
@@ -155,7 +155,7 @@ impl Filling {
     }
 }
 
-/// All of it, on all cores.
+/// Returns all of it, on all cores.
 pub(crate) fn run(
     bench: &Bench,
     request: &CloudRequest,

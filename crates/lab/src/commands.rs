@@ -13,7 +13,7 @@ pub(crate) struct Written {
 /// The name under which the page's scenario is saved where it has no file of its own.
 pub(crate) const SAVED: &str = "scenario.toml";
 
-/// A word that a shell leaves as it is.
+/// Returns a word that a shell leaves as it is.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:%+@".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

@@ -16,7 +16,7 @@ pub(crate) struct Control {
     choices: Vec<(&'static str, &'static str)>,
 }
 
-/// All of them but the motor's own, which differ from motor to motor, and texts.
+/// Returns all of them but the motor's own, which differ from motor to motor, and texts.
 pub(crate) fn controls() -> Vec<Control> {
     keys().filter_map(control).collect()
 }

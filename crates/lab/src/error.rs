@@ -17,7 +17,7 @@ pub struct LabError {
 }
 
 impl LabError {
-    /// A request that the page never makes.
+    /// Makes a request that the page never makes.
     pub fn request(message: impl fmt::Display) -> Self {
         Self { key: None, message: format!("not a request of the lab: {message}") }
     }

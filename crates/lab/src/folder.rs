@@ -38,7 +38,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// A folder that is there.
+    /// Returns a folder that is there.
     ///
     /// # Errors
     /// Those of the operating system.
@@ -55,7 +55,7 @@ impl Folder {
         &self.path
     }
 
-    /// A path of something in it, wherever symbolic links lead.
+    /// Returns a path of something in it, wherever symbolic links lead.
     ///
     /// # Errors
     /// A path that leads elsewhere, or nowhere: one error for both.
@@ -68,7 +68,7 @@ impl Folder {
         if path.starts_with(&self.path) { Ok(path) } else { Err(missing()) }
     }
 
-    /// The folder of a run in it, whose files are files: a link may lead elsewhere, and a pipe never ends.
+    /// Returns the folder of a run in it, whose files are files: a link may lead elsewhere, and a pipe never ends.
     ///
     /// # Errors
     /// Those of [`Folder::inside`], for both.
@@ -86,7 +86,7 @@ impl Folder {
         }
     }
 
-    /// A scenario of the folder, which reads no file elsewhere.
+    /// Returns a scenario of the folder, which reads no file elsewhere.
     pub(crate) fn document(&self, name: &str) -> Result<Document, LabError> {
         let path = self.inside(name)?;
         if path.extension().is_none_or(|extension| extension != "toml") {
@@ -103,7 +103,7 @@ impl Folder {
         Ok(document)
     }
 
-    /// The scenarios that can be opened, by their paths.
+    /// Returns the scenarios that can be opened, by their paths.
     pub(crate) fn scenarios(&self) -> Vec<String> {
         let entries = self.entries();
         let scenarios = entries.iter().filter(|entry| entry["kind"] == "scenario");
@@ -196,7 +196,7 @@ impl Followed {
     }
 }
 
-/// A journal from its beginning.
+/// Returns a journal from its beginning.
 fn follow(path: &Path) -> Result<Followed, LabError> {
     let rows = Rows::open(path).map_err(LabError::of)?;
     let file = Document::parse(Path::new("scenario"), &rows.identity().scenario)?.load()?;
@@ -204,7 +204,7 @@ fn follow(path: &Path) -> Result<Followed, LabError> {
     Ok(Followed { rows, statistics: Statistics::with_limit(limit), point: 0, length: 0 })
 }
 
-/// The journals in a folder.
+/// Returns the journals in a folder.
 fn journals(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<PathBuf> = entries
@@ -223,7 +223,7 @@ fn seconds_ago(path: &Path) -> Option<f64> {
     Some(SystemTime::now().duration_since(changed).map_or(0.0, |time| time.as_secs_f64()))
 }
 
-/// Whether a file is a scenario and not a data sheet or something else in TOML.
+/// Returns whether a file is a scenario and not a data sheet or something else in TOML.
 fn is_scenario(path: &Path) -> bool {
     Document::read(path).is_ok_and(|document| document.load().is_ok())
 }

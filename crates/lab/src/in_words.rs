@@ -9,7 +9,7 @@ fn typeset(text: &str) -> String {
     text.replace('-', "−")
 }
 
-/// A value in this unit with its interval.
+/// Returns a value in this unit with its interval.
 fn interval(of: Estimate, unit: &str) -> String {
     if of.value.is_nan() {
         return "–".to_owned();

@@ -162,7 +162,7 @@ impl Server {
         respond(stream, &reply)
     }
 
-    /// A file of the page, or the report of a run.
+    /// Returns a file of the page, or the report of a run.
     fn page(&self, path: &str) -> Reply {
         if let Some(name) = path.strip_prefix("report/") {
             let Some(folder) = self.bench.folder() else { return Reply::text(404, "the lab has no folder") };
@@ -179,7 +179,7 @@ impl Server {
         }
     }
 
-    /// A cloud, in pieces as they come.
+    /// Returns a cloud, in pieces as they come.
     fn cloud(&self, stream: &mut TcpStream, wanted: &CloudRequest) -> std::io::Result<()> {
         let stop = self.replaced(&wanted.slot);
         reply::begin(stream)?;

@@ -26,12 +26,12 @@ impl Setting {
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Whether it is of a size that a page may send.
+    /// Returns whether it is of a size that a page may send.
     pub fn is_sensible(&self) -> bool {
         self.set.iter().map(|(key, value)| key.len() + value.len() + 8).sum::<usize>() <= MOST
     }
 
-    /// The setting without a key.
+    /// Returns the setting without a key.
     #[must_use]
     pub fn without(&self, key: &str) -> Self {
         let mut other = self.clone();

@@ -102,14 +102,14 @@ pub(crate) fn answer(bench: &Bench, request: &Request) -> Result<serde_json::Val
     }))
 }
 
-/// The scenario as a file, with so many trials.
+/// Returns the scenario as a file, with so many trials.
 fn toml(ready: &Ready, trials: u64) -> Result<String, LabError> {
     let mut file = ready.plan.file().clone();
     file.trials = trials;
     Ok(file.text()?)
 }
 
-/// Effective value of a key.
+/// Returns the effective value of a key.
 fn value(key: &str, ready: &Ready, file: &ScenarioFile) -> Option<Value> {
     ready.scenario.value(key).or_else(|| match key {
         "errors" => Some(file.errors.0.name().into()),
@@ -125,7 +125,7 @@ fn value(key: &str, ready: &Ready, file: &ScenarioFile) -> Option<Value> {
     })
 }
 
-/// Whether the scenario has such a thing.
+/// Returns whether the scenario has such a thing.
 fn is_there(key: &Key, has_value: bool, ready: &Ready) -> bool {
     let detector = &ready.scenario.detector;
     match key.path.strip_prefix("detector.") {
@@ -139,7 +139,7 @@ fn is_there(key: &Key, has_value: bool, ready: &Ready) -> bool {
     }
 }
 
-/// A value with the unit that suits it.
+/// Returns a value with the unit that suits it.
 fn text(value: &Value, key: &Key) -> String {
     let (Values::Number { unit, share }, Some(number)) = (key.values(), number(value)) else {
         return written(value);
@@ -188,7 +188,7 @@ fn slider(key: &Key, default: Option<&Value>, now: Option<&Value>, motor: &Motor
     Some([low, high])
 }
 
-/// The next of 1, 2, 5, 10, … above.
+/// Returns the next of 1, 2, 5, 10, … above.
 fn nice(value: f64) -> f64 {
     let power = standstill_quantity::magnitude(value).unwrap_or(0);
     [1.0, 2.0, 5.0, 10.0]

@@ -39,14 +39,14 @@ pub trait Lane:
     /// Where this number is the larger one.
     fn above(self, other: Self) -> Self::Mask;
 
-    /// The smaller of two numbers; where `other` is not a number, this one.
+    /// Returns the smaller of two numbers; where `other` is not a number, this one.
     #[inline(always)]
     #[must_use]
     fn least(self, other: Self) -> Self {
         Self::choose(self.above(other), other, self)
     }
 
-    /// The larger of two numbers; where `other` is not a number, this one.
+    /// Returns the larger of two numbers; where `other` is not a number, this one.
     #[inline(always)]
     #[must_use]
     fn greatest(self, other: Self) -> Self {
@@ -60,7 +60,7 @@ pub trait Lane:
     #[must_use]
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
-    /// Whether the mask holds anywhere.
+    /// Returns whether the mask holds anywhere.
     fn any(mask: Self::Mask) -> bool;
 }
 

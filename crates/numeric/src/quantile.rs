@@ -1,7 +1,7 @@
 //! Where a quantile stands among sorted values.
 
-/// The place, counted from 0, of the quantile `share` among `count` sorted values: the least value that at least this share of them
-/// does not exceed. None among none.
+/// Returns the place, counted from 0, of the quantile `share` among `count` sorted values: the least value that at
+/// least this share of them does not exceed. None among none.
 ///
 /// ```
 /// use standstill_numeric::rank;

@@ -1,10 +1,10 @@
 //! Where a function of one number is zero.
 
-/// A zero of `f` between two places, at the lower of which it is at most zero and at the upper one at least: to the last bits
-/// of the larger of both. None where `f` is none on the way.
+/// Returns a zero of `f` between two places, at the lower of which it is at most zero and at the upper one at least:
+/// to the last bits of the larger of both. None if `f` is none on the way.
 ///
-/// By interpolation, truncation and projection (Oliveira and Takahashi, DOI 10.1145/3423597): as many evaluations as halving at most,
-/// and one more; some ten where `f` is smooth.
+/// By interpolation, truncation and projection (Oliveira and Takahashi, DOI 10.1145/3423597): as many evaluations as
+/// halving at most, and one more; some ten where `f` is smooth.
 ///
 /// ```
 /// use standstill_numeric::root;

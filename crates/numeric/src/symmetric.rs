@@ -36,7 +36,7 @@ impl<T: Arithmetic> Symmetric<T> {
         self.xx * self.yy - self.xy * self.xy
     }
 
-    /// Inverse; the matrix must not be singular.
+    /// Returns the inverse; the matrix must not be singular.
     #[inline(always)]
     #[must_use]
     pub fn inverse(self) -> Self {
@@ -71,12 +71,12 @@ impl<T: Arithmetic> Symmetric<T> {
 }
 
 impl Symmetric {
-    /// Whether both eigenvalues are positive.
+    /// Returns whether both eigenvalues are positive.
     pub fn is_positive_definite(self) -> bool {
         self.xx > 0.0 && self.determinant() > 0.0
     }
 
-    /// The smaller eigenvalue.
+    /// Returns the smaller eigenvalue.
     pub fn smaller_eigenvalue(self) -> f64 {
         let (mean, half) = ((self.xx + self.yy) / 2.0, (self.xx - self.yy) / 2.0);
         mean - hypot(half, self.xy)

@@ -140,7 +140,7 @@ pub struct Run {
     pub plain_hits: u32,
 }
 
-/// Estimates `P(value > 0)` by one run of subset simulation; runs with different numbers are independent.
+/// Returns the estimates `P(value > 0)` by one run of subset simulation; runs with different numbers are independent.
 ///
 /// # Errors
 /// Errors of the system; an interruption.

@@ -138,7 +138,7 @@ impl DataSheet {
         Ok(Self { assumed, ..sheet })
     }
 
-    /// Numbers that a nameplate left out, with the values assumed for them.
+    /// Returns the numbers that a nameplate left out, with the values assumed for them.
     pub fn assumed(&self) -> &[Entry] {
         &self.assumed
     }
@@ -165,17 +165,17 @@ impl DataSheet {
         &self.tables.name
     }
 
-    /// The tables of the file, to be changed; [`Self::motor`] judges them.
+    /// Returns the tables of the file, to be changed; [`Self::motor`] judges them.
     pub const fn tables_mut(&mut self) -> &mut Sheet {
         &mut self.tables
     }
 
-    /// Description of the motor, in a line.
+    /// Returns the description of the motor, in a line.
     pub fn title(&self) -> &str {
         &self.tables.title
     }
 
-    /// Notes for the motor's user.
+    /// Returns the notes for the motor's user.
     pub fn notes(&self) -> &str {
         &self.tables.notes
     }

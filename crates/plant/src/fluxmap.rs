@@ -128,7 +128,8 @@ enum Bent {
     Surface(Dq<f64>),
 }
 
-/// The energy itself where its surface is convex, or the nearest one whose surface is; the last that was tried if none is.
+/// Returns the energy itself where its surface is convex, or the nearest one whose surface is; the last that was
+/// tried if none is.
 fn convex(
     fit: &project::Fit,
     lambda: f64,
@@ -153,12 +154,13 @@ fn convex(
 }
 
 impl FluxMap {
-    /// The map that the samples of a file make.
+    /// Returns the map that the samples of a file make.
     pub fn new(samples: &MapSamples) -> Result<(Self, MapReport), MapError> {
         Self::made(samples, false)
     }
 
-    /// A map continued by algebraic cores that were fitted to it, where its file has one side of the d-axis only.
+    /// Returns a map continued by algebraic cores that were fitted to it, where its file has one side of the d-axis
+    /// only.
     pub fn continued(samples: &MapSamples) -> Result<(Self, MapReport), MapError> {
         Self::made(samples, true)
     }

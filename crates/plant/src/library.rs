@@ -22,7 +22,7 @@ const FILES: [(&str, &str); 16] = [
     ("hub-hoverboard", include_str!("../motors/hub-hoverboard.toml")),
 ];
 
-/// Names of the built-in motors.
+/// Returns the names of the built-in motors.
 ///
 /// ```
 /// use standstill_plant::{built_in, built_in_names};
@@ -35,7 +35,7 @@ pub fn built_in_names() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(name, _)| *name)
 }
 
-/// A built-in motor by name; `None` if there is none of that name.
+/// Returns a built-in motor by name; `None` if there is none of that name.
 ///
 /// ```
 /// use standstill_plant::built_in;
@@ -54,12 +54,12 @@ fn built_in_sheet(name: &str) -> Option<Result<DataSheet, MotorError>> {
 }
 
 impl DataSheet {
-    /// The text of a built-in motor's data sheet; `None` if there is none of that name.
+    /// Returns the text of a built-in motor's data sheet; `None` if there is none of that name.
     pub fn built_in_text(name: &str) -> Option<&'static str> {
         FILES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
     }
 
-    /// The data sheet of a built-in motor; `None` if there is none of that name.
+    /// Makes the data sheet of a built-in motor; `None` if there is none of that name.
     pub fn built_in(name: &str) -> Option<Self> {
         built_in_sheet(name)?.ok()
     }

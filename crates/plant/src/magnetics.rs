@@ -53,21 +53,21 @@ pub trait Magnetics {
     /// W in J per 3/2 (multiply by 3/2 for the physical energy).
     fn energy(&self, flux: Dq<f64>) -> f64;
 
-    /// The current `∂W/∂ψ` in A and the inverse incremental inductance `∂²W/∂ψ²` in 1/H.
+    /// Returns the current `∂W/∂ψ` in A and the inverse incremental inductance `∂²W/∂ψ²` in 1/H.
     fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric);
 
-    /// Whether the energy has a kink in a higher derivative where ψ_d, or ψ_q, crosses zero, so that an integrator
-    /// must not step across. Terms such as |ψ|ψ make one; they are smooth on either side.
+    /// Returns whether the energy has a kink in a higher derivative where ψ_d, or ψ_q, crosses zero, so that an
+    /// integrator must not step across. Terms such as |ψ|ψ make one; they are smooth on either side.
     fn kinks(&self) -> [bool; 2] {
         [false; 2]
     }
 
-    /// The current in A alone.
+    /// Returns the current in A alone.
     fn current(&self, flux: Dq<f64>) -> Dq<f64> {
         self.current_and_inverse_inductance(flux).0
     }
 
-    /// The flux in Wb at which the given current in A flows, by damped Newton iteration from zero flux.
+    /// Returns the flux in Wb at which the given current in A flows, by damped Newton iteration from zero flux.
     ///
     /// # Errors
     /// [`NoConvergence`] where the core has no such state, which a convex energy cannot cause.
@@ -78,13 +78,13 @@ pub trait Magnetics {
         })
     }
 
-    /// A flux in Wb to which this core's rounding is in proportion, also where its flux is zero. A formula is exact
-    /// there.
+    /// Returns a flux in Wb to which this core's rounding is in proportion, also where its flux is zero. A formula is
+    /// exact there.
     fn flux_scale(&self) -> f64 {
         0.0
     }
 
-    /// A flux in Wb near that of a current in A, where the search for it begins.
+    /// Returns a flux in Wb near that of a current in A, where the search for it begins.
     fn near(&self, _current: Dq<f64>) -> Dq<f64> {
         Dq::new(0.0, 0.0)
     }
@@ -96,9 +96,9 @@ pub trait Magnetics {
     }
 }
 
-/// The flux at which `current` flows, by damped Newton iteration from `flux`; `at` gives W, its gradient and its
-/// Hessian. What counts as near is in proportion to the fluxes on the way and to `scale`, both in Wb: there are machines
-/// of milliamperes and of megaamperes.
+/// Returns the flux at which `current` flows, by damped Newton iteration from `flux`; `at` gives W, its gradient and
+/// its Hessian. What counts as near is in proportion to the fluxes on the way and to `scale`, both in Wb: there are
+/// machines of milliamperes and of megaamperes.
 fn newton(
     current: Dq<f64>,
     mut flux: Dq<f64>,

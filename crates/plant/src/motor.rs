@@ -46,7 +46,7 @@ pub struct Ratings {
 }
 
 impl Motor {
-    /// The motor with a linear core, without harmonics, eddy currents and hysteresis: the winding of
+    /// Returns the motor with a linear core, without harmonics, eddy currents and hysteresis: the winding of
     /// equations (1) and (2) alone.
     ///
     /// ```
@@ -66,19 +66,20 @@ impl Motor {
         Self { magnetics, ..self.clone() }
     }
 
-    /// Whether there is a magnet, and with it a north pole. Of a formula its data sheet says so, of a map
+    /// Returns whether there is a magnet, and with it a north pole. Of a formula its data sheet says so, of a map
     /// [`crate::FluxMap::has_magnet`].
     pub fn has_magnet(&self) -> bool {
         self.magnet_flux != 0.0
     }
 
-    /// Whether anything is known of the core's saturation, without which its poles cannot be distinguished. A core that is
-    /// stated not to saturate is known.
+    /// Returns whether anything is known of the core's saturation, without which its poles cannot be distinguished. A
+    /// core that is stated not to saturate is known.
     pub fn saturation_is_known(&self) -> bool {
         !matches!(self.magnetics.core(), Core::Linear(_))
     }
 
-    /// Knowledge of which pole draws more current; of a map that was continued along d, only what all cores say that fit it.
+    /// Returns the knowledge of which pole draws more current; of a map that was continued along d, only what all
+    /// cores say that fit it.
     pub fn pole_knowledge(&self) -> PoleKnowledge {
         if !self.saturation_is_known() {
             return PoleKnowledge::NotGiven;
@@ -86,13 +87,13 @@ impl Motor {
         self.magnetics.map().map_or(PoleKnowledge::Known, |map| map.pole(self.rated_current))
     }
 
-    /// Caveat for all results, where its map is too coarse.
+    /// Returns the caveat for all results, where its map is too coarse.
     pub fn map_note(&self) -> Option<String> {
         self.magnetics.map().and_then(FluxMap::note).map(|note| format!("the motor's map is {note}"))
     }
 
-    /// Electromagnetic torque in N·m: `3/2 p (ψ × i − ∂W/∂θ)`, with the current i in A into the terminals and the
-    /// slope ∂W/∂θ of [`MagneticCircuit::state`]. Cogging is another energy and comes on top.
+    /// Returns the electromagnetic torque in N·m: `3/2 p (ψ × i − ∂W/∂θ)`, with the current i in A into the terminals
+    /// and the slope ∂W/∂θ of [`MagneticCircuit::state`]. Cogging is another energy and comes on top.
     ///
     /// ```
     /// use standstill_interface::Dq;
@@ -110,25 +111,26 @@ impl Motor {
         (flux.d * current.q - flux.q * current.d - energy_slope) * (1.5 * f64::from(self.pole_pairs))
     }
 
-    /// Torque in N·m from slots, without current, at electrical angle θ in rad.
+    /// Returns the torque in N·m from slots, without current, at electrical angle θ in rad.
     #[inline(always)]
     pub fn cogging<T: Lane>(&self, angle: T) -> T {
         if let Some(cogging) = &self.rotor.cogging { cogging.at(angle) } else { T::of(0.0) }
     }
 
-    /// Energy in J of the field at a flux in Wb in the rotor's plane, which eddy currents lag behind by `lag` in Wb.
+    /// Returns the energy in J of the field at a flux in Wb in the rotor's plane, which eddy currents lag behind by
+    /// `lag` in Wb.
     pub fn field_energy(&self, flux: Dq<f64>, lag: Dq<f64>, angle: f64) -> f64 {
         let eddy = self.magnetics.eddy(lag).map_or(0.0, |eddy| eddy.current.dot(lag) / 2.0);
         let cogging = self.rotor.cogging.map_or(0.0, |cogging| cogging.energy(angle, self.pole_pairs));
         1.5 * (self.magnetics.energy(flux, Heading::of(angle)) + eddy) + cogging
     }
 
-    /// The electrical angle in rad at which a free rotor stands that was let go at `angle`: there, if friction holds
-    /// it against cogging and load (in N·m); else where it comes to rest after it has slid and swung. None if nothing
-    /// stops it, as when a load overhauls it.
+    /// Returns the electrical angle in rad at which a free rotor stands that was let go at `angle`: there, if
+    /// friction holds it against cogging and load (in N·m); else where it comes to rest after it has slid and swung.
+    /// None if nothing stops it, as when a load overhauls it.
     ///
-    /// Work of cogging and load less that of sliding friction is kinetic energy; the rotor turns back where
-    /// none is left and stays there if stiction holds it. Viscous friction is left out.
+    /// Work of cogging and load less that of sliding friction is kinetic energy; the rotor turns back where none is
+    /// left and stays there if stiction holds it. Viscous friction is left out.
     pub fn standing_angle(&self, angle: f64, load_torque: f64) -> Option<f64> {
         let stiction = self.rotor.friction.stiction;
         let net = |angle: f64| self.cogging(angle) - load_torque;
@@ -162,7 +164,7 @@ impl Motor {
 /// Swings after which a rotor counts as hardly damped.
 const MOST_SWINGS: usize = 1000;
 
-/// The first place where something holds on the way from `from`, where it does not, over `way`.
+/// Returns the first place where something holds on the way from `from`, where it does not, over `way`.
 fn first(from: f64, way: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     let at = |n: i32| from + way * f64::from(n) / 720.0;
     let n = (1..=720).find(|n| holds(at(*n)))?;

@@ -110,7 +110,8 @@ impl Numbers {
         (self.inductance[0] * self.inductance[1]).sqrt()
     }
 
-    /// Torque in N m of rated current, without saturation: of the magnet alone, and the most that any angle of the current gives.
+    /// Returns the torque in N m of rated current, without saturation: of the magnet alone, and the most that any
+    /// angle of the current gives.
     fn torque(&self) -> [f64; 2] {
         let [l_d, l_q] = self.inductance;
         let of = |share: f64| {
@@ -122,7 +123,7 @@ impl Numbers {
         [of(0.0), most]
     }
 
-    /// All that follows from what is known.
+    /// Returns all that follows from what is known.
     fn checks(&self) -> Vec<Check> {
         let mut checks = vec![];
         let mut check = |value: f64, range: [f64; 2], usual: (f64, f64), said| {
@@ -255,7 +256,7 @@ impl Numbers {
     }
 }
 
-/// A ratio in words.
+/// Returns a ratio in words.
 fn times(x: f64) -> String {
     let digits = if x >= 100.0 { format!("{x:.0}") } else { format!("{x:.2}") };
     let digits = if x < 0.01 { format!("{x:.1e}") } else { digits };

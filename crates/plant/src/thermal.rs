@@ -53,11 +53,11 @@ pub struct TemperatureError {
 }
 
 impl Motor {
-    /// The motor at other temperatures: resistance and open-circuit flux change in proportion to the distance
+    /// Returns the motor at other temperatures: resistance and open-circuit flux change in proportion to the distance
     /// from the reference, the cogging torque with the square of the flux. The iron stays as it is.
     ///
-    /// The temperatures become the references, with coefficients in proportion to what the numbers are there: it does not
-    /// matter by which temperatures a motor came to one.
+    /// The temperatures become the references, with coefficients in proportion to what the numbers are there: it does
+    /// not matter by which temperatures a motor came to one.
     ///
     /// ```
     /// use standstill_plant::{Temperature, built_in};

@@ -23,8 +23,8 @@ pub struct Winding {
 }
 
 impl Winding {
-    /// The winding without leakage that a map looks like without current, and its magnet's flux in Wb: exactly zero if
-    /// it has none.
+    /// Returns the winding without leakage that a map looks like without current, and its magnet's flux in Wb:
+    /// exactly zero if it has none.
     pub fn of_map(map: &FluxMap) -> (Self, f64) {
         let rest = map.flux_at(Dq::new(0.0, 0.0)).unwrap_or(Dq::new(0.0, 0.0));
         let l = map.current_and_inverse_inductance(rest).1.inverse();
@@ -33,12 +33,12 @@ impl Winding {
         (winding, if map.has_magnet() { rest.d } else { 0.0 })
     }
 
-    /// The 3×3 inductance matrix in H at electrical angle θ in rad, equations (1) and (2), with the leakage on
-    /// the diagonal.
+    /// Returns the 3×3 inductance matrix in H at electrical angle θ in rad, equations (1) and (2), with the leakage
+    /// on the diagonal.
     ///
-    /// Without leakage, as printed in the paper, it is singular: equal currents in all phases make no air-gap
-    /// flux. Nothing here inverts it; the star connection leaves only the αβ plane, where
-    /// [`Winding::d_axis_inductance`] and [`Winding::q_axis_inductance`] are positive.
+    /// Without leakage, as printed in the paper, it is singular: equal currents in all phases make no air-gap flux.
+    /// Nothing here inverts it; the star connection leaves only the αβ plane, where [`Winding::d_axis_inductance`]
+    /// and [`Winding::q_axis_inductance`] are positive.
     ///
     /// ```
     /// use standstill_plant::Winding;
@@ -68,7 +68,7 @@ impl Winding {
         )
     }
 
-    /// Inductance in H between two terminals with the third open, equation (3): L_xx + L_yy − 2 M_xy.
+    /// Returns the inductance in H between two terminals with the third open, equation (3): L_xx + L_yy − 2 M_xy.
     pub fn line_inductance(&self, from: Phase, to: Phase, angle: f64) -> f64 {
         let l = self.inductance_matrix(angle);
         let (x, y) = (from as usize, to as usize);
@@ -114,11 +114,11 @@ impl Winding {
     }
 }
 
-/// The rotor angle in rad, modulo π, from the three line inductances: equation (7) read as a four-quadrant
+/// Returns the rotor angle in rad, modulo π, from the three line inductances: equation (7) read as a four-quadrant
 /// arctangent, for a motor whose L_B has the sign of `saliency_sign`.
 ///
-/// Equation (7) as printed takes L_B > 0; for a motor with interior magnets (L_B < 0) both components of (6)
-/// change sign, and the printed formula would give the q-axis.
+/// Equation (7) as printed takes L_B > 0; for a motor with interior magnets (L_B < 0) both components of (6) change
+/// sign, and the printed formula would give the q-axis.
 pub fn rotor_angle_from_lines(lines: Abc<f64>, saliency_sign: f64) -> f64 {
     let Abc([ab, bc, ca]) = lines;
     let sine = 3.0_f64.sqrt() * (ca - ab) * saliency_sign.signum();

@@ -60,8 +60,8 @@ impl Estimate {
         ways.into_iter().find(|way| !way.is_nan()).unwrap_or(f64::NAN)
     }
 
-    /// The power of ten of the last digit that the interval supports. Without interval it is the value's second digit, and the
-    /// third where it has no width; none of a zero that has none.
+    /// Returns the power of ten of the last digit that the interval supports. Without interval it is the value's
+    /// second digit, and the third where it has no width; none of a zero that has none.
     pub fn last_place(self) -> Option<i32> {
         let half = self.half();
         if half > 0.0 && half.is_finite() {
@@ -77,13 +77,14 @@ impl Estimate {
         usize::try_from((-self.last_place().unwrap_or(0)).clamp(0, MOST)).unwrap_or(0)
     }
 
-    /// Value, lower and upper end in the digits that the interval supports; empty where there is no number.
+    /// Returns the value, lower and upper end in the digits that the interval supports; empty where there is no
+    /// number.
     pub fn texts(self) -> [String; 3] {
         let decimals = self.decimals();
         [self.value, self.low, self.high].map(|x| if x.is_nan() { String::new() } else { fixed(x, decimals) })
     }
 
-    /// The value in the digits that its interval supports, without it; a dash for what is not known.
+    /// Returns the value in the digits that its interval supports, without it; a dash for what is not known.
     pub fn alone(self) -> String {
         let [value, ..] = self.texts();
         if value.is_empty() { "–".to_owned() } else { value }
@@ -101,7 +102,7 @@ impl fmt::Display for Estimate {
     }
 }
 
-/// A number with so many decimals, without a sign where only zeros are left.
+/// Returns a number with so many decimals, without a sign where only zeros are left.
 ///
 /// ```
 /// use standstill_quantity::fixed;
@@ -116,7 +117,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// Upper end of a share's interval in per cent, with two digits, as the interval prints it.
+/// Returns the upper end of a share's interval in per cent, with two digits, as the interval prints it.
 ///
 /// ```
 /// assert_eq!(standstill_quantity::at_most(3.6889e-6), "0.00037");

@@ -3,7 +3,7 @@
 use crate::prefix::PREFIXES;
 use crate::unit::{Degree, Dimension, Unit};
 
-/// The power of ten of a number's first digit; none of zero and of what is not a normal number.
+/// Returns the power of ten of a number's first digit; none of zero and of what is not a normal number.
 ///
 /// ```
 /// use standstill_quantity::magnitude;
@@ -18,7 +18,7 @@ fn exponent(text: &str) -> Option<i32> {
     text.split_once('e')?.1.parse().ok()
 }
 
-/// A number times a power of ten, in twelve digits, which hide what arithmetic rounds.
+/// Returns a number times a power of ten, in twelve digits, which hide what arithmetic rounds.
 ///
 /// ```
 /// use standstill_quantity::rounded;
@@ -38,13 +38,13 @@ pub fn decimals(usual: usize, largest: f64) -> usize {
     usual.max(usize::try_from(2 - magnitude).unwrap_or(0)).min(usize::try_from(6 - magnitude).unwrap_or(0))
 }
 
-/// One number, see [`decimals`].
+/// Returns one number, see [`decimals`].
 pub fn number(usual: usize, value: f64) -> String {
     // Adding zero turns −0 into 0.
     format!("{:.*}", decimals(usual, value), value + 0.0)
 }
 
-/// A number that was computed, for people: six digits at most, and no zeros at their end.
+/// Returns a number that was computed, for people: six digits at most, and no zeros at their end.
 ///
 /// ```
 /// use standstill_quantity::short;
@@ -70,8 +70,8 @@ impl Scale {
         Self { unit: "%".to_owned(), power: -2 }
     }
 
-    /// The unit in which the largest value has one to three digits before the point. Angles and temperatures have no
-    /// prefixes.
+    /// Makes the unit in which the largest value has one to three digits before the point. Angles and temperatures
+    /// have no prefixes.
     ///
     /// ```
     /// use standstill_quantity::Scale;
@@ -91,13 +91,13 @@ impl Scale {
         Self { unit: format!("{}{symbol}", prefix.symbol), power: prefix.power }
     }
 
-    /// A value in SI, in this unit.
+    /// Returns a value in SI, in this unit.
     pub fn number(&self, value: f64) -> f64 {
         rounded(value, -self.power)
     }
 }
 
-/// Values in the unit that suits the largest of them, in four digits.
+/// Returns the values in the unit that suits the largest of them, in four digits.
 ///
 /// ```
 /// assert_eq!(standstill_quantity::listed(&[0.012_345_6, -0.003, 0.0], "A"), "12.35, -3, 0 mA");

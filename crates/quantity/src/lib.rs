@@ -45,7 +45,7 @@ impl<U: Unit> Quantity<U> {
         Self(value, PhantomData)
     }
 
-    /// The value in the SI unit.
+    /// Returns the value in the SI unit.
     pub const fn value(self) -> f64 {
         self.0
     }

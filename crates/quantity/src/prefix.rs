@@ -27,7 +27,7 @@ pub(crate) static PREFIXES: [Prefix; 7] = [
 ];
 
 impl Prefix {
-    /// The power of ten of a prefix in whichever spelling.
+    /// Returns the power of ten of a prefix in whichever spelling.
     pub(crate) fn power_of(text: &str) -> Option<i32> {
         PREFIXES.iter().find(|prefix| prefix.spellings().any(|spelling| spelling == text)).map(|p| p.power)
     }
@@ -42,13 +42,13 @@ impl Prefix {
     }
 }
 
-/// The prefixes as one types them, with blanks between.
+/// Returns the prefixes as one types them, with blanks between.
 pub(crate) fn typed() -> String {
     let typed: Vec<_> = PREFIXES.iter().map(Prefix::typed).filter(|prefix| !prefix.is_empty()).collect();
     typed.join(" ")
 }
 
-/// All spellings of all prefixes, each one character.
+/// Returns all spellings of all prefixes, each one character.
 pub(crate) fn spellings() -> String {
     PREFIXES.iter().flat_map(Prefix::spellings).collect()
 }

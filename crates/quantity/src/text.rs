@@ -32,7 +32,7 @@ impl fmt::Display for QuantityError {
 
 impl std::error::Error for QuantityError {}
 
-/// The number that a text begins with, and the rest, without blanks around them.
+/// Returns the number that a text begins with, and the rest, without blanks around them.
 ///
 /// "1e-3 m" cannot be mistaken for an exponent because units have letters.
 ///
@@ -47,7 +47,7 @@ pub fn split(text: &str) -> (&str, &str) {
 }
 
 impl Dimension {
-    /// The value of a text in the SI unit.
+    /// Returns the value of a text in the SI unit.
     pub(crate) fn parse(&self, text: &str) -> Result<f64, QuantityError> {
         let error = || QuantityError { found: text.to_owned(), dimension: *self };
         let (number, unit) = split(text);
@@ -62,7 +62,7 @@ impl Dimension {
         value.ok().filter(|value: &f64| value.is_finite()).ok_or_else(error)
     }
 
-    /// The power of ten of the SI unit that one of this unit is; none of another dimension's.
+    /// Returns the power of ten of the SI unit that one of this unit is; none of another dimension's.
     fn power(&self, unit: &str) -> Option<i32> {
         if unit.is_empty() {
             return Some(0);
@@ -73,7 +73,7 @@ impl Dimension {
         self.spellings().find_map(|symbol| Prefix::power_of(unit.strip_suffix(symbol)?))
     }
 
-    /// A value in SI as the field writes it.
+    /// Returns a value in SI as the field writes it.
     pub(crate) fn write(&self, value: f64, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let power = Prefix::power_of(self.usual).unwrap_or(0);
         let scaled = rounded(value, -power);
@@ -86,13 +86,14 @@ impl Dimension {
     }
 }
 
-/// The value of a number with whatever unit: in SI, temperatures in °C, angles in degrees, shares as such. `None` of a text
-/// that is no quantity of any dimension known here.
+/// Returns the value of a number with whatever unit: in SI, temperatures in °C, angles in degrees, shares as such.
+/// `None` of a text that is no quantity of any dimension known here.
 pub fn si_value(text: &str) -> Option<f64> {
     any_quantity(text).map(|(value, _)| value)
 }
 
-/// The power of ten of the SI unit that one of this unit is, whatever its dimension; none of what is no unit known here.
+/// Returns the power of ten of the SI unit that one of this unit is, whatever its dimension; none of what is no unit
+/// known here.
 ///
 /// ```
 /// use standstill_quantity::{rounded, si_power, si_value};
@@ -106,7 +107,7 @@ pub fn si_power(unit: &str) -> Option<i32> {
     DIMENSIONS.iter().find_map(|dimension| dimension.power(unit))
 }
 
-/// Value in SI and the symbol of its unit, which is empty for shares and plain numbers.
+/// Returns the value in SI and the symbol of its unit, which is empty for shares and plain numbers.
 pub fn any_quantity(text: &str) -> Option<(f64, &'static str)> {
     DIMENSIONS.iter().find_map(|dimension| Some((dimension.parse(text).ok()?, dimension.symbol)))
 }

@@ -96,17 +96,17 @@ units! {
 }
 
 impl Dimension {
-    /// Whether its numbers have neither unit nor per cent.
+    /// Returns whether its numbers have neither unit nor per cent.
     pub const fn is_bare(&self) -> bool {
         self.symbol.is_empty() && !self.share
     }
 
-    /// Whether its numbers are shares, which people write in per cent.
+    /// Returns whether its numbers are shares, which people write in per cent.
     pub const fn is_share(&self) -> bool {
         self.share
     }
 
-    /// A value in SI as the field writes it.
+    /// Returns a value in SI as the field writes it.
     ///
     /// ```
     /// use standstill_quantity::{Unit, unit::Henry};
@@ -123,12 +123,12 @@ impl Dimension {
         Text(self, value).to_string()
     }
 
-    /// All ways to write the unit.
+    /// Returns all ways to write the unit.
     pub(crate) fn spellings(&self) -> impl Iterator<Item = &'static str> {
         std::iter::once(self.symbol).chain(self.aliases.iter().copied()).filter(|symbol| !symbol.is_empty())
     }
 
-    /// The dimension whose unit has this symbol, of pure numbers if it is empty.
+    /// Returns the dimension whose unit has this symbol, of pure numbers if it is empty.
     pub fn of_symbol(symbol: &str) -> Option<&'static Self> {
         DIMENSIONS.iter().find(|dimension| dimension.symbol == symbol)
     }

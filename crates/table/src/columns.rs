@@ -47,7 +47,7 @@ pub struct Texts {
 }
 
 impl Texts {
-    /// The texts, one after the other.
+    /// Returns the texts, one after the other.
     pub fn iter(&self) -> impl Iterator<Item = &str> {
         self.ranges().map(|range| std::str::from_utf8(&self.bytes[range]).unwrap_or_default())
     }
@@ -100,7 +100,7 @@ impl Data {
 }
 
 impl Columns {
-    /// A table without rows.
+    /// Makes a table without rows.
     pub fn new(columns: Vec<Column>) -> Self {
         let data = columns.iter().map(|column| Data::new(column.kind)).collect();
         Self { heads: columns, data, rows: 0 }
@@ -141,12 +141,12 @@ impl Columns {
         self.rows
     }
 
-    /// The columns with their cells.
+    /// Returns the columns with their cells.
     pub fn iter(&self) -> impl Iterator<Item = (&Column, &Data)> {
         self.heads.iter().zip(&self.data)
     }
 
-    /// The columns with their cells, given away.
+    /// Returns the columns with their cells, given away.
     pub fn into_columns(self) -> Vec<(Column, Data)> {
         self.heads.into_iter().zip(self.data).collect()
     }

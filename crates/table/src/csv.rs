@@ -38,7 +38,7 @@ impl<'w> Sink<'w> {
     }
 }
 
-/// An error of writing; inside may be one of the file system.
+/// Returns an error of writing; inside may be one of the file system.
 fn failed(error: csv::Error) -> TableError {
     let said = error.to_string();
     TableError::Write(match error.into_kind() {
@@ -47,7 +47,7 @@ fn failed(error: csv::Error) -> TableError {
     })
 }
 
-/// The metadata as the text of a JSON object; none if there are none.
+/// Returns the metadata as the text of a JSON object; none if there are none.
 pub(super) fn object(metadata: &[(String, String)]) -> Result<Option<String>, TableError> {
     let text = (!metadata.is_empty()).then(|| serde_json::to_string(&Object(metadata)));
     text.transpose().map_err(|error| TableError::Design(error.to_string()))

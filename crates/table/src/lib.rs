@@ -141,14 +141,14 @@ impl Kind {
 }
 
 impl Column {
-    /// A column of this name and kind.
+    /// Makes a column of this name and kind.
     pub fn new(name: impl Into<String>, kind: Kind) -> Self {
         Self { name: name.into(), kind }
     }
 }
 
 impl Format {
-    /// The format that a path's extension, in letters of any case, stands for.
+    /// Makes the format that a path's extension, in letters of any case, stands for.
     pub fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?;
         Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.name()))
@@ -156,7 +156,7 @@ impl Format {
 }
 
 impl Cell<'_> {
-    /// Whether a table holds nothing for it: [`Cell::Empty`], a number that is not finite, an empty text.
+    /// Returns whether a table holds nothing for it: [`Cell::Empty`], a number that is not finite, an empty text.
     pub fn is_empty(&self) -> bool {
         match self {
             Self::Empty => true,
@@ -299,7 +299,7 @@ fn check(columns: &[Column], metadata: &[(String, String)]) -> Result<(), TableE
     }
 }
 
-/// Whether a row fits the columns; `rows` is how many there are before it.
+/// Returns whether a row fits the columns; `rows` is how many there are before it.
 fn check_row(columns: &[Column], rows: u64, values: &[Cell<'_>]) -> Result<(), TableError> {
     let wrong = |column: Option<&Column>, found, needed| TableError::Row {
         row: rows + 1,

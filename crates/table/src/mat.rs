@@ -21,7 +21,7 @@ const MATRIX: u32 = 14;
 const CHAR_CLASS: u32 = 4;
 const DOUBLE_CLASS: u32 = 6;
 
-/// The bytes of the file; `run` is what is said of the table, if anything is.
+/// Returns the bytes of the file; `run` is what is said of the table, if anything is.
 pub(super) fn bytes(table: &Columns, run: Option<&str>) -> io::Result<Vec<u8>> {
     let mut file = format!("{:116}", "MATLAB 5.0 MAT-file, written by Standstill").into_bytes();
     file.extend([0; 8]);
@@ -43,7 +43,7 @@ pub(super) fn bytes(table: &Columns, run: Option<&str>) -> io::Result<Vec<u8>> {
     Ok(file)
 }
 
-/// A name that no other variable has: letters, digits and underscores, and a letter first.
+/// Returns a name that no other variable has: letters, digits and underscores, and a letter first.
 fn variable(column: &str, taken: &mut HashSet<String>) -> String {
     let mut name: String = column.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
@@ -93,7 +93,7 @@ fn matrix(
     element(file, MATRIX, &content)
 }
 
-/// Type, length and content, which is filled up to a multiple of eight bytes.
+/// Returns the type, length and content, which is filled up to a multiple of eight bytes.
 fn element(to: &mut Vec<u8>, kind: u32, content: &[u8]) -> io::Result<()> {
     let length = u32::try_from(content.len()).ok().filter(|length| *length < 1 << 31);
     let length = length.ok_or_else(|| {

@@ -11,7 +11,7 @@ use zip::{CompressionMethod, ZipWriter};
 
 use super::{Columns, Data, METADATA};
 
-/// The bytes of the archive; `run` is what is said of the table, if anything is.
+/// Returns the bytes of the archive; `run` is what is said of the table, if anything is.
 pub(super) fn bytes(table: &Columns, run: Option<&str>) -> io::Result<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let rows = format!("({},)", table.rows());
@@ -32,7 +32,7 @@ pub(super) fn bytes(table: &Columns, run: Option<&str>) -> io::Result<Vec<u8>> {
     Ok(zip.finish()?.into_inner())
 }
 
-/// The kind of these texts and their cells: characters of four bytes, padded with zeros.
+/// Returns the kind of these texts and their cells: characters of four bytes, padded with zeros.
 fn utf32<'a, I: Iterator<Item = &'a str>>(texts: impl Fn() -> I) -> (String, Vec<u8>) {
     let width = texts().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
     let mut cells = Vec::new();

@@ -98,7 +98,7 @@ fn write<D: DataType>(
     to.close()
 }
 
-/// A column of the schema. Signed whole numbers are what every reader calls integers.
+/// Returns a column of the schema. Signed whole numbers are what every reader calls integers.
 fn field(column: &Column) -> Result<Arc<Type>, ParquetError> {
     let (physical, logical) = match column.kind {
         Kind::Whole => (Physical::INT64, None),
@@ -137,7 +137,7 @@ fn properties(columns: &[Column], metadata: &[(String, String)]) -> WriterProper
     properties.build()
 }
 
-/// An error of writing; inside may be one of the file system.
+/// Returns an error of writing; inside may be one of the file system.
 fn failed(error: ParquetError) -> TableError {
     TableError::Write(match error {
         ParquetError::External(inner) => {

@@ -170,7 +170,7 @@ fn value(kind: Kind, text: &str) -> Option<Cell<'_>> {
     }
 }
 
-/// Text of a cell for messages.
+/// Returns the text of a cell for messages.
 fn said(cell: &Cell<'_>) -> String {
     match cell {
         Cell::Empty => "nothing".to_owned(),
@@ -206,7 +206,7 @@ fn advance(path: &Path, from: &mut csv::Reader<Rows>, record: &mut StringRecord)
     })
 }
 
-/// A file that has an end. To open a pipe already would be to wait for who writes to it.
+/// Returns a file that has an end. To open a pipe already would be to wait for who writes to it.
 fn opened(path: &Path) -> io::Result<File> {
     let kind = std::fs::metadata(path)?;
     if kind.is_dir() {
@@ -218,8 +218,8 @@ fn opened(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// The line of a record, counted in the file: the library counts neither the blank lines before a record nor the second
-/// half of `\r\n`. Costs a pass over the file, once, since the error ends the table.
+/// Returns the line of a record, counted in the file: the library counts neither the blank lines before a record nor
+/// the second half of `\r\n`. Costs a pass over the file, once, since the error ends the table.
 fn line(path: &Path, record: Option<&csv::Position>) -> u64 {
     let start = record.map_or(0, csv::Position::byte);
     let Ok(file) = opened(path) else { return 0 };

@@ -81,7 +81,7 @@ const EFFECTS: [(&str, &str, &str); 6] = [
 /// Motors of the library that digests are of: one that is added behind them changes no result.
 const MOTORS: usize = 12;
 
-/// Each method on the motors, each of these with other errors and another state of the rotor.
+/// Returns each method on the motors, each of these with other errors and another state of the rotor.
 fn method(name: MethodName) -> Vec<String> {
     let shift = MethodName::ALL.iter().position(|method| *method == name).unwrap_or_default();
     // Seconds of pulse-width modulation: on some motors, once.
@@ -98,7 +98,7 @@ fn method(name: MethodName) -> Vec<String> {
     built_in_names().take(MOTORS).enumerate().filter(|(k, _)| !long || k % 3 == 0).map(scenario).collect()
 }
 
-/// A data sheet with a map, beside the scenarios.
+/// Returns a data sheet with a map, beside the scenarios.
 fn write_motor(folder: &Path) -> Result<(), DigestError> {
     let mut map = String::from("i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n");
     for d in -12..=12 {
@@ -160,7 +160,7 @@ pub struct Kept {
     pub here: String,
 }
 
-/// The rows of a run, as they are stored.
+/// Returns the rows of a run, as they are stored.
 fn rows(folder: &Path, scenario: &str, stop: &AtomicBool) -> Result<Vec<Row>, DigestError> {
     let plan = Plan::new(Document::parse(&folder.join("s.toml"), scenario)?)?;
     let sweep = Sweep { plan: &plan, shard: Shard::WHOLE, threads: None };
@@ -176,7 +176,7 @@ fn rows(folder: &Path, scenario: &str, stop: &AtomicBool) -> Result<Vec<Row>, Di
     Ok(all)
 }
 
-/// The digest of every bit of these rows.
+/// Returns the digest of every bit of these rows.
 fn digest(name: &str, rows: &Vec<Row>) -> Result<String, DigestError> {
     let empty = || DigestError::Empty(name.to_owned());
     // Digests of trials that are alike, or without angles, would tell nothing.

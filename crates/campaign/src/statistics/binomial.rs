@@ -11,7 +11,7 @@ fn at_least(count: u64, total: u64, p: f64) -> f64 {
     beta(count as f64, (total - count + 1) as f64, p)
 }
 
-/// The regularised incomplete beta function I_x(a, b).
+/// Returns the regularised incomplete beta function I_x(a, b).
 pub(super) fn beta(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
@@ -54,8 +54,8 @@ fn fraction(a: f64, b: f64, x: f64) -> f64 {
     }
 }
 
-/// The probability with which `count` or more in `total` happen in a share `tail` of all cases: the lower end of the exact
-/// (Clopper–Pearson) interval.
+/// Returns the probability with which `count` or more in `total` happen in a share `tail` of all cases: the lower end
+/// of the exact (Clopper–Pearson) interval.
 pub(super) fn lower(count: u64, total: u64, tail: f64) -> f64 {
     if count == 0 {
         return 0.0;
@@ -79,7 +79,7 @@ pub(super) fn lower(count: u64, total: u64, tail: f64) -> f64 {
     low + (high - low) / 2.0
 }
 
-/// The upper end.
+/// Returns the upper end.
 pub(super) fn upper(count: u64, total: u64, tail: f64) -> f64 {
     if count == 0 {
         // Without the rounding of 1 − (1 − p).
@@ -88,7 +88,8 @@ pub(super) fn upper(count: u64, total: u64, tail: f64) -> f64 {
     1.0 - lower(total - count, total, tail)
 }
 
-/// The least count that is not exceeded in a share `q` of all cases, of `total` trials with the probability `p`.
+/// Returns the least count that is not exceeded in a share `q` of all cases, of `total` trials with the probability
+/// `p`.
 pub(super) fn quantile(total: u64, p: f64, q: f64) -> u64 {
     // P(X ≤ k) = 1 − P(X ≥ k + 1) grows with k.
     let (mut low, mut high) = (0, total);

@@ -53,7 +53,7 @@ impl Apart {
         }
     }
 
-    /// The verdict in words, which say better or worse only where nothing speaks against it.
+    /// Returns the verdict in words, which say better or worse only where nothing speaks against it.
     ///
     /// ```
     /// use standstill_campaign::{Apart, Estimate};

@@ -66,7 +66,7 @@ impl Magnitudes {
         self.largest
     }
 
-    /// The order statistics with these ranks, counted from 0; none where there is no such rank.
+    /// Returns the order statistics with these ranks, counted from 0; none if there is no such rank.
     pub(super) fn at<const N: usize>(&self, ranks: [Option<u64>; N]) -> [Option<f64>; N] {
         if self.bins.is_empty() {
             let mut sorted = self.exact.clone();

@@ -23,8 +23,8 @@ use super::student::student;
 /// By how much, over √n, the skewness is larger than a sample shows.
 const HIDDEN: f64 = 4.0;
 
-/// The root mean square of errors whose second, fourth and sixth powers have these means, as well known as `known`
-/// independent ones tell it.
+/// Returns the root mean square of errors whose second, fourth and sixth powers have these means, as well known as
+/// `known` independent ones tell it.
 pub(super) fn root_mean_square([square, fourth, sixth]: [f64; 3], known: f64) -> Estimate {
     let freedom = known - 1.0;
     let variance = (fourth - square * square).max(0.0);
@@ -46,7 +46,7 @@ pub(super) fn root_mean_square([square, fourth, sixth]: [f64; 3], known: f64) ->
     }
 }
 
-/// The T whose transform is q, with `γ/√n`.
+/// Returns the T whose transform is q, with `γ/√n`.
 fn untransformed(q: f64, skewness: f64) -> f64 {
     if skewness.abs() < 1e-6 {
         // The next term is of that size.

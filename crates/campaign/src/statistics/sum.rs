@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Sum(Vec<f64>);
 
 impl Sum {
-    /// The empty sum.
+    /// Makes the empty sum.
     pub(super) const fn new() -> Self {
         Self(Vec::new())
     }
@@ -35,7 +35,7 @@ impl Sum {
         other.0.iter().for_each(|part| self.add(*part));
     }
 
-    /// The double next to the exact sum; of two as near, the even one.
+    /// Returns the double next to the exact sum; of two as near, the even one.
     pub(super) fn value(&self) -> f64 {
         let mut parts = self.0.iter().rev().copied();
         let mut sum = parts.next().unwrap_or(0.0);
@@ -68,8 +68,8 @@ impl FromIterator<f64> for Sum {
     }
 }
 
-/// The rounded sum of two numbers, and what rounding took away (D. E. Knuth, *The Art of Computer Programming*, volume 2,
-/// section 4.2.2, theorem B).
+/// Returns the rounded sum of two numbers, and what rounding took away (D. E. Knuth, *The Art of Computer
+/// Programming*, volume 2, section 4.2.2, theorem B).
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let of_b = sum - a;

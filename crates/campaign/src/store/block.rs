@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 /// Most bytes of a block. Those that a run writes have a thousandth of it; a damaged length may claim 4 GiB, which a sparse file has.
 const MOST_BLOCK: u32 = 64 << 20;
 
-/// A block of these bytes.
+/// Returns a block of these bytes.
 pub(super) fn block(bytes: &[u8]) -> io::Result<Vec<u8>> {
     let length = u32::try_from(bytes.len()).ok().filter(|length| *length <= MOST_BLOCK);
     let length = length.ok_or(io::ErrorKind::FileTooLarge)?;
@@ -51,7 +51,7 @@ pub(super) enum Block {
     Wrong,
 }
 
-/// The next block; `whole` moves behind it.
+/// Returns the next block; `whole` moves behind it.
 pub(super) fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Block> {
     let mut word = [0; 4];
     if !read_word(file, &mut word)? {
@@ -75,7 +75,8 @@ pub(super) fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Bl
     Ok(Block::Whole(bytes))
 }
 
-/// Whether there were four more bytes. Only the end of a file is its end, not what the operating system could not read.
+/// Returns whether there were four more bytes. Only the end of a file is its end, not what the operating system could
+/// not read.
 fn read_word(file: &mut impl Read, word: &mut [u8; 4]) -> io::Result<bool> {
     match file.read_exact(word) {
         Ok(()) => Ok(true),

@@ -39,7 +39,7 @@ impl Earlier {
         Ok(())
     }
 
-    /// The row of this point and trial, if one of them has it. Rows must be asked for in order.
+    /// Returns the row of this point and trial, if one of them has it. Rows must be asked for in order.
     pub(super) fn row(&mut self, place: (usize, u64)) -> Option<Row> {
         for source in &mut self.sources {
             while source.next_if(|(point, row)| (*point, row.trial) < place).is_some() {}

@@ -31,7 +31,7 @@ impl Shard {
         end(self.index - 1)..end(self.index)
     }
 
-    /// The name of its journal.
+    /// Returns the name of its journal.
     pub fn file_name(&self) -> String {
         if *self == Self::WHOLE {
             "run.journal".to_owned()
@@ -89,12 +89,12 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Rows of all shards together, at most.
+    /// Returns the rows of all shards together, at most.
     pub fn rows(&self) -> u64 {
         self.points.saturating_mul(self.trials)
     }
 
-    /// The whole run of which it is a part.
+    /// Returns the whole run of which it is a part.
     #[must_use]
     pub fn whole(&self) -> Self {
         Self { shard: Shard::WHOLE, ..self.clone() }
@@ -114,7 +114,8 @@ impl Identity {
         all.into_iter().chain(files).map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
-    /// Whether its trials are the first ones of `longer`: the same run but for fewer trials, or for a rule that ends points earlier.
+    /// Returns whether its trials are the first ones of `longer`: the same run except for fewer trials, or for a rule
+    /// that ends points earlier.
     pub fn begins(&self, longer: &Self) -> bool {
         let apart = |run: &Self| Self {
             trials: 0,
@@ -127,7 +128,7 @@ impl Identity {
         more && later && self.trials <= longer.trials && apart(self) == apart(longer)
     }
 
-    /// All differences from another run, in words; none: they are the same.
+    /// Returns all differences from another run, in words; none: they are the same.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let mut all: Vec<String> = Vec::new();
         let mut differ = |what: &str, own: &dyn fmt::Display, other: &dyn fmt::Display| {
@@ -181,8 +182,8 @@ impl Identity {
     }
 }
 
-/// Whether a rule ends no point after `later` does: each of its limits is there too, and is as narrow at least; or nothing ends a
-/// point early any more.
+/// Returns whether a rule ends no point after `later` does: each of its limits is there too, and is as narrow at
+/// least; or nothing ends a point early any more.
 fn ends_later(rule: StopTable, later: StopTable) -> bool {
     let narrower = |before: Option<f64>, after: Option<f64>| match (before, after) {
         (Some(before), Some(after)) => after <= before,
@@ -212,7 +213,8 @@ pub fn values(scenario: &str) -> BTreeMap<String, toml::Value> {
     all
 }
 
-/// A scenario's text without its number of trials, which stands before all tables, and the rule that ends points early.
+/// Returns a scenario's text without its number of trials, which stands before all tables, and the rule that ends
+/// points early.
 fn without_length(scenario: &str) -> String {
     let mut table = "";
     let mut kept = String::new();

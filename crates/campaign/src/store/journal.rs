@@ -60,7 +60,7 @@ pub trait Keep {
     /// Where the run stands.
     fn walk(&self) -> &Walk;
 
-    /// Point and trial of the next rows, at most `most` of them.
+    /// Returns the point and trial of the next rows, at most `most` of them.
     fn ahead(&self, most: u64) -> Vec<(usize, u64)> {
         self.walk().ahead(most)
     }
@@ -142,12 +142,12 @@ impl Journal {
         Ok(Self { path: path.to_owned(), file, walk: rows.walk, synced: Instant::now(), damaged })
     }
 
-    /// Path of the copy of a damaged block and all that followed it; none if no block was damaged.
+    /// Returns the path of the copy of a damaged block and all that followed it; none if no block was damaged.
     pub fn damaged(&self) -> Option<&Path> {
         self.damaged.as_deref()
     }
 
-    /// Whether another process is writing this journal.
+    /// Returns whether another process is writing this journal.
     pub fn is_busy(path: &Path) -> bool {
         open(path).is_ok_and(|file| matches!(lock(&file, path), Err(JournalError::Busy(_))))
     }
@@ -187,7 +187,7 @@ impl Keep for Journal {
     }
 }
 
-/// Rows that are not the next ones.
+/// Returns the rows that are not the next ones.
 pub(super) fn out_of_order(path: &Path) -> JournalError {
     JournalError::Io(path.to_owned(), io::Error::other("rows out of order"))
 }
@@ -197,14 +197,14 @@ fn damaged_name(path: &Path) -> PathBuf {
     path.with_extension("damaged")
 }
 
-/// A journal, taken for this process.
+/// Returns a journal, taken for this process.
 pub(super) fn locked(path: &Path, how: &OpenOptions) -> Result<File, JournalError> {
     let file = open_as(path, how).map_err(|error| JournalError::Io(path.to_owned(), error))?;
     lock(&file, path)?;
     Ok(file)
 }
 
-/// A journal of this run that has its header alone; one that is there is replaced.
+/// Returns a journal of this run that has its header alone; one that is there is replaced.
 pub(super) fn begun(path: &Path, magic: [u8; 8], identity: &Identity) -> Result<File, JournalError> {
     // Not truncated before it is locked: another process may be writing it.
     let mut file = locked(path, OpenOptions::new().write(true).create(true).truncate(false))?;
@@ -222,12 +222,12 @@ fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
     }
 }
 
-/// The bytes that a journal of this run begins with.
+/// Returns the bytes that a journal of this run begins with.
 pub(super) fn beginning(magic: [u8; 8], identity: &Identity) -> io::Result<Vec<u8>> {
     Ok([magic.to_vec(), block(&serde_json::to_vec(identity)?)?].concat())
 }
 
-/// Whether a journal keeps statistics alone.
+/// Returns whether a journal keeps statistics alone.
 pub(super) fn is_tally(path: &Path) -> bool {
     let mut found = [0; 8];
     open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == TALLY
@@ -326,8 +326,8 @@ impl Rows {
         &self.blocks.identity
     }
 
-    /// The next rows with their points; none at the end, or where a block is not whole. A journal that is being written may
-    /// have more when asked again.
+    /// Returns the next rows with their points; none at the end, or where a block is not whole. A journal that is
+    /// being written may have more when asked again.
     pub fn block(&mut self) -> Result<Option<Vec<(usize, Row)>>, JournalError> {
         let Some((mut rows, sectors)) = self.blocks.next::<Vec<Row>, f64>()? else { return Ok(None) };
         for (number, half) in sectors {
@@ -338,7 +338,8 @@ impl Rows {
         placed.map(Some).ok_or_else(|| self.blocks.foreign())
     }
 
-    /// Whether the last whole block is followed by a damaged one; a block that is only cut short is not damaged.
+    /// Returns whether the last whole block is followed by a damaged one; a block that is only cut short is not
+    /// damaged.
     pub fn is_damaged(&self) -> bool {
         self.blocks.damaged
     }

@@ -70,17 +70,17 @@ impl Notes {
         std::fs::remove_file(&self.path).map_err(io)
     }
 
-    /// The note of a key.
+    /// Returns the note of a key.
     pub fn get(&self, key: &str) -> Option<&[u8]> {
         self.known.get(key).map(Vec::as_slice)
     }
 
-    /// Whether anything is kept in the file.
+    /// Returns whether anything is kept in the file.
     pub fn is_begun(&self) -> bool {
         self.file.is_some()
     }
 
-    /// Notes something; it is with the operating system when this returns.
+    /// Returns the notes something; it is with the operating system when this returns.
     ///
     /// # Errors
     /// A file that cannot be written, or that another process is writing.

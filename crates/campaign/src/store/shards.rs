@@ -33,7 +33,7 @@ pub fn head(path: &Path) -> Result<Identity, JournalError> {
     }
 }
 
-/// Error for two shards of different splits: their rows overlap.
+/// Returns the error for two shards of different splits: their rows overlap.
 fn split(paths: [&Path; 2], of: [&Identity; 2]) -> Result<(), ShardsError> {
     let shards = of.map(|identity| identity.shard);
     if shards[0].count == shards[1].count {
@@ -51,14 +51,15 @@ fn difference(paths: [&Path; 2], of: [&Identity; 2]) -> Option<String> {
     })
 }
 
-/// Whether a shard is of a run whose first trials those of another's run are, in as many shards.
+/// Returns whether a shard is of a run whose first trials those of another's run are, in as many shards.
 fn begins(shorter: &Identity, longer: &Identity) -> bool {
     shorter.shard.count == longer.shard.count
         && shorter.stop_at == longer.stop_at
         && shorter.whole().begins(&longer.whole())
 }
 
-/// Whether a journal has all that it should, how many trials are missing, at most, and whether a block is wrong.
+/// Returns whether a journal has all that it should, how many trials are missing, at most, and whether a block is
+/// wrong.
 pub(super) fn standing(path: &Path) -> Result<(bool, u64, bool), JournalError> {
     if is_tally(path) {
         let tallied = Tallied::read(path)?;
@@ -193,13 +194,13 @@ pub enum ShardsError {
 }
 
 impl Shards {
-    /// The journal of a whole run.
+    /// Makes the journal of a whole run.
     pub fn single(path: &Path) -> Result<Self, ShardsError> {
         let identity = head(path)?.whole();
         Ok(Self { identity, journals: vec![path.to_owned()], tallies: is_tally(path) })
     }
 
-    /// All shards in these folders.
+    /// Makes all shards in these folders.
     ///
     /// # Errors
     /// One that is missing, not finished, there twice or of another run, by its name.
@@ -240,7 +241,8 @@ impl Shards {
         Ok(Self { identity: identity.whole(), journals, tallies })
     }
 
-    /// The statistics of each point, if that is all that they keep; errors beyond `limit` degrees were counted.
+    /// Returns the statistics of each point, if that is all that they keep; errors beyond `limit` degrees were
+    /// counted.
     pub fn tallies(&self, limit: f64) -> Result<Option<BTreeMap<usize, Statistics>>, JournalError> {
         if !self.tallies {
             return Ok(None);
@@ -254,7 +256,7 @@ impl Shards {
         Ok(Some(points))
     }
 
-    /// The run that they are together.
+    /// Returns the run that they are together.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
@@ -278,8 +280,8 @@ impl Shards {
     }
 }
 
-/// Whether the journal of a shard may stand in this folder: not beside shards of another split, nor, unless `others` may be, beside
-/// those of another run. What cannot be read says nothing.
+/// Returns whether the journal of a shard may stand in this folder: not beside shards of another split, nor, unless
+/// `others` may be, beside those of another run. What cannot be read says nothing.
 ///
 /// # Errors
 /// Content found at that place.
@@ -303,7 +305,7 @@ pub fn beside(folder: &Path, own: &Identity, others: bool) -> Result<(), ShardsE
     Ok(())
 }
 
-/// The journals in these folders, each once.
+/// Returns the journals in these folders, each once.
 pub(super) fn journals(folders: &[PathBuf]) -> Result<Vec<PathBuf>, ShardsError> {
     let mut all: Vec<PathBuf> = Vec::new();
     let mut seen: Vec<PathBuf> = Vec::new();

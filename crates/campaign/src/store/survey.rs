@@ -102,12 +102,12 @@ impl Survey {
         Ok(Self { shards: shards.collect(), identity: identity.whole() })
     }
 
-    /// Whether all shards are done.
+    /// Returns whether all shards are done.
     pub fn is_done(&self) -> bool {
         self.shards.iter().all(|shard| shard.state == State::Done)
     }
 
-    /// The indices to submit again, as Slurm takes them, such as `3,7-9`; empty if there are none.
+    /// Returns the indices to submit again, as Slurm takes them, such as `3,7-9`; empty if there are none.
     pub fn again(&self) -> String {
         let again = self.shards.iter().filter(|shard| !matches!(shard.state, State::Done | State::Running));
         let mut ranges: Vec<(u64, u64)> = Vec::new();

@@ -199,12 +199,12 @@ impl Tallied {
         &self.walk
     }
 
-    /// Whether a block is wrong: what is in it and behind it will be computed again.
+    /// Returns whether a block is wrong: what is in it and behind it will be computed again.
     pub fn is_damaged(&self) -> bool {
         self.damaged
     }
 
-    /// The statistics of each point that has trials in it.
+    /// Returns the statistics of each point that has trials in it.
     pub fn points(&self) -> &BTreeMap<usize, Statistics> {
         &self.points
     }

@@ -41,7 +41,7 @@ impl Walk {
         }
     }
 
-    /// Point and trial of the next row.
+    /// Returns the point and trial of the next row.
     pub(super) fn next(&self) -> (u64, u64) {
         self.next
     }
@@ -71,7 +71,7 @@ impl Walk {
         }
     }
 
-    /// Whether all its rows are there.
+    /// Returns whether all its rows are there.
     pub fn is_done(&self) -> bool {
         self.next >= self.end
     }
@@ -82,7 +82,7 @@ impl Walk {
         number(self.end).saturating_sub(number(self.next))
     }
 
-    /// Point and trial of the next rows, at most `most` of them: as many as are certain.
+    /// Returns the point and trial of the next rows, at most `most` of them: as many as are certain.
     pub fn ahead(&self, most: u64) -> Vec<(usize, u64)> {
         let (point, trial) = self.next;
         let sure = if self.stop_at.is_empty() {
@@ -115,7 +115,7 @@ impl Walk {
         usize::try_from(point).ok()
     }
 
-    /// Whether all intervals are as narrow as they must be.
+    /// Returns whether all intervals are as narrow as they must be.
     fn is_narrow(&self) -> bool {
         let StopTable { rms, wrong_poles } = self.stop_at;
         let narrow = |half: f64, most: Option<f64>| most.is_none_or(|most| half <= most);
@@ -126,7 +126,7 @@ impl Walk {
     }
 }
 
-/// The number of trials, above `trials`, after which the intervals are looked at next.
+/// Returns the number of trials, above `trials`, after which the intervals are looked at next.
 fn next_look(trials: u64) -> u64 {
     let mut look = FIRST_LOOK;
     while look <= trials {

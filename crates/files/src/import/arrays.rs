@@ -27,7 +27,7 @@ pub(super) enum Rows {
 pub(super) const MOST_POINTS: usize = 1 << 20;
 
 impl Array {
-    /// Whether all its values are in one line.
+    /// Returns whether all its values are in one line.
     fn is_vector(&self) -> bool {
         self.rows == 1 || self.columns == 1
     }
@@ -36,14 +36,14 @@ impl Array {
         format!("`{}` of {} × {}", self.name, self.rows, self.columns)
     }
 
-    /// Values of a column-major file, row by row.
+    /// Makes the values of a column-major file, row by row.
     pub(super) fn from_columns(name: String, rows: usize, columns: usize, values: &[f64]) -> Self {
         let values = (0..rows).flat_map(|r| (0..columns).map(move |c| values[c * rows + r])).collect();
         Self { name, rows, columns, values }
     }
 }
 
-/// The points of i_d, i_q, ψ_d, ψ_q: either all of one shape, or the currents as axes of the fluxes.
+/// Returns the points of i_d, i_q, ψ_d, ψ_q: either all of one shape, or the currents as axes of the fluxes.
 pub(super) fn points(file: &str, arrays: &[Array; 4], rows: Rows) -> Result<MapSamples, MapError> {
     let error = |found: String, needed: &str| MapError::new(file, None, found, needed.to_owned());
     for array in arrays {
@@ -115,7 +115,7 @@ pub(super) fn listed(names: impl Iterator<Item = impl fmt::Display>) -> String {
     if all.is_empty() { "none".to_owned() } else { all.join(", ") }
 }
 
-/// Numbers of a type by NumPy's name of it, `f8` or `u2`; none for a type that is no real number.
+/// Returns the numbers of a type by NumPy's name of it, `f8` or `u2`; none for a type that is no real number.
 pub(super) fn numbers(kind: &str, data: &[u8], big: bool) -> Option<Vec<f64>> {
     Some(match kind {
         "f8" => each(data, big, f64::from_le_bytes),
@@ -132,7 +132,7 @@ pub(super) fn numbers(kind: &str, data: &[u8], big: bool) -> Option<Vec<f64>> {
     })
 }
 
-/// Numbers of N bytes each; `of` takes them in little-endian order.
+/// Returns the numbers of N bytes each; `of` takes them in little-endian order.
 fn each<const N: usize>(data: &[u8], big_endian: bool, of: impl Fn([u8; N]) -> f64) -> Vec<f64> {
     data.chunks_exact(N)
         .map(|bytes| {

@@ -126,7 +126,7 @@ fn known(name: &str) -> Option<Quantity> {
     NAMES.iter().find(|(_, names)| names.split(' ').any(|name| name == plain)).map(|(quantity, _)| *quantity)
 }
 
-/// A unit without dots and without what it says of peak and rms.
+/// Returns a unit without dots and without what it says of peak and rms.
 fn plain_unit(unit: &str) -> String {
     let mut plain: String = unit.chars().filter(|c| !" .·*_⋅".contains(*c)).collect();
     for word in ["rms", "peak", "pk", "eff"] {
@@ -135,7 +135,7 @@ fn plain_unit(unit: &str) -> String {
     plain
 }
 
-/// Name and unit: in brackets, behind a slash or `in`, or behind the last underscore or blank.
+/// Returns the name and unit: in brackets, behind a slash or `in`, or behind the last underscore or blank.
 fn split(header: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
         if let Some((name, rest)) = header.split_once(open) {

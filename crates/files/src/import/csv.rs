@@ -32,7 +32,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// A finite number; with semicolons or tabs between fields also with a decimal comma.
+    /// Returns a finite number; with semicolons or tabs between fields also with a decimal comma.
     pub(super) fn value(self, text: &str) -> Option<f64> {
         let text = text.trim_matches('"');
         let value = text
@@ -62,7 +62,7 @@ impl Source<'_> {
         column.map(|column| self.check(line, name, column).map(|()| column)).transpose()
     }
 
-    /// The finite number that a field has in a unit of this size; `before` says which one it is.
+    /// Returns the finite number that a field has in a unit of this size; `before` says which one it is.
     pub(super) fn number(&self, line: Line, before: &str, field: &str, scale: f64) -> Result<f64, MapError> {
         line.value(field).map(|value| value * scale).ok_or_else(|| {
             self.error(line.number, format!("{before}`{}`", shortened(field)), "a finite number")
@@ -75,7 +75,7 @@ impl Source<'_> {
         if points <= MOST_POINTS { Ok(()) } else { Err(self.error(line, "more points", needed)) }
     }
 
-    /// A header of a file that says rms must be confirmed, and none may contradict what is asked for.
+    /// Returns a header of a file that says rms must be confirmed, and none may contradict what is asked for.
     pub(super) fn check(&self, line: usize, header: &str, column: Column) -> Result<(), MapError> {
         match (column.values, self.layout.values) {
             (Some(MapValues::Rms), None) => {
@@ -196,7 +196,7 @@ impl Header {
         })
     }
 
-    /// The four numbers of a line in SI units.
+    /// Returns the four numbers of a line in SI units.
     fn row(&self, source: &Source, line: Line) -> Result<[f64; 4], MapError> {
         let fields = line.fields();
         if fields.len() != self.count {
@@ -211,7 +211,7 @@ impl Header {
     }
 }
 
-/// Error for an unknown header, with the command that would read the file.
+/// Returns the error for an unknown header, with the command that would read the file.
 fn unknown(source: &Source, line: Line, there: &[&str]) -> MapError {
     let numbers = there.iter().all(|field| line.value(field).is_some());
     let what = if numbers { "numbers without a header" } else { "a header" };

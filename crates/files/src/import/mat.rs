@@ -51,10 +51,10 @@ const RESISTANCE: &str = "motorModel.data.Rs";
 
 /// A MATLAB file of either format.
 trait Variables {
-    /// The numeric array at a dotted path, or none; an error for one that cannot be read.
+    /// Returns the numeric array at a dotted path, or none; an error for one that cannot be read.
     fn array(&self, path: &str) -> Result<Option<Array>, String>;
 
-    /// Names at the top, for messages.
+    /// Returns the names at the top, for messages.
     fn names(&self) -> Vec<String>;
 }
 

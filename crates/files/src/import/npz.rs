@@ -93,7 +93,7 @@ fn array(name: &str, content: &[u8]) -> Result<Array, Fault> {
     })
 }
 
-/// The value of a key in the header, a literal of a Python dictionary.
+/// Returns the value of a key in the header, a literal of a Python dictionary.
 fn value_of<'a>(header: &'a str, key: &str) -> Option<&'a str> {
     let from = header.find(&format!("'{key}'"))? + key.len() + 2;
     let text = header[from..].trim_start().strip_prefix(':')?.trim_start();
@@ -101,7 +101,8 @@ fn value_of<'a>(header: &'a str, key: &str) -> Option<&'a str> {
     Some(text[..end].trim())
 }
 
-/// Numbers of a NumPy type, at least `count` if there are as many; none for a type that is no real number.
+/// Returns the numbers of a NumPy type, at least `count` if there are as many; none for a type that is no real
+/// number.
 fn numbers(kind: &str, data: &[u8], count: usize) -> Option<Vec<f64>> {
     let (order, name) = kind.split_at_checked(1)?;
     let big = match order {

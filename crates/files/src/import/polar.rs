@@ -19,8 +19,8 @@ struct Table {
     fluxes: Vec<[f64; 2]>,
 }
 
-/// The points of a rectangle of currents from lines of amplitude, angle, ψ_d and ψ_q; the angle from +d, or from +q
-/// towards −d.
+/// Returns the points of a rectangle of currents from lines of amplitude, angle, ψ_d and ψ_q; the angle from +d, or
+/// from +q towards −d.
 pub(super) fn points(
     file: &str,
     rows: &[(usize, [f64; 4])],
@@ -142,7 +142,7 @@ impl Table {
     }
 }
 
-/// The four sites around a place and their weights in Lagrange's polynomial.
+/// Returns the four sites around a place and their weights in Lagrange's polynomial.
 fn weights(sites: &[f64], x: f64) -> [(usize, f64); 4] {
     let first = sites.partition_point(|site| *site <= x).saturating_sub(2).min(sites.len() - 4);
     [0, 1, 2, 3].map(|i| {

@@ -47,7 +47,7 @@ pub struct Sourced<U> {
 }
 
 impl<U: Unit> Sourced<U> {
-    /// The number in SI.
+    /// Returns the number in SI.
     pub fn number(&self) -> f64 {
         self.value.value()
     }
@@ -121,7 +121,7 @@ fn of_value(number: Number, from: toml::Value) -> Result<(f64, Source, String), 
     read(number, Keyed(from))
 }
 
-/// The number in SI, its source and the reason.
+/// Returns the number in SI, its source and the reason.
 fn read<'de, D: Deserializer<'de>>(number: Number, from: D) -> Result<(f64, Source, String), D::Error> {
     from.deserialize_struct("Sourced", FIELDS, Table(number))
 }

@@ -39,17 +39,17 @@ pub fn read_keyed<T: DeserializeOwned>(value: Value) -> Result<T, TableError> {
 }
 
 impl TableError {
-    /// The key that the table lacks, if that is what is wrong.
+    /// Returns the key that the table lacks, if that is what is wrong.
     pub(crate) fn lacks(&self) -> Option<&str> {
         self.message.strip_prefix("missing field `")?.strip_suffix('`')
     }
 
-    /// The error seen from the enclosing table, where it stands under this key.
+    /// Returns the error seen from the enclosing table, where it stands under this key.
     fn below(self, key: &str) -> Self {
         self.inside(&quoted(key))
     }
 
-    /// The error seen from the enclosing value: below a key as it is written, or a place in a list.
+    /// Returns the error seen from the enclosing value: below a key as it is written, or a place in a list.
     fn inside(mut self, outer: &str) -> Self {
         let dot = if self.key.is_empty() || self.key.starts_with('[') { "" } else { "." };
         self.key.insert_str(0, dot);
@@ -89,7 +89,7 @@ fn unexpected(value: &Value) -> Option<Unexpected<'_>> {
     })
 }
 
-/// A value in the words of messages.
+/// Returns a value in the words of messages.
 pub fn in_words(value: &Value) -> String {
     unexpected(value)
         .map_or_else(|| format!("the date or time {value}"), |value| wording::found(value).into_owned())
@@ -157,7 +157,7 @@ impl<'de> Deserializer<'de> for Keyed {
         visitor.visit_newtype_struct(self)
     }
 
-    /// One of several names.
+    /// Returns one of several names.
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         _: &'static str,

@@ -14,7 +14,8 @@ fn fillers() -> [Value; 4] {
     ]
 }
 
-/// The error of a table that lacks a key, with all others that it lacks. `read` says what is wrong with a table.
+/// Returns the error of a table that lacks a key, with all others that it lacks. `read` says what is wrong with a
+/// table.
 pub fn all(first: &TableError, table: Table, read: impl Fn(&Table) -> Option<TableError>) -> TableError {
     let mut tried = table;
     let (mut keys, mut tables) = (Vec::new(), Vec::new());
@@ -73,7 +74,7 @@ fn listed(names: &[String]) -> Option<String> {
     }
 }
 
-/// The table at a path within another; an empty path is that itself.
+/// Returns the table at a path within another; an empty path is that itself.
 fn below<'a>(table: &'a mut Table, path: &str) -> Option<&'a mut Table> {
     path.split('.').filter(|part| !part.is_empty()).try_fold(table, |table, part| match table.get_mut(part) {
         Some(Value::Table(below)) => Some(below),

@@ -62,7 +62,8 @@ pub fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
     found
 }
 
-/// A part of a key's path as TOML writes it: in quotes where it is not of letters, digits, dashes and underscores alone.
+/// Returns a part of a key's path as TOML writes it: in quotes where it is not of letters, digits, dashes and
+/// underscores alone.
 ///
 /// ```
 /// use standstill_files::quoted;
@@ -74,7 +75,7 @@ pub fn quoted(part: &str) -> Cow<'_, str> {
     if !part.is_empty() && part.chars().all(bare) { part.into() } else { format!("{part:?}").into() }
 }
 
-/// The number of the line, from 1, in which this byte of a text stands.
+/// Returns the number of the line, from 1, in which this byte of a text stands.
 pub fn line_of(text: &str, position: usize) -> usize {
     text.bytes().take(position).filter(|byte| *byte == b'\n').count() + 1
 }

@@ -7,7 +7,7 @@ use serde::de::{Expected, Unexpected};
 /// Longer texts are not repeated whole.
 const MOST_CHARACTERS: usize = 60;
 
-/// The found value, as TOML writes it.
+/// Returns the found value, as TOML writes it.
 pub(super) fn found(found: Unexpected<'_>) -> Cow<'static, str> {
     match found {
         Unexpected::Bool(flag) => flag.to_string().into(),
@@ -26,7 +26,7 @@ pub(super) fn found(found: Unexpected<'_>) -> Cow<'static, str> {
     }
 }
 
-/// The requirement: serde's names of types translated, other words as they are.
+/// Returns the requirement: serde's names of types translated, other words as they are.
 pub(super) fn needed(expected: &dyn Expected) -> Cow<'static, str> {
     let words = expected.to_string();
     let whole = |most: u64| format!("a whole number from 0 to {most}").into();

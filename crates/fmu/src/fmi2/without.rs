@@ -48,7 +48,7 @@ statuses! {
     fmi2GetBooleanStatus, c_int;
 }
 
-/// The time of the last communication point.
+/// Returns the time of the last communication point.
 ///
 /// # Safety
 /// A component and a place.

@@ -13,7 +13,7 @@ pub const fn sensed_code(sensed: Sensed) -> u8 {
     }
 }
 
-/// The inverse of [`sensed_code`]; an unknown code is [`Sensed::Hidden`].
+/// Returns the inverse of [`sensed_code`]; an unknown code is [`Sensed::Hidden`].
 pub const fn sensed_of(code: u8) -> Sensed {
     match code {
         0 => Sensed::Measured,
@@ -77,7 +77,7 @@ impl Sample {
         }
     }
 
-    /// The reading of a sample.
+    /// Returns the reading of a sample.
     pub fn reading(&self) -> Reading<f32> {
         let comparator = Phase::ALL[usize::from(self.comparator.min(2))];
         Reading {
@@ -101,7 +101,7 @@ impl Sample {
     }
 }
 
-/// A firmware's own numbers.
+/// Returns a firmware's own numbers.
 #[allow(clippy::cast_possible_truncation, reason = "single precision is what the header has")]
 const fn short(value: f64) -> f32 {
     value as f32

@@ -6,7 +6,7 @@ use super::{Fault, Rotation, Undetermined};
 use crate::Real;
 
 impl<T> Undetermined<T> {
-    /// Name of the reason, without its numbers.
+    /// Returns the name of the reason, without its numbers.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::MarginBelowNoise { .. } => "polarity margin below noise",
@@ -19,7 +19,7 @@ impl<T> Undetermined<T> {
 }
 
 impl<T> Fault<T> {
-    /// Name of the reason, without its numbers.
+    /// Returns the name of the reason, without its numbers.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Clipped(_) | Self::LinkCurrentClipped => "current clipped by the ADC",

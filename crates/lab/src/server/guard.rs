@@ -9,7 +9,7 @@ pub(super) struct Guard {
 }
 
 impl Guard {
-    /// The path behind the token, without its query.
+    /// Returns the path behind the token, without its query.
     ///
     /// # Errors
     /// Another host (a name of somebody else's that leads here), another origin, no token: why, in words.
@@ -47,12 +47,12 @@ impl Guard {
     }
 }
 
-/// Whether two texts are the same, in a time that does not tell where they differ.
+/// Returns whether two texts are the same, in a time that does not tell where they differ.
 fn same(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && a.iter().zip(b).fold(0, |different, (a, b)| different | (a ^ b)) == 0
 }
 
-/// A path without its `%20`s.
+/// Returns a path without its `%20`s.
 pub(super) fn decoded(path: &str) -> String {
     let bytes = path.as_bytes();
     let (mut out, mut at) = (Vec::with_capacity(bytes.len()), 0);

@@ -33,7 +33,7 @@ pub(super) struct Request {
 pub(super) type Refusal = (u16, &'static str);
 
 impl Request {
-    /// The value of a header; of one that stands there twice, which is a trick, an empty one.
+    /// Returns the value of a header; of one that stands there twice, which is a trick, an empty one.
     pub fn header(&self, name: &str) -> Option<&str> {
         let mut all = self.headers.iter().filter(|(known, _)| known.eq_ignore_ascii_case(name));
         let (_, first) = all.next()?;
@@ -41,7 +41,7 @@ impl Request {
     }
 }
 
-/// The request of a connection.
+/// Returns the request of a connection.
 ///
 /// # Errors
 /// Those of the connection; inside, what is no request of a page.
@@ -115,7 +115,7 @@ fn more(stream: &mut impl Read, bytes: &mut Vec<u8>) -> io::Result<()> {
     }
 }
 
-/// The head of a request and where its body begins; none if more must come.
+/// Returns the head of a request and where its body begins; none if more must come.
 fn head(bytes: &[u8]) -> Result<Option<(Request, usize)>, Refusal> {
     let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
     let mut parsed = httparse::Request::new(&mut headers);

@@ -4,7 +4,7 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 
 macro_rules! assets {
     ($($name:literal: $kind:expr),* $(,)?) => {
-        /// The kind and the text of a file of the page; the page itself has no name.
+        /// Returns the kind and the text of a file of the page; the page itself has no name.
         pub(super) fn find(name: &str) -> Option<(&'static str, &'static str)> {
             match name {
                 "" => find("index.html"),

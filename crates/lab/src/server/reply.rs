@@ -55,7 +55,7 @@ impl Reply {
     }
 }
 
-/// The lines above an answer. A connection has one: nothing waits for another behind it.
+/// Returns the lines above an answer. A connection has one: nothing waits for another behind it.
 fn head(code: u16, kind: &str, policy: &str, length: &str) -> String {
     let mut head = format!(
         "HTTP/1.1 {code} \r\nConnection: close\r\n{length}\r\nContent-Type: {kind}\r\nContent-Security-Policy: {policy}\r\n"

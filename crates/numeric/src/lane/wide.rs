@@ -6,16 +6,16 @@ use super::Lane;
 
 /// Where something holds, lane by lane; nowhere by default.
 pub trait Mask: Copy + Default + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// One bit for each lane, the first lane in the lowest.
+    /// Returns one bit for each lane, the first lane in the lowest.
     fn bits(self) -> u32;
 
-    /// Whether it holds anywhere.
+    /// Returns whether it holds anywhere.
     #[inline(always)]
     fn anywhere(self) -> bool {
         self.bits() != 0
     }
 
-    /// A mask from such bits.
+    /// Makes a mask from such bits.
     fn of_bits(bits: u32) -> Self;
 }
 
@@ -43,7 +43,7 @@ pub trait Wide: Lane<Mask: Mask> + 'static {
     /// Whether it is one number alone. What is asked for behind this is compiled for one alone, and not for several as well.
     const ALONE: bool = Self::LANES == 1;
 
-    /// The number in a lane; panics beyond the last.
+    /// Returns the number in a lane; panics beyond the last.
     fn get(&self, lane: usize) -> f64;
 
     /// Puts a number into a lane; panics beyond the last.
@@ -52,7 +52,7 @@ pub trait Wide: Lane<Mask: Mask> + 'static {
     /// Carries out a computation with the processor's instructions for this type.
     fn compute<C: Compute>(computation: C) -> C::Output;
 
-    /// One number at a place, zero elsewhere.
+    /// Makes one number at a place, zero elsewhere.
     #[inline(always)]
     #[must_use]
     fn only(mask: Self::Mask, number: Self) -> Self {
@@ -130,7 +130,7 @@ impl Width {
         Self::ALL.into_iter().filter(|width| *width <= Self::widest())
     }
 
-    /// The widest that this processor has.
+    /// Makes the widest that this processor has.
     pub fn widest() -> Self {
         #[cfg(target_arch = "x86_64")]
         {

@@ -13,13 +13,14 @@ use super::{DataSheet, MotorError, nameplate, wrong};
 use crate::{Algebraic, Core, FluxMap, IronBridge, Linear, MagneticCircuit, Magnetics, Motor, Winding};
 
 impl DataSheet {
-    /// The motor, if the numbers make one.
+    /// Returns the motor, if the numbers make one.
     pub fn motor(&self) -> Result<Motor, MotorError> {
         self.motor_of(None)
     }
 
-    /// The motor of a sheet that differs from that of `known` in nothing but numbers of `[winding]` and `[rotor]`: where they
-    /// leave the core as it is, as those of a core with a `[saturation]` or a `[map]` do, that is not made and judged again.
+    /// Returns the motor of a sheet that differs from that of `known` in nothing but numbers of `[winding]` and
+    /// `[rotor]`: where they leave the core as it is, as those of a core with a `[saturation]` or a `[map]` do, that
+    /// is not made and judged again.
     ///
     /// ```
     /// use standstill_plant::{DataSheet, built_in};
@@ -97,7 +98,7 @@ impl DataSheet {
         Ok(circuit.with_hysteresis(hysteresis).with_harmonics(harmonics))
     }
 
-    /// Winding, magnet flux and core as `[winding]`, `[saturation]` and `[bridge]` state them.
+    /// Returns the winding, magnet flux and core as `[winding]`, `[saturation]` and `[bridge]` state them.
     fn wound(&self, check: &Check) -> Result<(Winding, f64, Core), MotorError> {
         let w = &self.tables.winding;
         let missing = |key| {
@@ -124,7 +125,7 @@ impl DataSheet {
         Ok((winding, magnet_flux, self.core(check, &winding, magnet_flux)?))
     }
 
-    /// Winding, magnet flux and core from a map; what `[winding]` states besides must agree with it.
+    /// Returns the winding, magnet flux and core from a map; what `[winding]` states besides must agree with it.
     fn mapped(&self, check: &Check, map: FluxMap) -> Result<(Winding, f64, Core), MotorError> {
         for (key, given) in
             [("saturation", self.tables.saturation.is_some()), ("bridge", self.tables.bridge.is_some())]
@@ -207,7 +208,7 @@ impl Check<'_> {
         wrong(self.sheet, key, found.to_string(), needed.to_string())
     }
 
-    /// A number within this range; `needed` says what it must be.
+    /// Returns a number within this range; `needed` says what it must be.
     pub(super) fn within<U: Unit>(
         &self,
         key: &'static str,

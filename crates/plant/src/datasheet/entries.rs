@@ -5,7 +5,7 @@ use standstill_files::sheet::{Entry, Sheet};
 use super::{DataSheet, nameplate};
 
 impl DataSheet {
-    /// Each number with its source, in the order of the file.
+    /// Returns each number with its source, in the order of the file.
     pub fn entries(&self) -> Vec<Entry> {
         let Sheet { rating, winding, map, saturation, bridge, rotor, .. } = &self.tables;
         let Sheet { nameplate, harmonics, eddy, hysteresis, thermal, .. } = &self.tables;

@@ -36,7 +36,7 @@ pub enum MotorError {
     Map(MapError),
 }
 
-/// A table that is none, of a file with this text, with its line.
+/// Returns a table that is none, of a file with this text, with its line.
 pub(super) fn of_file(error: &TableError, file: &str, text: &str) -> MotorError {
     let TableError { key, message } = error;
     let line = key_span(text, key).map(|span| format!("line {}, ", line_of(text, span.start)));
@@ -44,7 +44,7 @@ pub(super) fn of_file(error: &TableError, file: &str, text: &str) -> MotorError 
     MotorError::Format { file: file.to_owned(), message: line.unwrap_or_default() + &place + message }
 }
 
-/// A number that no motor has, of a sheet's file and text.
+/// Returns a number that no motor has, of a sheet's file and text.
 pub(super) fn wrong(
     (file, text): (&str, &str),
     key: &'static str,

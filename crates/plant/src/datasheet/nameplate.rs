@@ -27,7 +27,7 @@ fn falls(shares: &SharesTable) -> Falls {
     }
 }
 
-/// The core. Nothing is known of one whose saturation is not given: it is linear.
+/// Returns the core. Nothing is known of one whose saturation is not given: it is linear.
 pub(super) fn core(nameplate: &NameplateTable, winding: &Winding, magnet_flux: f64) -> Option<Core> {
     let Some(saturation) = &nameplate.saturation else {
         return Some(Core::Linear(Linear::from_winding(winding, magnet_flux)));

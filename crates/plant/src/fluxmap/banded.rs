@@ -50,7 +50,7 @@ impl Banded {
         }
     }
 
-    /// The element in row i and column j ≤ i within the band.
+    /// Returns the element in row i and column j ≤ i within the band.
     fn get(&self, i: usize, j: usize) -> f64 {
         self.rows[self.index(i, j)]
     }
@@ -61,7 +61,7 @@ impl Banded {
         Self { rows, ..*self }
     }
 
-    /// Sum of the diagonal.
+    /// Returns the sum of the diagonal.
     pub(super) fn trace(&self) -> f64 {
         (0..self.count).map(|i| self.get(i, i)).sum()
     }
@@ -71,12 +71,12 @@ impl Banded {
         factor_rows(&mut self).then_some(Factor(self))
     }
 
-    /// First column of the band in row i.
+    /// Returns the first column of the band in row i.
     const fn first(&self, i: usize) -> usize {
         i.saturating_sub(self.width)
     }
 
-    /// The row's elements from column `from` up to column `to`.
+    /// Returns the row's elements from column `from` up to column `to`.
     #[inline(always)]
     fn part(&self, i: usize, from: usize, to: usize) -> &[f64] {
         let index = self.index(i, from);
@@ -151,7 +151,7 @@ impl Factor {
         right
     }
 
-    /// The solution of the system with this right side.
+    /// Returns the solution of the system with this right side.
     pub(super) fn solve(&self, right: Vec<f64>) -> Vec<f64> {
         let (l, mut right) = (&self.0, self.forwards(right));
         for i in (0..l.count).rev() {
@@ -165,8 +165,8 @@ impl Factor {
         right
     }
 
-    /// Trace of the inverse's product with a matrix of the same band, which needs the inverse within the band only. It is
-    /// computed from its last row up (Erisman and Tinney 1975, doi 10.1145/360680.360704).
+    /// Returns the trace of the inverse's product with a matrix of the same band, which needs the inverse within the
+    /// band only. It is computed from its last row up (Erisman and Tinney 1975, doi 10.1145/360680.360704).
     pub(super) fn trace_of_inverse_times(&self, other: &Banded) -> f64 {
         trace_of_inverse_times(&self.0, other)
     }

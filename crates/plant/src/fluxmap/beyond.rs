@@ -74,12 +74,12 @@ pub enum PoleKnowledge {
 }
 
 impl PoleKnowledge {
-    /// Whether too little is known to judge a pole.
+    /// Returns whether too little is known to judge a pole.
     pub const fn is_open(self) -> bool {
         matches!(self, Self::NotGiven | Self::NotDetermined)
     }
 
-    /// Caveat for a verdict on the pole, where it is not simply known.
+    /// Returns the caveat for a verdict on the pole, where it is not simply known.
     pub const fn note(self) -> Option<&'static str> {
         match self {
             Self::Known => None,
@@ -95,7 +95,7 @@ impl PoleKnowledge {
 }
 
 impl Continuation {
-    /// The grid with the side that is missing, up to the current of the other one; none if both are there.
+    /// Returns the grid with the side that is missing, up to the current of the other one; none if both are there.
     pub(super) fn of(grid: &Grid, file: &str) -> Result<Option<(Grid, Self)>, MapError> {
         let (low, high) = (grid.d[0], grid.d[grid.d.len() - 1]);
         let reach = high.max(-low);
@@ -137,7 +137,7 @@ impl Continuation {
         Ok(Some((whole, Self { measured: [low, high], cores })))
     }
 
-    /// Difference of the poles by cores of each kind, up to a current in A along d.
+    /// Returns the difference of the poles by cores of each kind, up to a current in A along d.
     pub fn spread(&self, map: &FluxMap, current: f64) -> Vec<PoleSpread> {
         [false, true].into_iter().filter_map(|bridged| self.spread_of(map, current, bridged)).collect()
     }
@@ -167,7 +167,7 @@ impl Continuation {
         Some(north / south - 1.0)
     }
 
-    /// Knowledge of the poles up to a current in A along d: near it and at half of it, where pulses are.
+    /// Returns the knowledge of the poles up to a current in A along d: near it and at half of it, where pulses are.
     pub fn pole(&self, map: &FluxMap, current: f64) -> PoleKnowledge {
         if self.measured[1].min(-self.measured[0]) >= current * (1.0 - 1e-6) {
             return PoleKnowledge::Known;
@@ -183,7 +183,7 @@ impl Continuation {
     }
 }
 
-/// Some of the grid's points, evenly chosen, with its ends.
+/// Returns some of the grid's points, evenly chosen, with its ends.
 fn points(grid: &Grid) -> Vec<Point> {
     let chosen = |count: usize| -> Vec<usize> {
         let sites = count.min(SITES);
@@ -208,7 +208,7 @@ fn fitting(points: &[Point]) -> Vec<FittedCore> {
     cores
 }
 
-/// The grid with these currents along d besides, as a core says, moved to meet the data where they end.
+/// Returns the grid with these currents along d besides, as a core says, moved to meet the data where they end.
 fn continued(grid: &Grid, side: &[f64], fitted: &FittedCore) -> Option<Grid> {
     let edge = if side[0] > 0.0 { grid.d.len() - 1 } else { 0 };
     let mut columns = Vec::new();

@@ -27,12 +27,12 @@ pub(super) struct CoEnergy {
 }
 
 impl CoEnergy {
-    /// Flux and incremental inductance at a current in A.
+    /// Returns the flux and incremental inductance at a current in A.
     pub(super) fn at(&self, current: Dq<f64>) -> Sample {
         self.between(current, &self.d.at(current.d), &self.q.at(current.q))
     }
 
-    /// Sample where the splines of both axes are known.
+    /// Returns the sample where the splines of both axes are known.
     fn between(&self, current: Dq<f64>, d: &Local, q: &Local) -> Sample {
         let mut sums = [[0.0; 3]; 3];
         for (a, order_d) in (0..).zip(0..d.values[0].len()) {
@@ -56,7 +56,7 @@ impl CoEnergy {
         }
     }
 
-    /// The map at all pairs of these currents in A, i_q running faster.
+    /// Returns the map at all pairs of these currents in A, i_q running faster.
     pub(super) fn samples(&self, d: &[f64], q: &[f64]) -> Vec<Sample> {
         let along_q: Vec<(f64, Local)> = q.iter().map(|i_q| (*i_q, self.q.at(*i_q))).collect();
         let row = |i_d: &f64| {

@@ -28,7 +28,7 @@ const BALANCE: usize = 40;
 /// along q.
 type Hessians = [DMatrix<f64>; 3];
 
-/// The nearest energy whose eigenvalues are at least this share of the median, from one that is not.
+/// Returns the nearest energy whose eigenvalues are at least this share of the median, from one that is not.
 pub(super) fn nearest(fit: &Fit, lambda: f64, start: &CoEnergy, share: f64) -> Option<CoEnergy> {
     let scaled = fit.scaled();
     let floor = share * median_eigenvalue(&hessians(&scaled, &start.coefficients));
@@ -84,20 +84,20 @@ fn hessians(scaled: &Scaled, c: &DMatrix<f64>) -> Hessians {
     [sum(2, 0), sum(1, 1) * std::f64::consts::SQRT_2, sum(0, 2)]
 }
 
-/// The transposed of [`hessians`].
+/// Returns the transposed of [`hessians`].
 fn back(scaled: &Scaled, [dd, dq, qq]: &Hessians) -> DMatrix<f64> {
     let (d, q) = (&scaled.d, &scaled.q);
     let sum = |h: &DMatrix<f64>, order_d: usize, order_q: usize| d[order_d].tr_mul(h) * &q[order_q];
     sum(dd, 2, 0) + sum(dq, 1, 1) * std::f64::consts::SQRT_2 + sum(qq, 0, 2)
 }
 
-/// Mean, half difference and length: the eigenvalues are mean ± length.
+/// Returns the mean, half difference and length: the eigenvalues are mean ± length.
 fn parts(dd: f64, dq: f64, qq: f64) -> (f64, f64, f64, f64) {
     let (mean, half, cross) = ((dd + qq) / 2.0, (dd - qq) / 2.0, dq * std::f64::consts::FRAC_1_SQRT_2);
     (mean, half, cross, hypot(half, cross))
 }
 
-/// Each matrix with its eigenvalues raised to the floor.
+/// Returns each matrix with its eigenvalues raised to the floor.
 fn raised([mut dd, mut dq, mut qq]: Hessians, floor: f64) -> Hessians {
     for k in 0..dd.len() {
         let (mean, half, cross, length) = parts(dd[k], dq[k], qq[k]);

@@ -85,8 +85,9 @@ impl InductanceErrors {
         Self { along, coarseness }
     }
 
-    /// Standard errors in H of L_dd, L_dq and L_qq at a current in A on the d-axis (`[i_d, 0]`) or the q-axis: from the noise
-    /// of the data, from what every second point of the map would say instead, and from what the simulation loses.
+    /// Returns the standard errors in H of L_dd, L_dq and L_qq at a current in A on the d-axis (`[i_d, 0]`) or the
+    /// q-axis: from the noise of the data, from what every second point of the map would say instead, and from what
+    /// the simulation loses.
     pub fn at(&self, [i_d, i_q]: [f64; 2]) -> [f64; 3] {
         let (axis, i) = if i_q == 0.0 { (&self.along[0], i_d) } else { (&self.along[1], i_q) };
         let after = axis.partition_point(|(x, _)| *x < i).clamp(1, axis.len() - 1);
@@ -101,12 +102,13 @@ impl InductanceErrors {
         self.coarseness
     }
 
-    /// Whether the map is too coarse for its saturation: half as finely, it would say something else by more than 5 %.
+    /// Returns whether the map is too coarse for its saturation: half as finely, it would say something else by more
+    /// than 5 %.
     pub fn too_coarse(&self) -> bool {
         self.coarseness.is_some_and(|coarseness| coarseness > COARSE)
     }
 
-    /// Caveat for results where it is.
+    /// Returns the caveat for results where it is.
     pub(super) fn note(&self) -> Option<Arc<str>> {
         let coarseness = self.coarseness.filter(|_| self.too_coarse())?;
         Some(
@@ -136,7 +138,7 @@ fn differences(one: &CoEnergy, other: &CoEnergy, current: Dq<f64>) -> [f64; 3] {
     apart(one.at(current).inductance, other.at(current).inductance)
 }
 
-/// Some currents of an axis, with zero.
+/// Returns some currents of an axis, with zero.
 fn places(axis: &[f64]) -> Vec<f64> {
     let mut places = spread(axis, axis.len().min(PLACES));
     if let Err(at) = places.binary_search_by(|x| x.total_cmp(&0.0)) {

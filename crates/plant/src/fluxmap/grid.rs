@@ -155,8 +155,8 @@ impl Grid {
         Ok(())
     }
 
-    /// Every second value of either current, with the ends and the one next to zero; none if an axis has fewer values
-    /// than these.
+    /// Returns every second value of either current, with the ends and the one next to zero; none if an axis has
+    /// fewer values than these.
     pub(super) fn every_second(&self, least: usize) -> Option<Self> {
         if self.d.len() < least || self.q.len() < least {
             return None;
@@ -210,7 +210,7 @@ impl Grid {
         }
     }
 
-    /// Flux in Wb without current, between the points next to it.
+    /// Returns the flux in Wb without current, between the points next to it.
     fn at_rest(&self) -> Dq<f64> {
         let ((a, x), (b, y)) = (bracket(&self.d), bracket(&self.q));
         let between = |m: &DMatrix<f64>| {
@@ -273,7 +273,7 @@ impl Grid {
         &self.places[a * self.q.len() + b]
     }
 
-    /// The cell of a current in A, for messages: where its nearest corner stands in the file, and its sides.
+    /// Returns the cell of a current in A, for messages: where its nearest corner stands in the file, and its sides.
     pub(super) fn cell(&self, current: Dq<f64>) -> (&Place, String) {
         let sides = |axis: &[f64], i: f64| {
             let after = axis.partition_point(|x| *x <= i).clamp(1, axis.len() - 1);
@@ -284,7 +284,7 @@ impl Grid {
         (place, format!("i_d = {d_low} to {d_high} A, i_q = {q_low} to {q_high} A"))
     }
 
-    /// Whether ψ_d grows with i_q rather than i_d, and ψ_q with i_d.
+    /// Returns whether ψ_d grows with i_q rather than i_d, and ψ_q with i_d.
     fn looks_transposed(&self) -> bool {
         let along_d = |m: &DMatrix<f64>| (m.row(m.nrows() - 1) - m.row(0)).norm() / (m.ncols() as f64).sqrt();
         let along_q =

@@ -70,7 +70,8 @@ pub(super) fn spread(sites: &[f64], count: usize) -> Vec<f64> {
     (0..count).map(at).collect()
 }
 
-/// The sum of products of matrices along d and q as a banded matrix over pairs of functions, q running faster.
+/// Returns the sum of products of matrices along d and q as a banded matrix over pairs of functions, q running
+/// faster.
 fn product(terms: &[(f64, &DMatrix<f64>, &DMatrix<f64>)]) -> Banded {
     let (n, m) = (terms[0].1.nrows(), terms[0].2.nrows());
     let mut sum = Banded::new(n * m, DEGREE * m + DEGREE);
@@ -199,7 +200,7 @@ impl<'a> Fit<'a> {
         Some(Smoothing { noise, ..best.1.1 })
     }
 
-    /// The co-energy for this λ, with the factor that its errors follow from.
+    /// Returns the co-energy for this λ, with the factor that its errors follow from.
     pub(super) fn co_energy(&self, lambda: f64) -> Option<(CoEnergy, Factor)> {
         let factor = self.factor(lambda)?;
         let (d, q) = (self.d.basis.clone(), self.q.basis.clone());
@@ -225,7 +226,7 @@ fn decades(power: f64) -> f64 {
     exp(power * std::f64::consts::LN_10)
 }
 
-/// A whole power.
+/// Returns a whole power.
 fn power_of(x: f64, exponent: usize) -> f64 {
     (0..exponent).map(|_| x).product()
 }
@@ -250,7 +251,7 @@ impl Fit<'_> {
         Scaled { d: self.d.scaled(&self.grid.d), q: self.q.scaled(&self.grid.q) }
     }
 
-    /// Sum of squares of the Hessians as a matrix, see [`super::convex`].
+    /// Returns the sum of squares of the Hessians as a matrix, see [`super::convex`].
     fn hessian_squares(scaled: &Scaled) -> Banded {
         let [d, q] =
             [&scaled.d, &scaled.q].map(|axis| [0, 1, 2].map(|order: usize| axis[order].tr_mul(&axis[order])));
@@ -262,7 +263,7 @@ impl Fit<'_> {
         self.plain.trace() / Self::hessian_squares(scaled).trace()
     }
 
-    /// The fit's system with the Hessians' squares on top.
+    /// Returns the fit's system with the Hessians' squares on top.
     pub(super) fn with_hessians(&self, lambda: f64, scaled: &Scaled, weight: f64) -> Option<Factor> {
         self.tied.plus(&self.penalty, lambda).plus(&Self::hessian_squares(scaled), weight).factor()
     }
@@ -274,7 +275,8 @@ impl Fit<'_> {
         DMatrix::from_row_slice(n, m, &factor.solve(right))
     }
 
-    /// A current in A at which the inductances are not positive definite, as far as four places per function can tell.
+    /// Returns a current in A at which the inductances are not positive definite, as far as four places per function
+    /// can tell.
     pub(super) fn bent_at(&self, co_energy: &CoEnergy) -> Option<Dq<f64>> {
         let places = |axis: &[f64], count: usize| spread(axis, 4 * count + 1);
         let d = places(&self.grid.d, self.d.basis.count());
@@ -309,7 +311,7 @@ pub(super) fn smoothing(grid: &Grid) -> Option<Smoothing> {
     Fit::new(grid, CHOICE_SITES).smoothing()
 }
 
-/// Standard errors in H of L_dd, L_dq and L_qq at a current in A, for a noise in Wb.
+/// Returns the standard errors in H of L_dd, L_dq and L_qq at a current in A, for a noise in Wb.
 pub(super) fn errors(co_energy: &CoEnergy, factor: &Factor, noise: f64, current: Dq<f64>) -> [f64; 3] {
     let (d, q) = (co_energy.d.at(current.d), co_energy.q.at(current.q));
     let m = co_energy.q.count();

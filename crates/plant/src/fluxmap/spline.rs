@@ -84,7 +84,7 @@ impl Basis {
         values
     }
 
-    /// Each function's derivative of an order at each site: rows are sites.
+    /// Returns each function's derivative of an order at each site: rows are sites.
     pub(super) fn matrix(&self, sites: &[f64], order: usize) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(sites.len(), self.count());
         for (row, x) in sites.iter().enumerate() {

@@ -48,7 +48,7 @@ pub struct FluxMap {
 }
 
 impl FluxMap {
-    /// The surface over a map that has a convex energy, and its largest error in A.
+    /// Returns the surface over a map that has a convex energy, and its largest error in A.
     ///
     /// # Errors
     /// The current in A at which the surface is not convex.
@@ -110,8 +110,8 @@ impl FluxMap {
         self.range
     }
 
-    /// Whether there is a magnet: a flux without current of at least 2 % of the largest one. Less is a trace left by
-    /// the measurement.
+    /// Returns whether there is a magnet: a flux without current of at least 2 % of the largest one. Less is a trace
+    /// left by the measurement.
     pub const fn has_magnet(&self) -> bool {
         self.magnet
     }
@@ -124,17 +124,17 @@ impl FluxMap {
         Self { note, ..self }
     }
 
-    /// Caveat for all results with this map: it is too coarse for its saturation.
+    /// Returns the caveat for all results with this map: it is too coarse for its saturation.
     pub fn note(&self) -> Option<&str> {
         self.note.as_deref()
     }
 
-    /// Knowledge of which pole draws more current, up to a current in A along d.
+    /// Returns the knowledge of which pole draws more current, up to a current in A along d.
     pub fn pole(&self, current: f64) -> PoleKnowledge {
         self.continuation.as_ref().map_or(PoleKnowledge::Known, |beyond| beyond.pole(self, current))
     }
 
-    /// The largest current in A on its axes.
+    /// Returns the largest current in A on its axes.
     pub fn reach(&self) -> f64 {
         reach(self.range)
     }
@@ -199,7 +199,7 @@ impl Normal {
     }
 }
 
-/// The surface by least squares of its gradient.
+/// Returns the surface by least squares of its gradient.
 fn fit([along_d, along_q]: &[Cells; 2], samples: &[Sample]) -> Option<Vec<Piece>> {
     let (rows, row) = (along_d.functions(), along_q.functions());
     let count = rows * row;
@@ -242,7 +242,7 @@ fn reach(range: [[f64; 2]; 2]) -> f64 {
     range.as_flattened().iter().fold(0.0, |reach, i| i.abs().max(reach))
 }
 
-/// The middles between some places and the next.
+/// Returns the middles between some places and the next.
 fn middles(places: &[f64]) -> Vec<f64> {
     places.windows(2).step_by(DENSITY).map(|pair| (pair[0] + pair[1]) / 2.0).collect()
 }

@@ -80,14 +80,14 @@ impl Algebraic {
 }
 
 impl<T: Lane> Algebraic<T> {
-    /// All exponents, that of the bridge last.
+    /// Returns all exponents, that of the bridge last.
     pub(super) fn exponents(&self) -> ([u8; 4], Option<u8>) {
         let Self { d_exponent, q_exponent, cross_d_exponent, cross_q_exponent, .. } = *self;
         let bridge = self.bridge.map(|bridge| bridge.exponent);
         ([d_exponent, q_exponent, cross_d_exponent, cross_q_exponent], bridge)
     }
 
-    /// Current and inverse inductance, of any number of machines.
+    /// Returns the current and inverse inductance, of any number of machines.
     #[inline(always)]
     pub(super) fn evaluate(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
         let (d, q) = (flux.d.abs(), flux.q.abs());

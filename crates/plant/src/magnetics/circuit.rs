@@ -35,7 +35,7 @@ pub struct MagneticState<T = f64> {
 }
 
 impl<T: Lane> MagneticState<T> {
-    /// The state of a core without harmonics, with the magnet's change by temperature.
+    /// Makes the state of a core without harmonics, with the magnet's change by temperature.
     #[inline(always)]
     fn undistorted(flux: Dq<T>, core_current: Dq<T>, hessian: Symmetric<T>, magnet: Dq<T>) -> Self {
         let zero = T::of(0.0);
@@ -61,13 +61,14 @@ pub struct Cogging {
 }
 
 impl Cogging {
-    /// Torque in N·m at electrical angle θ in rad.
+    /// Returns the torque in N·m at electrical angle θ in rad.
     #[inline(always)]
     pub fn at<T: Lane>(&self, angle: T) -> T {
         sin_cos(angle * f64::from(self.periods)).0 * -self.torque
     }
 
-    /// Energy in J at electrical angle θ in rad, of which the torque is the negative slope over the mechanical angle.
+    /// Returns the energy in J at electrical angle θ in rad, of which the torque is the negative slope over the
+    /// mechanical angle.
     pub fn energy(&self, angle: f64, pole_pairs: u32) -> f64 {
         let n = f64::from(self.periods);
         -self.torque / (n * f64::from(pole_pairs)) * cos(n * angle)
@@ -104,7 +105,7 @@ pub struct MagneticCircuit {
 }
 
 impl MagneticCircuit {
-    /// A core alone.
+    /// Makes a core alone.
     ///
     /// # Errors
     /// A core that has no state without current.
@@ -180,27 +181,27 @@ impl MagneticCircuit {
         Ok(changed.with_harmonics(scaled).with_eddy_currents(self.eddy.map(|(branch, _)| branch)))
     }
 
-    /// The core without its harmonics and eddy currents.
+    /// Returns the core without its harmonics and eddy currents.
     pub const fn core(&self) -> &Core {
         &self.core
     }
 
-    /// The harmonics.
+    /// Returns the harmonics.
     pub const fn harmonics(&self) -> Harmonics {
         self.harmonics
     }
 
-    /// The eddy currents.
+    /// Returns the eddy currents.
     pub fn eddy_currents(&self) -> Option<EddyBranch> {
         self.eddy.map(|(branch, _)| branch)
     }
 
-    /// The hysteresis of its iron.
+    /// Returns the hysteresis of its iron.
     pub fn hysteresis(&self) -> Option<Hysteresis> {
         self.hysteresis.map(|(hysteresis, _)| hysteresis)
     }
 
-    /// The cells of its iron.
+    /// Returns the cells of its iron.
     pub fn cells(&self) -> Option<&[Cell; MOST_CELLS]> {
         self.hysteresis.as_ref().map(|(_, cells)| cells)
     }
@@ -210,17 +211,17 @@ impl MagneticCircuit {
         self.inductance
     }
 
-    /// Flux in Wb of the core without current, harmonics apart.
+    /// Returns the flux in Wb of the core without current, harmonics apart.
     pub(crate) const fn core_rest(&self) -> Dq<f64> {
         self.rest
     }
 
-    /// Flux in Wb without current.
+    /// Returns the flux in Wb without current.
     pub fn rest(&self, at: Heading) -> Dq<f64> {
         self.distortion.map_or(self.rest, |distortion| distortion.rest(at))
     }
 
-    /// Current, inductance and their slopes at a flux in Wb.
+    /// Returns the current, inductance and their slopes at a flux in Wb.
     pub fn state(&self, flux: Dq<f64>, at: Heading) -> MagneticState {
         if let Some(distortion) = &self.distortion {
             let inside = distortion.inwards(flux, at);
@@ -249,7 +250,7 @@ impl MagneticCircuit {
         })
     }
 
-    /// Flux in Wb at which the current in A flows and no eddy currents are left.
+    /// Returns the flux in Wb at which the current in A flows and no eddy currents are left.
     ///
     /// # Errors
     /// [`NoConvergence`] where there is no such state, which a convex energy cannot cause.

@@ -105,7 +105,7 @@ impl Knee {
         at(root(0.0, 1.0, beyond)?).filter(|knee| knee.least() >= LEAST)
     }
 
-    /// The least g, where the iron is not saturated.
+    /// Returns the least g, where the iron is not saturated.
     fn least(&self) -> f64 {
         1.0 - self.height * self.w(self.t(0.0))
     }
@@ -118,8 +118,9 @@ impl Knee {
         self.slope(flux) - 1.0
     }
 
-    /// The width at which both rises are met. A wide knee is a power of the flux, which bends the most; a narrow one has
-    /// the core saturated already. Begins as [`Knee::power`]. None: it would have to bend more than this power, or leave too little at its foot.
+    /// Returns the width at which both rises are met. A wide knee is a power of the flux, which bends the most; a
+    /// narrow one has the core saturated already. Begins as [`Knee::power`]. None: it would have to bend more than
+    /// this power, or leave too little at its foot.
     fn meeting(self, rise: f64, opposed: f64) -> Option<Self> {
         let of = |width: f64| Self { width, ..self }.rising(rise);
         let mut wide = self.width;
@@ -146,7 +147,8 @@ impl Knee {
     }
 }
 
-/// The law along d with these rises of g at +I and −I, the first one positive; the place of no flux is `magnet` away.
+/// Returns the law along d with these rises of g at +I and −I, the first one positive; the place of no flux is
+/// `magnet` away.
 fn knee(rise: f64, opposed: Option<f64>, magnet: f64) -> Option<Knee> {
     // The iron's own place first; then nearer ones, which leave more at the foot of a steep knee.
     let places = std::iter::successors(Some(magnet), |m| Some(0.9 * m)).take_while(|m| *m > 1.0);
@@ -166,8 +168,8 @@ fn knee(rise: f64, opposed: Option<f64>, magnet: f64) -> Option<Knee> {
 }
 
 impl Algebraic {
-    /// The core with these inductances in H without current, this magnet in Wb, and these falls at the rated current in
-    /// A. It is convex and smooth everywhere, and does not couple the axes.
+    /// Makes the core with these inductances in H without current, this magnet in Wb, and these falls at the rated
+    /// current in A. It is convex and smooth everywhere, and does not couple the axes.
     ///
     /// ```
     /// use standstill_interface::Dq;

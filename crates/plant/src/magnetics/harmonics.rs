@@ -144,18 +144,18 @@ impl<T: Lane> Harmonics<T> {
 }
 
 impl Harmonics {
-    /// The largest change of the inductances in H, in any direction at any angle.
+    /// Returns the largest change of the inductances in H, in any direction at any angle.
     pub fn largest_inductance(&self) -> f64 {
         1.5 * self.inductance_4.abs() + 2.0 / 3.0 * self.asymmetry.abs()
     }
 
-    /// Whether they are small enough for a core with this incremental inductance in H without current: at most half of
-    /// it in any direction. From the whole of it on there would be angles without inductance.
+    /// Returns whether they are small enough for a core with this incremental inductance in H without current: at
+    /// most half of it in any direction. From the whole of it on there would be angles without inductance.
     pub fn fit(&self, inductance: Symmetric) -> bool {
         self.largest_inductance() <= 0.5 * inductance.smaller_eigenvalue()
     }
 
-    /// Whether there is any.
+    /// Returns whether there is any.
     pub fn any(&self) -> bool {
         *self != Self::default()
     }
@@ -218,7 +218,7 @@ pub(super) struct Inside<T> {
 }
 
 impl<T: Lane> Inside<T> {
-    /// The winding's state over that of the core, with the magnet's change of temperature.
+    /// Returns the winding's state over that of the core, with the magnet's change of temperature.
     #[inline(always)]
     pub(super) fn outwards(
         self,
@@ -247,7 +247,7 @@ impl Distortion {
         self.rest + c.a.apply(flux - self.rest - c.shift)
     }
 
-    /// Flux in Wb without current.
+    /// Returns the flux in Wb without current.
     pub(super) fn rest(&self, at: Heading) -> Dq<f64> {
         self.rest + self.harmonics.flux(at).0
     }

@@ -62,7 +62,7 @@ impl<T: Lane> IronBridge<T> {
         (b, (b * b + flux.q * self.q_share * flux.q).sqrt())
     }
 
-    /// Current and inverse inductance, of any number of machines.
+    /// Returns the current and inverse inductance, of any number of machines.
     #[inline(always)]
     pub(super) fn evaluate(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
         let (b, s) = self.coordinates(flux);
@@ -79,7 +79,7 @@ impl<T: Lane> IronBridge<T> {
 }
 
 impl IronBridge {
-    /// Current in A of the ribs at ψ_b in Wb, on the d-axis.
+    /// Returns the current in A of the ribs at ψ_b in Wb, on the d-axis.
     pub(super) fn along_d(&self, flux: f64) -> f64 {
         self.conductance(flux.abs()).0 * flux
     }

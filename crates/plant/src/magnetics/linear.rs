@@ -18,7 +18,7 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// The core of a winding by equations (1) and (2) with a magnet.
+    /// Makes the core of a winding by equations (1) and (2) with a magnet.
     pub fn from_winding(winding: &Winding, magnet_flux: f64) -> Self {
         Self {
             d_axis_inductance: winding.d_axis_inductance(),

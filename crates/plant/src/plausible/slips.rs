@@ -57,7 +57,7 @@ enum Why {
 }
 
 impl Slip {
-    /// All that could have happened to these numbers.
+    /// Returns all that could have happened to these numbers.
     pub(super) fn all(of: &Numbers) -> Vec<Self> {
         let mut all = prefixes(of);
         let p = of.pole_pairs;
@@ -93,7 +93,7 @@ impl Slip {
         all
     }
 
-    /// The numbers without it.
+    /// Returns the numbers without it.
     pub(super) fn mended(&self, numbers: &Numbers) -> Numbers {
         let mut numbers = *numbers;
         let f = self.factor;

@@ -45,40 +45,40 @@ pub enum Ticks {
 }
 
 impl Axis {
-    /// An axis over the range of the data.
+    /// Makes an axis over the range of the data.
     pub fn new(label: impl Into<String>) -> Self {
         Self { label: label.into(), range: None, ticks: Ticks::Auto, scale: AxisScale::Linear }
     }
 
-    /// An axis of things that have names instead of numbers: the first is at 0, the next at 1, and so on.
+    /// Makes an axis of things that have names instead of numbers: the first is at 0, the next at 1, and so on.
     pub fn categories(label: impl Into<String>, names: impl IntoIterator<Item = String>) -> Self {
         let names: Vec<_> = names.into_iter().enumerate().map(|(at, name)| (at as f64, name)).collect();
         let last = names.len() as f64 - 0.5;
         Self { ticks: Ticks::Named(names), ..Self::new(label).range(-0.5, last.max(0.5)) }
     }
 
-    /// The axis with a logarithmic scale.
+    /// Returns the axis with a logarithmic scale.
     #[must_use]
     pub fn log10(mut self) -> Self {
         self.scale = AxisScale::Log10;
         self
     }
 
-    /// The axis from `first` to `last`.
+    /// Returns the axis from `first` to `last`.
     #[must_use]
     pub fn range(mut self, first: f64, last: f64) -> Self {
         self.range = Some((first, last));
         self
     }
 
-    /// The axis marked at whole numbers.
+    /// Returns the axis marked at whole numbers.
     #[must_use]
     pub fn whole(mut self) -> Self {
         self.ticks = Ticks::Whole;
         self
     }
 
-    /// The axis marked at multiples of `step`.
+    /// Returns the axis marked at multiples of `step`.
     #[must_use]
     pub fn step(mut self, step: f64) -> Self {
         self.ticks = Ticks::Step(step);
@@ -87,12 +87,12 @@ impl Axis {
 }
 
 impl AxisScale {
-    /// Whether a value has a place.
+    /// Returns whether a value has a place.
     pub(super) fn has(self, value: f64) -> bool {
         value.is_finite() && (self == Self::Linear || value > 0.0)
     }
 
-    /// The number whose equal differences are equally far apart.
+    /// Returns the number whose equal differences are equally far apart.
     pub(super) fn even(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
@@ -101,7 +101,7 @@ impl AxisScale {
         }
     }
 
-    /// The inverse of [`AxisScale::even`].
+    /// Returns the inverse of [`AxisScale::even`].
     pub(super) fn value(self, even: f64) -> f64 {
         match self {
             Self::Linear => even,
@@ -130,12 +130,13 @@ impl Scale {
         Self { range, spread, ..Self::default() }
     }
 
-    /// First and last value, spread evenly.
+    /// Returns the first and last value, spread evenly.
     pub(super) fn ends(&self) -> (f64, f64) {
         (self.spread.even(self.range.0), self.spread.even(self.range.1))
     }
 
-    /// A value spread evenly; a thousand ranges away if it is further, and if it is too small for a logarithm.
+    /// Returns a value spread evenly; a thousand ranges away if it is further, and if it is too small for a
+    /// logarithm.
     pub(super) fn even(&self, value: f64) -> f64 {
         let (first, last) = self.ends();
         let far = 1e3 * (last - first);
@@ -143,12 +144,12 @@ impl Scale {
         if is_below { first - far } else { self.spread.even(value).clamp(first - far, last + far) }
     }
 
-    /// The place of a value between two places.
+    /// Returns the place of a value between two places.
     pub(super) fn at(&self, value: f64, (from, to): (f64, f64)) -> f64 {
         if value.is_nan() { value } else { f64::from(self.map(&value, (px(from), px(to)))) / UNIT }
     }
 
-    /// Whether a value is within the range.
+    /// Returns whether a value is within the range.
     pub(super) fn shows(&self, value: f64) -> bool {
         (self.range.0..=self.range.1).contains(&value)
     }
@@ -163,7 +164,7 @@ impl Ranged for Scale {
         RangedCoordf64::from(first..last).map(&self.even(*value), limit)
     }
 
-    /// The ticks with a text, or those without.
+    /// Returns the ticks with a text, or those without.
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
         let is_short = hint.max_num_points() == SHORT_MARKS;
         self.ticks.iter().filter(|tick| tick.text.is_empty() == is_short).map(|tick| tick.at).collect()
@@ -188,19 +189,19 @@ pub(super) struct Tick {
     pub text: String,
 }
 
-/// The range asked for, if it is one; lowest first.
+/// Returns the range asked for, if it is one; lowest first.
 pub(super) fn usable(axis: &Axis) -> Option<(f64, f64)> {
     let (a, b) = axis.range?;
     let (low, high) = (a.min(b), a.max(b));
     (axis.scale.has(a) && axis.scale.has(b) && spread(low, high)).then_some((low, high))
 }
 
-/// Whether two values are apart by more than the error of their subtraction.
+/// Returns whether two values are apart by more than the error of their subtraction.
 fn spread(low: f64, high: f64) -> bool {
     high - low > 1e-12 * low.abs().max(high.abs()) && (high - low).is_finite()
 }
 
-/// A range around data from `low` to `high`, wider by the share `margin` on both sides. Data without extent
+/// Returns a range around data from `low` to `high`, wider by the share `margin` on both sides. Data without extent
 /// get a range around them, no data the range from 0 to 1, on a logarithmic axis from 0.1 to 10.
 pub(super) fn around(scale: AxisScale, extent: Option<(f64, f64)>, margin: f64) -> (f64, f64) {
     let is_linear = scale == AxisScale::Linear;

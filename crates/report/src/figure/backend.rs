@@ -35,13 +35,13 @@ const LONG: usize = 500;
 const LINE: f64 = 1.3;
 const HALF: f64 = 0.36;
 
-/// A length in logical pixels as a coordinate, a radius or a type size of a [`Backend`].
+/// Returns a length in logical pixels as a coordinate, a radius or a type size of a [`Backend`].
 #[expect(clippy::cast_possible_truncation, reason = "far beyond any figure")]
 pub fn px(length: f64) -> i32 {
     (length * UNIT).round() as i32
 }
 
-/// The width of a stroke of so many logical pixels, for a style of plotters.
+/// Returns the width of a stroke of so many logical pixels, for a style of plotters.
 pub fn stroke_px(width: f64) -> u32 {
     px(width).unsigned_abs()
 }

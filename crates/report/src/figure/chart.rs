@@ -42,20 +42,20 @@ pub(super) const CENTRE: Pos = Pos { h_pos: HPos::Center, v_pos: VPos::Center };
 /// A panel as a chart of plotters: coordinates are those of the data.
 pub type Chart = ChartContext<'static, Backend, Cartesian2d<Scale, Scale>>;
 
-/// Type of a size in logical pixels.
+/// Returns the type of a size in logical pixels.
 pub(super) fn type_of(size: f64, Colour(r, g, b, alpha): Colour) -> TextStyle<'static> {
     let font = FontDesc::new(FontFamily::SansSerif, size * UNIT, FontStyle::Normal);
     TextStyle { color: BackendColor { alpha, rgb: (r, g, b) }, ..font.into() }
 }
 
-/// The plotting area of a chart.
+/// Returns the plotting area of a chart.
 pub(super) fn area(chart: &Chart) -> Rect {
     let (x, y) = chart.plotting_area().get_pixel_range();
     let at = |place: i32| f64::from(place) / UNIT;
     Rect { left: at(x.start), right: at(x.end), top: at(y.start), bottom: at(y.end) }
 }
 
-/// The axes of a chart without its mesh: labels, numbers, long marks, then short ones.
+/// Returns the axes of a chart without its mesh: labels, numbers, long marks, then short ones.
 pub(super) fn axes(chart: &mut Chart, x_label: &str, y_label: &str) -> Drawn {
     for (marks, size, labels) in [(2, TICK, [x_label, y_label]), (SHORT_MARKS, SHORT_TICK, [""; 2])] {
         let mut mesh = chart.configure_mesh();
@@ -85,13 +85,13 @@ struct Place {
     bar: Option<Bar>,
 }
 
-/// Height of a text of which each line is so high.
+/// Returns the height of a text of which each line is so high.
 fn height(text: &str, line: f64) -> f64 {
     text.lines().count() as f64 * line
 }
 
 impl Place {
-    /// The top of the legend.
+    /// Returns the top of the legend.
     fn legend_top(&self) -> f64 {
         let rows = self.notes.iter().map(|note| note.1 + 1).max().unwrap_or(0);
         self.area.top - 4.0 - rows as f64 * SMALL_LINE - legend::height(&self.legend)
@@ -276,7 +276,7 @@ fn side_by_side(figure: &Figure, heights: &[f64]) -> Vec<Place> {
     places
 }
 
-/// Places and labels of the vertical or of the horizontal rules.
+/// Returns the places and labels of the vertical or of the horizontal rules.
 fn labels(panel: &Panel, of_vertical: bool) -> impl Iterator<Item = (f64, &str)> {
     panel.layers.iter().filter_map(move |layer| match layer {
         Layer::VerticalRule { label: Some(label), x: at } if of_vertical => Some((*at, &**label)),
@@ -285,13 +285,13 @@ fn labels(panel: &Panel, of_vertical: bool) -> impl Iterator<Item = (f64, &str)>
     })
 }
 
-/// The room that the labels of horizontal rules need.
+/// Returns the room that the labels of horizontal rules need.
 fn notes_width(panel: &Panel) -> f64 {
     labels(panel, false).map(|(_, label)| width(label, SMALL) + 6.0).fold(0.0, f64::max)
 }
 
-/// The labels of vertical rules, each over its rule: middle, line and text. Two that would touch make way to both sides if each
-/// still reaches its rule, otherwise the second goes a line higher.
+/// Returns the labels of vertical rules, each over its rule: middle, line and text. Two that would touch make way to
+/// both sides if each still reaches its rule, otherwise the second goes a line higher.
 fn notes_above(panel: &Panel, x: &Scale, (left, right): (f64, f64)) -> Vec<(f64, usize, String)> {
     const GAP: f64 = 12.0;
     let half = |text: &str| width(text, SMALL) / 2.0;
@@ -320,7 +320,8 @@ fn notes_above(panel: &Panel, x: &Scale, (left, right): (f64, f64)) -> Vec<(f64,
     notes
 }
 
-/// The labels of horizontal rules and their places, each level with its rule unless the one above is in the way.
+/// Returns the labels of horizontal rules and their places, each level with its rule unless the one above is in the
+/// way.
 fn notes_beside<'p>(panel: &'p Panel, y: &Scale, area: Rect) -> Vec<(f64, &'p str)> {
     let shown = labels(panel, false).filter(|(at, _)| y.shows(*at));
     let mut notes: Vec<_> = shown.map(|(at, label)| (y.at(at, (area.bottom, area.top)), label)).collect();

@@ -18,12 +18,12 @@ impl Colour {
         Self(self.0, self.1, self.2, self.3 * by)
     }
 
-    /// A filled shape, for plotters.
+    /// Returns a filled shape, for plotters.
     pub(super) fn fill(self) -> ShapeStyle {
         ShapeStyle { color: RGBAColor(self.0, self.1, self.2, self.3), filled: true, stroke_width: 0 }
     }
 
-    /// A line so many logical pixels wide, for plotters.
+    /// Returns a line so many logical pixels wide, for plotters.
     pub(super) fn stroke(self, width: f64) -> ShapeStyle {
         ShapeStyle { filled: false, stroke_width: stroke_px(width), ..self.fill() }
     }
@@ -48,24 +48,24 @@ impl Colour {
         0.2126 * linear(self.0) + 0.7152 * linear(self.1) + 0.0722 * linear(self.2)
     }
 
-    /// The ratio of contrast after WCAG 2, from 1 to 21.
+    /// Returns the ratio of contrast after WCAG 2, from 1 to 21.
     pub(super) fn contrast(self, other: Self) -> f64 {
         let (a, b) = (self.luminance() + 0.05, other.luminance() + 0.05);
         a.max(b) / a.min(b)
     }
 }
 
-/// The colour of a share from 0, light, to 1, dark; shares beyond have those of the ends.
+/// Returns the colour of a share from 0, light, to 1, dark; shares beyond have those of the ends.
 ///
-/// Viridis of matplotlib (CC0), turned round: its steps look equally large, its lightness falls all the way, also to the
-/// colour-blind and in grey, and on paper more is darker.
+/// Viridis of matplotlib (CC0), turned round: its steps look equally large, its lightness falls all the way, also to
+/// the colour-blind and in grey, and on paper more is darker.
 pub(super) fn colour(share: f64) -> Colour {
     let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
     let RGBColor(r, g, b) = ViridisRGB.get_color(1.0 - share);
     rgb(r, g, b)
 }
 
-/// Colours between which the others are mixed, each with its share.
+/// Returns the colours between which the others are mixed, each with its share.
 pub(super) fn stops() -> impl Iterator<Item = (f64, Colour)> {
     (0..=9).map(|i| f64::from(i) / 9.0).map(|share| (share, colour(share)))
 }

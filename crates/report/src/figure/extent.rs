@@ -33,14 +33,14 @@ fn data(panel: &Panel, layer: &Layer) -> impl Iterator<Item = Point> {
     all.into_iter().filter(move |p| x.has(p.0) && y.has(p.1))
 }
 
-/// The least and the greatest of the values that have a place.
+/// Returns the least and the greatest of the values that have a place.
 pub(super) fn span(scale: AxisScale, values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.filter(|value| scale.has(*value)).fold(None, |found, value| {
         Some(found.map_or((value, value), |(a, b): (f64, f64)| (a.min(value), b.max(value))))
     })
 }
 
-/// Whether a panel has anything to show besides rules.
+/// Returns whether a panel has anything to show besides rules.
 pub(super) fn has_data(panel: &Panel) -> bool {
     panel.layers.iter().any(|layer| match layer {
         // Cells without a value are hatched: that is an answer.
@@ -49,7 +49,7 @@ pub(super) fn has_data(panel: &Panel) -> bool {
     })
 }
 
-/// The horizontal range that panels with the same axis share.
+/// Returns the horizontal range that panels with the same axis share.
 pub(super) fn horizontal(panels: &[Panel]) -> (f64, f64) {
     let Some(first) = panels.first() else { return (0.0, 1.0) };
     let layers = || panels.iter().flat_map(|panel| panel.layers.iter().map(move |layer| (panel, layer)));
@@ -66,7 +66,7 @@ pub(super) fn horizontal(panels: &[Panel]) -> (f64, f64) {
     usable(&first.x).unwrap_or_else(|| around(first.x.scale, span(first.x.scale, places), margin))
 }
 
-/// The vertical range of a panel of which `shown` is the horizontal one.
+/// Returns the vertical range of a panel of which `shown` is the horizontal one.
 pub(super) fn vertical(panel: &Panel, shown: (f64, f64)) -> (f64, f64) {
     let lanes = panel.layers.iter().filter_map(|layer| match layer {
         Layer::Lanes { lanes, .. } => Some(lanes.len()),

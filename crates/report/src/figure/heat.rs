@@ -26,12 +26,12 @@ pub(super) struct Bar {
     widths: (f64, f64),
 }
 
-/// The range of values between the first and the last colour.
+/// Returns the range of values between the first and the last colour.
 pub(super) fn range(values: &[f64], axis: &Axis) -> (f64, f64) {
     usable(axis).unwrap_or_else(|| around(axis.scale, span(axis.scale, values.iter().copied()), 0.0))
 }
 
-/// The bar of a panel whose height is about `height`, if it needs one.
+/// Returns the bar of a panel whose height is about `height`, if it needs one.
 pub(super) fn bar(panel: &Panel, height: f64) -> Option<Bar> {
     let (values, axis) = panel.layers.iter().find_map(|layer| match layer {
         Layer::Heat { values, colour, .. } => Some((values, colour)),
@@ -50,7 +50,7 @@ pub(super) fn bar(panel: &Panel, height: f64) -> Option<Bar> {
 }
 
 impl Bar {
-    /// The room it takes to the right of its panel.
+    /// Returns the room it takes to the right of its panel.
     pub fn width(&self) -> f64 {
         GAP + BAR + self.widths.0 + self.widths.1
     }
@@ -79,7 +79,7 @@ impl Bar {
     }
 }
 
-/// The legend of cells without a value, if a layer has such cells.
+/// Returns the legend of cells without a value, if a layer has such cells.
 pub(super) fn blanks(layer: &Layer) -> Option<&str> {
     let Layer::Heat { x_edges, y_edges, values, blank, .. } = layer else { return None };
     let cells = x_edges.len().saturating_sub(1) * y_edges.len().saturating_sub(1);
@@ -131,14 +131,14 @@ pub(super) fn draw(chart: &Chart, layer: &Layer) -> Drawn {
     Ok(())
 }
 
-/// A cell without a value: white and hatched, as no value is.
+/// Returns a cell without a value: white and hatched, as no value is.
 pub(super) fn blank(sheet: &Sheet, area: Rect) -> Drawn {
     sheet.draw(&Rectangle::new(area.corners(), WHITE.fill()))?;
     hatch(sheet, area, (-1.0, 5.0), HATCH, 0.75)?;
     sheet.draw(&Rectangle::new(area.corners(), GRID.stroke(0.5)))
 }
 
-/// The edges of cells around these increasing centres: half way between neighbours, on a logarithmic axis at
+/// Returns the edges of cells around these increasing centres: half way between neighbours, on a logarithmic axis at
 /// their geometric mean, and as far beyond the first and the last. A single centre gets a cell of width 1, on a
 /// logarithmic axis of a factor 2.
 pub fn cell_edges(centres: &[f64], scale: AxisScale) -> Vec<f64> {

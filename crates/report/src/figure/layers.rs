@@ -100,13 +100,13 @@ pub(super) fn draw(chart: &mut Chart, layer: &Layer) -> Drawn {
     }
 }
 
-/// The corners of a staircase through the points.
+/// Returns the corners of a staircase through the points.
 fn held(points: &[Point]) -> impl Iterator<Item = Point> {
     let corners = points.windows(2).flat_map(|pair| [pair[0], (pair[1].0, pair[0].1)]);
     corners.chain(points.last().copied())
 }
 
-/// A line in data or backend coordinates, without a pattern a solid one.
+/// Returns a line in data or backend coordinates, without a pattern a solid one.
 pub(super) fn line<C: Clone + 'static>(
     points: Vec<C>,
     colour: Colour,
@@ -159,7 +159,7 @@ fn markers(chart: &mut Chart, view: &View, points: &[Point], style: Style) -> Dr
     chart.draw_series(seen.map(|at| Circle::new(at, stroke_px(radius), look))).map(drop)
 }
 
-/// The marker of a style at a place in data or backend coordinates.
+/// Returns the marker of a style at a place in data or backend coordinates.
 pub(super) fn marker<C: Clone + 'static>(style: Style, at: C) -> Element<C> {
     let r = MARKER_RADIUS;
     let look = style.colour().stroke(1.4);
@@ -186,7 +186,7 @@ pub(super) fn marker<C: Clone + 'static>(style: Style, at: C) -> Element<C> {
     }
 }
 
-/// A bar, and an arrow from it downwards, shorter where there is less room: the value is somewhere below.
+/// Returns a bar, and an arrow from it downwards, shorter where there is less room: the value is somewhere below.
 pub(super) fn upper_limit<C: Clone + 'static>(style: Style, at: C, room: f64) -> Element<C> {
     const LONG: f64 = 13.0;
     let (tip, colour) = (LONG.min(room), style.colour());
@@ -253,7 +253,7 @@ pub(super) fn draw_fill(sheet: &Sheet, category: usize, area: Rect) -> Drawn {
     if look.slope == 0.0 { Ok(()) } else { hatch(sheet, area, (look.slope, 6.0), look.line, 1.0) }
 }
 
-/// Lines of a slope and spacing across a rectangle.
+/// Returns the lines of a slope and spacing across a rectangle.
 pub(super) fn hatch(
     sheet: &Sheet,
     area: Rect,

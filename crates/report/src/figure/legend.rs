@@ -50,7 +50,7 @@ impl Entry {
     }
 }
 
-/// The entries of a panel; none if it has no legend.
+/// Returns the entries of a panel; none if it has no legend.
 pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
     let mut add = |label: &str, key: Key| match entries.iter_mut().find(|entry| entry.label == label) {
@@ -77,7 +77,7 @@ pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
     entries
 }
 
-/// The entries of a panel in rows at most `width` wide.
+/// Returns the entries of a panel in rows at most `width` wide.
 pub(super) fn place(panel: &Panel, width: f64) -> Vec<Placed> {
     let (mut x, mut row) = (0.0, 0);
     let place = |entry: Entry| {
@@ -109,7 +109,7 @@ pub(super) fn draw(sheet: &Sheet, entries: &[Placed], corner: Point) -> Drawn {
     Ok(())
 }
 
-/// A key as an SVG of its own.
+/// Returns a key as an SVG of its own.
 pub(crate) fn swatch(keys: &[Key]) -> String {
     let svg = Rc::new(RefCell::new(Svg::new(30, 14)));
     let sheet = Backend::new(svg.clone(), 30, 14).into_drawing_area();

@@ -286,18 +286,18 @@ impl From<DrawingAreaErrorKind<Infallible>> for FigureError {
 }
 
 impl Panel {
-    /// A panel of weight 1 with a legend and no title and no layers yet.
+    /// Makes a panel of weight 1 with a legend and no title and no layers yet.
     pub fn new(x: Axis, y: Axis) -> Self {
         Self { title: String::new(), x, y, layers: Vec::new(), weight: 1.0, legend: true }
     }
 
-    /// The panel under a title of its own.
+    /// Returns the panel under a title of its own.
     #[must_use]
     pub fn titled(self, title: impl Into<String>) -> Self {
         Self { title: title.into(), ..self }
     }
 
-    /// Whether it has something to show besides rules.
+    /// Returns whether it has something to show besides rules.
     pub fn has_data(&self) -> bool {
         extent::has_data(self)
     }
@@ -310,7 +310,7 @@ impl Panel {
         self.layers.iter().any(|layer| matches!(layer, Layer::Heat { .. }))
     }
 
-    /// The vertical axis, on which lanes have their names.
+    /// Returns the vertical axis, on which lanes have their names.
     fn lane_axis(&self) -> Axis {
         let lanes = self.layers.iter().find_map(|layer| match layer {
             Layer::Lanes { lanes, .. } => Some(lanes),
@@ -322,7 +322,7 @@ impl Panel {
         Axis { ticks: Ticks::Named(names), scale: AxisScale::Linear, ..self.y.clone() }
     }
 
-    /// The panel with one more layer in front.
+    /// Returns the panel with one more layer in front.
     #[must_use]
     pub fn with(mut self, layer: Layer) -> Self {
         self.layers.push(layer);
@@ -334,7 +334,7 @@ impl Figure {
     /// Usual width in logical pixels: that of a column of text.
     pub(crate) const WIDTH: u32 = 900;
 
-    /// A figure of the usual width with a subtitle; `height` in logical pixels.
+    /// Makes a figure of the usual width with a subtitle; `height` in logical pixels.
     pub fn new(
         title: impl Into<String>,
         subtitle: impl Into<String>,
@@ -345,19 +345,19 @@ impl Figure {
         Self { title, subtitle: Some(subtitle.into()), width: Self::WIDTH, height, panels }
     }
 
-    /// Whether any panel has something to show besides rules.
+    /// Returns whether any panel has something to show besides rules.
     pub fn has_data(&self) -> bool {
         self.panels.iter().any(Panel::has_data)
     }
 
-    /// The figure as an SVG document of its logical size.
+    /// Returns the figure as an SVG document of its logical size.
     ///
     /// Text stays text, set in DejaVu Sans where that is installed and in a font of similar widths elsewhere.
     pub fn svg(&self) -> Result<String, FigureError> {
         self.svg_with(|_, _| Ok(()))
     }
 
-    /// The figure as a PNG file of twice its logical size.
+    /// Returns the figure as a PNG file of twice its logical size.
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
         self.png_with(|_, _| Ok(()))
     }

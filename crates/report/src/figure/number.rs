@@ -1,12 +1,13 @@
 //! Numbers as they are written in figures.
 
-/// A number with three significant digits, fewer where the last are zeros, and with a power of ten beyond five places.
-/// The minus is that of typography; what is not finite is a dash.
+/// Returns a number with three significant digits, fewer where the last are zeros, and with a power of ten beyond
+/// five places. The minus is that of typography; what is not finite is a dash.
 pub fn significant(value: f64) -> String {
     digits(value, 3)
 }
 
-/// A number with so many significant digits, zeros at the end too, so that several stand with the same digits.
+/// Returns a number with so many significant digits, zeros at the end too, so that several stand with the same
+/// digits.
 pub fn rounded(value: f64, count: usize) -> String {
     written(value, i32::try_from(count.clamp(1, 15)).unwrap_or(3), str::to_owned)
 }
@@ -42,7 +43,7 @@ fn written(value: f64, most: i32, trim: impl Fn(&str) -> String) -> String {
     text.replace('-', "−")
 }
 
-/// An exponent in small raised digits.
+/// Returns an exponent in small raised digits.
 pub(super) fn superscript(exponent: f64) -> String {
     format!("{exponent:.0}")
         .chars()

@@ -56,7 +56,7 @@ pub(crate) struct Legend {
     pub entries: Vec<Entry>,
 }
 
-/// The entries of all panels that have some.
+/// Returns the entries of all panels that have some.
 pub(crate) fn legends(figure: &Figure) -> Vec<Legend> {
     let of = |(panel, own): (usize, &Panel)| {
         let shown = markup::quantity(&own.y.label).0.to_owned();
@@ -66,8 +66,8 @@ pub(crate) fn legends(figure: &Figure) -> Vec<Legend> {
     figure.panels.iter().enumerate().map(of).filter(|legend| !legend.entries.is_empty()).collect()
 }
 
-/// The chart of a figure, and the JSON from which scripts draw it: `data`, `layout`, `steps`, the distances of
-/// ticks by axis, which must become automatic when the view is smaller, and `logs`, the axes to mark in decades.
+/// Returns the chart of a figure, and the JSON from which scripts draw it: `data`, `layout`, `steps`, the distances
+/// of ticks by axis, which must become automatic when the view is smaller, and `logs`, the axes to mark in decades.
 pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
     let mut chart = Chart { legend: legends(figure), ..Chart::default() };
     let height = (f64::from(figure.height) - TITLES).max(200.0);
@@ -142,7 +142,7 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
     (chart, value)
 }
 
-/// Whether a layer is read by comparing values at the same x rather than point by point.
+/// Returns whether a layer is read by comparing values at the same x rather than point by point.
 fn read_together(layer: &Layer) -> bool {
     !matches!(
         layer,
@@ -189,7 +189,7 @@ fn domains(panels: &[Panel], height: f64) -> Vec<(f64, f64)> {
     places
 }
 
-/// An axis over a range, its label in lines of at most `room` pixels.
+/// Returns an axis over a range, its label in lines of at most `room` pixels.
 fn axis(axis: &Axis, (first, last): (f64, f64), room: f64) -> Value {
     let label: Vec<_> = wrap(&axis.label, 14.0, room).iter().map(|line| markup(line)).collect();
     let mut value = json!({
@@ -241,7 +241,7 @@ fn mark(steps: &mut Map<String, Value>, logs: &mut Vec<String>, name: &str, axis
     }
 }
 
-/// The part of the layout that all charts have in common.
+/// Returns the part of the layout that all charts have in common.
 fn common(height: f64, unified: bool) -> Map<String, Value> {
     let value = json!({
         "height": height,
@@ -293,7 +293,7 @@ impl Chart {
     }
 }
 
-/// A number with nine digits, or `null` for a gap. Longer ones would only make the page larger.
+/// Returns a number with nine digits, or `null` for a gap. Longer ones would only make the page larger.
 fn number(value: f64) -> Value {
     let value = rounded(value);
     if value.fract() == 0.0 && value.abs() < 1e9 {

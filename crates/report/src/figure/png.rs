@@ -17,8 +17,8 @@ impl Png {
         Pixmap::new(width * DENSITY, height * DENSITY).map(Self)
     }
 
-    /// The picture as a file. Nothing of a figure is transparent; the fourth byte of each pixel stays all the same, for a file without it
-    /// is smaller by 6 % only, and whoever takes it out goes through all pixels.
+    /// Returns the picture as a file. Nothing of a figure is transparent; the fourth byte of each pixel stays all the
+    /// same, for a file without it is smaller by 6 % only, and whoever takes it out goes through all pixels.
     pub fn finish(&self) -> Result<Vec<u8>, png::EncodingError> {
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, self.0.width(), self.0.height());

@@ -2,8 +2,8 @@
 
 use super::backend::{Point, Rect};
 
-/// The points that matter when columns `width` wide are all that is visible: of each passage through a
-/// column its first and last point and its extremes, in their order.
+/// Returns the points that matter when columns `width` wide are all that is visible: of each passage through a column
+/// its first and last point and its extremes, in their order.
 pub(super) fn thin(points: &[Point], width: f64) -> Vec<Point> {
     let column = |p: &Point| (p.0 / width).floor();
     let mut kept = Vec::new();
@@ -22,8 +22,8 @@ pub(super) fn thin(points: &[Point], width: f64) -> Vec<Point> {
     kept
 }
 
-/// The parts of a line inside a rectangle, side by side of it; a closed line stays one, after Sutherland and Hodgman. What is
-/// not a number is a gap.
+/// Returns the parts of a line inside a rectangle, side by side of it; a closed line stays one, after Sutherland and
+/// Hodgman. What is not a number is a gap.
 pub(super) fn clip(points: &[Point], is_closed: bool, area: Rect) -> Vec<Vec<Point>> {
     let sides: [&dyn Fn(Point) -> f64; 4] =
         [&|p| p.0 - area.left, &|p| area.right - p.0, &|p| p.1 - area.top, &|p| area.bottom - p.1];
@@ -55,8 +55,8 @@ pub(super) fn clip(points: &[Point], is_closed: bool, area: Rect) -> Vec<Vec<Poi
     parts
 }
 
-/// Lines across a rectangle that go down to the right (slope 1) or up (−1), on multiples of the spacing from the figure's
-/// corner, so that neighbours continue each other's lines.
+/// Returns the lines across a rectangle that go down to the right (slope 1) or up (−1), on multiples of the spacing
+/// from the figure's corner, so that neighbours continue each other's lines.
 pub(super) fn hatching(area: Rect, slope: f64, spacing: f64) -> impl Iterator<Item = [Point; 2]> {
     let [a, b] = [area.top, area.bottom].map(|y| slope * y);
     let first = ((area.left - a.max(b)) / spacing).floor();
@@ -85,8 +85,8 @@ fn strides(points: &[Point], column: f64) -> Vec<f64> {
     smooth.windows(2).map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1)).collect()
 }
 
-/// The strokes of a dashed line that was thinned to columns of the given width; `pattern` holds the lengths of
-/// strokes and gaps in turn. A line that goes up and down too densely for dashes to show stays whole.
+/// Returns the strokes of a dashed line that was thinned to columns of the given width; `pattern` holds the lengths
+/// of strokes and gaps in turn. A line that goes up and down too densely for dashes to show stays whole.
 pub(super) fn dash(points: &[Point], pattern: &[f64], column: f64) -> Vec<Vec<Point>> {
     const DENSE: f64 = 12_000.0;
     let strides = strides(points, column);

@@ -45,7 +45,7 @@ impl Style {
     pub const ALL: [Self; 6] =
         [Self::Blue, Self::Vermilion, Self::Black, Self::Orange, Self::Green, Self::Purple];
 
-    /// The style of the series with this index, starting over after six.
+    /// Makes the style of the series with this index, starting over after six.
     pub fn nth(index: usize) -> Self {
         Self::ALL[index % Self::ALL.len()]
     }
@@ -54,7 +54,7 @@ impl Style {
     /// has one of them.
     pub const PHASES: [Self; 3] = [Self::PhaseA, Self::PhaseB, Self::PhaseC];
 
-    /// Name in style sheets, colour and what stands for it on dark ground, dashes, marker.
+    /// Returns the name in style sheets, colour and what stands for it on dark ground, dashes, marker.
     #[rustfmt::skip]
     fn look(self) -> (&'static str, Colour, Colour, &'static [f64], Marker) {
         match self {
@@ -144,7 +144,7 @@ pub(crate) struct Shade {
     pub dark: Colour,
 }
 
-/// Every colour that charts use.
+/// Returns every colour that charts use.
 pub(crate) fn palette() -> Vec<Shade> {
     let mut shades: Vec<Shade> = Vec::new();
     let mut add = |name: &str, light: Colour, dark: Colour| {

@@ -52,14 +52,14 @@ impl Svg {
     }
 }
 
-/// A length to a hundredth of a pixel.
+/// Returns a length to a hundredth of a pixel.
 fn short(length: f64) -> String {
     let text = format!("{:.2}", length.clamp(-1e6, 1e6));
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// An attribute for a colour, and one for its opacity where it is translucent.
+/// Returns an attribute for a colour, and one for its opacity where it is translucent.
 fn paint(attribute: &str, colour: Colour) -> String {
     let opacity =
         if colour.3 < 1.0 { format!(" {attribute}-opacity=\"{}\"", short(colour.3)) } else { String::new() };

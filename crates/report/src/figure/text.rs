@@ -9,7 +9,7 @@ static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
     Face::parse(include_bytes!("../../assets/DejaVuSans-subset.ttf"), 0).expect("the bundled font is valid")
 });
 
-/// Type sizes per unit of the font.
+/// Returns the type sizes per unit of the font.
 fn unit() -> f64 {
     1.0 / f64::from(FONT.units_per_em())
 }
@@ -23,12 +23,12 @@ fn advance(c: char) -> f64 {
     f64::from(FONT.glyph_hor_advance(glyph(c)).unwrap_or(0)) * unit()
 }
 
-/// Width of a text without indices, in the unit of `em`, the type size.
+/// Returns the width of a text without indices, in the unit of `em`, the type size.
 pub(super) fn plain_width(text: &str, em: f64) -> f64 {
     em * text.chars().map(advance).sum::<f64>()
 }
 
-/// The shapes of a text without indices, from the start of its baseline; none of blanks alone.
+/// Returns the shapes of a text without indices, from the start of its baseline; none of blanks alone.
 pub(super) fn outline(text: &str, em: f64) -> Option<Path> {
     let mut shapes = Shapes { path: PathBuilder::new(), x: 0.0 };
     for c in text.chars() {
@@ -68,12 +68,12 @@ impl OutlineBuilder for Shapes {
     }
 }
 
-/// Width of a text, in the unit of `em`, the type size.
+/// Returns the width of a text, in the unit of `em`, the type size.
 pub(super) fn width(text: &str, em: f64) -> f64 {
     pieces(text).iter().map(|piece| piece.width(em)).sum()
 }
 
-/// Width of the widest line of a text.
+/// Returns the width of the widest line of a text.
 pub(super) fn widest(text: &str, em: f64) -> f64 {
     text.lines().map(|line| width(line, em)).fold(0.0, f64::max)
 }
@@ -121,12 +121,12 @@ pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
     pieces
 }
 
-/// The text as content of an element.
+/// Returns the text as content of an element.
 pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// The text in lines no wider than `limit` as far as its words allow.
+/// Returns the text in lines no wider than `limit` as far as its words allow.
 pub(super) fn wrap(text: &str, em: f64, limit: f64) -> Vec<String> {
     lines(text, &[], em, limit, str::to_owned)
 }
@@ -153,7 +153,7 @@ fn lines(text: &str, joints: &[char], em: f64, limit: f64, alone: impl Fn(&str) 
     lines
 }
 
-/// The text, or as much of its beginning as is no wider than `limit`, and an ellipsis.
+/// Returns the text, or as much of its beginning as is no wider than `limit`, and an ellipsis.
 pub(super) fn shorten(text: &str, em: f64, limit: f64) -> String {
     if width(text, em) <= limit {
         return text.to_owned();

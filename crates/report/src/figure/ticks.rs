@@ -10,12 +10,13 @@ use plotters::coord::types::RangedCoordf64;
 /// Least distance of two texts along a line.
 const APART: f64 = 14.0;
 
-/// The width of a tick's text.
+/// Returns the width of a tick's text.
 pub(super) fn text_width(tick: &Tick) -> f64 {
     widest(&tick.text, SMALL)
 }
 
-/// The ticks of a horizontal axis that is drawn from one place to another, with texts at most `tall`; whether these are upright.
+/// Returns the ticks of a horizontal axis that is drawn from one place to another, with texts at most `tall`; whether
+/// these are upright.
 pub(super) fn horizontal(axis: &Axis, x: &Scale, ends: (f64, f64), tall: f64) -> (Vec<Tick>, bool) {
     let apart = |pair: &[Tick]| x.at(pair[1].at, ends) - x.at(pair[0].at, ends);
     let Ticks::Named(names) = &axis.ticks else {
@@ -41,7 +42,7 @@ pub(super) fn horizontal(axis: &Axis, x: &Scale, ends: (f64, f64), tall: f64) ->
     (named, true)
 }
 
-/// The ticks of an upright axis, `height` tall, with names at most `wide`.
+/// Returns the ticks of an upright axis, `height` tall, with names at most `wide`.
 pub(super) fn vertical(axis: &Axis, range: (f64, f64), height: f64, wide: f64) -> Vec<Tick> {
     let scale = Scale::new(range, axis.scale);
     let apart = |pair: &[Tick]| scale.at(pair[1].at, (0.0, height)) - scale.at(pair[0].at, (0.0, height));
@@ -60,7 +61,7 @@ pub(super) fn vertical(axis: &Axis, range: (f64, f64), height: f64, wide: f64) -
     named
 }
 
-/// The names within a range, in their order along the axis.
+/// Returns the names within a range, in their order along the axis.
 fn shown(names: &[(f64, String)], (first, last): (f64, f64)) -> Vec<Tick> {
     let within = names.iter().filter(|(at, _)| (first..=last).contains(at));
     let mut ticks: Vec<Tick> = within.map(|(at, text)| Tick { at: *at, text: text.clone() }).collect();
@@ -77,7 +78,7 @@ fn thin_out(ticks: &mut [Tick], gap: f64) {
     }
 }
 
-/// The densest marks at round numbers that fit, at most about so many.
+/// Returns the densest marks at round numbers that fit, at most about so many.
 fn numbers(axis: &Axis, range: (f64, f64), mut most: f64, fits: impl Fn(&[Tick]) -> bool) -> Vec<Tick> {
     let step = match axis.ticks {
         Ticks::Step(step) if step.is_finite() && step > 0.0 => Some(step),
@@ -103,7 +104,8 @@ fn numbers(axis: &Axis, range: (f64, f64), mut most: f64, fits: impl Fn(&[Tick])
     found
 }
 
-/// Numbers within a range by plotters: multiples of 1, 2 or 5 times a power of ten, and whole multiples of a step.
+/// Returns the numbers within a range by plotters: multiples of 1, 2 or 5 times a power of ten, and whole multiples
+/// of a step.
 fn round((low, high): (f64, f64), step: Option<f64>, most: f64) -> Vec<f64> {
     // plotters compares with absolute errors, so that it wants numbers near 1.
     const SLACK: f64 = 1e-9;
@@ -115,7 +117,8 @@ fn round((low, high): (f64, f64), step: Option<f64>, most: f64) -> Vec<f64> {
     places.into_iter().map(|at| (at * unit).clamp(low, high)).collect()
 }
 
-/// Numbers at equal distances, with the decimals that these need, and with a power of ten if they would be long.
+/// Returns the numbers at equal distances, with the decimals that these need, and with a power of ten if they would
+/// be long.
 fn labelled(places: &[f64], range: (f64, f64)) -> Vec<Tick> {
     let largest = range.0.abs().max(range.1.abs());
     let step = places.windows(2).next().map_or(largest, |pair| pair[1] - pair[0]);
@@ -149,7 +152,7 @@ const DECADES: [(&[f64], i32); 11] = [
     (&[1.0], 3), (&[1.0], 5), (&[1.0], 10), (&[1.0], 20), (&[1.0], 50), (&[1.0], 100),
 ];
 
-/// The densest ticks of a logarithmic axis that fit, and between them marks without a text.
+/// Returns the densest ticks of a logarithmic axis that fit, and between them marks without a text.
 fn log_ticks(range: (f64, f64), fits: impl Fn(&[Tick]) -> bool) -> Vec<Tick> {
     let decades = (range.1 / range.0).log10();
     let choices = &DECADES[usize::from(decades >= 1.3)..];
@@ -176,7 +179,7 @@ fn value((mantissa, exponent): (f64, i32)) -> f64 {
     if exponent < 0 { mantissa / 10f64.powi(-exponent) } else { mantissa * 10f64.powi(exponent) }
 }
 
-/// The mantissas in every so many decades that a range contains, with their exponents.
+/// Returns the mantissas in every so many decades that a range contains, with their exponents.
 fn places(range: (f64, f64), (mantissas, every): (&[f64], i32)) -> Vec<(f64, i32)> {
     const SLACK: f64 = 1e-9;
     #[expect(clippy::cast_possible_truncation, reason = "exponents of numbers are within ±308")]

@@ -47,7 +47,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// A section under its title.
+    /// Makes a section under its title.
     pub fn new(title: impl Into<String>, blocks: impl IntoIterator<Item = Block>) -> Self {
         Self { title: title.into(), blocks: blocks.into_iter().collect(), aside: false }
     }
@@ -150,7 +150,7 @@ pub enum PageError {
 }
 
 impl Page {
-    /// The page as an HTML document.
+    /// Returns the page as an HTML document.
     pub fn html(&self) -> Result<String, PageError> {
         self.check()?;
         render::page(self)

@@ -69,7 +69,7 @@ pub(super) fn page(page: &Page) -> Result<String, PageError> {
     Ok(document.into_string())
 }
 
-/// A text with the indices of symbols below the line.
+/// Returns a text with the indices of symbols below the line.
 fn rich(text: &str) -> PreEscaped<String> {
     PreEscaped(markup(text))
 }
@@ -88,7 +88,7 @@ fn embedded(value: &Value) -> String {
     text
 }
 
-/// The colours of the figures as custom properties, for both grounds.
+/// Returns the colours of the figures as custom properties, for both grounds.
 fn colours() -> String {
     let list = |dark: bool| -> String {
         let one = |shade: &plotly::Shade| {
@@ -242,7 +242,7 @@ fn chart(chart: &Chart) -> Result<Markup, PageError> {
     })
 }
 
-/// The interactive chart in place of the drawing.
+/// Returns the interactive chart in place of the drawing.
 fn live(figure: &Figure, legends: &[Legend], summary: &str) -> Markup {
     let (_, data) = plotly::chart(figure);
     html! {
@@ -254,7 +254,7 @@ fn live(figure: &Figure, legends: &[Legend], summary: &str) -> Markup {
     }
 }
 
-/// The chart in words, for those who do not see it.
+/// Returns the chart in words, for those who do not see it.
 fn summary(figure: &Figure, legend: &[Legend]) -> String {
     let mut text =
         if figure.title.is_empty() { "Chart".to_owned() } else { format!("Chart: {}", figure.title) };
@@ -299,7 +299,7 @@ fn legend_entry(panel: usize, entry: &Entry) -> Markup {
     }
 }
 
-/// The keys of an entry in the custom properties that hold the colours.
+/// Returns the keys of an entry in the custom properties that hold the colours.
 fn swatch(entry: &Entry) -> String {
     palette().iter().fold(plotly::swatch(&entry.keys), |svg, shade| {
         ["fill", "stroke"].into_iter().fold(svg, |svg, paint| {

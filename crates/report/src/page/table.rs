@@ -49,7 +49,7 @@ pub enum Kind {
 }
 
 impl Column {
-    /// The column with the closure that writes its cells, for [`Table::of`].
+    /// Returns the column with the closure that writes its cells, for [`Table::of`].
     pub fn of<'a, T>(self, cell: impl Fn(&T) -> String + 'a) -> Filled<'a, T> {
         (self, Box::new(cell))
     }
@@ -58,17 +58,17 @@ impl Column {
         Self { name: name.into(), unit: String::new(), kind, rank: 0, bracket: 0, judged: false }
     }
 
-    /// A column of words that stand in one line.
+    /// Makes a column of words that stand in one line.
     pub fn word(name: impl Into<String>) -> Self {
         Self::new(name, Kind::Word)
     }
 
-    /// A column of numbers.
+    /// Makes a column of numbers.
     pub fn number(name: impl Into<String>) -> Self {
         Self::new(name, Kind::Number)
     }
 
-    /// A column of words that may stand in several lines.
+    /// Makes a column of words that may stand in several lines.
     pub fn prose(name: impl Into<String>) -> Self {
         Self::new(name, Kind::Prose)
     }
@@ -97,19 +97,19 @@ impl Column {
         Self { judged: true, ..self }
     }
 
-    /// Name and unit in one text.
+    /// Returns the name and unit in one text.
     pub fn title(&self) -> String {
         format!("{} {}", self.name, self.unit).trim_end().to_owned()
     }
 }
 
 impl Table {
-    /// A table without rows.
+    /// Makes a table without rows.
     pub fn new(columns: impl IntoIterator<Item = Column>) -> Self {
         Self { columns: columns.into_iter().collect(), ..Self::default() }
     }
 
-    /// Whether its columns have titles; a list of names and values has none.
+    /// Returns whether its columns have titles; a list of names and values has none.
     pub fn has_titles(&self) -> bool {
         self.columns.iter().any(|column| !column.name.is_empty())
     }
@@ -120,7 +120,8 @@ impl Table {
         Self { caption: caption.into(), ..self }
     }
 
-    /// A table with a row for each item, of the tone that `tone` gives, and columns with the closures that write their cells.
+    /// Makes a table with a row for each item, of the tone that `tone` gives, and columns with the closures that
+    /// write their cells.
     pub fn of<'a, T: 'a>(
         items: impl IntoIterator<Item = &'a T>,
         tone: impl Fn(&T) -> Tone,

@@ -103,7 +103,7 @@ fn typical(cloud: &ErrorCloud) -> Option<Typical> {
     })
 }
 
-/// The values of even bins with those at 0 and 360°, which are as far from the last bin as from the first.
+/// Returns the values of even bins with those at 0 and 360°, which are as far from the last bin as from the first.
 fn around<const N: usize>(bins: &[(f64, [f64; N])]) -> Vec<(f64, [f64; N])> {
     let (Some((_, first)), Some((_, last))) = (bins.first(), bins.last()) else { return Vec::new() };
     let seam: [f64; N] = std::array::from_fn(|k| (first[k] + last[k]) / 2.0);

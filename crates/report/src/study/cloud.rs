@@ -49,7 +49,7 @@ impl<T: Copy> Thinned<T> {
         self.seen += 1;
     }
 
-    /// The values kept, in the order of the stream.
+    /// Returns the values kept, in the order of the stream.
     pub fn kept(&self) -> &[T] {
         &self.kept
     }
@@ -95,7 +95,7 @@ impl Magnitudes {
         self.largest = self.largest.max(magnitude);
     }
 
-    /// The upper edge of a cell; that of the last one filled is the largest magnitude.
+    /// Returns the upper edge of a cell; that of the last one filled is the largest magnitude.
     fn edge(&self, index: usize) -> f64 {
         (LEAST * (index as f64 / STEPS as f64).exp2()).min(self.largest)
     }
@@ -182,7 +182,7 @@ impl ErrorCloud {
         self.wrong_poles
     }
 
-    /// Largest magnitude of an axis error in degrees; 0 without any.
+    /// Returns the largest magnitude of an axis error in degrees; 0 without any.
     pub fn max_deg(&self) -> f64 {
         self.magnitudes.largest
     }
@@ -212,7 +212,7 @@ impl ErrorCloud {
         .collect()
     }
 
-    /// The axis errors that are kept, in degrees.
+    /// Returns the axis errors that are kept, in degrees.
     pub fn signed(&self) -> &Thinned<f64> {
         &self.signed
     }
@@ -222,13 +222,13 @@ impl ErrorCloud {
         &self.points
     }
 
-    /// The true angles of the wrong poles that are kept, in degrees.
+    /// Returns the true angles of the wrong poles that are kept, in degrees.
     pub fn wrong(&self) -> &Thinned<f64> {
         &self.wrong
     }
 }
 
-/// The least value that the share `p` does not exceed, from values in any order.
+/// Returns the least value that the share `p` does not exceed, from values in any order.
 pub(super) fn quantile(values: &mut [f64], p: f64) -> f64 {
     let place = rank(p, values.len() as u64).and_then(|rank| usize::try_from(rank).ok());
     place.map_or(f64::NAN, |place| *values.select_nth_unstable_by(place, f64::total_cmp).1)

@@ -114,7 +114,7 @@ impl Histogram {
         Some(Self { first, width, shares, outside })
     }
 
-    /// The corners of its upper side.
+    /// Returns the corners of its upper side.
     fn outline(&self) -> impl Iterator<Item = (f64, f64)> {
         let edge = |index: usize| self.first + index as f64 * self.width;
         self.shares.iter().enumerate().flat_map(move |(i, share)| [(edge(i), *share), (edge(i + 1), *share)])

@@ -127,13 +127,13 @@ struct Caption {
 }
 
 impl Caption {
-    /// The title: the quantity shown, and the study if that has a title.
+    /// Makes the title: the quantity shown, and the study if that has a title.
     fn of(what: &str, study: &str, subtitle: Option<String>) -> Self {
         let title = if study.is_empty() { what.to_owned() } else { format!("{what}: {study}") };
         Self { title, subtitle }
     }
 
-    /// A figure of the usual width, with remarks after the conditions.
+    /// Returns a figure of the usual width, with remarks after the conditions.
     fn figure(&self, remarks: &[String], height: u32, mut panels: Vec<Panel>) -> Figure {
         // A panel without any datum says nothing.
         let (all, had) = (panels.len(), panels.iter().any(Panel::has_data));
@@ -157,12 +157,12 @@ const MOST_PAIRS: usize = 3;
 const MOST_AXES: usize = 12;
 
 impl StudyAxis {
-    /// The words for readers.
+    /// Returns the words for readers.
     fn name(&self) -> &str {
         if self.label.is_empty() { &self.key } else { &self.label }
     }
 
-    /// The words with the unit, for an axis.
+    /// Returns the words with the unit, for an axis.
     fn title(&self) -> String {
         if self.unit.is_empty() { self.name().to_owned() } else { format!("{} ({})", self.name(), self.unit) }
     }
@@ -171,7 +171,7 @@ impl StudyAxis {
         self.key == "method" || self.key == "method.name" || self.key.ends_with(".method")
     }
 
-    /// The key as a part of a file's name.
+    /// Returns the key as a part of a file's name.
     fn stem(&self) -> String {
         let plain = |c: char| if c.is_alphanumeric() || matches!(c, '.' | '-' | '_') { c } else { '_' };
         self.key.chars().map(plain).collect()
@@ -184,19 +184,19 @@ impl StudyPoint {
         self.trials.saturating_sub(self.undetermined + self.failed)
     }
 
-    /// Whether more than one start in a hundred has no right answer.
+    /// Returns whether more than one start in a hundred has no right answer.
     fn fails(&self) -> bool {
         (self.wrong_poles + self.undetermined + self.failed) as f64 > FAILING * self.trials as f64
     }
 }
 
 impl Study {
-    /// The indices of the axes that have more than one value.
+    /// Returns the indices of the axes that have more than one value.
     fn varied(&self) -> Vec<usize> {
         (0..self.axes.len()).filter(|axis| slices::values(self, *axis).len() > 1).collect()
     }
 
-    /// The ways to go wrong that are judged.
+    /// Returns the ways to go wrong that are judged.
     fn kinds(&self) -> &'static [odds::Kind] {
         if self.poles_are_judged { &odds::KINDS } else { &odds::KINDS[2..] }
     }
@@ -215,7 +215,8 @@ impl Study {
     }
 }
 
-/// The figures that a study has data for, with the stems of their files' names; one without any datum is left out.
+/// Returns the figures that a study has data for, with the stems of their files' names; one without any datum is left
+/// out.
 ///
 /// | with | figures |
 /// |---|---|
@@ -268,7 +269,7 @@ pub fn figures(study: &Study) -> Vec<(String, Figure)> {
     all
 }
 
-/// The pairs of axes that change the rms error most.
+/// Returns the pairs of axes that change the rms error most.
 fn pairs(study: &Study, varied: &[usize]) -> Vec<(usize, usize)> {
     let effect = |axis: usize| {
         // The range along each line of points that differ in this axis alone.

@@ -12,12 +12,13 @@ pub(super) type Kind = (&'static str, fn(&StudyPoint) -> u64);
 pub(super) const KINDS: [Kind; 3] =
     [("wrong pole", |p| p.wrong_poles), ("undetermined", |p| p.undetermined), ("failed", |p| p.failed)];
 
-/// Probability of a wrong pole over an axis of the study, with exact intervals on a logarithmic scale; at points where none was
-/// seen, an arrow at the upper limit. Each way to go wrong has panels of its own if it was seen at all: upper limits alone follow from
-/// the number of trials, and the subtitle says them. Where poles are not judged, failures alone are drawn.
+/// Returns the probability of a wrong pole over an axis of the study, with exact intervals on a logarithmic scale; at
+/// points where none was seen, an arrow at the upper limit. Each way to go wrong has panels of its own if it was seen
+/// at all: upper limits alone follow from the number of trials, and the subtitle says them. Where poles are not
+/// judged, failures alone are drawn.
 ///
-/// Other axes are shown as [`slices`] says. Several curves stand a little beside their values, since their intervals and arrows
-/// would hide each other.
+/// Other axes are shown as [`slices`] says. Several curves stand a little beside their values, since their intervals
+/// and arrows would hide each other.
 pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, false);
     let Slices { parts, mut remarks } = slices(study, &[axis], true);
@@ -63,7 +64,7 @@ pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
     caption.figure(&remarks, height, panels)
 }
 
-/// The remark on a kind of failure that no start at any point had, and of which nothing is drawn.
+/// Returns the remark on a kind of failure that no start at any point had, and of which nothing is drawn.
 pub(super) fn unseen(study: &Study) -> Option<String> {
     let mut kinds = study.kinds().iter();
     let nothing = kinds.all(|(_, count)| study.points.iter().all(|point| count(point) == 0));
@@ -73,7 +74,7 @@ pub(super) fn unseen(study: &Study) -> Option<String> {
         .then(|| format!("{}: {each}{}", names.join(", "), none(study, study.points.iter())))
 }
 
-/// The axis of a kind's panels, with one range where there are several.
+/// Returns the axis of a kind's panels, with one range where there are several.
 fn one_scale<'a>(
     study: &Study,
     &(name, count): &Kind,
@@ -98,7 +99,7 @@ fn one_scale<'a>(
     if panels < 2 || ends.1 <= 0.0 { axis } else { axis.range(100.0 * ends.0 / 1.5, 150.0 * ends.1) }
 }
 
-/// The entries of a panel's legend.
+/// Returns the entries of a panel's legend.
 fn labels(panel: &Panel) -> Vec<String> {
     let of = |layer: &Layer| match layer {
         Layer::Line { label, .. } | Layer::ErrorBars { label, .. } | Layer::UpperLimits { label, .. } => {
@@ -109,7 +110,7 @@ fn labels(panel: &Panel) -> Vec<String> {
     panel.layers.iter().filter_map(of).collect()
 }
 
-/// The legend of an upper limit: with the number of trials of a point if that is the same everywhere.
+/// Returns the legend of an upper limit: with the number of trials of a point if that is the same everywhere.
 pub(super) fn never<'a>(all: impl Iterator<Item = &'a StudyPoint>) -> String {
     let mut trials: Vec<u64> = all.map(|point| point.trials).filter(|trials| *trials > 0).collect();
     trials.sort_unstable();
@@ -120,7 +121,8 @@ pub(super) fn never<'a>(all: impl Iterator<Item = &'a StudyPoint>) -> String {
     }
 }
 
-/// The remark on a kind of failure that was not seen and has no panel: how likely it can be at most at the point with the fewest trials.
+/// Returns the remark on a kind of failure that was not seen and has no panel: how likely it can be at most at the
+/// point with the fewest trials.
 fn none<'a>(study: &Study, points: impl Iterator<Item = &'a StudyPoint>) -> String {
     let fewest = points.map(|point| point.trials).filter(|trials| *trials > 0).min();
     fewest.map_or_else(

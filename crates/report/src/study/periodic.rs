@@ -86,12 +86,12 @@ impl Series {
         Some(series)
     }
 
-    /// The curve at an angle in degrees.
+    /// Returns the curve at an angle in degrees.
     pub fn at(&self, angle: f64) -> f64 {
         terms(self.order, angle).dot(&self.coefficients)
     }
 
-    /// Half of its 95 % interval there.
+    /// Returns half of its 95 % interval there.
     pub fn half_width(&self, angle: f64) -> f64 {
         // How far errors scatter depends on the angle: (XᵀX)⁻¹ Xᵀ diag(r²) X (XᵀX)⁻¹ between two rows (White 1980, with MacKinnon's
         // and White's correction HC3, doi:10.1016/0304-4076(85)90158-7).

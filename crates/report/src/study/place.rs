@@ -23,7 +23,8 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// The places of a series: names have room for several side by side, numbers for a little between neighbours.
+    /// Returns the places of a series: names have room for several side by side, numbers for a little between
+    /// neighbours.
     pub fn shifted(&self, shift: f64) -> Vec<f64> {
         if self.named {
             return self.at.iter().map(|at| at + shift).collect();
@@ -46,7 +47,8 @@ pub(super) fn text(value: &Coordinate) -> String {
     }
 }
 
-/// The places of an axis' values. `cells` need room of their own: values in very uneven distances become names.
+/// Returns the places of an axis' values. `cells` need room of their own: values in very uneven distances become
+/// names.
 pub(super) fn place(study: &Study, axis: usize, cells: bool) -> Place {
     let values = values(study, axis);
     let described = &study.axes[axis];
@@ -91,7 +93,8 @@ pub(super) fn place(study: &Study, axis: usize, cells: bool) -> Place {
     Place { axis, values, at: numbers, named: false, edges }
 }
 
-/// An axis of errors over these values: logarithmic where they span more than a factor of five, otherwise from zero.
+/// Returns an axis of errors over these values: logarithmic where they span more than a factor of five, otherwise
+/// from zero.
 pub(super) fn error_axis(label: &str, values: impl Iterator<Item = f64>) -> Axis {
     let (low, high) = values
         .filter(|value| *value > 0.0 && value.is_finite())

@@ -91,7 +91,7 @@ pub(super) fn slices(study: &Study, over: &[usize], curves: bool) -> Slices {
     Slices { parts: parts.collect(), remarks }
 }
 
-/// Some of an axis' values in even steps, the first and the last among them, with a remark that says so.
+/// Returns some of an axis' values in even steps, the first and the last among them, with a remark that says so.
 fn thinned(
     study: &Study,
     axis: usize,
@@ -107,7 +107,7 @@ fn thinned(
     (0..most).map(|k| all[(k * (count - 1) + (most - 1) / 2) / (most - 1)].clone()).collect()
 }
 
-/// Values in words: a name speaks for itself, a number does not.
+/// Returns the values in words: a name speaks for itself, a number does not.
 fn said(study: &Study, values: &Values) -> String {
     let one = |(axis, value): &(usize, Coordinate)| match value {
         Coordinate::Name(name) => name.clone(),
@@ -119,7 +119,7 @@ fn said(study: &Study, values: &Values) -> String {
     values.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// The distinct values on an axis: numbers by size, then names in the order of their first appearance.
+/// Returns the distinct values on an axis: numbers by size, then names in the order of their first appearance.
 pub(super) fn values(study: &Study, axis: usize) -> Vec<Coordinate> {
     let mut numbers: Vec<f64> = Vec::new();
     let mut names: Vec<&String> = Vec::new();
@@ -136,14 +136,14 @@ pub(super) fn values(study: &Study, axis: usize) -> Vec<Coordinate> {
     numbers.into_iter().map(Coordinate::Number).chain(names).collect()
 }
 
-/// The points with these values.
+/// Returns the points with these values.
 pub(super) fn with<'a>(study: &'a Study, wanted: &Values) -> impl Iterator<Item = &'a StudyPoint> {
     let matches =
         |point: &&StudyPoint| wanted.iter().all(|(axis, value)| point.coordinates.get(*axis) == Some(value));
     study.points.iter().filter(matches)
 }
 
-/// The point of each curve at each value of an axis; none where no such point was run.
+/// Returns the point of each curve at each value of an axis; none if no such point was run.
 pub(super) fn along<'a>(
     study: &'a Study,
     axis: usize,

@@ -89,7 +89,7 @@ fn with_curves(
     panel
 }
 
-/// An axis with a range of its own, so that all panels have the same.
+/// Returns an axis with a range of its own, so that all panels have the same.
 fn one_scale(axis: Axis, values: &[f64]) -> Axis {
     let known = values.iter().copied().filter(|value| *value > 0.0 && value.is_finite());
     let (low, high) =
@@ -97,8 +97,8 @@ fn one_scale(axis: Axis, values: &[f64]) -> Axis {
     if axis.range.is_some() || high <= 0.0 { axis } else { axis.range(low / 1.3, 1.3 * high) }
 }
 
-/// The panel with strips where more than 1 % of starts have no right answer, whatever the curve. Where some have anywhere in the
-/// figure, the legend says what strips and rings are.
+/// Returns the panel with strips where more than 1 % of starts have no right answer, whatever the curve. Where some
+/// have anywhere in the figure, the legend says what strips and rings are.
 fn hatched(
     panel: Panel,
     place: &Place,
@@ -126,7 +126,7 @@ fn hatched(
     panel.with(Layer::Hatched { label: Some(label), spans })
 }
 
-/// A curve of which points that fail are hollow, and gaps of the line.
+/// Returns a curve of which points that fail are hollow, and gaps of the line.
 fn with_hollow(
     panel: Panel,
     label: &str,
@@ -147,14 +147,14 @@ fn with_hollow(
     if hollow.is_empty() { panel } else { panel.with(Layer::hollow(label, style, hollow)) }
 }
 
-/// A line through numbers, none between names, and the intervals in front.
+/// Returns a line through numbers, none between names, and the intervals in front.
 pub(super) fn with_bars(panel: Panel, label: &str, bars: Bars, style: Style, line: bool) -> Panel {
     let points = bars.iter().map(|bar| (bar.0, bar.1));
     let panel = if line { panel.with(Layer::line(label, style, points)) } else { panel };
     panel.with(Layer::error_bars(label, style, bars))
 }
 
-/// An axis for probabilities in per cent.
+/// Returns an axis for probabilities in per cent.
 pub(super) fn probability_axis(label: &str) -> Axis {
     Axis::new(format!("{label} (%)")).log10()
 }

@@ -170,7 +170,7 @@ fn bytes_at(mut file: &File, at: u64, count: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether the footer is one of a flat table, of a bounded size. What it lacks else, the library finds.
+/// Returns whether the footer is one of a flat table, of a bounded size. What it lacks else, the library finds.
 pub(super) fn footer(file: &File, length: u64) -> io::Result<Result<(), Claim>> {
     let tail = bytes_at(file, length.saturating_sub(TAIL), TAIL)?;
     let &[a, b, c, d, b'P', b'A', b'R', b'1'] = tail.as_slice() else { return Ok(Ok(())) };
@@ -245,7 +245,7 @@ impl Head {
     }
 }
 
-/// Whether the pages of a part unpack to no more than their bytes can hold, and have a value for each row.
+/// Returns whether the pages of a part unpack to no more than their bytes can hold, and have a value for each row.
 pub(super) fn pages(file: &File, part: &Part) -> io::Result<Result<(), Claim>> {
     let (mut at, mut rows) = (part.place.start, 0_i64);
     while at < part.place.end {

@@ -110,8 +110,8 @@ impl Parquet {
         Ok(())
     }
 
-    /// The columns of a row group, whose pages were looked at. Parts of the file that several groups name are read as often,
-    /// so their bytes are counted.
+    /// Returns the columns of a row group, whose pages were looked at. Parts of the file that several groups name are
+    /// read as often, so their bytes are counted.
     fn columns(&self, group: usize, places: &[usize], bytes: &mut u64) -> Result<Vec<Chunk>, ParquetError> {
         let group = self.reader.get_row_group(group)?;
         let chunk = |place: &usize| {
@@ -187,7 +187,8 @@ impl Cells {
         }
     }
 
-    /// The cell of a row; `next` counts those that were not empty. None if there is no such value, or one that is no text.
+    /// Returns the cell of a row; `next` counts those that were not empty. None if there is no such value, or one
+    /// that is no text.
     fn cell(&self, row: usize, next: &mut usize) -> Option<Cell<'_>> {
         if self.present.get(row).is_some_and(|level| *level != 1) {
             return Some(Cell::Empty);
@@ -211,7 +212,7 @@ impl Cells {
     }
 }
 
-/// The next rows of each column; none at the end of the group.
+/// Returns the next rows of each column; none at the end of the group.
 fn batch(columns: &mut [Chunk]) -> Result<Vec<Cells>, ParquetError> {
     /// Returns the next cells of one column.
     fn some<T: DataType>(
@@ -239,7 +240,8 @@ fn general(why: String) -> ParquetError {
     ParquetError::General(why)
 }
 
-/// The library panics on some damage; whoever reads a file gets an error. The standard library still reports the panic.
+/// Returns the library panics on some damage; whoever reads a file gets an error. The standard library still reports
+/// the panic.
 fn guarded<T>(work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| Err(general("damaged".to_owned())))
 }

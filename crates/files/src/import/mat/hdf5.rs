@@ -41,7 +41,7 @@ impl Left {
         less(&self.reads, 1) && less(&self.bytes, bytes)
     }
 
-    /// Whether something was not read because too little was left.
+    /// Returns whether something was not read because too little was left.
     fn is_gone(&self) -> bool {
         self.reads.load(Ordering::Relaxed) == 0
     }
@@ -118,8 +118,8 @@ impl Variables for Hdf5 {
     }
 }
 
-/// Whether what a dataset unpacks to is no more than its numbers ask for: a small file may name numbers of gigabytes, or
-/// chunks of them, or pack what is packed once more.
+/// Returns whether what a dataset unpacks to is no more than its numbers ask for: a small file may name numbers of
+/// gigabytes, or chunks of them, or pack what is packed once more.
 fn within_bounds(dataset: &Dataset, shape: &[u64]) -> Result<(), String> {
     let size = dataset.element_size().map_err(|error| error.to_string())?;
     if size > 8 {

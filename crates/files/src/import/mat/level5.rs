@@ -65,7 +65,7 @@ impl<'a> Reader<'a> {
         Some(if self.big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
     }
 
-    /// Type and data of the next element; small ones have both in eight bytes.
+    /// Returns the type and data of the next element; small ones have both in eight bytes.
     fn element(&mut self) -> Option<(u32, &'a [u8])> {
         let first = self.word()?;
         if first >> 16 != 0 {
@@ -82,14 +82,14 @@ impl<'a> Reader<'a> {
         Some((first, data))
     }
 
-    /// Type and the beginning of the data of an element that may go on.
+    /// Returns the type and the beginning of the data of an element that may go on.
     fn head(mut self) -> Option<(u32, &'a [u8])> {
         let kind = self.word()?;
         self.word()?;
         Some((kind, self.bytes))
     }
 
-    /// Numbers of an element of one of the numeric types.
+    /// Returns the numbers of an element of one of the numeric types.
     fn numbers(&self, kind: u32, data: &[u8]) -> Option<Vec<f64>> {
         // As numbers of eight bytes, bytes take eight times their room.
         if data.len() > 8 * MOST_POINTS {
@@ -141,7 +141,7 @@ impl<'a> Matrix<'a> {
         Some(Self { class, complex: first & 0x0800 != 0, dimensions, name, rest })
     }
 
-    /// A field of a structure of one element.
+    /// Returns a field of a structure of one element.
     fn field(mut self, name: &str) -> Option<Matrix<'a>> {
         if self.class != STRUCTURE || self.dimensions.iter().any(|n| *n != 1.0) {
             return None;
@@ -198,8 +198,8 @@ impl<'a> Matrix<'a> {
     }
 }
 
-/// Whether this begins like a file of version 4, which has no header: five words in either order (a type `MOPT` with O = 0,
-/// rows, columns, whether complex, length of the name), then the name and a zero.
+/// Returns whether this begins like a file of version 4, which has no header: five words in either order (a type
+/// `MOPT` with O = 0, rows, columns, whether complex, length of the name), then the name and a zero.
 fn is_level_4(bytes: &[u8]) -> bool {
     [false, true].into_iter().any(|big| {
         let mut reader = Reader { bytes, big };
@@ -259,7 +259,7 @@ impl Level5 {
         Ok(file)
     }
 
-    /// Whether a matrix, of which this is the beginning, is asked for; its name is kept.
+    /// Returns whether a matrix, of which this is the beginning, is asked for; its name is kept.
     fn is_wanted(&mut self, data: &[u8], wanted: &[&str]) -> bool {
         let Some(matrix) = Matrix::open(Reader { bytes: data, big: self.big }) else { return false };
         let known = wanted.contains(&matrix.name.as_str());

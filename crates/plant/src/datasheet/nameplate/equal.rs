@@ -119,7 +119,7 @@ fn of_current(peak: f64, all: &mut Vec<EqualNumber>) {
     ways.other(peak / 3.0_f64.sqrt(), Ampere::SYMBOL, "of a winding in delta, peak");
 }
 
-/// All ways of giving the numbers of this table, which has keys of a `[nameplate]`.
+/// Returns all ways of giving the numbers of this table, which has keys of a `[nameplate]`.
 pub(in crate::datasheet) fn equal_numbers(given: &Table) -> Result<Vec<EqualNumber>, MotorError> {
     let mut reader = Reader { table: given, text: None, problems: Vec::new() };
     let known: Vec<&str> = std::iter::once("pole_pairs").chain(keys()).collect();
@@ -194,7 +194,7 @@ pub(in crate::datasheet) fn equal_numbers(given: &Table) -> Result<Vec<EqualNumb
     Err(MotorError::Format { file: "the numbers given".to_owned(), message: reader.problems.join("; ") })
 }
 
-/// The table of a list of `KEY` and `VALUE`: numbers where they are, texts otherwise.
+/// Returns the table of a list of `KEY` and `VALUE`: numbers where they are, texts otherwise.
 pub(in crate::datasheet) fn table<'a>(given: impl IntoIterator<Item = (&'a str, &'a str)>) -> Table {
     let value = |text: &str| {
         let text = text.trim();

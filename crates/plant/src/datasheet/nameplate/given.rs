@@ -73,12 +73,12 @@ static GROUPS: [Group; 4] = [
     },
 ];
 
-/// All keys that give a number in one of several ways.
+/// Returns all keys that give a number in one of several ways.
 pub(super) fn keys() -> impl Iterator<Item = &'static str> {
     GROUPS.iter().flat_map(|group| group.ways.iter().copied().flatten().copied())
 }
 
-/// Whether another key of a sheet says what this one, such as `nameplate.magnet_flux`, would.
+/// Returns whether another key of a sheet says what this one, such as `nameplate.magnet_flux`, would.
 pub(in crate::datasheet) fn stands_for(key: &str, sheet: &Table) -> bool {
     let plate = sheet.get("nameplate").and_then(Value::as_table);
     let group =
@@ -87,7 +87,7 @@ pub(in crate::datasheet) fn stands_for(key: &str, sheet: &Table) -> bool {
     group.is_some_and(|group| group.ways[1..].iter().copied().flatten().any(given))
 }
 
-/// The keys to write in place of one that leaves open what it is.
+/// Returns the keys to write in place of one that leaves open what it is.
 pub(super) fn instead_of(key: &str) -> Option<&'static str> {
     Some(match key {
         "Ke" | "ke" | "K_e" => {
@@ -113,7 +113,7 @@ fn of_voltage_constant(phase_peak: f64, pole_pairs: f64) -> f64 {
     phase_peak / (pole_pairs * 2.0 * PI * 1000.0 / 60.0)
 }
 
-/// A number as it goes on, in six digits: what it was made of has fewer.
+/// Returns a number as it goes on, in six digits: what it was made of has fewer.
 fn converted(value: f64, from: &Value, how: &str) -> Value {
     let value = format!("{value:.5e}").parse().unwrap_or(value);
     let of = |key: &str| from.get(key).and_then(Value::as_str);
@@ -125,8 +125,8 @@ fn converted(value: f64, from: &Value, how: &str) -> Value {
     sourced(value, source, &(how.replace("{}", &plain) + &reason))
 }
 
-/// The table with a phase's values in place of all others. What is wrong, or given twice, goes to the reader's problems; a number that is
-/// wrong is stood for by one that nobody will see.
+/// Returns the table with a phase's values in place of all others. What is wrong, or given twice, goes to the
+/// reader's problems; a number that is wrong is stood for by one that nobody will see.
 pub(super) fn in_phase_values(reader: &mut Reader) -> Table {
     let given = reader.table;
     let mut table = given.clone();
@@ -160,7 +160,7 @@ pub(super) fn in_phase_values(reader: &mut Reader) -> Table {
     table
 }
 
-/// The values of a phase that the keys of one way come to; none where one is wrong, or is a phase's already.
+/// Returns the values of a phase that the keys of one way come to; none if one is wrong, or is a phase's already.
 fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
     let given = reader.table;
     let pole_pairs = || {

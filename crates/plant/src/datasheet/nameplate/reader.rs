@@ -19,7 +19,8 @@ const REPLACED: [&str; 5] = ["rating", "winding", "saturation", "bridge", "map"]
 const KEYS: [&str; 7] =
     ["pole_pairs", "dc_link", "power", "rated_speed", "rated_torque", "leakage", "saturation"];
 
-/// The data sheet, like any other, that a sheet with a `[nameplate]` amounts to. `text` is its file's, for line numbers.
+/// Returns the data sheet, like any other, that a sheet with a `[nameplate]` amounts to. `text` is its file's, for
+/// line numbers.
 pub(in crate::datasheet) fn spelled_out(
     file: &str,
     sheet: &Table,
@@ -88,7 +89,7 @@ impl Reader<'_> {
         line.map_or_else(|| format!("`{key}` "), |line| format!("line {line}, `{key}`: "))
     }
 
-    /// A number by its key; `needed` says what it must be, which `fits` knows.
+    /// Returns a number by its key; `needed` says what it must be, which `fits` knows.
     pub(super) fn number<U: Unit>(
         &mut self,
         key: &'static str,
@@ -114,7 +115,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A positive number by its key.
+    /// Returns a positive number by its key.
     pub(super) fn positive<U: Unit>(&mut self, key: &'static str, needed: &str) -> Option<f64> {
         let table = self.table;
         self.number::<U>(key, table.get(key), needed, positive)
@@ -183,7 +184,7 @@ impl Reader<'_> {
         Some(numbers)
     }
 
-    /// The shares of `saturation`, plain or one by one, as a table of them.
+    /// Returns the shares of `saturation`, plain or one by one, as a table of them.
     fn shares(&mut self, value: &Value) -> Option<Table> {
         let own = match value {
             Value::Table(table) if !table.contains_key("value") => table.clone(),
@@ -207,7 +208,7 @@ impl Reader<'_> {
         (self.problems.len() == before).then_some(own)
     }
 
-    /// All numbers with their sources.
+    /// Returns all numbers with their sources.
     fn numbers(&self, shares: Option<Table>) -> Table {
         let mut numbers: Table =
             self.table.iter().map(|(key, value)| (key.clone(), with_source(value))).collect();

@@ -6,13 +6,13 @@ use toml::{Table, Value};
 /// Tables that a sheet with a `[nameplate]` may have beside it.
 pub(super) const BESIDE: [&str; 5] = ["rotor", "harmonics", "eddy", "hysteresis", "thermal"];
 
-/// A number as it goes on: with its source.
+/// Returns a number as it goes on: with its source.
 pub(super) fn sourced(value: impl Into<Value>, source: &str, reason: &str) -> Value {
     let pairs = [("value", value.into()), ("source", source.into()), ("reason", reason.into())];
     Value::Table(pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
 }
 
-/// A number of a file with its source, which it may have already.
+/// Returns a number of a file with its source, which it may have already.
 pub(super) fn with_source(value: &Value) -> Value {
     match value {
         Value::Table(_) => value.clone(),

@@ -121,7 +121,8 @@ impl Data {
         better
     }
 
-    /// The best ψ_n, k_q and a_bp for these exponents, by steps along each that are halved where none is better.
+    /// Returns the best ψ_n, k_q and a_bp for these exponents, by steps along each that are halved where none is
+    /// better.
     fn with_bridge(&self, exponents: Exponents, exponent: u8) -> Option<Shape> {
         let at = |numbers| self.linear(exponents, Some(Bridge { numbers, exponent }));
         let starts = [0.4, 0.8].into_iter().flat_map(|flux| [0.0, 3.0].map(|bend| [flux, -2.0, bend]));
@@ -151,7 +152,8 @@ impl Data {
         Some(best)
     }
 
-    /// Factors for these exponents by least squares, none of them negative; none where they are not identifiable.
+    /// Returns the factors for these exponents by least squares, none of them negative; none if they are not
+    /// identifiable.
     fn linear(&self, exponents: Exponents, bridge: Option<Bridge>) -> Option<Shape> {
         let mut normal = [[0.0; FACTORS]; FACTORS];
         let mut right = [0.0; FACTORS];
@@ -202,7 +204,7 @@ impl Data {
     }
 }
 
-/// Contribution of each factor to i_d and to i_q at a flux.
+/// Returns the contribution of each factor to i_d and to i_q at a flux.
 fn functions(flux: Dq<f64>, [s, t, u, v]: Exponents, bridge: Option<Bridge>) -> [[f64; FACTORS]; 2] {
     let (x, y) = (flux.d.abs(), flux.q.abs());
     let cross_d = power(x, u) * power(y, v + 2) * flux.d / f64::from(v + 2);
@@ -219,8 +221,8 @@ fn functions(flux: Dq<f64>, [s, t, u, v]: Exponents, bridge: Option<Bridge>) -> 
     ]
 }
 
-/// Factors of least squares, and by how much they reduce the sum of squares: where some are negative, the most negative one is
-/// left out, until none is. `normal` is filled below its diagonal.
+/// Returns the factors of least squares, and by how much they reduce the sum of squares: where some are negative, the
+/// most negative one is left out, until none is. `normal` is filled below its diagonal.
 fn not_negative(
     normal: &[[f64; FACTORS]; FACTORS],
     right: &[f64; FACTORS],

@@ -1,6 +1,6 @@
 //! Values of one current of a grid, in order.
 
-/// A current for messages: six digits, without those that subtraction leaves.
+/// Returns a current for messages: six digits, without those that subtraction leaves.
 pub(super) fn rounded(current: f64) -> f64 {
     format!("{current:.5e}").parse().unwrap_or(current)
 }
@@ -9,7 +9,7 @@ pub(super) fn one_sided(axis: &[f64]) -> bool {
     axis[0] == 0.0 || axis[axis.len() - 1] == 0.0
 }
 
-/// The values that occur, in order; what differs by rounding only is one.
+/// Returns the values that occur, in order; what differs by rounding only is one.
 pub(super) fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
@@ -30,7 +30,7 @@ pub(super) fn nearest(axis: &[f64], value: f64) -> usize {
     if after > 0 && value - axis[after - 1] < axis[after] - value { after - 1 } else { after }
 }
 
-/// The cell that contains zero, and where in it.
+/// Returns the cell that contains zero, and where in it.
 pub(super) fn bracket(axis: &[f64]) -> (usize, f64) {
     let after = axis.partition_point(|x| *x <= 0.0).clamp(1, axis.len() - 1);
     (after - 1, -axis[after - 1] / (axis[after] - axis[after - 1]))

@@ -107,7 +107,7 @@ impl Bends {
         [0, 1].map(|axis| Cells::new(self.bounds[axis], &self.densities[axis], count))
     }
 
-    /// Currents in A along an axis, so many per cell wherever they are closest to each other in flux.
+    /// Returns the currents in A along an axis, so many per cell wherever they are closest to each other in flux.
     pub(super) fn places(&self, axis: usize, cells: &Cells, per_cell: usize) -> Vec<f64> {
         let currents = &self.currents[axis];
         let (range, count) = (currents[currents.len() - 1] - currents[0], cells.functions());
@@ -140,7 +140,7 @@ impl Bends {
     }
 }
 
-/// The values of an axis and some between them; of a finer axis as many, evenly chosen.
+/// Returns the values of an axis and some between them; of a finer axis as many, evenly chosen.
 fn finer(axis: &[f64]) -> Vec<f64> {
     let parts = (LOOKS / (axis.len() - 1)).max(1);
     spread(axis, (parts * (axis.len() - 1)).min(2 * LOOKS) + 1)

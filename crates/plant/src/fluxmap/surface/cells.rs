@@ -105,7 +105,7 @@ impl Cells {
         self.spans.len() + DEGREE
     }
 
-    /// The nearest flux that a cell contains.
+    /// Returns the nearest flux that a cell contains.
     #[inline]
     pub(super) fn inside(&self, flux: f64) -> f64 {
         flux.clamp(self.low, self.high)
@@ -123,12 +123,12 @@ impl Cells {
         Spot { cell, t: (flux - start) * per_width, per_width }
     }
 
-    /// The functions of a cell.
+    /// Returns the functions of a cell.
     pub(super) fn powers(&self, cell: usize) -> &Powers {
         &self.powers[cell]
     }
 
-    /// Values and first derivatives over the flux of the functions at a place.
+    /// Returns the values and first derivatives over the flux of the functions at a place.
     pub(super) fn weights(&self, Spot { cell, t, per_width }: Spot) -> [[f64; WIDTH]; 2] {
         let (mut value, mut slope) = ([0.0; WIDTH], [0.0; WIDTH]);
         for powers in self.powers[cell].iter().rev() {
@@ -140,7 +140,8 @@ impl Cells {
         [value, slope.map(|slope| slope * per_width)]
     }
 
-    /// Weights that make the third derivative of coefficients `first` to `first + 3`, times the third power of a cell's width.
+    /// Returns the weights that make the third derivative of coefficients `first` to `first + 3`, times the third
+    /// power of a cell's width.
     pub(super) fn third_derivative(&self, first: usize) -> [f64; 4] {
         let mut factors = [[0.0; 4]; 4];
         for (k, factors) in factors.iter_mut().enumerate() {
@@ -159,13 +160,13 @@ impl Cells {
         factors[3].map(|factor| factor * width * width * width)
     }
 
-    /// Mean width of a cell in Wb.
+    /// Returns the mean width of a cell in Wb.
     pub(super) fn width(&self) -> f64 {
         (self.high - self.low) / self.spans.len() as f64
     }
 }
 
-/// The functions between knots k and k + 1, by the recursion of Cox and de Boor.
+/// Returns the functions between knots k and k + 1, by the recursion of Cox and de Boor.
 fn powers(knots: &[f64], k: usize) -> Powers {
     let (start, width) = (knots[k], knots[k + 1] - knots[k]);
     // Functions of a degree in the order of their knots, the last one begins at knot k.

@@ -33,7 +33,7 @@ struct Inner {
 }
 
 impl Series {
-    /// The core's state where the winding's flux is ψ, by Newton's iteration from u = ψ: M is small.
+    /// Returns the core's state where the winding's flux is ψ, by Newton's iteration from u = ψ: M is small.
     fn inner(&self, flux: Dq<f64>) -> Inner {
         let Dq { d, q } = self.inductance;
         let at = |u: Dq<f64>| {
@@ -64,7 +64,7 @@ impl Series {
 }
 
 impl Series {
-    /// The map behind the inductance, if its core is one.
+    /// Returns the map behind the inductance, if its core is one.
     pub(super) fn map(&self) -> Option<&FluxMap> {
         match &self.core {
             Core::Map(map) => Some(map),

@@ -91,7 +91,7 @@ impl<V: Wide> Circuits<V> {
         circuits
     }
 
-    /// Whether a circuit is of this kind.
+    /// Returns whether a circuit is of this kind.
     pub fn fits(&self, circuit: &MagneticCircuit) -> bool {
         let same_formula = match (&self.formula, formula(&circuit.core)) {
             (None, _) => true,
@@ -134,13 +134,13 @@ impl<V: Wide> Circuits<V> {
         }
     }
 
-    /// The eddy branches, if there are any.
+    /// Returns the eddy branches, if there are any.
     pub const fn eddies(&self) -> Option<&Eddies<V>> {
         self.eddy.as_ref()
     }
 
-    /// Current, inductance and their slopes at fluxes in Wb. `cores` are the motors' own, looked at where there is no
-    /// formula.
+    /// Returns the current, inductance and their slopes at fluxes in Wb. `cores` are the motors' own, looked at where
+    /// there is no formula.
     #[inline(always)]
     pub fn state(&self, flux: Dq<V>, at: Heading<V>, cores: &[&MagneticCircuit]) -> MagneticState<V> {
         if let Some(distortion) = &self.distortion {
@@ -160,7 +160,7 @@ impl<V: Wide> Circuits<V> {
         }
     }
 
-    /// Whether the cores are known for some currents only.
+    /// Returns whether the cores are known for some currents only.
     pub const fn have_ends(&self) -> bool {
         self.formula.is_none()
     }

@@ -37,7 +37,7 @@ impl Cells {
     }
 }
 
-/// The text for each pair of edges: a name, a centre, or else both edges.
+/// Returns the text for each pair of edges: a name, a centre, or else both edges.
 fn texts(edges: &[f64], axis: &Axis) -> Vec<String> {
     let middle = |pair: &[f64]| 0.5 * (pair[0] + pair[1]);
     if matches!(axis.ticks, Ticks::Named(_)) {
@@ -53,7 +53,7 @@ fn texts(edges: &[f64], axis: &Axis) -> Vec<String> {
     }
 }
 
-/// The centres of which [`super::super::cell_edges`] makes these edges, if there are such.
+/// Returns the centres of which [`super::super::cell_edges`] makes these edges, if there are such.
 fn centres(edges: &[f64], scale: AxisScale) -> Option<Vec<f64>> {
     let places: Vec<f64> = edges.iter().map(|edge| scale.even(*edge)).collect();
     let middle = |pair: &[f64]| 0.5 * (pair[0] + pair[1]);
@@ -150,8 +150,8 @@ pub(super) fn add(
     }
 }
 
-/// The values in the cells. Those that Plotly writes have one ink, stand beside the middle of cells on logarithmic axes
-/// and shrink; scripts leave these out where one has no room.
+/// Returns the values in the cells. Those that Plotly writes have one ink, stand beside the middle of cells on
+/// logarithmic axes and shrink; scripts leave these out where one has no room.
 fn written(
     chart: &mut Chart,
     place: &Place,

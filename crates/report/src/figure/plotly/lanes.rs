@@ -62,7 +62,7 @@ fn bars(place: &Place, lane: &Lane, spans: &[Span], category: usize, middle: f64
     trace
 }
 
-/// An invisible staircase along the middle of a lane.
+/// Returns an invisible staircase along the middle of a lane.
 fn reading(lane: &Lane, mut spans: Vec<Span>, categories: &[String], middle: f64) -> Value {
     spans.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (mut x, mut y, mut text) = (Vec::new(), Vec::new(), Vec::new());
@@ -89,7 +89,7 @@ fn reading(lane: &Lane, mut spans: Vec<Span>, categories: &[String], middle: f64
     })
 }
 
-/// A bar's marker in the manner of a category.
+/// Returns a bar's marker in the manner of a category.
 fn marker(category: usize) -> Value {
     let look = fill(category);
     let mut marker = json!({"color": look.ground.css(), "line": {"width": 0}});

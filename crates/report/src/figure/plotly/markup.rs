@@ -2,8 +2,8 @@
 
 use super::super::text::{escaped, pieces};
 
-/// The text as markup: everything escaped, the indices of symbols below the line. Not for attributes: Plotly does
-/// not know the entity of the quotation mark.
+/// Returns the text as markup: everything escaped, the indices of symbols below the line. Not for attributes: Plotly
+/// does not know the entity of the quotation mark.
 pub(crate) fn markup(text: &str) -> String {
     pieces(text)
         .iter()
@@ -19,7 +19,7 @@ pub(super) fn template(text: &str) -> String {
     markup(text).replace("%{", "&#37;{")
 }
 
-/// An axis label taken apart at its last parentheses: the quantity, and its unit with the space before it.
+/// Returns an axis label taken apart at its last parentheses: the quantity, and its unit with the space before it.
 ///
 /// `time t (ms)` gives `time t` and ` ms`, `angle (° electrical)` gives `angle` and `° electrical`.
 pub(super) fn quantity(label: &str) -> (&str, String) {

@@ -92,7 +92,7 @@ impl Place<'_> {
         chart.data.push(trace);
     }
 
-    /// The read-out of a point; `y` writes the vertical value with its unit.
+    /// Returns the read-out of a point; `y` writes the vertical value with its unit.
     fn read_out(&self, y: impl Fn(&str) -> String) -> String {
         let (name, unit) = quantity(&self.panel.x.label);
         let x = if matches!(self.panel.x.ticks, Ticks::Named(_)) {
@@ -110,7 +110,7 @@ impl Place<'_> {
         }
     }
 
-    /// The text of each x on an axis of names: the nearest of them.
+    /// Returns the text of each x on an axis of names: the nearest of them.
     fn names(&self, xs: impl Iterator<Item = f64>) -> Value {
         if !matches!(self.panel.x.ticks, Ticks::Named(_)) {
             return Value::Null;
@@ -118,7 +118,7 @@ impl Place<'_> {
         xs.map(|x| nearest(&self.panel.x, x)).collect()
     }
 
-    /// The points that have a place on both axes; the others become gaps.
+    /// Returns the points that have a place on both axes; the others become gaps.
     fn placed(&self, points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
         let on = |axis: &Axis, value: f64| if axis.scale.has(value) { value } else { f64::NAN };
         points.map(|(x, y)| (on(&self.panel.x, x), on(&self.panel.y, y))).collect()
@@ -129,7 +129,7 @@ impl Place<'_> {
         end(self.panel.x.scale, self.x_range, value)
     }
 
-    /// The upper end of an interval: far above the panel if it has none.
+    /// Returns the upper end of an interval: far above the panel if it has none.
     fn beyond(&self, value: f64) -> f64 {
         let (first, last) = self.y_range;
         match self.panel.y.scale {
@@ -145,7 +145,7 @@ impl Place<'_> {
     }
 }
 
-/// The value, but far below the range, as in the drawn figure, for what is too small for a logarithm.
+/// Returns the value, but far below the range, as in the drawn figure, for what is too small for a logarithm.
 fn end(scale: AxisScale, (first, last): (f64, f64), value: f64) -> f64 {
     if scale == AxisScale::Log10 && value <= 0.0 {
         return (first * (first / last).powi(10)).max(1e-300);
@@ -153,7 +153,7 @@ fn end(scale: AxisScale, (first, last): (f64, f64), value: f64) -> f64 {
     value
 }
 
-/// The name on an axis of names that is nearest to a place.
+/// Returns the name on an axis of names that is nearest to a place.
 pub(super) fn nearest(axis: &Axis, place: f64) -> String {
     let Ticks::Named(names) = &axis.ticks else { return String::new() };
     let distance = |at: f64| if place.is_finite() { (place - at).abs() } else { f64::INFINITY };
@@ -161,12 +161,12 @@ pub(super) fn nearest(axis: &Axis, place: f64) -> String {
     nearest.map_or_else(String::new, |(_, name)| markup(name))
 }
 
-/// The legend group of a label in a panel.
+/// Returns the legend group of a label in a panel.
 pub(crate) fn group(panel: usize, label: &str) -> String {
     format!("{panel}:{label}")
 }
 
-/// A scatter trace with the values of `more`.
+/// Returns a scatter trace with the values of `more`.
 fn scatter(place: &Place, points: &[(f64, f64)], mode: &str, more: Value) -> Value {
     let points = place.placed(points.iter().copied());
     let mut trace = json!({
