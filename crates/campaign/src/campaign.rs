@@ -29,7 +29,7 @@ use thiserror::Error;
 pub struct Campaign<'a, S = LineInductanceSettings<f64>> {
     /// The scenario of each trial.
     pub scenario: &'a Scenario<S>,
-    /// How many.
+    /// Number of trials.
     pub trials: u64,
     /// Threads; none: as many as there are cores. The records do not depend on it.
     pub threads: Option<usize>,
@@ -67,10 +67,10 @@ impl<S: Settings<f64> + Sync> Trials for Scenario<S> {
 }
 
 impl<S: Settings<f64> + Sync> Campaign<'_, S> {
-    /// Runs all trials and says what they amount to.
+    /// Runs all trials and returns their summary.
     ///
     /// # Errors
-    /// A trial that cannot be run.
+    /// A trial cannot be run.
     pub fn summary(&self) -> Result<Summary, CampaignError> {
         let mut statistics = Statistics::default();
         self.run(&AtomicBool::new(false), |record| {

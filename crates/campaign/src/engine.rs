@@ -27,8 +27,8 @@ pub(crate) trait Trials: Sync {
     /// Returns a point, ready to run trials at it.
     fn point(&self, number: usize) -> Result<Self::Point, Self::Error>;
 
-    /// Runs trials in this thread, until there are no more or one cannot be run; those that are under way come to their
-    /// ends. `done` gets each record, in any order.
+    /// Runs trials in this thread until all are done or one cannot be run; trials that have begun are completed. `done`
+    /// receives each record, in any order.
     fn run(
         &self,
         point: &Self::Point,
@@ -84,28 +84,28 @@ impl Group {
     }
 }
 
-/// One thread's part of a block: records with their places, and where it had to stop.
+/// One thread's part of a block: records with their positions, and the point where it had to stop.
 struct Part<E> {
     records: Vec<(usize, Record)>,
     failed: Option<(usize, E)>,
 }
 
 impl<'a, T: Trials> Engine<'a, T> {
-    /// With so many threads; none: as many as there are cores. The records do not depend on it.
+    /// Makes an engine with this number of threads; none: as many as there are cores. The records do not depend on it.
     pub(crate) fn new(trials: &'a T, threads: Option<usize>) -> Result<Self, ThreadPoolBuildError> {
         let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build()?;
         let pace = Pace::new(pool.current_num_threads());
         Ok(Self { trials, pool, pace, points: BTreeMap::new() })
     }
 
-    /// How many trials the next block should have.
+    /// Returns the number of trials that the next block should have.
     pub(crate) fn size(&self) -> u64 {
         self.pace.size()
     }
 
     /// Runs the trials of a block, each given by its point and its number. Returns the records of the first ones, in
-    /// order: of all of them, or up to the first that was not begun because `stop` was set, or up to the first that cannot
-    /// be run, then with its error. Which that is does not depend on the number of threads.
+    /// order: all of them, or those before the first that was not begun because `stop` was set, or those before the
+    /// first that cannot be run, together with its error. Which trial that is does not depend on the number of threads.
     pub(crate) fn block(
         &mut self,
         block: &[(usize, u64)],
@@ -156,7 +156,7 @@ impl<'a, T: Trials> Engine<'a, T> {
     }
 }
 
-/// Work of one thread: group by group, as many trials of each as the others leave it.
+/// Carries out the work of one thread: group by group, as many trials of each group as other threads leave.
 fn run<'g, T: Trials>(
     trials: &T,
     points: &BTreeMap<usize, T::Point>,

@@ -1,4 +1,4 @@
-//! How many trials are computed at a time.
+//! Pace: the number of trials that are computed together.
 
 use std::time::{Duration, Instant};
 
@@ -14,11 +14,11 @@ pub(crate) struct Pace {
 /// Trials of a block at most.
 const MOST: u64 = 2048;
 
-/// How long a block should take.
+/// Time that a block should take.
 const LONG: Duration = Duration::from_millis(150);
 
 impl Pace {
-    /// Before the first block: all lanes of all threads have work.
+    /// Makes the pace before the first block, which gives work to all lanes of all threads.
     pub(crate) const fn new(threads: usize) -> Self {
         let least = (MOST_LANES * threads) as u64;
         Self { size: least, least }
@@ -29,7 +29,8 @@ impl Pace {
         self.size
     }
 
-    /// After a block that began then: at most twice as many, and fewer at once where they took too long.
+    /// Returns the pace after a block that began at this time: at most twice as many trials, and fewer immediately if
+    /// the block took too long.
     pub(crate) fn after(self, begun: Instant) -> Self {
         self.next(begun.elapsed())
     }

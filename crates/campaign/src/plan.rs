@@ -42,11 +42,11 @@ pub struct Glance<'a> {
 }
 
 impl Glance<'_> {
-    /// Hands the records to `sink`, block by block in the order of their numbers, until all are there, `stop` is set, or
-    /// `sink` says that nobody looks any more by returning false. True if all are done.
+    /// Passes the records to `sink`, block by block in the order of their numbers, until all are done, `stop` is set,
+    /// or `sink` returns false because no more records are wanted. Returns true if all are done.
     ///
     /// # Errors
-    /// A trial that cannot be run, once the records before it are handed over.
+    /// A trial cannot be run; the records before it have been passed on.
     ///
     /// ```
     /// use standstill_campaign::Glance;

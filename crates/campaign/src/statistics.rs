@@ -1,8 +1,8 @@
 //! Statistics with their uncertainty.
 //!
-//! Errors are those of the axis, in (−90, 90]°; a wrong pole is counted by itself, because half a turn is not a
-//! large angle error but another kind of failure. Of answers that are sectors the error is what lies beyond the sector named. All
-//! intervals are at 95 %.
+//! Errors are those of the axis, in (−90, 90]°. Wrong poles are counted separately, because half a turn is not a large
+//! angle error but another kind of failure. If an answer is a sector, the error is the part beyond that sector. All
+//! intervals are 95 % intervals.
 
 mod binomial;
 mod judged;
@@ -30,12 +30,12 @@ use standstill_numeric::rank;
 pub use standstill_quantity::Estimate;
 use standstill_scenario::{Record, Verdict, miss_deg};
 
-/// How often something happened.
+/// Count and probability of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Occurrence {
     /// Trials in which it did.
     pub count: u64,
-    /// Its probability.
+    /// Probability of the event.
     pub probability: Estimate,
 }
 
@@ -77,22 +77,22 @@ pub fn one_sided_bounds(count: u64, total: u64) -> [f64; 2] {
     [binomial::lower(count, total, 0.05), binomial::upper(count, total, 0.05)]
 }
 
-/// Returns the second of two independent estimates less the first, its interval recovered from those of the two (G.
-/// Y. Zou and A. Donner, "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095):
-/// exact for normal estimates, and of two that were never seen what is known of them.
+/// Returns the second of two independent estimates minus the first, with an interval computed from their intervals (G.
+/// Y. Zou and A. Donner, "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095). It is
+/// exact for normal estimates, and still informative if the event was observed in neither.
 pub fn independent_difference(estimates: [Estimate; 2]) -> Estimate {
     correlated_difference(estimates, 0.0)
 }
 
-/// Returns the share of the second of two runs of the same `pairs` of trials less that of the first: `alone` are the
-/// pairs in which one run alone had a case, the first or the second. Pairs in which both or neither had one say
-/// nothing.
+/// Returns the share of an event in the second of two runs minus that in the first, over the same `pairs` of trials.
+/// `alone`: numbers of pairs in which only the first or only the second run had the event. Pairs in which both or
+/// neither had it carry no information.
 ///
-/// The two counts are of one multinomial distribution: with p and q their shares, their covariance is −p q/n. The
-/// interval is recovered from those of the two shares with that correlation (R. G. Newcombe, "Improved confidence
+/// The two counts belong to one multinomial distribution: with their shares p and q, their covariance is −p q/n. The
+/// interval is computed from those of the two shares with that correlation (R. G. Newcombe, "Improved confidence
 /// intervals for the difference between binomial proportions based on paired data", 1998). Those are mid-P ones to
-/// close approximation, because exact ones of few cases together are too wide (G. Berry and P. Armitage, "Mid-P
-/// confidence intervals: a brief review", 1995); without a case, the exact one.
+/// close approximation, because exact ones of few events combine to too wide an interval (G. Berry and P. Armitage,
+/// "Mid-P confidence intervals: a brief review", 1995); without an event, the exact interval is used.
 ///
 /// ```
 /// use standstill_campaign::paired_difference;
@@ -108,8 +108,8 @@ pub fn paired_difference(alone: [u64; 2], pairs: u64) -> Estimate {
     correlated_difference(estimates, correlation.max(-1.0))
 }
 
-/// See [`paired_difference`]: each end in the middle between the exact ones of this count and of its neighbour on the inner
-/// side.
+/// Returns the interval for [`paired_difference`]: each end is in the middle between the exact ends for this count and
+/// for its neighbour on the inner side.
 fn middle_interval(count: u64, total: u64) -> Estimate {
     let exact = binomial_interval(count, total);
     if count == 0 || count == total {
@@ -120,9 +120,9 @@ fn middle_interval(count: u64, total: u64) -> Estimate {
     Estimate { low: (exact.low + low) / 2.0, high: (exact.high + high) / 2.0, ..exact }
 }
 
-/// Returns the rms of the second errors less that of the first, over pairs of the same random numbers: with r the
-/// rms, the difference of the means of b²/(2 r_b) and a²/(2 r_a) to first order, whose spread the pairs tell, and
-/// Student's t the rest.
+/// Returns the rms of the second errors minus that of the first, over pairs with the same random numbers. To first
+/// order it is the difference of the means of b²/(2 r_b) and a²/(2 r_a), with the rms values r; its standard deviation
+/// comes from the pairs, and the interval from Student's t.
 pub fn paired_rms(pairs: &[(f64, f64)]) -> Estimate {
     let n = pairs.len() as f64;
     let rms =
@@ -185,9 +185,9 @@ impl Default for Statistics {
 pub struct Summary {
     /// Trials in all.
     pub trials: u64,
-    /// With an angle.
+    /// Number of trials with an angle.
     pub found: u64,
-    /// With an axis but no pole.
+    /// Number of trials with an axis but no pole.
     pub undetermined: u64,
     /// Given up by the detector.
     pub failed: u64,
@@ -195,7 +195,7 @@ pub struct Summary {
     pub errors: u64,
     /// Why there was no angle, and how often.
     pub reasons: BTreeMap<String, Occurrence>,
-    /// Trials with an axis, of which the error statistics are: found and undetermined.
+    /// Number of trials with an axis, found or undetermined, which the error statistics cover.
     pub axes: u64,
     /// Root mean square of the axis error in degrees. Its interval is that of the mean square by Student's t
     /// with Hall's correction for the skewness of squares.
@@ -212,7 +212,7 @@ pub struct Summary {
     /// Largest axis error in degrees.
     #[serde(deserialize_with = "standstill_quantity::or_nan")]
     pub max_deg: f64,
-    /// The probability that a further detection exceeds it, as far as the trials tell.
+    /// Probability that the error of a further detection exceeds this maximum, as estimated from the trials.
     pub beyond_max: Estimate,
     /// The error in degrees whose exceedance is counted.
     pub limit_deg: f64,
@@ -233,8 +233,8 @@ pub struct Summary {
     pub mean_duration_s: f64,
     /// Largest current in A.
     pub peak_current_a: f64,
-    /// Counts of answers that are sectors; none where no answer is one. All errors above are then those beyond the sector that was
-    /// named.
+    /// Counts of answers that are sectors; none if no answer is a sector. If present, all errors above are the parts
+    /// beyond the named sector.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sectors: Option<Sectors>,
 }
@@ -243,7 +243,7 @@ impl Statistics {
     /// The angle error in degrees whose exceedance is counted unless another is asked for: the paper's "within ±2°".
     pub const LIMIT_DEG: f64 = 2.0;
 
-    /// Empty statistics that will count the angle errors beyond `limit_deg`.
+    /// Makes empty statistics that count the angle errors beyond `limit_deg`.
     pub fn with_limit(limit_deg: f64) -> Self {
         Self {
             limit_deg,
@@ -268,7 +268,7 @@ impl Statistics {
         self.add_row(&Row::from(record));
     }
 
-    /// Adds a record as it was stored.
+    /// Adds a stored record.
     pub fn add_row(&mut self, row: &Row) {
         let half = row.half_sector_deg;
         let beyond = |error: Option<f64>| error.map(|error| miss_deg(error, half));
@@ -336,7 +336,7 @@ impl Statistics {
         binomial_interval(self.wrong_poles, self.trials)
     }
 
-    /// The summary of what was added.
+    /// Returns the summary of all added records.
     pub fn summary(&self) -> Summary {
         let axes = self.magnitudes.count();
         let found = self.trials - self.undetermined - self.failed - self.errors_of_simulation;
@@ -375,9 +375,9 @@ impl Statistics {
     }
 }
 
-/// Returns the ranks, counted from 0, of a quantile among so many values in their order and of the ends of its
-/// distribution-free interval: the order statistics that enclose it with 95 %. An end is none, or beyond the last
-/// value, where there are too few.
+/// Returns the ranks, counted from 0, of a quantile among `count` sorted values, and of the ends of its
+/// distribution-free interval: the order statistics that enclose it with 95 %. If there are too few values, an end is
+/// none or beyond the last value.
 pub fn quantile_ranks(p: f64, count: u64) -> [Option<u64>; 3] {
     // With n values, as many as Bin(n, p) lie below the quantile.
     let below = |q: f64| binomial::quantile(count, p, q);

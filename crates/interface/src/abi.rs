@@ -1,6 +1,6 @@
-//! The types of `standstill.h` and `sts_detectors.h`, field by field: how a detector and a drive talk where one of them is
-//! written in C. What each field means and its unit stands in the headers. A test of the crate `standstill-foreign` compares
-//! each size, offset and number with what C compilers make of them.
+//! The types of `standstill.h` and `sts_detectors.h`, field by field: the interface between a detector and a drive if
+//! one of them is written in C. The headers state the meaning and unit of each field. A test of the crate
+//! `standstill-foreign` compares each size, offset and number with those of C compilers.
 #![allow(missing_docs, reason = "the headers say what each field is")]
 
 mod sample;
@@ -65,7 +65,7 @@ pub struct Drive {
     pub comparator_delay_spread: f32,
     pub comparator_blanking: f32,
     pub threshold_highest: f32,
-    /// Addresses, so that what a drive knows can go from one thread to another.
+    /// Addresses stored as numbers, so that a drive's knowledge can be sent from one thread to another.
     pub log_to: usize,
     pub log: usize,
 }
@@ -110,7 +110,7 @@ const fn bytes<T>() -> u32 {
 }
 
 impl Readings {
-    /// These samples; none of more than four thousand millions.
+    /// Makes the C form of these samples; none if there are more than four thousand million.
     pub fn of(samples: &[Sample]) -> Option<Self> {
         Some(Self {
             size: bytes::<Self>(),
@@ -173,7 +173,7 @@ pub struct Command {
 }
 
 impl Default for Command {
-    /// Nothing ordered yet.
+    /// Returns a command without any order.
     fn default() -> Self {
         Self {
             size: bytes::<Self>(),
@@ -247,14 +247,15 @@ pub struct Table {
 }
 
 impl Table {
-    /// `sizeof(sts_detector)` of the first header of this version; what was appended later is not there in a shorter one.
+    /// Size of `sts_detector` in the first header of this version; a detector of that size lacks the fields that were
+    /// appended later.
     pub const LEAST: usize = core::mem::offset_of!(Self, probe);
 }
 
 /// `STS_DETECTOR_BYTES`: memory of a detector of any method.
 pub const DETECTOR_BYTES: usize = 16 * 1024;
 
-/// `STS_MOST_SAMPLES`: of a command of any method.
+/// `STS_MOST_SAMPLES`: largest number of samples of any method's command.
 pub const MOST_SAMPLES: usize = 128;
 
 /// `sts_plate`: the nameplate for a detector of the static library.
@@ -314,7 +315,7 @@ pub struct Setting {
     pub value: f64,
 }
 
-/// `enum sts_reason`, of an axis without pole.
+/// Returns the code of `enum sts_reason` for an axis without a pole.
 pub const fn axis_reason<T>(reason: &Undetermined<T>) -> u32 {
     match reason {
         Undetermined::MarginBelowNoise { .. } => 1,
@@ -325,7 +326,7 @@ pub const fn axis_reason<T>(reason: &Undetermined<T>) -> u32 {
     }
 }
 
-/// `enum sts_reason`, of a failure.
+/// Returns the code of `enum sts_reason` for a failure.
 pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
     match fault {
         Fault::Clipped(_) | Fault::LinkCurrentClipped => 16,

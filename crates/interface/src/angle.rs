@@ -8,7 +8,7 @@ use crate::Real;
 pub struct Angle<T>(T);
 
 impl<T: Real> Angle<T> {
-    /// From radians, any number of turns.
+    /// Makes an angle from radians, with any number of turns.
     pub fn from_radians(radians: T) -> Self {
         let turn = T::TAU();
         let wrapped = radians - turn * (radians / turn).floor();
@@ -17,7 +17,7 @@ impl<T: Real> Angle<T> {
         Self(if wrapped >= turn || wrapped < T::zero() { T::zero() } else { wrapped })
     }
 
-    /// From degrees, any number of turns.
+    /// Makes an angle from degrees, with any number of turns.
     ///
     /// ```
     /// use standstill_interface::Angle;
@@ -30,12 +30,12 @@ impl<T: Real> Angle<T> {
         Self::from_radians(degrees.to_radians())
     }
 
-    /// In [0, 2π) rad.
+    /// Returns the angle in [0, 2π) rad.
     pub fn radians(self) -> T {
         self.0
     }
 
-    /// In [0, 360)°.
+    /// Returns the angle in [0, 360)°.
     pub fn degrees(self) -> T {
         self.0.to_degrees()
     }

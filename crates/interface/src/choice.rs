@@ -6,19 +6,19 @@
 pub trait Choice: Copy + PartialEq + Send + Sync + 'static {
     /// Name of the choice, in a word.
     const WHAT: &'static str;
-    /// Description of the choice, in a sentence; empty where there is none.
+    /// Description of the choice, in a sentence; empty if there is none.
     const ABOUT: &'static str = "";
     /// All that can be chosen.
     const ALL: &'static [Self];
     /// Their names, in the same order.
     const NAMES: &'static [&'static str];
 
-    /// Returns the description of this variant, in a sentence; empty where there is none.
+    /// Returns the description of this variant, in a sentence; empty if there is none.
     fn about(self) -> &'static str {
         ""
     }
 
-    /// Its name, as it is written.
+    /// Returns the name of the variant, as files write it.
     ///
     /// ```
     /// use standstill_interface::{Choice, choice};
@@ -41,14 +41,14 @@ pub trait Choice: Copy + PartialEq + Send + Sync + 'static {
         Self::ALL.iter().zip(Self::NAMES).find(|(choice, _)| **choice == self).map_or("", |(_, name)| name)
     }
 
-    /// Makes the one with this name, if there is one.
+    /// Returns the variant with this name; none if there is none.
     fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().zip(Self::NAMES).find(|(_, known)| **known == name).map(|(choice, _)| *choice)
     }
 }
 
-/// Declares an enum whose variants know their names, as a [`Choice`](trait@crate::Choice). `default` behind a name marks
-/// what `#[derive(Default)]` takes.
+/// Declares an enum whose variants have names, as a [`Choice`](trait@crate::Choice). The variant marked `default` is
+/// the `Default` of the enum.
 #[macro_export]
 macro_rules! choice {
     (
@@ -68,7 +68,7 @@ macro_rules! choice {
             /// All of them.
             pub const ALL: [Self; [$($word),+].len()] = [$(Self::$variant),+];
 
-            /// Its name in files and on the command line.
+            /// Returns the name in files and on the command line.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $word,)+

@@ -16,12 +16,12 @@ impl Nanos {
     /// Zero.
     pub const ZERO: Self = Self(0);
 
-    /// From whole microseconds.
+    /// Makes a time from whole microseconds.
     pub const fn from_micros(micros: u64) -> Self {
         Self(micros.saturating_mul(1000))
     }
 
-    /// Makes the nearest to a time in s; zero for what is negative or no number.
+    /// Makes a time from seconds, rounded to nanoseconds; zero if the value is negative or not a number.
     ///
     /// ```
     /// use standstill_interface::Nanos;
@@ -34,7 +34,7 @@ impl Nanos {
         Self(FloatCore::round(seconds * 1e9).to_u64().unwrap_or(if seconds > 0.0 { u64::MAX } else { 0 }))
     }
 
-    /// In seconds.
+    /// Returns the time in seconds.
     pub fn seconds(self) -> f64 {
         self.0 as f64 * 1e-9
     }
@@ -73,10 +73,10 @@ pub enum Leg<T> {
     /// Centre-aligned PWM at the drive's carrier frequency: the upper switch for this share of each period
     /// (0 to 1), the lower switch for the rest.
     Duty(T),
-    /// Once: the lower switch until this long after the begin of the stage, the upper switch from then on. At zero, or at the
-    /// stage's end and later, it does not switch at all.
+    /// Switches once: the lower switch is on until this time after the begin of the stage, then the upper switch. At
+    /// zero, or at the stage's end or later, the leg does not switch.
     ///
-    /// With [`Leg::Fall`] a period of PWM is one command, of which each half may have a duty of its own:
+    /// Together with [`Leg::Fall`] it makes a PWM period one command in which each half may have its own duty:
     /// ```
     /// use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
     ///
@@ -90,13 +90,13 @@ pub enum Leg<T> {
     /// assert_eq!(period.duration(), Nanos(80_000));
     /// ```
     Rise(Nanos),
-    /// Once: the upper switch until this long after the begin of the stage, the lower switch from then on.
+    /// Switches once: the upper switch is on until this time after the begin of the stage, then the lower switch.
     Fall(Nanos),
 }
 
 impl<T> Leg<T> {
-    /// Centre-aligned PWM over half a period: high for this share of it (0 to 1), next to the middle of the period, which ends
-    /// its first half and begins its second.
+    /// Returns centre-aligned PWM over half a period: high for this share of it (0 to 1), adjacent to the middle of the
+    /// period, which ends the first half and begins the second.
     ///
     /// ```
     /// use standstill_interface::{Leg, Nanos};
@@ -120,9 +120,9 @@ impl<T> Leg<T> {
 /// The legs' state for a while.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage<T> {
-    /// One leg per phase.
+    /// The state of each phase's leg.
     pub legs: Abc<Leg<T>>,
-    /// How long it is held.
+    /// Duration of the stage.
     pub duration: Nanos,
 }
 
@@ -132,7 +132,7 @@ impl<T> Stage<T> {
         Self { legs: Abc::new(Leg::Off, Leg::Off, Leg::Off), duration }
     }
 
-    /// `first` high, `second` low, the third leg open: the DC link across two phases.
+    /// Makes a stage with `first` high, `second` low and the third leg open: the DC link across two phases.
     ///
     /// ```
     /// use standstill_interface::{Leg, Nanos, Phase, Stage};
@@ -149,7 +149,8 @@ impl<T> Stage<T> {
         stage
     }
 
-    /// `first` and `second` low, the third leg open: the two phases short-circuited through the lower rail.
+    /// Makes a stage with `first` and `second` low and the third leg open: the two phases are short-circuited through
+    /// the lower rail.
     pub fn freewheel(first: Phase, second: Phase, duration: Nanos) -> Self {
         let mut stage = Self::off(duration);
         stage.legs[first] = Leg::Low;
@@ -164,14 +165,14 @@ impl<T> Stage<T> {
 pub struct Sampling {
     /// First trigger.
     pub first: Nanos,
-    /// From one trigger to the next.
+    /// Time between two triggers.
     pub interval: Nanos,
     /// Number of triggers.
     pub count: u32,
 }
 
 impl Sampling {
-    /// No samples.
+    /// No samples at all.
     pub const NONE: Self = Self { first: Nanos::ZERO, interval: Nanos::ZERO, count: 0 };
 
     /// Makes one sample.
@@ -204,15 +205,15 @@ impl Sampling {
     }
 }
 
-/// One order to the drive: up to two stages, and when to sample meanwhile. Two stages make a pulse and its
-/// decay one order, so that a sample at the edge between them needs no decision in zero time.
+/// One order to the drive: up to two stages, and the times of the samples. Two stages combine a pulse and its decay in
+/// one order, so that a sample at the edge between them requires no decision in zero time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Command<T> {
     /// First stage.
     pub stage: Stage<T>,
     /// A second stage that follows at once, if any.
     pub then: Option<Stage<T>>,
-    /// ADC triggers over the whole command; of a command with a threshold, from the end of its first stage on.
+    /// ADC triggers over the whole command; for a command with a threshold, from the end of its first stage on.
     pub sampling: Sampling,
     /// Threshold in A of the drive's comparators, if the first stage ends when one of them trips. See [`Command::until`].
     pub threshold: Option<T>,
@@ -262,7 +263,7 @@ impl<T> Command<T> {
         Self { stage, then: Some(then), sampling, threshold: Some(threshold) }
     }
 
-    /// Returns the duration of all stages; of a command with a threshold, the longest.
+    /// Returns the duration of all stages; for a command with a threshold, the longest possible one.
     pub fn duration(&self) -> Nanos {
         self.stage.duration + self.then.as_ref().map_or(Nanos::ZERO, |stage| stage.duration)
     }

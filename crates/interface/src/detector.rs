@@ -41,7 +41,7 @@ pub enum Step<T> {
 /// assert!(matches!(OnePulse.step(&[]), Step::Drive(_)));
 /// ```
 pub trait Detector<T: Real> {
-    /// From the last command's readings to the next step.
+    /// Returns the next step, given the readings of the last command.
     fn step(&mut self, readings: &[Reading<T>]) -> Step<T>;
 
     /// Returns the outcome of a detection whose last command would end after `limit`, the longest time of a

@@ -86,7 +86,7 @@ impl<T> IndexMut<Phase> for Abc<T> {
 }
 
 impl<T: Arithmetic> Abc<T> {
-    /// Clarke transform; the zero sequence is dropped.
+    /// Applies the Clarke transform; the zero sequence is dropped.
     ///
     /// ```
     /// use standstill_interface::Abc;
@@ -121,19 +121,19 @@ macro_rules! plane_vector {
         }
 
         impl<T: Arithmetic> $name<T> {
-            /// From its two components.
+            /// Makes a vector from its two components.
             #[inline(always)]
             pub const fn new($x: T, $y: T) -> Self {
                 Self { $x, $y }
             }
 
-            /// Dot product.
+            /// Returns the dot product.
             #[inline(always)]
             pub fn dot(self, other: Self) -> T {
                 self.$x * other.$x + self.$y * other.$y
             }
 
-            /// Turned a quarter turn forwards: multiplication by j.
+            /// Returns the vector turned forwards by a quarter turn: multiplication by j.
             #[inline(always)]
             #[must_use]
             pub fn quarter_turn(self) -> Self {
@@ -189,7 +189,7 @@ plane_vector!(
 );
 
 impl<T: Real> AlphaBeta<T> {
-    /// Park transform: into the frame at the given angle.
+    /// Applies the Park transform into the frame at the given angle.
     ///
     /// ```
     /// use standstill_interface::{AlphaBeta, Angle};
@@ -219,7 +219,7 @@ impl<T: Arithmetic> AlphaBeta<T> {
         Abc::new(self.alpha, a + b, a - b)
     }
 
-    /// Park transform with sine and cosine already known.
+    /// Applies the Park transform with known sine and cosine.
     #[inline(always)]
     pub fn park_by(self, sin: T, cos: T) -> Dq<T> {
         Dq::new(cos * self.alpha + sin * self.beta, cos * self.beta - sin * self.alpha)

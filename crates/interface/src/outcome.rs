@@ -1,4 +1,4 @@
-//! How a detection ends.
+//! The outcome of a detection.
 
 mod words;
 
@@ -14,7 +14,7 @@ pub struct Polarity<T> {
 }
 
 impl<T: Real> Polarity<T> {
-    /// Absolute difference of the two currents in A.
+    /// Returns the absolute difference of the two currents in A.
     ///
     /// ```
     /// use standstill_interface::Polarity;
@@ -28,19 +28,19 @@ impl<T: Real> Polarity<T> {
     }
 }
 
-/// Test statistic for the pole: how far the readings are from no preference, in standard deviations of their error.
+/// Test statistic for the pole: the distance of the readings from indifference, in standard deviations of their error.
 ///
-/// The sign refers to the angle of the outcome that it comes with: positive speaks for the north pole at that angle,
-/// negative for the other end of the axis. An angle that was found is the end that the evidence speaks for, so there it
-/// is positive. Where the pole is undetermined, the outcome's angle is either end and the sign says which one the
-/// readings lean to. [`Outcome::evidence_for`] refers it to a given pole, which makes it one number across found and
+/// The sign refers to the angle of the accompanying outcome. Positive evidence favours the north pole at that angle,
+/// negative evidence the other end of the axis. A found angle is the end that the evidence favours, so its evidence is
+/// positive. If the pole is undetermined, the outcome's angle is either end, and the sign tells which one the readings
+/// favour. [`Outcome::evidence_for`] refers the evidence to a given pole, which makes it comparable between found and
 /// undetermined starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoleEvidence<T> {
     /// Signed. Infinite where nothing is known to be wrong with the readings.
     pub deviations: T,
-    /// Threshold of the method for naming a pole. Infinite where no amount would do, because what the evidence
-    /// is made of contradicts the axis.
+    /// Threshold of the method for naming a pole. Infinite if no evidence would suffice, because it contradicts the
+    /// axis.
     pub needed: T,
 }
 
@@ -59,7 +59,7 @@ impl<T: Real> PoleEvidence<T> {
         self.deviations.abs() >= self.needed && self.needed < T::infinity()
     }
 
-    /// Evidence referred to the other end of the axis.
+    /// Returns the evidence referred to the other end of the axis.
     #[must_use]
     pub fn opposite(self) -> Self {
         Self { deviations: -self.deviations, ..self }
@@ -71,7 +71,7 @@ impl<T: Real> PoleEvidence<T> {
 pub struct Findings<T> {
     /// Line inductances L_AB, L_BC, L_CA in H.
     pub line_inductance: Option<Abc<T>>,
-    /// Resistances of the three lines (two phases in series, with what the devices add) in Ω.
+    /// Resistances in Ω of the three lines: two phases in series, plus the devices.
     pub line_resistance: Option<Abc<T>>,
     /// L_A in H, the mean self-inductance of a phase's air-gap flux.
     pub mean_inductance: Option<T>,
@@ -83,21 +83,21 @@ pub struct Findings<T> {
     pub angle_deviation: Option<T>,
     /// Probability that the pole is the wrong one, as the method judges it.
     pub pole_error: Option<T>,
-    /// Evidence for the pole. None before there is an axis; where the motor's poles answer alike by its configured
-    /// signature, so that no reading could speak for either; and of a method that measures no pole, such as one that
-    /// turns the rotor to a known angle.
+    /// Evidence for the pole. None before an axis is found; if the motor's poles draw equal currents by its configured
+    /// signature, so that no reading favours one; and for methods that measure no pole, such as a method that turns the
+    /// rotor to a known angle.
     pub pole_evidence: Option<PoleEvidence<T>>,
     /// Gains of the phases' current sensors relative to their mean, where a method compares them.
     pub sensor_gain: Option<Abc<T>>,
-    /// Half the width in rad of the sector that the angle is the middle of, of a method that answers in sectors.
+    /// Half the width in rad of the sector whose middle is the angle, for methods that answer in sectors.
     pub half_sector: Option<T>,
-    /// How near the nearest of the checks that end a detection with a fault came to doing so: by which factor what was checked
-    /// kept its limit, less one. Negative where one did. None of a detector that does not say, or that checked nothing with a
-    /// limit: a clipped current, say, has none.
+    /// Smallest margin of the checks that can end a detection with a fault: the factor by which the checked quantity
+    /// kept its limit, minus 1. Negative if a check fired. None for a detector that does not report it, or that made no
+    /// check with a limit; a clipped current, for example, has no limit.
     pub fault_margin: Option<T>,
 }
 
-/// A reason of a detector's own, where none of the others says it.
+/// A reason that a detector defines itself, if none of the others applies.
 ///
 /// ```
 /// use standstill_interface::{Fault, Own};
@@ -126,7 +126,8 @@ pub enum Undetermined<T> {
         /// Required current in A.
         needed: T,
     },
-    /// Both poles of this motor answer alike, as its configured signature says: there is nothing to compare.
+    /// Both poles of this motor draw equal currents according to its configured signature, so there is nothing to
+    /// compare.
     NoSignature,
     /// The readings leave too large a probability that the pole is the wrong one.
     NotDecided {
@@ -155,7 +156,7 @@ pub enum Rotation {
     Backward,
 }
 
-/// Why there is no angle.
+/// Reason why there is no angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault<T> {
     /// A current reached the end of the ADC's range.
@@ -182,15 +183,16 @@ pub enum Fault<T> {
     },
     /// The current did not decay in the time allowed.
     CurrentPersists(T),
-    /// No saliency found: |L_B| / L_A is no more than what noise, the sensors' gains and the drive may make of a motor that has
-    /// none, or less than the method is set to need. Such a motor has no axis that the method could name.
+    /// No saliency was found: |L_B| / L_A is not larger than noise, the sensors' gains and the drive may cause on a
+    /// motor without saliency, or smaller than the method is set to require. Such a motor has no axis that the method
+    /// could find.
     NoSaliency {
         /// |L_B| / L_A as measured.
         ratio: T,
         /// The least value that would do.
         needed: T,
     },
-    /// No saliency found, because ticks of the timer hide that of the motor's data sheet.
+    /// No saliency was found, because the timer's tick hides the saliency stated in the motor's data sheet.
     CoarseTimer {
         /// |L_B| / L_A of the data sheet.
         ratio: T,
@@ -220,15 +222,16 @@ pub enum Fault<T> {
     },
     /// The rotor turns: its magnet induces more than one at rest may seem to, or its axis is found further on than before.
     RotorTurns {
-        /// Electrical speed in rad/s by what the magnet induces or by two axes, without its sign.
+        /// Magnitude of the electrical speed in rad/s, computed from the voltage that the magnet induces or from two
+        /// axes.
         speed: T,
         /// The speed in rad/s that noise and errors of the readings may look like.
         allowed: T,
-        /// Direction of rotation; none where it follows from the pole, and the pole is undetermined.
+        /// Direction of rotation; none if it depends on the pole and the pole is undetermined.
         way: Option<Rotation>,
     },
-    /// The current through the shunt in the DC link reached the end of its converter's range: an amplifier for one direction clips
-    /// what diodes return to the link.
+    /// The current through the shunt in the DC link reached the end of its converter's range: a unidirectional
+    /// amplifier clips the current that diodes return to the link.
     LinkCurrentClipped,
     /// The shunt in the DC link saw no current that the method needs, or its amplifier had not settled.
     LinkCurrentHidden,
@@ -240,7 +243,8 @@ pub enum Fault<T> {
     NoVoltage,
     /// The terminals do not come to rest after a pulse.
     TerminalsSwing,
-    /// Sensors that read the same current disagree, or one shows a current where none can flow: a sensor or a wire is faulty.
+    /// Sensors that read the same current disagree, or one shows a current where none can flow: a sensor or a wire is
+    /// faulty.
     SensorsDisagree {
         /// Difference in A.
         apart: T,
@@ -276,7 +280,7 @@ pub enum Fault<T> {
     ContactResistive {
         /// The phase.
         phase: Phase,
-        /// Its excess over the other phases, as a resistance in Ω.
+        /// Excess resistance of the phase over the other phases, in Ω.
         found: T,
         /// The limit.
         allowed: T,
@@ -287,7 +291,7 @@ pub enum Fault<T> {
     Own(Own),
 }
 
-/// How a detection ends.
+/// The outcome of a detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome<T> {
     /// The rotor's angle, its north pole.
@@ -299,14 +303,14 @@ pub enum Outcome<T> {
     },
     /// The d-axis is known, which of its ends is north is not.
     Axis {
-        /// One of the two candidates; the other is opposite.
+        /// One of the two candidates; the other one is opposite.
         angle: Angle<T>,
         /// Why.
         reason: Undetermined<T>,
         /// Values measured on the way.
         findings: Findings<T>,
     },
-    /// No angle.
+    /// No angle was found.
     Failed {
         /// Why.
         fault: Fault<T>,
@@ -346,9 +350,9 @@ impl<T> Outcome<T> {
 }
 
 impl<T: Real> Outcome<T> {
-    /// Returns the evidence in standard deviations that the north pole is at `north`, good to 90°, and not opposite.
-    /// A simulation that knows the pole sees from its sign whether the readings speak for it, and from its distance
-    /// to the margin needed how far a start is from a wrong pole.
+    /// Returns the evidence in standard deviations that the north pole is at `north`, with an error below 90°, and not
+    /// opposite. A simulation that knows the pole sees from the sign whether the readings favour it, and from the
+    /// distance to the evidence needed how far a start is from a wrong pole.
     ///
     /// None if there is no evidence, see [`Findings::pole_evidence`].
     ///

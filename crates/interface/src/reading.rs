@@ -2,15 +2,15 @@
 
 use crate::{Abc, Arithmetic, Nanos, Phase, Real};
 
-/// How a phase current came about.
+/// Origin of a phase current's value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sensed {
-    /// By its own sensor.
+    /// Measured by the phase's own sensor.
     #[default]
     Measured,
-    /// From the other two phases: the three sum to zero.
+    /// Derived from the other two phases: the three currents sum to zero.
     Derived,
-    /// At the end of the ADC's range: the true current may be larger.
+    /// At the end of the ADC's range; the true current may be larger.
     Clipped,
     /// Not seen by any sensor at this instant (low-side shunts see a leg only while its lower device
     /// conducts); the value is meaningless.
@@ -40,33 +40,33 @@ impl Counts {
 pub struct Capture {
     /// Whole ticks of the timer that had passed.
     pub ticks: u32,
-    /// The comparator that tripped: of this phase; phase a where one comparator serves all.
+    /// The comparator that tripped, named by its phase; phase a if one comparator serves all phases.
     pub comparator: Phase,
 }
 
 /// One sample of the drive's sensors. There is no field for the rotor's true angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading<T> {
-    /// The trigger's nominal time, counted from the start of the command; of a command with a threshold, from the end of its
-    /// first stage.
+    /// The trigger's nominal time, counted from the start of the command; for a command with a threshold, from the end
+    /// of its first stage.
     pub at: Nanos,
     /// Phase currents in A, positive into the motor.
     pub current: Abc<T>,
-    /// Where each current comes from.
+    /// Origin of each current's value.
     pub sensed: Abc<Sensed>,
     /// DC-link voltage in V.
     pub dc_link: T,
     /// Whether that was at the end of its converter's range.
     pub dc_link_clipped: bool,
-    /// Codes of the converters; zeros where there are none.
+    /// Codes of the converters; zero for values without a converter.
     pub counts: Counts,
     /// Current in A through the shunt between link capacitor and bridge, positive into the bridge.
     pub link_current: T,
-    /// Where that comes from; hidden without such a shunt.
+    /// Origin of the link current's value; hidden without such a shunt.
     pub link_sensed: Sensed,
     /// Voltages of the terminals in V against the negative rail, behind their dividers.
     pub terminal: Abc<T>,
-    /// Where each of them comes from; hidden without dividers.
+    /// Origin of each terminal voltage's value; hidden without dividers.
     pub terminal_sensed: Abc<Sensed>,
     /// The comparator's trip in this command, if there was one up to this sample.
     pub capture: Option<Capture>,

@@ -15,12 +15,12 @@ pub trait Arithmetic:
     fn of(value: f64) -> Self;
 }
 
-/// `f32` or `f64`. A detector is written once and runs in double precision here, in single precision on a
-/// microcontroller.
+/// The number type of a detector, `f32` or `f64`. A detector is written once and runs in double precision here, in
+/// single precision on a microcontroller.
 ///
-/// All that is not exact by definition, such as the sine, is that of the `libm` crate, whatever a C library would say: the
-/// same bits on every machine. That is why this is no `num_traits::Float`, which takes the C library's functions as soon as
-/// any crate of a program asks it for `std`.
+/// All functions that are not exact by definition, such as the sine, are those of the `libm` crate, not of a C library,
+/// so that they give the same bits on every machine. That is why `num_traits::Float` is not used: it takes the C
+/// library's functions as soon as any crate of a program enables its feature `std`.
 ///
 /// ```
 /// use standstill_interface::Real;
@@ -37,24 +37,24 @@ pub trait Real:
     /// Returns the value in double precision.
     fn to_double(self) -> f64;
 
-    /// Square root, which is exact but for the last rounding.
+    /// Returns the square root, which is exact except for the last rounding.
     #[must_use]
     fn sqrt(self) -> Self;
 
-    /// Sine of an angle in rad.
+    /// Returns the sine of an angle in rad.
     #[must_use]
     fn sin(self) -> Self;
 
-    /// Cosine of an angle in rad.
+    /// Returns the cosine of an angle in rad.
     #[must_use]
     fn cos(self) -> Self;
 
-    /// Sine and cosine of an angle in rad.
+    /// Returns sine and cosine of an angle in rad.
     fn sin_cos(self) -> (Self, Self) {
         (self.sin(), self.cos())
     }
 
-    /// Tangent of an angle in rad.
+    /// Returns the tangent of an angle in rad.
     #[must_use]
     fn tan(self) -> Self;
 
@@ -66,36 +66,36 @@ pub trait Real:
     #[must_use]
     fn acos(self) -> Self;
 
-    /// Returns the angle in rad, from −π to π, of the point that is this high and `x` to the right.
+    /// Returns the angle in rad, from −π to π, of the point with ordinate `self` and abscissa `x`.
     #[must_use]
     fn atan2(self, x: Self) -> Self;
 
-    /// √(x² + y²), also where the squares would overflow.
+    /// Returns √(x² + y²), even if the squares would overflow.
     #[must_use]
     fn hypot(self, other: Self) -> Self;
 
-    /// e^x.
+    /// Returns e^x.
     #[must_use]
     fn exp(self) -> Self;
 
-    /// e^x − 1, exact near zero.
+    /// Returns e^x − 1, exact near zero.
     #[must_use]
     fn exp_m1(self) -> Self;
 
-    /// Natural logarithm.
+    /// Returns the natural logarithm.
     #[must_use]
     fn ln(self) -> Self;
 
-    /// ln(1 + x), exact near zero.
+    /// Returns ln(1 + x), exact near zero.
     #[must_use]
     fn ln_1p(self) -> Self;
 
-    /// x^y.
+    /// Returns x^y.
     #[must_use]
     fn powf(self, exponent: Self) -> Self;
 
-    /// Returns the readings in double precision as readings in this number, where it is double precision itself: they
-    /// need not be copied then.
+    /// Returns double-precision readings as readings of this number type if it is double precision itself, so that they
+    /// need not be copied; else none.
     #[must_use]
     fn of_doubles(_: &[Reading<f64>]) -> Option<&[Reading<Self>]> {
         None

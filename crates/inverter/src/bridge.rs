@@ -8,7 +8,7 @@ use standstill_numeric::Symmetric;
 
 use crate::{Conduction, Devices, Gate};
 
-/// One conduction mode per leg, a to c.
+/// Conduction modes of the legs a to c.
 pub type Modes = [Conduction; 3];
 
 choice! {
@@ -26,12 +26,12 @@ choice! {
 /// The motor as the bridge sees it at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Port<T = f64> {
-    /// Phase currents in A into the motor. A leg has none where this is zero: what is none but for rounding is for who knows
-    /// how large the motor's currents are.
+    /// Phase currents in A into the motor. Exactly zero means that the leg has no current; the caller, who knows how
+    /// large the motor's currents are, must round small values to zero.
     pub current: [T; 3],
     /// Inverse incremental inductance Γ in 1/H, in the stator's plane.
     pub inverse_inductance: Symmetric<T>,
-    /// The voltage in V that would hold the currents as they are: resistive drop plus back-EMF.
+    /// The voltage in V that would keep the currents constant: resistive drop plus back-EMF.
     pub holding: AlphaBeta<T>,
     /// DC-link voltage in V.
     pub dc_link: T,
@@ -44,18 +44,18 @@ pub struct Bridge {
     pub devices: Devices,
     /// Behaviour of a leg with both switches off and no current.
     pub open_leg: OpenLeg,
-    /// Capacitance in F from each terminal to the negative rail: of the switches and of the cable. Zero: none, and a leg without
-    /// current has no charge of its own.
+    /// Capacitance in F of switches and cable from each terminal to the negative rail. Zero: no capacitance, so a leg
+    /// without current stores no charge.
     pub terminal_capacitance: f64,
-    /// Resistance in Ω that the current of a terminal meets which no device feeds: that of the winding to what rings with the
-    /// capacitance, fast enough for eddy currents in sheets and conductors.
+    /// Resistance in Ω of the winding for a current that no device feeds, and that rings with the terminals'
+    /// capacitance. At that frequency eddy currents in sheets and conductors increase it.
     pub terminal_resistance: f64,
     /// Legs whose wire to the winding is open. Nothing flows there, and the winding's end may have any potential.
     pub disconnected: [bool; 3],
 }
 
-/// A margin in V by which modes fit so well that no others do: the margins of others are then wrong by as much, but for
-/// a factor of the motor's saliency, and rounding is a millionth of it.
+/// Margin in V above which conduction modes are certain. All other modes then violate their margins by as much, except
+/// for a factor of the motor's saliency; rounding is a millionth of it.
 const CERTAIN: f64 = 1e-6;
 
 /// Magnetic axes of the phases: `i_k = p_k · i`.
@@ -105,12 +105,12 @@ impl Bridge {
     /// Returns the conduction modes that fit gates and port.
     ///
     /// A leg with current conducts in the direction of its current. For legs without, the modes are the solution of a
-    /// complementarity problem: a blocked leg's potential lies within its bounds, a leg that starts to conduct has
-    /// its current rise in its direction. Γ is positive definite, so exactly one combination fits, up to ties of
-    /// measure zero. The bounds of a MOSFET leg whose gate is on are one: it is blocked where its current is zero and
-    /// stays so, and passes through zero from one direction to the other.
+    /// complementarity problem: a blocked leg's potential lies within its bounds, a leg that starts to conduct has its
+    /// current rise in its direction. Γ is positive definite, so exactly one combination fits, up to ties of measure
+    /// zero. Both bounds of a MOSFET leg whose gate is on are equal: it is blocked if its current is zero and stays
+    /// zero; otherwise its current passes through zero.
     ///
-    /// The most frequent combination is tried first, and taken where it fits so well that no other can.
+    /// The most frequent combination is tried first, and is taken if it fits so well that no other one can.
     ///
     /// ```
     /// use standstill_interface::AlphaBeta;
@@ -169,7 +169,8 @@ impl Bridge {
         Some(modes)
     }
 
-    /// Returns the modes where no current flows yet: nothing conducts, or it begins through the switches that are on.
+    /// Returns the modes if no current flows yet: nothing conducts, or conduction begins through the switches that are
+    /// on.
     fn with_all_resting(&self, gates: [Gate; 3], port: &Port) -> Option<Modes> {
         let (kind, drives) = (self.devices.kind, gates.contains(&Gate::High) && gates.contains(&Gate::Low));
         let modes = gates.map(|gate| match gate {
@@ -180,7 +181,7 @@ impl Bridge {
         (self.fit(gates, modes, [true; 3], port) > CERTAIN).then_some(modes)
     }
 
-    /// Returns all combinations, one after the other: the first that fits, or the one nearest to it.
+    /// Tries all combinations one after the other and returns the first that fits, or the one nearest to fitting.
     fn search(&self, gates: [Gate; 3], port: &Port) -> Modes {
         let mut resting = port.current.map(|current| current == 0.0);
         if resting.iter().filter(|rests| **rests).count() >= 2 {
@@ -221,7 +222,8 @@ impl Bridge {
         best.0
     }
 
-    /// How well modes fit: the smallest margin of a resting leg in V, negative if the modes contradict.
+    /// Returns how well modes fit: the smallest margin of a resting leg in V, negative if the modes contradict gates
+    /// and currents.
     fn fit(&self, gates: [Gate; 3], modes: Modes, resting: [bool; 3], port: &Port) -> f64 {
         let potentials = self.potentials(gates, modes, port);
         let slope = port.inverse_inductance.times(plane(potentials) - port.holding);
@@ -242,17 +244,17 @@ impl Bridge {
         (potential - low).min(high - potential)
     }
 
-    /// Returns [`Self::bounds`] of a leg's end of the winding: none where its wire is open.
+    /// Returns [`Self::bounds`] at a leg's end of the winding; infinite if its wire is open.
     #[inline]
     pub fn bounds_of(&self, leg: usize, gate: Gate, dc_link: f64) -> (f64, f64) {
         if self.disconnected[leg] { (f64::NEG_INFINITY, f64::INFINITY) } else { self.bounds(gate, dc_link) }
     }
 
-    /// Terminal potentials in V against the negative rail.
+    /// Returns the terminal potentials in V against the negative rail.
     ///
-    /// A conducting leg's potential is its device's. A blocked leg k has the potential that keeps its current:
-    /// `p_k · Γ (C u − e) = 0`. With all three blocked, only their differences follow from the back-EMF; the
-    /// common potential is taken halfway between the bounds, where equal leakages would hold it.
+    /// A conducting leg has its device's potential. A blocked leg k has the potential that keeps its current at zero:
+    /// `p_k · Γ (C u − e) = 0`. With all three blocked, only their differences follow from the back-EMF; the common
+    /// potential is taken halfway between the bounds, where equal leakages would hold it.
     #[inline]
     pub fn potentials(&self, gates: [Gate; 3], modes: Modes, port: &Port) -> [f64; 3] {
         let mut potentials = [0.0; 3];
@@ -300,7 +302,7 @@ fn keeping(k: usize, port: &Port, others: [(usize, f64); 2]) -> f64 {
     (row.dot(port.holding) * 1.5 - (m + n)) / row.dot(AXES[k])
 }
 
-/// Terminal potentials as a voltage in the plane; the common part drops out.
+/// Returns terminal potentials as a voltage vector in the plane; their common part drops out.
 #[inline]
 fn plane(potentials: [f64; 3]) -> AlphaBeta<f64> {
     standstill_interface::Abc(potentials).clarke()

@@ -57,11 +57,11 @@ pub struct Devices {
     pub kind: DeviceKind,
     /// V_ce0 in V: a conducting switch's drop at no current. A MOSFET's is zero.
     pub switch_drop: f64,
-    /// Its slope in Ω: of a MOSFET, the channel's resistance.
+    /// Slope of the switch's characteristic in Ω; for a MOSFET, the channel's resistance.
     pub switch_resistance: f64,
     /// V_f in V: a conducting diode's drop at no current.
     pub diode_drop: f64,
-    /// Its slope in Ω.
+    /// Slope of the diode's characteristic in Ω.
     pub diode_resistance: f64,
 }
 
@@ -87,7 +87,7 @@ choice! {
 }
 
 impl Conduction {
-    /// +1 for current into the motor, −1 for current out of it, 0 for none.
+    /// Returns the direction of the current: +1 into the motor, −1 out of it, 0 for none.
     ///
     /// ```
     /// use standstill_inverter::Conduction;
@@ -133,7 +133,7 @@ pub struct Clamp {
 }
 
 impl Clamp {
-    /// Potential in V against the negative rail, with `current` in A into the motor.
+    /// Returns the potential in V against the negative rail, with `current` in A into the motor.
     #[inline]
     pub fn potential(self, dc_link: f64, current: f64) -> f64 {
         self.rail * dc_link + self.offset - self.resistance * current
@@ -141,7 +141,8 @@ impl Clamp {
 }
 
 impl Devices {
-    /// Threshold in V and slope in Ω of what carries a leg's current against its switch while that is on.
+    /// Returns threshold in V and slope in Ω of the device that carries a leg's current against its switch while that
+    /// switch is on.
     pub const fn reverse(&self) -> [f64; 2] {
         match self.kind {
             DeviceKind::Igbt => [self.diode_drop, self.diode_resistance],

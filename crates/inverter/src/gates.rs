@@ -2,7 +2,7 @@
 
 use standstill_interface::Nanos;
 
-/// Which switch of a leg is on.
+/// The switch of a leg that is on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Gate {
     /// Neither.
@@ -17,9 +17,9 @@ pub enum Gate {
 /// Timing of one leg's gates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GateTiming {
-    /// From the command to switch off to the switch being off.
+    /// Delay from the command to switch off until the switch is off.
     pub turn_off_delay: Nanos,
-    /// From the end of the dead time to the switch being on.
+    /// Delay from the end of the dead time until the switch is on.
     pub turn_on_delay: Nanos,
     /// Every switch-on waits this long, whatever the leg did before, as hardware dead-time generators do.
     pub dead_time: Nanos,

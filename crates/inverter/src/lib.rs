@@ -8,11 +8,11 @@
 //!   link − ──┴────────┴────────┴──       The gates move the bounds.
 //! ```
 //!
-//! A leg is High, Low or Off. Which of its four devices conducts, or none, is its [`Conduction`]. The modes of
-//! the three legs follow from the gates and the port (currents, inductances, back-EMF): [`Bridge::resolve`].
-//! While they hold, [`Bridge::potentials`] gives the terminal potentials; a blocked leg's potential is the one
-//! that keeps its current at zero, one linear equation, so there is no off-resistance and nothing stiff.
-//! A mode holds while its leg's current flows its way, or its potential stays between the bounds that its gates set.
+//! A leg is High, Low or Off. Which of its four devices conducts, or none, is its [`Conduction`]. The modes of the
+//! three legs follow from the gates and the port (currents, inductances, back-EMF): [`Bridge::resolve`]. While the
+//! modes last, [`Bridge::potentials`] gives the terminal potentials. A blocked leg's potential is the one that keeps
+//! its current at zero, from one linear equation, so there is no off-resistance and no stiffness. A mode lasts while
+//! its leg's current keeps its direction, or its potential stays between the bounds that the gates set.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod bridge;
@@ -34,7 +34,7 @@ use standstill_interface::Nanos;
 /// An inverter: everything between the commands and the motor's terminals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inverter {
-    /// Switches, diodes and what an idle leg may do.
+    /// Switches, diodes, and the behaviour of an idle leg.
     pub bridge: Bridge,
     /// Dead time and delays of each leg, a to c.
     pub gates: [GateTiming; 3],

@@ -71,7 +71,7 @@ impl DcLink {
 pub struct Source<T> {
     /// In V.
     pub voltage: T,
-    /// How fast it rises, in V/s.
+    /// Rate of change of the voltage in V/s.
     pub rise: T,
 }
 

@@ -1,4 +1,4 @@
-//! Digests of results: what numbers a program computes, to the last bit, and those that are kept.
+//! Digests of results: the numbers that a program computes, to the last bit, and the stored ones.
 
 use std::fmt::Write as _;
 use std::io;
@@ -15,7 +15,7 @@ use crate::store::{Journal, JournalError, Row, Rows, Shard, Sweep, SweepError};
 /// The lines of digests, one a number of the numerics.
 pub(super) const TEXT: &str = include_str!("../numerics.txt");
 
-/// Beside methods on motors: what else the numbers of a trial come from.
+/// Cases in addition to methods on motors, for other code that determines the numbers of a trial.
 const OTHERS: [(&str, &str); 6] = [
     (
         "map",
@@ -135,13 +135,13 @@ pub enum DigestError {
     /// A scenario that cannot be.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A run that could not go on.
+    /// A run could not continue.
     #[error(transparent)]
     Sweep(#[from] SweepError),
     /// A journal that cannot be used.
     #[error(transparent)]
     Journal(#[from] JournalError),
-    /// Rows that tell nothing: two are the same, or none has an angle.
+    /// The rows show nothing: two are equal, or none has an angle.
     #[error("the rows of {0} tell nothing of its numbers")]
     Empty(String),
     /// The work was stopped.
@@ -154,7 +154,7 @@ pub enum DigestError {
 pub struct Kept {
     /// The method or effect that it is of.
     pub name: String,
-    /// Digest that is kept; empty if there is none.
+    /// The stored digest; empty if there is none.
     pub kept: String,
     /// Digest that this program has computed.
     pub here: String,

@@ -6,7 +6,7 @@
 
 use standstill_numeric::{exp, exp_m1, ln, ln_1p, ln_gamma};
 
-/// P(X ≥ `count`) of `total` trials with the probability `p` each; `count` from 1 to `total`.
+/// Returns P(X ≥ `count`) for `total` trials with probability `p` each; `count` from 1 to `total`.
 fn at_least(count: u64, total: u64, p: f64) -> f64 {
     beta(count as f64, (total - count + 1) as f64, p)
 }
@@ -28,7 +28,7 @@ pub(super) fn beta(a: f64, b: f64, x: f64) -> f64 {
     }
 }
 
-/// Its continued fraction by Lentz' method (Abramowitz and Stegun, 26.5.8).
+/// Evaluates the continued fraction of the incomplete beta function by Lentz' method (Abramowitz and Stegun, 26.5.8).
 fn fraction(a: f64, b: f64, x: f64) -> f64 {
     const TINY: f64 = 1e-300;
     let away = |value: f64| if value.abs() < TINY { TINY } else { value };

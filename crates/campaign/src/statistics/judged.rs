@@ -1,4 +1,5 @@
-//! Which of two runs does better, in the order that counts: wrong poles, then answers, then the error.
+//! Judgement of which of two runs is better, by measures in the order of their importance: wrong poles, then answers,
+//! then the error.
 
 use super::Estimate;
 
@@ -17,17 +18,17 @@ pub struct Apart {
 /// Verdict on the differences that are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Judgement {
-    /// All that is shown speaks for B.
+    /// All significant differences favour B.
     Better,
-    /// All that is shown speaks for A.
+    /// All significant differences favour A.
     Worse,
-    /// Some speaks for A, some for B.
+    /// Some significant differences favour A, others B.
     Mixed,
-    /// No difference is shown.
+    /// No difference is significant.
     Open,
 }
 
-/// Fewer, more, or not shown.
+/// Returns true if the difference is significantly negative, false if significantly positive, none otherwise.
 fn shown(apart: Estimate) -> Option<bool> {
     match (apart.high < 0.0, apart.low > 0.0) {
         (true, _) => Some(true),
@@ -42,7 +43,7 @@ impl Apart {
         [self.wrong, self.unanswered, self.error].map(shown)
     }
 
-    /// Which run does better.
+    /// Returns which run is better.
     pub fn judgement(&self) -> Judgement {
         let each = self.each();
         match (each.contains(&Some(true)), each.contains(&Some(false))) {
@@ -53,7 +54,7 @@ impl Apart {
         }
     }
 
-    /// Returns the verdict in words, which say better or worse only where nothing speaks against it.
+    /// Returns the verdict in words. They are better or worse only if no difference contradicts that.
     ///
     /// ```
     /// use standstill_campaign::{Apart, Estimate};

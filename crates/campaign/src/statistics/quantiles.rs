@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Values kept as they are; with more of them, only how many fall into each bin.
+/// Number of values that are stored exactly; with more values, only the number in each bin is stored.
 const EXACT: usize = 100_000;
 
-/// Bits of a double that a bin does not tell apart: 14 of its mantissa's 52 remain, and neighbours differ by 1/16384.
+/// Bits of a double by which values in a bin may differ: 14 of the mantissa's 52 bits remain, and neighbouring bins
+/// differ by 1/16384.
 const COARSE: u32 = 38;
 
 /// Positive values, to be asked for order statistics: exact up to a hundred thousand values, then to four digits.
@@ -47,7 +48,7 @@ impl Magnitudes {
         other.exact.iter().for_each(|value| self.add(*value));
     }
 
-    /// From now on only counts.
+    /// Replaces the values by counts in bins.
     fn coarsen(&mut self) {
         for value in std::mem::take(&mut self.exact) {
             self.put(value);

@@ -1,30 +1,30 @@
 //! The interval of a root mean square.
 //!
-//! Squares of errors are skewed: a few large ones make the mean, and a sample that misses them is small and sure of itself.
-//! Student's interval of the mean square covers 92 % where it says 95 %, of 50 normal errors, and 82 % of errors with heavy
-//! tails. Hall's transformation (J. R. Statist. Soc. B 54, 221, 1992) takes the skewness γ of the squares out of their
-//! studentised mean `T = (mean − μ)/(s/√n)`:
+//! Squares of errors are skewed: a few large ones dominate the mean, and a sample without them has both a small mean
+//! and a small scatter. Student's nominal 95 % interval of the mean square covers 92 % for 50 normal errors, and 82 %
+//! for errors with heavy tails. Hall's transformation (J. R. Statist. Soc. B 54, 221, 1992) takes the skewness γ of the
+//! squares out of their studentised mean `T = (mean − μ)/(s/√n)`:
 //! ```text
 //! q = T + γ/(3√n) T² + γ²/(27 n) T³ + γ/(6√n)
 //! ```
-//! which is monotone, so that Student's quantiles ±q have the ends
+//! which is monotone, so that Student's quantiles ±q give the ends
 //! ```text
 //! T = 3√n/γ {[1 + γ/√n (q − γ/(6√n))]^(1/3) − 1}
 //! ```
-//! A small sample shows less skewness than there is, since it rarely contains the tail: of 50 squares of normal errors 2.0
-//! on average in place of 2.8. It is therefore taken (1 + 4/√n) times as large. With that, intervals of 50 to 2,000 errors
-//! of every method cover what they should; see the tests.
+//! A small sample underestimates the skewness, since it rarely contains the tail: with 50 squares of normal errors it
+//! shows 2.0 on average instead of 2.8. The skewness is therefore multiplied by (1 + 4/√n). With that, intervals of 50
+//! to 2,000 errors of every method have their nominal coverage; see the tests.
 
 use standstill_numeric::{exp, ln};
 
 use super::Estimate;
 use super::student::student;
 
-/// By how much, over √n, the skewness is larger than a sample shows.
+/// Relative underestimation of the skewness by a sample, times √n.
 const HIDDEN: f64 = 4.0;
 
-/// Returns the root mean square of errors whose second, fourth and sixth powers have these means, as well known as
-/// `known` independent ones tell it.
+/// Returns the root mean square of errors whose second, fourth and sixth powers have these means; `known`: number of
+/// independent errors that would give the same uncertainty.
 pub(super) fn root_mean_square([square, fourth, sixth]: [f64; 3], known: f64) -> Estimate {
     let freedom = known - 1.0;
     let variance = (fourth - square * square).max(0.0);

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Counts of the answers that name a sector with a pole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sectors {
-    /// Half the width of the sectors in degrees, of the widest if they differ.
+    /// Half the width of the sectors in degrees; if widths differ, half of the widest.
     pub half_width_deg: f64,
     /// Starts that named a sector.
     pub named: u64,

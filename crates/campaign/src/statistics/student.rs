@@ -4,7 +4,7 @@ use standstill_numeric::power;
 
 use super::binomial::beta;
 
-/// Student's factor of a 95 % interval with this many degrees of freedom, which is 1.96 for many; without any there is none.
+/// Returns Student's factor of a 95 % interval with this many degrees of freedom: 1.96 for many, infinite without any.
 ///
 /// ```
 /// use standstill_campaign::student;
@@ -27,8 +27,8 @@ pub fn student(freedom: f64) -> f64 {
     student_beyond(freedom, 0.05)
 }
 
-/// Student's factor of an interval that misses with the probability `misses`, half of it on each side, with this many degrees of freedom,
-/// which are few: some hundreds at most.
+/// Returns Student's factor of an interval that misses with the probability `misses`, half of it on each side, with
+/// this many degrees of freedom, which must be some hundreds at most.
 ///
 /// ```
 /// use standstill_campaign::{student, student_beyond};

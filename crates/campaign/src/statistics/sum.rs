@@ -35,7 +35,7 @@ impl Sum {
         other.0.iter().for_each(|part| self.add(*part));
     }
 
-    /// Returns the double next to the exact sum; of two as near, the even one.
+    /// Returns the double nearest to the exact sum; if two are equally near, the even one.
     pub(super) fn value(&self) -> f64 {
         let mut parts = self.0.iter().rev().copied();
         let mut sum = parts.next().unwrap_or(0.0);
@@ -68,8 +68,8 @@ impl FromIterator<f64> for Sum {
     }
 }
 
-/// Returns the rounded sum of two numbers, and what rounding took away (D. E. Knuth, *The Art of Computer
-/// Programming*, volume 2, section 4.2.2, theorem B).
+/// Returns the rounded sum of two numbers, and the rounding error (D. E. Knuth, *The Art of Computer Programming*,
+/// volume 2, section 4.2.2, theorem B).
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let of_b = sum - a;

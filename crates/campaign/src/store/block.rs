@@ -32,7 +32,7 @@ pub(super) fn encoded<T: Serialize>(
     block(&bytes)
 }
 
-/// The value of a block and what is behind it.
+/// Returns the value of a block, and the data behind it.
 pub(super) fn split<T: DeserializeOwned, B: DeserializeOwned>(
     bytes: &[u8],
 ) -> postcard::Result<(T, Tail<B>)> {
@@ -75,8 +75,8 @@ pub(super) fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Bl
     Ok(Block::Whole(bytes))
 }
 
-/// Returns whether there were four more bytes. Only the end of a file is its end, not what the operating system could
-/// not read.
+/// Returns whether four more bytes were read. Only a real end of the file counts as its end; a read error is returned
+/// as an error.
 fn read_word(file: &mut impl Read, word: &mut [u8; 4]) -> io::Result<bool> {
     match file.read_exact(word) {
         Ok(()) => Ok(true),

@@ -14,7 +14,7 @@ use super::row::Row;
 /// Rows with their points, in the order of a run.
 type Source = Box<dyn Iterator<Item = (usize, Row)> + Send>;
 
-/// Rows of earlier runs; what none of them has is computed.
+/// Rows of earlier runs; rows that none of them has are computed.
 #[derive(Default)]
 pub struct Earlier {
     sources: Vec<Peekable<Source>>,
@@ -51,7 +51,7 @@ impl Earlier {
         None
     }
 
-    /// How many rows were had from them.
+    /// Returns the number of rows taken from earlier runs.
     pub fn taken(&self) -> u64 {
         self.taken
     }

@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
 use standstill_quantity::Quantity;
 use standstill_scenario::StopTable;
 
-/// Which part of a run this is: all rows, or where points may end early all points, in equal parts.
+/// A part of a run: of all rows, or, if points may end early, of all points, in equal parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// From 1.
+    /// Index of the part, from 1.
     pub index: u64,
-    /// How many there are.
+    /// Number of parts.
     pub count: u64,
 }
 
@@ -22,7 +22,7 @@ impl Shard {
     /// All of it.
     pub const WHOLE: Self = Self { index: 1, count: 1 };
 
-    /// Its own range of `all`.
+    /// Returns the shard's range of `all`.
     pub fn range(&self, all: u64) -> Range<u64> {
         // In 128 bits, because a product of two counts may not fit in 64.
         let end = |index: u64| {
@@ -64,11 +64,11 @@ pub struct Identity {
     /// When a point ends before.
     #[serde(skip_serializing_if = "StopTable::is_empty", default)]
     pub stop_at: StopTable,
-    /// Which part of them.
+    /// The part that this is.
     pub shard: Shard,
-    /// The scenario with all overrides, as a file would say it.
+    /// The scenario with all overrides, as text of a file.
     pub scenario: String,
-    /// Caveat for wrong poles: which pole draws more current, the motor's data do not tell.
+    /// Caveat for wrong poles, if the motor's data do not show which pole draws more current.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pole_note: Option<String>,
     /// Whether they cannot be judged for that.
@@ -77,10 +77,10 @@ pub struct Identity {
     /// Caveat for all results: a motor's map is too coarse.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub map_note: Option<String>,
-    /// Caveat for all results: numbers of a motor are hardly meant.
+    /// Caveat for all results, if numbers of a motor are probably mistakes.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub motor_note: Option<String>,
-    /// Caveat for a detector from a library that keeps something outside of its own memory.
+    /// Caveat for a detector from a library that stores something outside its own memory.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub library_note: Option<String>,
     /// Digests of the files that it names, by their paths from its folder.
@@ -100,7 +100,7 @@ impl Identity {
         Self { shard: Shard::WHOLE, ..self.clone() }
     }
 
-    /// Metadata of the file of trials, by name.
+    /// Returns the metadata of the file of trials, by name.
     pub fn metadata(&self) -> Vec<(String, String)> {
         let files: Vec<String> =
             self.files.iter().map(|(path, digest)| format!("{path}: {digest}")).collect();

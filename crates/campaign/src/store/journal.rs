@@ -1,11 +1,11 @@
-//! The journal of a run: a header that says what run it is, then blocks of rows.
+//! The journal of a run: a header with the identity of the run, then blocks of rows.
 //!
 //! ```text
 //!   magic  length  header (JSON)  crc │ length  rows  crc │ length  rows  crc │ …
 //! ```
-//! Lengths and checksums are little-endian 32-bit numbers. A process that is killed leaves at most one block that is not
-//! whole; opening the journal again cuts it off. Blocks are handed to the disk at least once a second, so that a power cut
-//! costs no more than that.
+//! Lengths and checksums are little-endian 32-bit numbers. A process that is killed leaves at most one block that is
+//! not complete; opening the journal again cuts it off. Blocks are synchronised with the disk at least once a second,
+//! so that a power cut costs at most a second of work.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -33,10 +33,10 @@ pub enum JournalError {
     /// The operating system refused.
     #[error("{0}: {1}")]
     Io(PathBuf, io::Error),
-    /// Not a journal, or its header is damaged.
+    /// The file is not a journal, or its header is damaged.
     #[error("{0} is no journal of a run")]
     Foreign(PathBuf),
-    /// It ended before all its rows were read, although it had them before.
+    /// The journal ended before all its rows were read, although they had been there.
     #[error("{0} has fewer rows than it had")]
     Short(PathBuf),
     /// Another process is writing it.
@@ -55,9 +55,9 @@ pub enum JournalError {
     },
 }
 
-/// Sink of a run's rows while it goes on.
+/// Destination of a run's rows during the run.
 pub trait Keep {
-    /// Where the run stands.
+    /// Returns the run's progress.
     fn walk(&self) -> &Walk;
 
     /// Returns the point and trial of the next rows, at most `most` of them.
@@ -65,10 +65,10 @@ pub trait Keep {
         self.walk().ahead(most)
     }
 
-    /// Takes rows, which must be the next ones.
+    /// Stores rows, which must be the next ones of the run.
     ///
     /// # Errors
-    /// Others, or where they cannot be written.
+    /// The rows are not the next ones, or they cannot be written.
     fn append(&mut self, rows: &[Row]) -> Result<(), JournalError>;
 
     /// Hands everything to the disk.
@@ -78,7 +78,7 @@ pub trait Keep {
     fn sync(&mut self) -> Result<(), JournalError>;
 }
 
-/// How long rows may wait before the disk has them.
+/// Longest time before rows are synchronised with the disk.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// A journal that is being written, by this process alone.
@@ -192,7 +192,7 @@ pub(super) fn out_of_order(path: &Path) -> JournalError {
     JournalError::Io(path.to_owned(), io::Error::other("rows out of order"))
 }
 
-/// Beside a journal, the name of what was cut off from it.
+/// Returns the name of the file, beside a journal, for the part that was cut off from it.
 fn damaged_name(path: &Path) -> PathBuf {
     path.with_extension("damaged")
 }
@@ -242,7 +242,7 @@ pub(super) struct Blocks {
     pub(super) identity: Identity,
     /// Bytes up to the end of the last whole block.
     pub(super) whole: u64,
-    /// Whether what follows is not a block that was cut short, but one that is wrong.
+    /// Whether the data after the last block are a wrong block, not just a block that was cut short.
     pub(super) damaged: bool,
 }
 
@@ -286,7 +286,7 @@ impl Blocks {
         self.identity.difference(identity).map_or(Ok(()), other)
     }
 
-    /// The value of the next block and what is behind it; none at the end, or where a block is not whole.
+    /// Returns the value of the next block and the data behind it; none at the end, or if the block is not complete.
     pub(super) fn next<T: DeserializeOwned, B: DeserializeOwned>(
         &mut self,
     ) -> Result<Option<(T, Tail<B>)>, JournalError> {
@@ -321,13 +321,13 @@ impl Rows {
         Ok(Self { walk: Walk::new(&blocks.identity), blocks })
     }
 
-    /// Identity of the run.
+    /// Returns the identity of the run.
     pub fn identity(&self) -> &Identity {
         &self.blocks.identity
     }
 
-    /// Returns the next rows with their points; none at the end, or where a block is not whole. A journal that is
-    /// being written may have more when asked again.
+    /// Returns the next rows with their points; none at the end, or if a block is not complete. A journal that is being
+    /// written may give more rows later.
     pub fn block(&mut self) -> Result<Option<Vec<(usize, Row)>>, JournalError> {
         let Some((mut rows, sectors)) = self.blocks.next::<Vec<Row>, f64>()? else { return Ok(None) };
         for (number, half) in sectors {

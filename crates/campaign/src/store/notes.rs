@@ -1,9 +1,10 @@
-//! Notes: intermediate results of a question about a scenario, parts of its answer, each under a key that says what it depends on.
+//! Notes: intermediate results of a question about a scenario. Each is stored under a key that states what the result
+//! depends on.
 //!
 //! ```text
 //!   magic  length  header (JSON)  crc │ length  key, bytes  crc │ …
 //! ```
-//! A process that is killed leaves at most one block that is not whole; opening the notes again cuts it off.
+//! A process that is killed leaves at most one incomplete block; opening the notes again cuts it off.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
@@ -30,7 +31,7 @@ pub struct Notes {
 }
 
 impl Notes {
-    /// New ones.
+    /// Makes new notes.
     pub fn new(path: &Path, identity: &Identity) -> Self {
         Self { path: path.to_owned(), identity: identity.clone(), file: None, known: HashMap::new() }
     }
@@ -60,10 +61,10 @@ impl Notes {
         Ok(notes)
     }
 
-    /// Removes what is in their place, unless another process is writing it.
+    /// Removes the file in their place, unless another process is writing it.
     ///
     /// # Errors
-    /// A file that is being written, or cannot be removed.
+    /// The file is being written, or cannot be removed.
     pub fn replace(&self) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
         let _taken = journal::locked(&self.path, OpenOptions::new().write(true))?;

@@ -4,37 +4,38 @@ use serde::{Deserialize, Serialize};
 
 use standstill_scenario::{Record, Verdict};
 
-/// A trial as it is stored: plain values, without the run that they came from.
+/// A trial in its stored form: plain values, without the run from which they come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Its number.
+    /// Number of the trial.
     pub trial: u64,
-    /// See [`Record::true_angle_deg`].
+    /// True angle in degrees: see [`Record::true_angle_deg`].
     pub true_angle_deg: f64,
-    /// See [`Record::start_angle_deg`].
+    /// Start angle in degrees: see [`Record::start_angle_deg`].
     pub start_angle_deg: f64,
-    /// See [`Record::estimated_angle_deg`].
+    /// Found angle in degrees: see [`Record::estimated_angle_deg`].
     pub estimated_angle_deg: Option<f64>,
-    /// See [`Record::error_deg`].
+    /// Error of the angle in degrees: see [`Record::error_deg`].
     pub error_deg: Option<f64>,
-    /// See [`Record::axis_deg`].
+    /// Found axis in degrees: see [`Record::axis_deg`].
     pub axis_deg: Option<f64>,
-    /// See [`Record::axis_error_deg`].
+    /// Error of the axis in degrees: see [`Record::axis_error_deg`].
     pub axis_error_deg: Option<f64>,
-    /// How it ended.
+    /// How the trial ended.
     pub verdict: Verdict,
-    /// See [`Record::half_sector_deg`]. Journals have it behind their rows, see `store/block.rs`.
+    /// Half the sector's width in degrees: see [`Record::half_sector_deg`]. Journals store it behind their rows, see
+    /// `store/block.rs`.
     #[serde(skip)]
     pub half_sector_deg: Option<f64>,
-    /// See [`Record::pole_correct`].
+    /// Whether the pole is right: see [`Record::pole_correct`].
     pub pole_correct: Option<bool>,
-    /// See [`Record::rotor_moved_deg`].
+    /// Movement of the rotor in degrees: see [`Record::rotor_moved_deg`].
     pub rotor_moved_deg: f64,
     /// Time that the detection took, in s.
     pub duration_s: f64,
     /// Largest phase current in A.
     pub peak_current_a: f64,
-    /// Why there is no angle; empty if there is one.
+    /// Reason why there is no angle; empty if there is one.
     pub reason: String,
     /// Name of the reason; empty if there is an angle.
     pub kind: String,

@@ -21,10 +21,10 @@ pub struct Shards {
     tallies: bool,
 }
 
-/// Identity of a journal's run, whether it keeps rows or statistics.
+/// Reads the identity of a journal's run, for journals of rows and of statistics.
 ///
 /// # Errors
-/// A file that is no journal, or cannot be read.
+/// The file is not a journal, or cannot be read.
 pub fn head(path: &Path) -> Result<Identity, JournalError> {
     if is_tally(path) {
         Ok(Tallied::read(path)?.identity().clone())
@@ -42,7 +42,7 @@ fn split(paths: [&Path; 2], of: [&Identity; 2]) -> Result<(), ShardsError> {
     Err(ShardsError::Split { paths: paths.map(Path::to_owned), shards })
 }
 
-/// Why two journals are not shards of one run, if they are not.
+/// Returns the reason why two journals are not shards of one run; none if they are.
 fn difference(paths: [&Path; 2], of: [&Identity; 2]) -> Option<String> {
     let keeps = |tally| if tally { "statistics alone" } else { "rows" };
     let [there, here] = paths.map(is_tally);
@@ -70,12 +70,12 @@ pub(super) fn standing(path: &Path) -> Result<(bool, u64, bool), JournalError> {
     Ok((rows.walk().is_done(), rows.walk().left(), rows.is_damaged()))
 }
 
-/// Journals of one run, each of a shard of its own.
+/// Journals of one run, each of a different shard.
 #[derive(Default)]
 pub(super) struct Gathered {
     /// The journal that has most trials a point, and its run.
     pub(super) run: Option<(PathBuf, Identity)>,
-    /// By the shards' indices.
+    /// Path and identity of each shard, by its index.
     pub(super) shards: BTreeMap<u64, (PathBuf, Identity)>,
 }
 
@@ -108,7 +108,7 @@ impl Gathered {
 /// Why journals are not one run.
 #[derive(Debug, Error)]
 pub enum ShardsError {
-    /// One cannot be read.
+    /// A journal cannot be read.
     #[error(transparent)]
     Journal(#[from] JournalError),
     /// A folder has no journal.
@@ -116,22 +116,22 @@ pub enum ShardsError {
         "{0} has no journal of a shard (run.journal or shard-I-of-N.journal, as `--shard I/N` leaves it)"
     )]
     None(PathBuf),
-    /// A file where a folder is needed.
+    /// A file was given where a folder is needed.
     #[error(
         "{0}: found a file, needed the folder with the journals of a run's shards, as `--shard I/N` leaves them"
     )]
     File(PathBuf),
-    /// Two have the same part.
+    /// Two journals contain the same shard.
     #[error("shard {shard} is there twice: {first} and {second}")]
     Overlap {
-        /// Which.
+        /// The shard.
         shard: Shard,
-        /// Where it is first.
+        /// Path of the first journal.
         first: PathBuf,
-        /// Where it is again.
+        /// Path of the second journal.
         second: PathBuf,
     },
-    /// Two are of different splits.
+    /// Two journals belong to different splits.
     #[error(
         "{} is shard {} and {} shard {}: shards of two splits overlap; needed those of one, in a folder of their own",
         .paths[0].display(), .shards[0], .paths[1].display(), .shards[1]
@@ -139,20 +139,20 @@ pub enum ShardsError {
     Split {
         /// Both.
         paths: [PathBuf; 2],
-        /// Which they are.
+        /// The two shards.
         shards: [Shard; 2],
     },
-    /// One is of another run.
+    /// A journal belongs to another run.
     #[error("{path} is not of the same run as {first}: {difference}")]
     Foreign {
         /// The one.
         path: PathBuf,
-        /// One of the run that the first belongs to.
+        /// A journal of the run to which the first one belongs.
         first: PathBuf,
         /// The differences, in words.
         difference: String,
     },
-    /// One has fewer trials than another: it was not extended yet.
+    /// A journal has fewer trials than another, because it was not extended yet.
     #[error(
         "shard {shard} in {path} is of a run of {trials} trials, others of {of}: run it again with --shard {shard} \
          --trials {of} --resume"
@@ -160,35 +160,35 @@ pub enum ShardsError {
     Shorter {
         /// The one.
         path: PathBuf,
-        /// Which.
+        /// The shard.
         shard: Shard,
         /// Trials of its run.
         trials: u64,
         /// Trials of the other shard's run.
         of: u64,
     },
-    /// One was computed by a program of other numerics: points and statistics would not be those of its rows.
+    /// A journal was computed by a program with other numerics, so its rows would give other points and statistics now.
     #[error(
         "the number of the program's numerics is {found} in {path} and {NUMERICS} here: merge its shards with the program \
          that computed them"
     )]
     Numerics {
-        /// Where it is.
+        /// Path of the journal.
         path: PathBuf,
-        /// Its number.
+        /// Number of the journal's numerics.
         found: u32,
     },
-    /// These are not there.
+    /// Shards are missing.
     #[error("missing: {}", .0.iter().map(|shard| format!("shard {shard}")).collect::<Vec<_>>().join(", "))]
     Missing(Vec<Shard>),
-    /// One was interrupted.
+    /// A shard was interrupted.
     #[error("shard {shard} is not finished: {path} lacks up to {left} trials; run it again with --resume")]
     Unfinished {
-        /// Where it is.
+        /// Path of its journal.
         path: PathBuf,
-        /// Which.
+        /// The shard.
         shard: Shard,
-        /// How many rows are missing, at most.
+        /// Largest possible number of missing rows.
         left: u64,
     },
 }
@@ -280,11 +280,11 @@ impl Shards {
     }
 }
 
-/// Returns whether the journal of a shard may stand in this folder: not beside shards of another split, nor, unless
-/// `others` may be, beside those of another run. What cannot be read says nothing.
+/// Checks that the journal of a shard may be written into this folder. It may not be beside shards of another split, nor,
+/// unless `others` is set, beside shards of another run. Unreadable files are ignored.
 ///
 /// # Errors
-/// Content found at that place.
+/// The folder has a journal of another split or of another run.
 pub fn beside(folder: &Path, own: &Identity, others: bool) -> Result<(), ShardsError> {
     let path = folder.join(own.shard.file_name());
     for other in journals(&[folder.to_owned()]).unwrap_or_default() {

@@ -1,4 +1,4 @@
-//! Which shards of a run are there, and how far each has come.
+//! The shards of a run that exist, and the progress of each.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use super::identity::{Identity, Shard};
 use super::journal::{Journal, JournalError};
 use super::shards::{Gathered, ShardsError, head, journals, standing};
 
-/// How far a shard is.
+/// Progress of a shard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
@@ -19,22 +19,22 @@ pub enum State {
     Running,
     /// Some of its trials are there, and nobody is at work.
     Begun,
-    /// It has no journal.
+    /// The shard has no journal.
     Missing,
-    /// Its journal has a block that is wrong, which `--resume` computes again, or a head that cannot be read.
+    /// The journal has a wrong block, which `--resume` computes again, or an unreadable header.
     Damaged,
 }
 
-/// One shard.
+/// The state of one shard.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Surveyed {
-    /// Its number, from 1.
+    /// Index of the shard, from 1.
     pub index: u64,
-    /// How far it is.
+    /// Progress of the shard.
     pub state: State,
-    /// Where its journal is.
+    /// Path of its journal; none if there is none.
     pub journal: Option<PathBuf>,
-    /// How many of its trials are missing, at most; none if that is unknown.
+    /// Largest possible number of missing trials; none if unknown.
     pub left: Option<u64>,
 }
 
@@ -43,7 +43,7 @@ pub struct Surveyed {
 pub struct Survey {
     /// The run.
     pub identity: Identity,
-    /// From the first to the last.
+    /// All shards, in order.
     pub shards: Vec<Surveyed>,
 }
 
@@ -126,7 +126,7 @@ impl Survey {
     }
 }
 
-/// How far the journal of a shard is.
+/// Determines the progress of a shard from its journal.
 fn surveyed(index: u64, path: PathBuf) -> Result<Surveyed, JournalError> {
     let (done, left, damaged) = standing(&path)?;
     let state = match (done, damaged) {

@@ -16,13 +16,13 @@ use thiserror::Error;
 pub struct Sweep<'a> {
     /// The scenario of each trial.
     pub plan: &'a Plan,
-    /// Which trials.
+    /// The shard whose trials are run.
     pub shard: Shard,
     /// Threads; none: as many as there are cores. The rows do not depend on it.
     pub threads: Option<usize>,
 }
 
-/// A sweep that could not go on.
+/// Reason why a sweep could not continue.
 #[derive(Debug, Error)]
 pub enum SweepError {
     /// A value that cannot be, at a point or as drawn by a trial.
@@ -37,10 +37,10 @@ pub enum SweepError {
 }
 
 impl Sweep<'_> {
-    /// Identity of the run.
+    /// Returns the identity of the run.
     ///
     /// # Errors
-    /// A scenario that cannot be written down.
+    /// The scenario cannot be written as text.
     pub fn identity(&self) -> Result<Identity, FileError> {
         let file = self.plan.file();
         Ok(Identity {
@@ -61,11 +61,12 @@ impl Sweep<'_> {
         })
     }
 
-    /// Runs what the journal does not have yet, block by block, until it is done or `stop` is set. `progress` sees each
-    /// block's rows, once the journal has the rows before it.
+    /// Runs the trials that the journal does not have yet, block by block, until all are done or `stop` is set.
+    /// `progress` receives each block's rows after the journal has stored the rows before it.
     ///
     /// # Errors
-    /// A value that cannot be, once the rows before it are kept; a journal that cannot be written; no threads.
+    /// A drawn value is invalid (the rows before it are stored), the journal cannot be written, or threads cannot be
+    /// started.
     pub fn run(
         &self,
         journal: &mut impl Keep,

@@ -3,9 +3,10 @@
 //! ```text
 //!   magic  length  header (JSON)  crc │ length  where it stands, statistics of the points since  crc │ …
 //! ```
-//! A block has the points that changed since the block before it; a point's last statistics count. Blocks are written ever
-//! more rarely, so that all of them together stay small; a process that is killed loses at most ten seconds of work or a
-//! hundredth of it. Statistics add up exactly ([`Statistics::merge`]): what is read here is what the rows would give.
+//! A block contains the points that changed since the previous block; only a point's last statistics count. Blocks are
+//! written ever more rarely, so that their total size stays small. A process that is killed loses at most ten seconds
+//! of work or a hundredth of it. Statistics add up exactly ([`Statistics::merge`]), so the journal gives the same
+//! statistics as the rows would.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -22,7 +23,8 @@ use super::row::Row;
 use super::walk::Walk;
 use crate::{Sectors, Statistics};
 
-/// How long trials wait before the disk has them: this, or the following share of the time since the beginning.
+/// Longest time before trials are synchronised with the disk, unless the share in the next constant of the time since
+/// the beginning is longer.
 const PATIENCE: Duration = Duration::from_secs(10);
 const SHARE: u32 = 100;
 
@@ -36,7 +38,7 @@ pub struct Tally {
     file: File,
     walk: Walk,
     limit: f64,
-    /// Statistics of the points since the last block; the last point may go on.
+    /// Statistics of the points since the last block; the last point may continue.
     open: BTreeMap<usize, Statistics>,
     /// Statistics of the points by earlier runs with fewer trials.
     earlier: BTreeMap<usize, Statistics>,
@@ -53,7 +55,7 @@ struct Standing {
 }
 
 impl Tally {
-    /// Begins a journal, or goes on with the one of this very run; errors beyond `limit` degrees are counted.
+    /// Begins a journal, or continues the existing one of the same run; errors beyond `limit` degrees are counted.
     pub fn open(path: &Path, identity: &Identity, limit: f64) -> Result<Self, JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
         let mut how = OpenOptions::new();
@@ -105,7 +107,7 @@ impl Tally {
         self
     }
 
-    /// At the beginning of a point, takes what an earlier run has of it.
+    /// At the beginning of a point, adopts the statistics that an earlier run has of it.
     fn adopt(&mut self) {
         while !self.walk.is_done()
             && let (point, 0) = self.walk.next()
@@ -123,7 +125,8 @@ impl Keep for Tally {
         &self.walk
     }
 
-    /// Where earlier runs may have the beginning of the next point, up to the end of the one at hand.
+    /// Returns the next trials, at most `most`, with their points. If there are earlier runs, stops at the end of the
+    /// present point, because an earlier run may have the beginning of the next one.
     fn ahead(&self, most: u64) -> Vec<(usize, u64)> {
         let mut ahead = self.walk.ahead(most);
         if let Some(&(first, _)) = ahead.first()
@@ -164,7 +167,7 @@ pub struct Tallied {
     identity: Identity,
     walk: Walk,
     points: BTreeMap<usize, Statistics>,
-    /// Whether what follows the last whole block is not just cut off.
+    /// Whether the data after the last complete block are wrong, not just cut off.
     damaged: bool,
 }
 
@@ -189,7 +192,7 @@ impl Tallied {
         Ok(Self { identity: blocks.identity.clone(), walk, points, damaged: blocks.damaged })
     }
 
-    /// Identity of the run.
+    /// Returns the identity of the run.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
@@ -199,7 +202,7 @@ impl Tallied {
         &self.walk
     }
 
-    /// Returns whether a block is wrong: what is in it and behind it will be computed again.
+    /// Returns whether a block is wrong; its data, and all data after it, will be computed again.
     pub fn is_damaged(&self) -> bool {
         self.damaged
     }

@@ -1,4 +1,4 @@
-//! In which order a run has its rows: point by point, trial by trial.
+//! The order of a run's rows: point by point, trial by trial.
 
 use standstill_quantity::Quantity;
 
@@ -10,8 +10,8 @@ use standstill_scenario::StopTable;
 /// Trials of a point before its intervals are looked at.
 const FIRST_LOOK: u64 = 100;
 
-/// Where a run stands: the same after the same rows, whether they were just computed or read from a journal. So a run that
-/// was interrupted goes on as it would have.
+/// Progress of a run. It depends only on the rows so far, whether they were just computed or read from a journal, so a
+/// run that was interrupted continues as it would have done.
 #[derive(Clone, Debug)]
 pub struct Walk {
     trials: u64,
@@ -25,7 +25,7 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// At the beginning of a run, or of a shard of it.
+    /// Makes the progress at the beginning of a run, or of a shard of it.
     pub fn new(identity: &Identity) -> Self {
         let Identity { points, trials, stop_at, shard, .. } = identity;
         let range = if stop_at.is_empty() { shard.range(identity.rows()) } else { shard.range(*points) };
@@ -53,8 +53,8 @@ impl Walk {
         self.statistics = going_on.cloned().unwrap_or_default();
     }
 
-    /// Takes the first rows of the point at hand, of which these are the statistics: the walk must be at the point's first.
-    /// Goes to the next point if the point ends with them.
+    /// Takes the first rows of the current point, which these statistics summarise; the walk must be at the point's
+    /// beginning. Advances to the next point if these rows complete the point.
     pub(super) fn jump(&mut self, statistics: &Statistics) {
         let trials = statistics.trials();
         if trials == 0 {
@@ -76,7 +76,7 @@ impl Walk {
         self.next >= self.end
     }
 
-    /// How many rows are left, at most.
+    /// Returns the largest possible number of rows left.
     pub fn left(&self) -> u64 {
         let number = |(point, trial): (u64, u64)| point * self.trials + trial;
         number(self.end).saturating_sub(number(self.next))

@@ -1,9 +1,9 @@
-//! From readings to samples of C and back.
+//! Conversion between readings and the samples of the C interface.
 
 use super::Sample;
 use crate::{Abc, Capture, Counts, Nanos, Phase, Reading, Real, Sensed};
 
-/// `enum sts_sensed`.
+/// Returns the code of `enum sts_sensed`.
 pub const fn sensed_code(sensed: Sensed) -> u8 {
     match sensed {
         Sensed::Measured => 0,
@@ -49,7 +49,8 @@ impl Sample {
         }
     };
 
-    /// A reading as C has it, in single precision; `before`: what its time is counted from besides, `half`: see the header.
+    /// Makes the C form of a reading, in single precision. `before`: time to be added to the reading's time; `half`:
+    /// see the header.
     #[inline]
     pub fn of<T: Real>(reading: &Reading<T>, before: Nanos, half: u8) -> Self {
         let of = |value: T| short(value.to_double());
