@@ -4,7 +4,7 @@ use standstill_numeric::power;
 
 use super::binomial::beta;
 
-/// Returns Student's factor of a 95 % interval with this many degrees of freedom: 1.96 for many, infinite without any.
+/// Returns Student's factor of a 95 % interval with this many degrees of freedom: 1.96 for many, NaN for none.
 ///
 /// ```
 /// use standstill_campaign::student;

@@ -22,8 +22,8 @@ use super::{BranchPoint, BranchState};
 use crate::physics::plane::Plane;
 use crate::step::hermite::Cubic;
 
-/// Iterations between the modes of the cells and the slope of the flux, which depend on each other: each iteration
-/// adds a digit or two.
+/// Number of iterations that find the modes of the cells and the slope of the flux, which depend on each other. Each
+/// iteration adds one or two digits.
 const ROUNDS: usize = 4;
 
 /// Number of parts of a step; in each part a sliding cell is integrated by one formula.

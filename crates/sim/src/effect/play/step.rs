@@ -155,7 +155,7 @@ impl<V: Wide> Cells<V> {
         [least + self.slack, least + self.slack * DEEP]
     }
 
-    /// Offers the cells' modes that end within the step of a lane to `first`.
+    /// Updates `first`, the mode that ends first in the step of a lane, with the modes of the lane's cells.
     pub fn ends(&self, moved: &Moved<V>, lane: usize, first: &mut First) {
         for k in (0..MOST_CELLS).filter(|k| moved.margin[*k].get(lane) < -self.slack.get(lane)) {
             first.ends(Guard::Branch, moved.cubic[k].get(lane), moved.slack[k].get(lane));

@@ -23,8 +23,8 @@ use crate::physics::legs::Terminals;
 use crate::physics::machine::{Change, Operating};
 use crate::physics::plane::Plane;
 
-/// Square of the angle in rad by which a mode turns in a step; a mode that turns by more is solved as an oscillation
-/// about a polynomial.
+/// Square of the largest angle, in rad, by which a damped mode turns and is still solved by `Near`. A mode that turns
+/// further is solved by `Far`: as an oscillation about a polynomial.
 const TURNS: f64 = 0.25;
 
 /// Square of the angle in rad up to which a cubic approximates an oscillation with an error of at most 3e-7.
