@@ -1,4 +1,4 @@
-//! Motor data sheets: TOML in which each number says where it comes from.
+//! Motor data sheets: TOML in which each number states its source.
 
 mod check;
 mod entries;
@@ -19,10 +19,10 @@ use self::error::{of_file, wrong};
 pub use self::nameplate::{EqualNumber, NameplateNumber};
 use crate::{FluxMap, MapReport};
 
-/// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
-/// iron bridges of a magnet-assisted reluctance rotor to it; a `[map]` is a core by itself, from which `[winding]` may take
-/// all inductances. A `[nameplate]` takes the place of `[rating]`, `[winding]` and the core, and of the rotor where there is
-/// none.
+/// A motor as described by its file. Without a `[saturation]` table the core is linear. A `[bridge]` table adds the
+/// iron bridges of a magnet-assisted reluctance rotor to the core. A `[map]` is a core by itself, from which
+/// `[winding]` may take all inductances. A `[nameplate]` replaces `[rating]`, `[winding]` and the core, and also the
+/// rotor if no rotor is given.
 #[derive(Clone, Debug)]
 pub struct DataSheet {
     /// The file, or the built-in's name.
@@ -38,11 +38,12 @@ pub struct DataSheet {
 }
 
 impl DataSheet {
-    /// Converts numbers of a `[nameplate]`, such as `Kv` and `pole_pairs`, to all ways in which data sheets and controllers give them.
+    /// Converts numbers of a `[nameplate]`, such as `Kv` and `pole_pairs`, to all ways in which data sheets and
+    /// controllers give them.
     ///
     /// # Errors
-    /// A key that is none of them, a value that is no such number, a number given twice, and a constant per turn of the shaft
-    /// without pole pairs; all mistakes are named together.
+    /// An unknown key, a value that is not a valid number, a number given twice, or a constant per turn of the shaft
+    /// without pole pairs; one message names all mistakes.
     ///
     /// ```
     /// use standstill_plant::DataSheet;
@@ -58,7 +59,7 @@ impl DataSheet {
         nameplate::equal_numbers(&nameplate::table(given))
     }
 
-    /// From the text of a file; `file` is its name for error messages.
+    /// Reads a data sheet from the text of a file; `file`: its name for error messages.
     ///
     /// ```
     /// use standstill_plant::DataSheet;
@@ -99,13 +100,14 @@ impl DataSheet {
         Self::of_tables(Sheet::read(table).map_err(|error| of_file(&error, file, text))?, file, text)
     }
 
-    /// From what a file or a scenario says; `file` is where it is said, and beside which its map is looked for.
+    /// Reads a data sheet from the table of a file or scenario. `file`: its path, for messages and as the base of the
+    /// path of a flux map.
     pub fn read(file: &str, from: Table) -> Result<Result<Self, MotorError>, TableError> {
         Ok(Self::of_tables(Sheet::read(from)?, file, ""))
     }
 
-    /// From a table with a `[nameplate]`, whose missing and wrong keys are named all at once; `text` is that of its file,
-    /// for line numbers.
+    /// Reads a data sheet from a table with a `[nameplate]`; the error names all missing and wrong keys. `text`: text
+    /// of the file, for line numbers.
     pub fn of_nameplate(file: &str, table: &Table, text: Option<&str>) -> Result<Self, MotorError> {
         let whole = nameplate::spelled_out(file, table, text)?;
         let text = text.unwrap_or_default();
@@ -160,7 +162,7 @@ impl DataSheet {
         Self { files: files.clone(), ..self }
     }
 
-    /// Its name.
+    /// Returns the name of the motor.
     pub fn name(&self) -> &str {
         &self.tables.name
     }
@@ -180,7 +182,8 @@ impl DataSheet {
         &self.tables.notes
     }
 
-    /// The motor's flux map and what was found out about it, if it has one. Its file is looked for beside the data sheet.
+    /// Returns the motor's flux map, if it has one, and the report of its check. Its path is relative to the data
+    /// sheet.
     pub fn map(&self) -> Result<Option<(FluxMap, MapReport)>, MapError> {
         let Some(table) = &self.tables.map else { return Ok(None) };
         let folder = Path::new(&self.file).parent().unwrap_or_else(|| Path::new(""));

@@ -1,4 +1,4 @@
-//! Flux maps: cores known from finite elements or measurement, ψ_d and ψ_q over a rectangle of currents.
+//! Flux maps: cores known from finite elements or measurement, as ψ_d and ψ_q over a rectangle of currents.
 //!
 //! ```text
 //! file ─► samples ─► rectangular grid ─► nearest map that has an energy ─► W(ψ), smooth and fast
@@ -6,9 +6,9 @@
 //!                     order)              co-energy, smoothed as the
 //!                                         noise asks for)
 //! ```
-//! Fluxes as measured, or as finite elements give them on a mesh, do not quite come from an energy: ∂ψ_d/∂i_q and
-//! ∂ψ_q/∂i_d differ by some per cent. A simulation on such data would create or destroy energy. What is simulated is
-//! the nearest map that cannot; how far it is from the data is part of the [`MapReport`].
+//! Fluxes from measurements or finite elements are not exactly the gradient of an energy: ∂ψ_d/∂i_q and ∂ψ_q/∂i_d
+//! differ by some per cent. A simulation on such data would create or destroy energy. The simulation therefore uses the
+//! nearest map that has an energy; the [`MapReport`] contains its distance from the data.
 
 mod banded;
 mod beyond;
@@ -34,20 +34,20 @@ use co_energy::CoEnergy;
 pub use errors::InductanceErrors;
 pub use surface::FluxMap;
 
-/// Which way the axes of a file pointed.
+/// Orientation of a file's axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapAxes {
     /// The magnet's flux is along +d, as everywhere here.
     Magnet,
-    /// The magnet's flux was along another axis, as in the convention of synchronous reluctance motors, where it is
-    /// −q; the map was turned by this many quarter turns.
+    /// The magnet's flux was along another axis, such as −q in the convention of synchronous reluctance motors. The map
+    /// was rotated by this number of quarter turns.
     Turned(u8),
-    /// There is no magnet: the axes are those of the file.
+    /// The motor has no magnet: the axes are those of the file.
     NoMagnet,
 }
 
 impl MapAxes {
-    /// For messages that name a current or a flux of a map that was turned: none of its file.
+    /// Returns a remark for messages that name a current or a flux of a rotated map; empty if the map was not rotated.
     const fn note(self) -> &'static str {
         match self {
             Self::Turned(_) => {
@@ -73,7 +73,7 @@ impl fmt::Display for MapAxes {
 /// Report on a map that was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapReport {
-    /// Its file.
+    /// Path of the file.
     pub file: String,
     /// Points in the file.
     pub points: usize,
@@ -81,15 +81,16 @@ pub struct MapReport {
     pub size: [usize; 2],
     /// Range of i_d and of i_q in A.
     pub range: [[f64; 2]; 2],
-    /// Which way the axes pointed.
+    /// Orientation of the file's axes.
     pub axes: MapAxes,
-    /// By how much the flux without current is ahead of d in degrees, zero without a magnet: 1° at most.
+    /// Angle in degrees from d to the flux without current, 1° at most; zero without a magnet.
     pub off_axis: f64,
     /// Whether the map was continued to negative i_d, i_q by its symmetry.
     pub mirrored: [bool; 2],
-    /// How a side was continued that the file does not have, where that was asked for and one is missing.
+    /// How a side that the file lacks was continued; none if no continuation was requested or no side is missing.
     pub continued: Option<Arc<Continuation>>,
-    /// rms of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d over the rms of their mean, of the data; zero where there is no cross-coupling.
+    /// Reciprocity error of the data: rms of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d over the rms of their mean; zero without
+    /// cross-coupling.
     pub reciprocity_error: f64,
     /// rms of that mean in H.
     pub cross_inductance: f64,
@@ -97,19 +98,21 @@ pub struct MapReport {
     pub distance: [f64; 2],
     /// The largest flux in the data, in Wb.
     pub largest_flux: f64,
-    /// Where the distance is largest: i_d and i_q in A.
+    /// Currents i_d and i_q in A at the largest distance.
     pub furthest: [f64; 2],
-    /// rms noise of the data in Wb: what no energy explains, however rough. A curl that is no chance counts as noise.
+    /// rms noise of the data in Wb: the part that no energy explains, even a rough one. A systematic curl counts as
+    /// noise, too.
     pub noise: f64,
-    /// How many numbers the data choose freely, after what is smoothed away: at most one per flux.
+    /// Effective number of parameters of the smoothed fit: at most one per flux.
     pub free: f64,
     /// Spline functions of the simulated map along i_d and i_q.
     pub splines: [usize; 2],
-    /// How well the inductances are known.
+    /// Errors of the inductances.
     pub errors: InductanceErrors,
     /// rms distance in Wb of the simulated map from the nearest one that has an energy, where that is not convex.
     pub convexity: Option<f64>,
-    /// Largest difference in A between the simulated current and that of the projected map, where it is known.
+    /// Largest difference in A between the simulated current and the current of the projected map, within the map's
+    /// range.
     pub evaluation_error: f64,
 }
 
@@ -122,7 +125,7 @@ const OFF: f64 = 0.01;
 
 /// Why no map is simulated, and the current in A at which.
 enum Bent {
-    /// No energy near the data is convex.
+    /// The search found no convex energy near the data.
     Energy(Dq<f64>),
     /// The energy is convex, but the surface that is to follow it is not.
     Surface(Dq<f64>),

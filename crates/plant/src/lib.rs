@@ -7,12 +7,12 @@
 //! * [`Magnetics`]: the core as one energy `W(ψ)`; [`Linear`] and [`Algebraic`] are such energies.
 //! * [`MagneticCircuit`]: the core with harmonics over the angle, eddy currents and the magnet's temperature.
 //! * [`Rotor`]: inertia, friction, cogging and the play of its brake.
-//! * [`Survey`]: what the magnetics look like to a detection, above all which pole draws more current.
-//! * [`Motor`]: all of it, validated; [`DataSheet`]: the TOML it is read from, each number with its source.
-//! * [`Files`]: the one door through which data sheets and flux maps are read, of `standstill-files`.
+//! * [`Survey`]: the properties of the magnetics that matter for a detection, above all which pole draws more current.
+//! * [`Motor`]: the whole motor, validated; [`DataSheet`]: the TOML of a motor, each number with its source.
+//! * [`Files`], of `standstill-files`: the only way by which data sheets and flux maps are read.
 //!
-//! "The paper" is Chen Cheng and Tao Ze'an, *On-Line Detection Method for Initial Rotor Position Angle of
-//! Permanent Magnet Synchronous Motor*, 2019 (article 1673-6540(2019)06-0102-04, in Chinese).
+//! "The paper" is Chen Cheng and Tao Ze'an, *On-Line Detection Method for Initial Rotor Position Angle of Permanent
+//! Magnet Synchronous Motor*, 2019 (article 1673-6540(2019)06-0102-04, in Chinese).
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod datasheet;

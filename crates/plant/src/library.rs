@@ -35,7 +35,7 @@ pub fn built_in_names() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(name, _)| *name)
 }
 
-/// Returns a built-in motor by name; `None` if there is none of that name.
+/// Returns a built-in motor by name; `None` for other names.
 ///
 /// ```
 /// use standstill_plant::built_in;
@@ -54,12 +54,12 @@ fn built_in_sheet(name: &str) -> Option<Result<DataSheet, MotorError>> {
 }
 
 impl DataSheet {
-    /// Returns the text of a built-in motor's data sheet; `None` if there is none of that name.
+    /// Returns the text of a built-in motor's data sheet; `None` for other names.
     pub fn built_in_text(name: &str) -> Option<&'static str> {
         FILES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
     }
 
-    /// Makes the data sheet of a built-in motor; `None` if there is none of that name.
+    /// Makes the data sheet of a built-in motor; `None` for other names.
     pub fn built_in(name: &str) -> Option<Self> {
         built_in_sheet(name)?.ok()
     }

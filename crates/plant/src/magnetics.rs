@@ -1,12 +1,12 @@
 //! The core as one energy.
 //!
-//! Everything magnetic follows from a function `W(ψ_d, ψ_q)`: the current is its gradient, the inverse of the
-//! incremental inductance its Hessian. Reciprocity (∂i_d/∂ψ_q = ∂i_q/∂ψ_d) then holds by construction and no
-//! run can create energy. The physical field energy is `3/2 W`.
+//! All magnetic quantities follow from a function `W(ψ_d, ψ_q)`: its gradient is the current, its Hessian the inverse
+//! of the incremental inductance. Reciprocity (∂i_d/∂ψ_q = ∂i_q/∂ψ_d) then holds by construction and no run can create
+//! energy. The physical field energy is `3/2 W`.
 //!
-//! A [`Magnetics`] is such a core. The [`MagneticCircuit`] of a motor is a core with what may come on top, each an
-//! energy again: a warmer or colder magnet, harmonics over the rotor angle, eddy currents. Its iron may remember, which
-//! takes energy and gives none: [`Hysteresis`].
+//! A [`Magnetics`] is such a core. The [`MagneticCircuit`] of a motor is a core with optional additions, each with an
+//! energy: a warmer or colder magnet, harmonics over the rotor angle, eddy currents. Its iron may have [`Hysteresis`],
+//! which dissipates energy.
 
 mod algebraic;
 mod circuit;
@@ -50,7 +50,7 @@ pub use linear::Linear;
 /// # Ok::<(), standstill_plant::NoConvergence>(())
 /// ```
 pub trait Magnetics {
-    /// W in J per 3/2 (multiply by 3/2 for the physical energy).
+    /// Returns W in J per 3/2; multiply by 3/2 for the physical energy.
     fn energy(&self, flux: Dq<f64>) -> f64;
 
     /// Returns the current `∂W/∂ψ` in A and the inverse incremental inductance `∂²W/∂ψ²` in 1/H.
@@ -70,7 +70,7 @@ pub trait Magnetics {
     /// Returns the flux in Wb at which the given current in A flows, by damped Newton iteration from zero flux.
     ///
     /// # Errors
-    /// [`NoConvergence`] where the core has no such state, which a convex energy cannot cause.
+    /// [`NoConvergence`] if the core has no such state; a convex energy always has one.
     fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {
         newton(current, self.near(current), self.flux_scale(), |flux| {
             let (i, gamma) = self.current_and_inverse_inductance(flux);
@@ -89,16 +89,16 @@ pub trait Magnetics {
         Dq::new(0.0, 0.0)
     }
 
-    /// How far the current in A is from the end of those that the core is known for; negative beyond. A formula is
-    /// known for all.
+    /// Returns the distance of the current in A from the end of the core's known range, negative beyond. A formula is
+    /// known for all currents.
     fn margin(&self, _current: Dq<f64>) -> f64 {
         f64::INFINITY
     }
 }
 
-/// Returns the flux at which `current` flows, by damped Newton iteration from `flux`; `at` gives W, its gradient and
-/// its Hessian. What counts as near is in proportion to the fluxes on the way and to `scale`, both in Wb: there are
-/// machines of milliamperes and of megaamperes.
+/// Returns the flux at which `current` flows, by damped Newton iteration from `flux`. `at` returns W, its gradient and
+/// its Hessian. The tolerance is in proportion to the fluxes on the way and to `scale`, both in Wb, because currents of
+/// machines range from milliamperes to megaamperes.
 fn newton(
     current: Dq<f64>,
     mut flux: Dq<f64>,
@@ -129,9 +129,9 @@ fn newton(
     if near(left, flux, 1e-11) { Ok(flux) } else { Err(NoConvergence { current, beyond: None }) }
 }
 
-/// Newton's method from a flux that is known to be close, as a map's co-energy gives it. Steps are halved until the current comes
-/// closer to the one sought: beyond the surface's edge, where energy and current no longer belong together, that still
-/// leads back.
+/// Returns the flux at which `current` flows, by Newton's method from a close flux, such as that of a map's co-energy.
+/// Steps are halved until the current comes closer to `current`. The method therefore returns even from beyond the
+/// surface's edge, where the current is no longer the gradient of the energy.
 pub(crate) fn explicit_newton(
     current: Dq<f64>,
     mut flux: Dq<f64>,
@@ -195,7 +195,7 @@ pub enum Core {
     Algebraic(Algebraic),
     /// A map from finite elements or measurement.
     Map(FluxMap),
-    /// One of them behind a constant inductance.
+    /// A core in series with a constant inductance.
     Series(Box<Series>),
 }
 

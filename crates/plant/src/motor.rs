@@ -10,7 +10,7 @@ use crate::{Core, FluxMap, Linear, MagneticCircuit, PoleKnowledge, Rotor, Therma
 /// numbers make a motor; whoever changes a field afterwards keeps that promise themselves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motor {
-    /// Its name.
+    /// Name of the motor.
     pub name: String,
     /// p, the number of pole pairs.
     pub pole_pairs: u32,
@@ -18,11 +18,11 @@ pub struct Motor {
     pub resistance: f64,
     /// Rated current in A, peak of the phase current.
     pub rated_current: f64,
-    /// DC-link voltage in V that it is meant for, if its data sheet says so.
+    /// DC-link voltage in V for which the motor is made; none if its data sheet does not state it.
     pub dc_link: Option<f64>,
     /// The winding without saturation.
     pub winding: Winding,
-    /// ψ_pm in Wb, the open-circuit flux linkage. Exactly zero: there is no magnet.
+    /// ψ_pm in Wb, the open-circuit flux linkage. Exactly zero for a motor without a magnet.
     pub magnet_flux: f64,
     /// The magnetics that are simulated.
     pub magnetics: MagneticCircuit,
@@ -34,14 +34,15 @@ pub struct Motor {
     pub ratings: Ratings,
 }
 
-/// Ratings of a machine at work: nothing is simulated with them, they are compared with what the other numbers make.
+/// Ratings of a machine in operation. The simulation does not use them; they are compared with the values that follow
+/// from the other numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ratings {
-    /// At the shaft, in W.
+    /// Power at the shaft in W.
     pub power: Option<f64>,
     /// Speed of the shaft in revolutions per minute.
     pub speed_rpm: Option<f64>,
-    /// At the shaft with rated current, in N m.
+    /// Torque at the shaft with rated current, in N m.
     pub torque: Option<f64>,
 }
 
@@ -66,7 +67,7 @@ impl Motor {
         Self { magnetics, ..self.clone() }
     }
 
-    /// Returns whether there is a magnet, and with it a north pole. Of a formula its data sheet says so, of a map
+    /// Returns true if there is a magnet, and with it a north pole. For a formula its data sheet decides, for a map
     /// [`crate::FluxMap::has_magnet`].
     pub fn has_magnet(&self) -> bool {
         self.magnet_flux != 0.0
@@ -78,8 +79,8 @@ impl Motor {
         !matches!(self.magnetics.core(), Core::Linear(_))
     }
 
-    /// Returns the knowledge of which pole draws more current; of a map that was continued along d, only what all
-    /// cores say that fit it.
+    /// Returns the knowledge of which pole draws more current. For a map that was continued along d, it contains only
+    /// what all fitting cores have in common.
     pub fn pole_knowledge(&self) -> PoleKnowledge {
         if !self.saturation_is_known() {
             return PoleKnowledge::NotGiven;
@@ -87,7 +88,7 @@ impl Motor {
         self.magnetics.map().map_or(PoleKnowledge::Known, |map| map.pole(self.rated_current))
     }
 
-    /// Returns the caveat for all results, where its map is too coarse.
+    /// Returns the caveat for all results of a map that is too coarse; none otherwise.
     pub fn map_note(&self) -> Option<String> {
         self.magnetics.map().and_then(FluxMap::note).map(|note| format!("the motor's map is {note}"))
     }
@@ -125,12 +126,12 @@ impl Motor {
         1.5 * (self.magnetics.energy(flux, Heading::of(angle)) + eddy) + cogging
     }
 
-    /// Returns the electrical angle in rad at which a free rotor stands that was let go at `angle`: there, if
-    /// friction holds it against cogging and load (in N·m); else where it comes to rest after it has slid and swung.
-    /// None if nothing stops it, as when a load overhauls it.
+    /// Returns the electrical angle in rad at which a free rotor comes to rest after release at `angle`: at `angle`, if
+    /// friction holds it against cogging and load (in N·m), otherwise where it rests after sliding and swinging. None
+    /// if nothing stops the rotor, as with an overhauling load.
     ///
-    /// Work of cogging and load less that of sliding friction is kinetic energy; the rotor turns back where none is
-    /// left and stays there if stiction holds it. Viscous friction is left out.
+    /// The kinetic energy is the work of cogging and load less that of sliding friction. The rotor turns back where its
+    /// kinetic energy is zero, and stays there if stiction holds it. Viscous friction is neglected.
     pub fn standing_angle(&self, angle: f64, load_torque: f64) -> Option<f64> {
         let stiction = self.rotor.friction.stiction;
         let net = |angle: f64| self.cogging(angle) - load_torque;
@@ -148,7 +149,8 @@ impl Motor {
         first(stands, direction * period, rests)
     }
 
-    /// Where a rotor that starts from rest at this electrical angle in rad next comes to rest; none if it never does.
+    /// Returns the electrical angle in rad at which the speed of a rotor that starts from rest at this angle is zero
+    /// again; none if it never is.
     fn swing(&self, angle: f64, load_torque: f64) -> Option<f64> {
         let cogging = self.rotor.cogging?;
         let direction = (cogging.at(angle) - load_torque).signum();
@@ -161,10 +163,10 @@ impl Motor {
     }
 }
 
-/// Swings after which a rotor counts as hardly damped.
+/// Largest number of swings that are computed one by one; a rotor that still swings counts as hardly damped.
 const MOST_SWINGS: usize = 1000;
 
-/// Returns the first place where something holds on the way from `from`, where it does not, over `way`.
+/// Returns the first angle, within `way` from `from`, at which a condition holds that does not hold at `from`.
 fn first(from: f64, way: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
     let at = |n: i32| from + way * f64::from(n) / 720.0;
     let n = (1..=720).find(|n| holds(at(*n)))?;

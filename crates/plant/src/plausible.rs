@@ -1,9 +1,10 @@
-//! Plausibility checks of a motor's numbers: whether the magnet's voltage, the torque, the time constants and the voltages that
-//! rated current takes are those of a machine, and which slip of a data sheet explains them where they are not.
+//! Plausibility checks of a motor's numbers. They judge the magnet's voltage, the torque, the time constants and the
+//! voltages at rated current, and find the slip of a data sheet that explains an implausible value.
 //!
-//! Numbers that fit no machine are found by orders of magnitude: a forgotten prefix, a flux per mechanical radian. The factors √2, √3
-//! and 2 of rms and peak, phase and line, poles and pole pairs change no order of magnitude; they are found where two numbers say
-//! the same, as rated torque and speed beside flux, current and DC link do.
+//! Implausible numbers differ from those of machines by orders of magnitude, such as by a forgotten prefix or a flux
+//! per mechanical radian. The factors √2, √3 and 2 between rms and peak, phase and line, poles and pole pairs are too
+//! small for that. They are found only if the sheet has redundant numbers, such as rated torque and speed beside flux,
+//! current and DC link.
 
 mod slips;
 #[cfg(test)]
@@ -15,7 +16,7 @@ use standstill_quantity::listed;
 use self::slips::Slip;
 use crate::{Motor, Ratings};
 
-/// A finding that numbers are hardly meant, and the slips that would explain them.
+/// Implausible numbers, and the slips that would explain them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Doubtful {
     /// Implausible machine that the numbers describe, in words.
@@ -28,16 +29,16 @@ pub struct Doubtful {
 /// A slip, and the number that is then meant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guess {
-    /// The key that is off.
+    /// The key of the wrong number.
     pub key: &'static str,
     /// Factor from the number found to the number meant.
     pub factor: f64,
-    /// In words.
+    /// Description in words.
     pub said: String,
 }
 
 impl Doubtful {
-    /// In a line.
+    /// Describes the finding in a line.
     pub fn said(&self) -> String {
         let guesses: Vec<&str> = self.guesses.iter().map(|guess| guess.said.as_str()).collect();
         if guesses.is_empty() {
@@ -47,12 +48,12 @@ impl Doubtful {
     }
 }
 
-/// The numbers that are asked about, in SI.
+/// The numbers that are checked, in SI.
 #[derive(Clone, Copy, Debug)]
 struct Numbers {
     pole_pairs: f64,
     resistance: f64,
-    /// Along d and q, without current.
+    /// Inductances along d and q without current.
     inductance: [f64; 2],
     flux: f64,
     current: f64,
@@ -60,18 +61,18 @@ struct Numbers {
     ratings: Ratings,
 }
 
-/// A number that follows, and what it is of machines.
+/// A quantity that follows from the numbers, and its usual range in machines.
 struct Check {
     value: f64,
-    /// Beyond these it is doubtful.
+    /// Plausible range; values beyond it are doubtful.
     range: [f64; 2],
-    /// Where most machines are, and the spread of its logarithm.
+    /// Typical value of machines, and the standard deviation of its logarithm.
     usual: (f64, f64),
-    /// In words, with the value.
+    /// Describes an implausible value in words.
     said: fn(&Numbers, f64) -> String,
 }
 
-/// From rad/s to revolutions per minute.
+/// Factor from rad/s to revolutions per minute.
 const RPM: f64 = 30.0 / std::f64::consts::PI;
 
 impl Motor {
@@ -105,13 +106,13 @@ impl Motor {
 }
 
 impl Numbers {
-    /// L between those of the axes, in H.
+    /// Returns the geometric mean of the axes' inductances in H.
     fn between(&self) -> f64 {
         (self.inductance[0] * self.inductance[1]).sqrt()
     }
 
-    /// Returns the torque in N m of rated current, without saturation: of the magnet alone, and the most that any
-    /// angle of the current gives.
+    /// Returns the torques in N m at rated current without saturation: that of the magnet alone, and the largest one
+    /// over all angles of the current.
     fn torque(&self) -> [f64; 2] {
         let [l_d, l_q] = self.inductance;
         let of = |share: f64| {
@@ -123,7 +124,7 @@ impl Numbers {
         [of(0.0), most]
     }
 
-    /// Returns all that follows from what is known.
+    /// Returns all checks that the known numbers allow.
     fn checks(&self) -> Vec<Check> {
         let mut checks = vec![];
         let mut check = |value: f64, range: [f64; 2], usual: (f64, f64), said| {
@@ -228,7 +229,7 @@ impl Numbers {
         self.checks().into_iter().filter(|check| off(check) > 0.0).max_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
-    /// How unusual the numbers are together.
+    /// Returns how unusual the numbers are together: half the sum of the squared deviations of the logarithms.
     fn unusual(&self) -> f64 {
         let checks = self.checks();
         let of = |check: &Check| {

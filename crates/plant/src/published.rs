@@ -1,8 +1,9 @@
 //! Saturation of the d-axis as published, for motors whose data sheets state none.
 //!
-//! Two data sheets of this repository have it by their sources. Two flux maps are public: that of Toyota's Prius, whose column
-//! `Lmidd` at i_q = 0 is taken as it is, and that of a finite-element example, whose fluxes along d at i_q = 0 are averaged over the
-//! rotor's angle and differenced over 60 A. Of motors with surface magnets nothing was found.
+//! Two data sheets of this repository state the saturation by their sources. Two flux maps are public. From that of
+//! Toyota's Prius, the column `Lmidd` at i_q = 0 is used unchanged. From that of a finite-element example, fluxes along
+//! d at i_q = 0 are averaged over the rotor's angle and differenced over 60 A. No data were found for motors with
+//! surface magnets.
 
 /// Fall of the incremental inductance along the d-axis at one current.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,5 @@
-//! Survey of a motor's magnetics as a detection meets them: inductances, saliency, and which pole draws more current.
+//! Survey of a motor's magnetics for the purposes of detection: inductances, saliency, and which pole draws more
+//! current.
 
 use serde::Serialize;
 use standstill_interface::Dq;
@@ -10,13 +11,13 @@ use crate::{Harmonics, MagneticCircuit, NoConvergence};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PolaritySignature {
-    /// The one towards north, at each of them: the magnet has the core near saturation.
+    /// The vector towards north, at each current: the magnet brings the core close to saturation.
     Normal,
-    /// The one towards south, at each of them.
+    /// The vector towards south, at each current.
     Inverted,
-    /// It depends on the current.
+    /// The answer depends on the current.
     Mixed,
-    /// Neither: no magnet, or no saturation.
+    /// Neither: the motor has no magnet, or no saturation.
     None,
 }
 
@@ -39,7 +40,7 @@ pub struct OperatingPoint {
     pub l_qq: f64,
 }
 
-/// Inductances towards north and south at one current, as the polarity test meets them.
+/// Average inductances towards north and south at one current, as in a polarity test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PolarityPoint {
     /// Current in A along the d-axis, either way.
@@ -53,17 +54,17 @@ pub struct PolarityPoint {
 }
 
 impl PolarityPoint {
-    /// At this current in A, harmonics left out.
+    /// Computes the point at this current in A, without harmonics.
     ///
     /// # Errors
-    /// A current that no flux of the core gives.
+    /// No flux of the core gives the current.
     pub fn of(magnetics: &MagneticCircuit, current: f64) -> Result<Self, NoConvergence> {
         let magnetics = &magnetics.clone().with_harmonics(Harmonics::default());
         let rest = magnetics.flux_at(Dq::new(0.0, 0.0), Heading::ZERO)?;
         Self::between(magnetics, rest, current)
     }
 
-    /// At this current in A, where the flux without current in Wb is known and no harmonics are left.
+    /// Computes the point at this current in A for magnetics without harmonics; `rest`: flux without current in Wb.
     fn between(magnetics: &MagneticCircuit, rest: Dq<f64>, current: f64) -> Result<Self, NoConvergence> {
         let flux_at = |d: f64| magnetics.flux_at(Dq::new(d, 0.0), Heading::ZERO).map(|flux| flux.d);
         let (north, south) = (flux_at(current)? - rest.d, rest.d - flux_at(-current)?);
@@ -74,9 +75,9 @@ impl PolarityPoint {
         Ok(Self { current, north: north / current, south: south / current, at_equal_flux })
     }
 
-    /// How much more current north draws than south at the same change of the flux, relative: what two voltage vectors
-    /// of equal volt-seconds along +d and −d raise, `i_N(Δψ)/i_S(Δψ) − 1`. To first order it is `L_south/L_north − 1` at
-    /// equal currents, but not on a core that saturates much.
+    /// Returns the relative difference of the currents of north and south at the same change of the flux,
+    /// `i_N(Δψ)/i_S(Δψ) − 1`, as after two voltage vectors of equal volt-seconds along +d and −d. To first order it
+    /// equals `L_south/L_north − 1` at equal currents, but not for strong saturation.
     ///
     /// ```
     /// use standstill_plant::PolarityPoint;
@@ -111,34 +112,34 @@ pub struct Survey {
     pub open_circuit_flux: f64,
     /// Incremental L_d, L_dq, L_q in H without current.
     pub l_dd: f64,
-    /// See `l_dd`.
+    /// Incremental L_dq in H without current.
     pub l_dq: f64,
-    /// See `l_dd`.
+    /// Incremental L_q in H without current.
     pub l_qq: f64,
-    /// Along the d-axis from −reach to +reach.
+    /// Points along the d-axis from −reach to +reach.
     pub along_d: Vec<OperatingPoint>,
-    /// Along the q-axis, likewise.
+    /// Points along the q-axis from −reach to +reach.
     pub along_q: Vec<OperatingPoint>,
-    /// From small to large currents.
+    /// Polarity at currents in ascending order.
     pub polarity: Vec<PolarityPoint>,
-    /// Their common sign.
+    /// Signature of the polarity points.
     pub signature: PolaritySignature,
-    /// rms of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d over the rms of their mean, by differences over a grid to `reach`; zero where
-    /// there is no cross-coupling. Zero up to rounding for any core that is an energy.
+    /// Reciprocity error: rms of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d over the rms of their mean, from differences over a grid up to
+    /// `reach`; zero without cross-coupling. It is zero up to rounding for every core with an energy.
     pub reciprocity_error: f64,
     /// Whether the incremental inductances are positive definite everywhere on that grid.
     pub convex: bool,
 }
 
 impl Survey {
-    /// Surveys the magnetics of a motor up to `reach` in A, with `steps` points each way. Harmonics vary with the angle;
-    /// what is surveyed is what is left without them, their mean.
+    /// Surveys the magnetics of a motor up to `reach` in A, with `steps` points in each direction. Harmonics vary with
+    /// the angle and are left out.
     ///
-    /// `uncertainty` in Wb is how well the fluxes are known, zero for a formula: poles whose fluxes differ by less than
-    /// four times as much count as equal.
+    /// `uncertainty`: standard error of the fluxes in Wb, zero for a formula. Poles whose fluxes differ by less than
+    /// four times that count as equal.
     ///
     /// # Errors
-    /// A current that no flux of the core gives.
+    /// No flux of the core gives a current of the survey.
     pub fn of(
         magnetics: &MagneticCircuit,
         reach: f64,
@@ -191,7 +192,8 @@ fn signature(polarity: &[PolarityPoint], uncertainty: f64) -> PolaritySignature 
     }
 }
 
-/// Reciprocity by central differences of ψ(i), and convexity, on a grid of currents.
+/// Returns the reciprocity error from central differences of ψ(i), and whether the energy is convex, on a grid of
+/// currents.
 fn grid_checks(magnetics: &MagneticCircuit, reach: f64) -> Result<(f64, bool), NoConvergence> {
     let flux_at = |d: f64, q: f64| magnetics.flux_at(Dq::new(d, q), Heading::ZERO);
     let step = 1e-3 * reach;

@@ -4,12 +4,12 @@ use thiserror::Error;
 
 use crate::Motor;
 
-/// How a motor changes with temperature.
+/// Temperature dependence of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thermal {
     /// Temperature in °C of the winding at which the motor's numbers hold.
     pub winding_reference: f64,
-    /// Temperature in °C of the magnet at which they do.
+    /// Temperature in °C of the magnet at which the motor's numbers hold.
     pub magnet_reference: f64,
     /// Change of the resistance in 1/K, relative to its value at the winding's reference.
     pub winding_coefficient: f64,
@@ -18,7 +18,7 @@ pub struct Thermal {
 }
 
 impl Default for Thermal {
-    /// Copper, and neodymium magnets of usual grades, both from 20 °C.
+    /// Returns the coefficients of copper and usual neodymium magnets, with references of 20 °C.
     fn default() -> Self {
         Self {
             winding_reference: 20.0,
@@ -56,8 +56,8 @@ impl Motor {
     /// Returns the motor at other temperatures: resistance and open-circuit flux change in proportion to the distance
     /// from the reference, the cogging torque with the square of the flux. The iron stays as it is.
     ///
-    /// The temperatures become the references, with coefficients in proportion to what the numbers are there: it does
-    /// not matter by which temperatures a motor came to one.
+    /// The temperatures become the new references, and the coefficients are converted to the new values. The result
+    /// therefore does not depend on intermediate temperatures.
     ///
     /// ```
     /// use standstill_plant::{Temperature, built_in};

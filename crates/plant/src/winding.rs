@@ -75,7 +75,7 @@ impl Winding {
         l[(x, x)] + l[(y, y)] - 2.0 * l[(x, y)]
     }
 
-    /// L_AB, L_BC and L_CA in H at electrical angle θ in rad, equation (4) with the leakage of two phases:
+    /// Returns L_AB, L_BC and L_CA in H at electrical angle θ in rad, by equation (4) with the leakage of two phases:
     /// `3 L_A + 2 L_σ − 3 L_B cos(2θ + shift)`.
     ///
     /// ```
@@ -95,7 +95,7 @@ impl Winding {
         })
     }
 
-    /// L_d in H.
+    /// Returns L_d in H.
     ///
     /// ```
     /// use standstill_plant::Winding;
@@ -108,7 +108,7 @@ impl Winding {
         1.5 * (self.mean_inductance + self.saliency) + self.leakage
     }
 
-    /// L_q in H.
+    /// Returns L_q in H.
     pub fn q_axis_inductance(&self) -> f64 {
         1.5 * (self.mean_inductance - self.saliency) + self.leakage
     }

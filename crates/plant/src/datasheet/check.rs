@@ -18,9 +18,9 @@ impl DataSheet {
         self.motor_of(None)
     }
 
-    /// Returns the motor of a sheet that differs from that of `known` in nothing but numbers of `[winding]` and
-    /// `[rotor]`: where they leave the core as it is, as those of a core with a `[saturation]` or a `[map]` do, that
-    /// is not made and judged again.
+    /// Returns the motor of this sheet, which differs from the sheet of `known` in numbers of `[winding]` and `[rotor]`
+    /// only. If these numbers do not change the core, as with `[saturation]` or `[map]`, the core of `known` is reused
+    /// and not checked again.
     ///
     /// ```
     /// use standstill_plant::{DataSheet, built_in};
@@ -88,7 +88,7 @@ impl DataSheet {
         Ok(motor)
     }
 
-    /// Core, harmonics, eddy currents and hysteresis.
+    /// Makes the magnetic circuit: core, harmonics, eddy currents and hysteresis.
     fn circuit(&self, check: &Check, core: Core, rated_current: f64) -> Result<MagneticCircuit, MotorError> {
         let circuit = MagneticCircuit::new(core)
             .map_err(|_| check.value("saturation", "not convex at no current", CONVEX))?;
@@ -125,7 +125,8 @@ impl DataSheet {
         Ok((winding, magnet_flux, self.core(check, &winding, magnet_flux)?))
     }
 
-    /// Returns the winding, magnet flux and core from a map; what `[winding]` states besides must agree with it.
+    /// Returns the winding, magnet flux and core from a map. Inductances and flux stated in `[winding]` must agree with
+    /// the map.
     fn mapped(&self, check: &Check, map: FluxMap) -> Result<(Winding, f64, Core), MotorError> {
         for (key, given) in
             [("saturation", self.tables.saturation.is_some()), ("bridge", self.tables.bridge.is_some())]
@@ -182,20 +183,20 @@ impl DataSheet {
 }
 
 pub(super) struct Check<'a> {
-    /// The sheet's file and text.
+    /// File and text of the sheet.
     sheet: (&'a str, &'a str),
 }
 
 /// Range of a map over the rated current: a polarity test goes 2 % beyond that, and a little more as its voltage is.
 const MAP_REACH: f64 = 1.05;
 
-/// No number of a motor is larger than this in SI units. It keeps typing errors from becoming infinite.
+/// Largest magnitude of a motor's number in SI units. The limit keeps typing errors from becoming infinite.
 const LARGEST: f64 = 1e12;
 
 /// Requirement of a core.
 const CONVEX: &str = "an energy whose inductances stay positive";
 
-/// And no positive one is smaller. What is small or large for a motor depends on its other numbers.
+/// Smallest positive number of a motor in SI units. Finer limits depend on the motor's other numbers.
 const SMALLEST: f64 = 1e-15;
 
 impl Check<'_> {
@@ -208,7 +209,7 @@ impl Check<'_> {
         wrong(self.sheet, key, found.to_string(), needed.to_string())
     }
 
-    /// Returns a number within this range; `needed` says what it must be.
+    /// Returns a number if it is within this range. `needed`: description of the allowed values, for the message.
     pub(super) fn within<U: Unit>(
         &self,
         key: &'static str,
@@ -240,7 +241,8 @@ impl Check<'_> {
         self.within(key, from, 0.0..=LARGEST, format_args!("zero or more, up to 1e12 {}", U::SYMBOL))
     }
 
-    /// A saturated core must be the motor that `[winding]` describes, or a change there would go unnoticed.
+    /// Checks that a saturated core has the inductances and flux of `[winding]`; otherwise a change there would go
+    /// unnoticed.
     fn consistent(&self, motor: &Motor) -> Result<(), MotorError> {
         let core = motor.magnetics.core();
         let (rest, l) = (motor.magnetics.core_rest(), motor.magnetics.inductance());
@@ -302,8 +304,8 @@ impl Check<'_> {
         })
     }
 
-    /// The Hessian must be positive definite wherever a detection may take the core: to three times the rated
-    /// current in any direction.
+    /// Checks that the Hessian is positive definite up to three times the rated current in any direction, as far as a
+    /// detection may drive the core.
     fn core(&self, motor: &Motor) -> Result<(), MotorError> {
         // Positive inductances are all that one without saturation needs.
         if matches!(motor.magnetics.core(), Core::Linear(_)) {

@@ -6,7 +6,7 @@ use thiserror::Error;
 /// A data sheet that is not a motor.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum MotorError {
-    /// Not TOML, or not with these keys; the message shows the line.
+    /// The text is not TOML or has wrong keys; the message shows the line.
     #[error("{file}: {message}")]
     Format {
         /// The file, or the built-in's name.
@@ -22,21 +22,21 @@ pub enum MotorError {
     Value {
         /// The file, or the built-in's name.
         file: String,
-        /// The line of its key, from 1, where it stands in a file; 0 if not.
+        /// Line of the key, from 1; 0 if the key is not in the file.
         line: usize,
-        /// Its key.
+        /// The key.
         key: &'static str,
         /// The value that was found.
         found: String,
         /// The least value that would do.
         needed: String,
     },
-    /// Its flux map is none.
+    /// The flux map is invalid.
     #[error(transparent)]
     Map(MapError),
 }
 
-/// Returns a table that is none, of a file with this text, with its line.
+/// Makes the error, with its line, of a table that cannot be read from a file with this text.
 pub(super) fn of_file(error: &TableError, file: &str, text: &str) -> MotorError {
     let TableError { key, message } = error;
     let line = key_span(text, key).map(|span| format!("line {}, ", line_of(text, span.start)));
@@ -44,7 +44,7 @@ pub(super) fn of_file(error: &TableError, file: &str, text: &str) -> MotorError 
     MotorError::Format { file: file.to_owned(), message: line.unwrap_or_default() + &place + message }
 }
 
-/// Returns a number that no motor has, of a sheet's file and text.
+/// Makes the error of an impossible number in a sheet with this file and text.
 pub(super) fn wrong(
     (file, text): (&str, &str),
     key: &'static str,

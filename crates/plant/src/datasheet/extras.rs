@@ -1,4 +1,4 @@
-//! Whether the numbers beside winding and core make sense: rotor, harmonics, eddy currents, hysteresis, temperature.
+//! Checks of the numbers beside winding and core: rotor, harmonics, eddy currents, hysteresis, temperature.
 
 use standstill_files::sheet::{
     EddyTable, HarmonicsTable, HysteresisTable, RatingTable, RotorTable, Sourced, ThermalTable,
@@ -123,7 +123,7 @@ impl Check<'_> {
         }))
     }
 
-    /// Beside a rated current in A.
+    /// Makes the hysteresis of a motor with this rated current in A.
     pub(super) fn hysteresis(
         &self,
         table: Option<&HysteresisTable>,

@@ -1,7 +1,7 @@
-//! `[nameplate]`: a motor as its owner has it, in place of `[rating]`, `[winding]` and `[saturation]`.
+//! `[nameplate]`: the numbers that an owner of a motor knows, in place of `[rating]`, `[winding]` and `[saturation]`.
 //!
-//! All of it is checked at once, so that all that is missing or wrong is named together, and becomes a data sheet
-//! like any other: what was left out has a default that says that it is assumed.
+//! All numbers are checked at once, so that one message names all missing and wrong ones. The result is a data sheet
+//! like any other. Missing numbers get defaults that are marked as assumed.
 
 mod equal;
 mod given;
@@ -37,7 +37,7 @@ pub(super) fn core(nameplate: &NameplateTable, winding: &Winding, magnet_flux: f
     Algebraic::falling(inductance, magnet_flux, rated_current, falls(saturation)).ok().map(Core::Algebraic)
 }
 
-/// L_d's fall at rated current along −d, where it is not given.
+/// Returns the default of the decrease of L_d at rated current along −d; none if it is given.
 fn assumed_minus_d(nameplate: &NameplateTable) -> Option<f64> {
     let winding = Winding { mean_inductance: 0.0, saliency: 0.0, leakage: 0.0 };
     let core = core(nameplate, &winding, nameplate.magnet_flux.number())?;

@@ -41,7 +41,7 @@ impl Banded {
         }
     }
 
-    /// [`Self::add_run`] of as many as there are.
+    /// Adds `factor` times `factors` to the elements of row i from column j on.
     #[inline]
     pub(super) fn add_products(&mut self, i: usize, j: usize, factor: f64, factors: &[f64]) {
         let index = self.index(i, j);
@@ -55,7 +55,7 @@ impl Banded {
         self.rows[self.index(i, j)]
     }
 
-    /// Its sum with `share` of another one of the same band.
+    /// Returns the sum with `share` times another matrix of the same band.
     pub(super) fn plus(&self, other: &Self, share: f64) -> Self {
         let rows = self.rows.iter().zip(&other.rows).map(|(one, other)| one + share * other).collect();
         Self { rows, ..*self }
@@ -66,7 +66,7 @@ impl Banded {
         (0..self.count).map(|i| self.get(i, i)).sum()
     }
 
-    /// Its Cholesky factor; none if it is not positive definite.
+    /// Returns the Cholesky factor; none if the matrix is not positive definite.
     pub(super) fn factor(mut self) -> Option<Factor> {
         factor_rows(&mut self).then_some(Factor(self))
     }
@@ -83,8 +83,8 @@ impl Banded {
         &self.rows[index..index + to - from]
     }
 
-    /// Takes the products of what is factored already from the element (i, j), and divides it by the pivot; false where the pivot
-    /// is not positive.
+    /// Computes the element (i, j) of a Cholesky factor: subtracts `products` of the elements already factored and
+    /// divides by the pivot. Returns false if the pivot is not positive.
     #[inline(always)]
     fn reduce(&mut self, i: usize, j: usize, products: f64) -> bool {
         let index = self.index(i, j);
@@ -140,7 +140,7 @@ fn factor_rows(matrix: &mut Banded) -> bool {
 pub(super) struct Factor(Banded);
 
 impl Factor {
-    /// `L⁻¹ right`.
+    /// Returns `L⁻¹ right`, by forward substitution.
     pub(super) fn forwards(&self, mut right: Vec<f64>) -> Vec<f64> {
         let l = &self.0;
         for i in 0..l.count {
@@ -172,7 +172,7 @@ impl Factor {
     }
 }
 
-/// See [`Factor::trace_of_inverse_times`].
+/// Computes [`Factor::trace_of_inverse_times`].
 fn trace_of_inverse_times(l: &Banded, other: &Banded) -> f64 {
     let (count, width) = (l.count, l.width);
     // Row i has the inverse's elements (i, i − width) to (i, i + width), so that sums run along rows.

@@ -1,9 +1,10 @@
-//! Maps of one side of the d-axis, continued: finite elements are mostly run for i_d ≤ 0 alone, where machines work.
+//! Continuation of maps of one side of the d-axis: finite elements are mostly run for i_d ≤ 0 only, where machines
+//! operate.
 //!
-//! The other side is not in the data, and a core that fits one side well may be wrong about the other: an iron bridge that
-//! saturates under positive currents leaves no trace under negative ones. So the side is continued by the core that fits best,
-//! which is what is simulated, and every core that fits about as well is asked what it says of the poles. Where they agree the
-//! answer is assumed, where they do not it is not determined by the map.
+//! The data do not determine the other side. A core that fits one side well may be wrong about the other: an iron
+//! bridge that saturates under positive currents leaves no trace under negative ones. The best-fitting core therefore
+//! continues the map for the simulation, and all cores that fit about as well are asked for the difference between the
+//! poles. If they agree, the difference is assumed; otherwise the map does not determine it.
 
 mod fit;
 
@@ -25,19 +26,21 @@ const SITES: usize = 21;
 /// Distance of a core's currents from the map's, over its largest current, beyond which it does not describe the machine.
 const FARTHEST: f64 = 0.05;
 
-/// How many times as far as the best one a core may be from the map and still count as fitting as well, and how far in any case:
-/// no machine is exactly one of these cores, and no map better known.
+/// Largest ratio of a core's distance from the map to the best core's distance at which the core counts as fitting as
+/// well.
 const ALIKE: f64 = 1.5;
+/// Distance from the map up to which every core counts as fitting as well: no machine is exactly such a core, and no map
+/// is known better.
 const EQUAL: f64 = 2e-3;
 
 /// Difference of the poles' currents below which a core counts as not telling them apart.
 const NO_DIFFERENCE: f64 = 2e-3;
 
-/// How many times the smallest difference of the poles the largest one may be where cores agree: beyond, some say that there is
-/// hardly any.
+/// Largest ratio between the largest and the smallest difference of the poles at which cores agree. Beyond it, some
+/// cores have hardly any difference.
 const AGREED: f64 = 10.0;
 
-/// How a side of a map was continued that its file does not have.
+/// How a side of a map that is missing in its file was continued.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Continuation {
     /// Range of i_d in A that the file has.
@@ -51,11 +54,12 @@ pub struct Continuation {
 pub struct PoleSpread {
     /// Whether they have iron bridges.
     pub bridged: bool,
-    /// How many there are.
+    /// Number of those cores.
     pub cores: usize,
     /// The distance of the best one's currents from the map's, over its largest current.
     pub distance: f64,
-    /// How much more current north draws than south at the same change of the flux, relative: least and most.
+    /// Least and largest relative difference of the poles: `i_N/i_S − 1` for the currents of north and south at the
+    /// same change of the flux.
     pub difference: [f64; 2],
 }
 
@@ -63,13 +67,13 @@ pub struct PoleSpread {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PoleKnowledge {
-    /// It has both sides of the d-axis.
+    /// The data have both sides of the d-axis.
     Known,
-    /// It says nothing of saturation, without which poles cannot be distinguished.
+    /// The motor has no saturation data, without which poles cannot be distinguished.
     NotGiven,
-    /// Its map lacks one side, and all cores that fit the other agree.
+    /// The map lacks one side, and all cores that fit the other side agree.
     Assumed,
-    /// Its map lacks one side, and cores that fit the other do not agree.
+    /// The map lacks one side, and cores that fit the other side disagree.
     NotDetermined,
 }
 
@@ -79,7 +83,7 @@ impl PoleKnowledge {
         matches!(self, Self::NotGiven | Self::NotDetermined)
     }
 
-    /// Returns the caveat for a verdict on the pole, where it is not simply known.
+    /// Returns the caveat for a verdict on the pole; none if the data have both sides.
     pub const fn note(self) -> Option<&'static str> {
         match self {
             Self::Known => None,
@@ -151,8 +155,8 @@ impl Continuation {
         Some(PoleSpread { bridged, cores: kind.len(), distance: kind.first()?.distance, difference })
     }
 
-    /// How much more current north draws than south at the same change of the flux, the larger of them `current`: as the data
-    /// say on one side and a core on the other. See [`crate::PolarityPoint`].
+    /// Returns `i_N/i_S − 1` for the currents of north and south at the same change of the flux, the larger about
+    /// `current` in A. The map gives one side, the core the other. See [`crate::PolarityPoint`].
     fn difference(&self, map: &FluxMap, core: &Algebraic, current: f64) -> Option<f64> {
         let zero = Dq::new(0.0, 0.0);
         let known = if self.measured[1] < -self.measured[0] { -1.0 } else { 1.0 };
@@ -208,7 +212,8 @@ fn fitting(points: &[Point]) -> Vec<FittedCore> {
     cores
 }
 
-/// Returns the grid with these currents along d besides, as a core says, moved to meet the data where they end.
+/// Returns the grid extended by these currents along d, with the fluxes of a core, shifted such that they join the data
+/// at the edge.
 fn continued(grid: &Grid, side: &[f64], fitted: &FittedCore) -> Option<Grid> {
     let edge = if side[0] > 0.0 { grid.d.len() - 1 } else { 0 };
     let mut columns = Vec::new();

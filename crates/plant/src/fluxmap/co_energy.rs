@@ -9,11 +9,11 @@ use super::spline::{Basis, Local};
 
 /// A point of a map that has an energy.
 pub(super) struct Sample {
-    /// In A.
+    /// Current in A.
     pub(super) current: Dq<f64>,
-    /// In Wb.
+    /// Flux linkage in Wb.
     pub(super) flux: Dq<f64>,
-    /// In H.
+    /// Incremental inductance in H.
     pub(super) inductance: Symmetric,
 }
 
@@ -67,7 +67,7 @@ impl CoEnergy {
         d.iter().flat_map(row).collect()
     }
 
-    /// rms distance in Wb from another map, at the points of a grid.
+    /// Returns the rms distance in Wb from another map at the points of a grid.
     pub(super) fn apart(&self, other: &Self, grid: &Grid) -> f64 {
         let (one, other) = (self.samples(&grid.d, &grid.q), other.samples(&grid.d, &grid.q));
         let away = |(one, other): (&Sample, &Sample)| {
@@ -77,7 +77,7 @@ impl CoEnergy {
         (one.iter().zip(&other).map(away).sum::<f64>() / one.len() as f64).sqrt()
     }
 
-    /// rms and largest distance in Wb from the data, and the current in A at which it is largest.
+    /// Returns the rms and the largest distance in Wb from the data, and the current in A at the largest distance.
     pub(super) fn distance(&self, grid: &Grid) -> ([f64; 2], [f64; 2]) {
         let (mut sum, mut worst, mut furthest) = (0.0, 0.0, [0.0; 2]);
         for (k, sample) in self.samples(&grid.d, &grid.q).iter().enumerate() {

@@ -1,14 +1,14 @@
 //! The nearest convex energy to a map.
 //!
-//! An energy whose Hessian has a negative eigenvalue is none that an integrator could follow: more current would make
-//! less flux. Noise, or a typing error, can bend the nearest energy that far. Then the nearest one is sought whose
-//! Hessians H, at twice as many places along each axis as it has functions, have no eigenvalue below a floor:
+//! An integrator cannot follow an energy whose Hessian has a negative eigenvalue: more current would make less flux.
+//! Noise or a typing error can bend the nearest energy that far. In this case, the nearest convex energy is sought: its
+//! Hessians H, at twice as many points along each axis as it has functions, have no eigenvalue below a floor,
 //! ```text
 //! |A c − y|² + λ cᵀP c → min,   G c = z,   each 2 × 2 matrix of z at least the floor
 //! ```
-//! by alternating directions (Boyd et al. 2011, doi 10.1561/2200000016): c solves a system with the band of the fit, and z
-//! is each Hessian with its eigenvalues raised to the floor. A general conic solver does the same with five million
-//! numbers more; the crate that was tried for it (clarabel) costs a cold build over a minute of processor time.
+//! by alternating directions (Boyd et al. 2011, doi 10.1561/2200000016): c solves a system with the band of the fit,
+//! and z is each Hessian with its eigenvalues raised to the floor. A general conic solver would need five million more
+//! numbers; the crate that was tried (clarabel) adds over a minute of processor time to a cold build.
 
 use nalgebra::DMatrix;
 use standstill_numeric::hypot;

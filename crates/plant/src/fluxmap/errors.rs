@@ -1,4 +1,4 @@
-//! How well the inductances of a map are known: its noise, how coarse it is, and what is lost in the simulation.
+//! Errors of the inductances of a map: from noise, from a coarse grid, and from the surface that is simulated.
 
 use std::sync::Arc;
 
@@ -17,17 +17,18 @@ const PLACES: usize = 25;
 /// Half of the points must still make a map, and one that is known on either side of zero.
 const LEAST_VALUES: usize = 9;
 
-/// Half of the splines, where there are more points than splines.
+/// Half the number of splines, used if there are more points than splines.
 const FEWER_SITES: usize = MOST_SITES / 2 + 1;
 
-/// By how much a map may differ from every second of its points: beyond, it is too coarse for its saturation.
+/// Largest relative difference in inductance between a map and the map of every second point. Beyond it, the map is too
+/// coarse for its saturation.
 pub(super) const COARSE: f64 = 0.05;
 
-/// A fit with what its errors follow from.
+/// A fit, and the data for its errors.
 pub(super) struct Known<'a> {
     pub(super) co_energy: &'a CoEnergy,
     pub(super) factor: &'a Factor,
-    /// In Wb, of independent points.
+    /// Noise in Wb of independent points.
     pub(super) noise: f64,
     /// The surface that is simulated in its place.
     pub(super) simulated: &'a FluxMap,
@@ -86,8 +87,8 @@ impl InductanceErrors {
     }
 
     /// Returns the standard errors in H of L_dd, L_dq and L_qq at a current in A on the d-axis (`[i_d, 0]`) or the
-    /// q-axis: from the noise of the data, from what every second point of the map would say instead, and from what
-    /// the simulation loses.
+    /// q-axis. They contain the noise of the data, the difference from the map of every second point, and the error of
+    /// the simulated surface.
     pub fn at(&self, [i_d, i_q]: [f64; 2]) -> [f64; 3] {
         let (axis, i) = if i_q == 0.0 { (&self.along[0], i_d) } else { (&self.along[1], i_q) };
         let after = axis.partition_point(|(x, _)| *x < i).clamp(1, axis.len() - 1);
@@ -96,19 +97,19 @@ impl InductanceErrors {
         std::array::from_fn(|k| before[k] + share * (after[k] - before[k]))
     }
 
-    /// By how much L_d along the d-axis or L_q along the q-axis at most differs if only every second point of the map is
-    /// used, and half of the splines, relative, beyond what noise explains. None where too few points would be left.
+    /// Returns the largest relative difference in L_d along the d-axis, or L_q along the q-axis, from the map of every
+    /// second point with half of the splines, less the part that noise explains. None if too few points would be left.
     pub const fn coarseness(&self) -> Option<f64> {
         self.coarseness
     }
 
-    /// Returns whether the map is too coarse for its saturation: half as finely, it would say something else by more
-    /// than 5 %.
+    /// Returns true if the map is too coarse for its saturation: every second point gives inductances that differ by
+    /// more than 5 %.
     pub fn too_coarse(&self) -> bool {
         self.coarseness.is_some_and(|coarseness| coarseness > COARSE)
     }
 
-    /// Returns the caveat for results where it is.
+    /// Returns the caveat for results; none unless the map is too coarse.
     pub(super) fn note(&self) -> Option<Arc<str>> {
         let coarseness = self.coarseness.filter(|_| self.too_coarse())?;
         Some(
@@ -122,7 +123,7 @@ impl InductanceErrors {
     }
 }
 
-/// By how much the inductances that are simulated are off those of the map's energy, in H.
+/// Returns the differences in H of L_dd, L_dq and L_qq between the simulated surface and the map's energy.
 fn lost(known: &Known, current: Dq<f64>) -> [f64; 3] {
     let Ok(flux) = known.simulated.flux_at(current) else { return [f64::INFINITY; 3] };
     let own = known.co_energy.at(current).inductance;
@@ -133,7 +134,7 @@ fn apart(one: Symmetric, other: Symmetric) -> [f64; 3] {
     [one.xx - other.xx, one.xy - other.xy, one.yy - other.yy].map(f64::abs)
 }
 
-/// By how much two maps differ in L_dd, L_dq and L_qq at a current in A, in H.
+/// Returns the differences in H of L_dd, L_dq and L_qq between two maps at a current in A.
 fn differences(one: &CoEnergy, other: &CoEnergy, current: Dq<f64>) -> [f64; 3] {
     apart(one.at(current).inductance, other.at(current).inductance)
 }

@@ -1,4 +1,4 @@
-//! From points in any order to a rectangular grid in the rotor's axes, and what can be wrong with it.
+//! Conversion of points in any order to a rectangular grid in the rotor's axes, and its checks.
 
 mod axis;
 
@@ -32,8 +32,9 @@ const MOST_VALUES: usize = 1024;
 /// 40 within 1 % where noise is added, and at 80 splines through the points swing until nothing is left of them.
 const UNEVEN: f64 = 20.0;
 
-/// Angle in degrees by which a magnet's flux may be off the axis of its map: as well as one finds it. It is not
-/// corrected, since a turned rectangle of currents is none, and what is found of the rotor's angle is off by as much.
+/// Largest angle in degrees between a magnet's flux and the axis of its map, about the error of finding that axis. The
+/// angle is not corrected, because a rotated rectangle of currents is not a grid; errors of the detected rotor angle
+/// include it.
 const OFF_AXIS: f64 = 1.0;
 
 /// Share of the largest flux below which a flux off the axis counts as noise: the accuracy of measured maps.
@@ -155,8 +156,8 @@ impl Grid {
         Ok(())
     }
 
-    /// Returns every second value of either current, with the ends and the one next to zero; none if an axis has
-    /// fewer values than these.
+    /// Returns the grid of every second value of either current, with both ends and the value closest to zero; none if
+    /// an axis would have fewer values than `least`.
     pub(super) fn every_second(&self, least: usize) -> Option<Self> {
         if self.d.len() < least || self.q.len() < least {
             return None;
@@ -178,7 +179,8 @@ impl Grid {
         })
     }
 
-    /// With these values of i_d besides, all on one side of those there are; `flux` takes the indices of i_d in `side` and of i_q.
+    /// Returns the grid extended by the values `side` of i_d, which are all on one side of the grid. `flux` takes the
+    /// indices of i_d in `side` and of i_q.
     pub(super) fn with_side(
         &self,
         side: &[f64],
@@ -228,7 +230,7 @@ impl Grid {
         [&self.d, &self.q].map(|axis| [axis[0], axis[axis.len() - 1]])
     }
 
-    /// By how much the flux without current is ahead of +d, in degrees.
+    /// Returns the angle in degrees from +d to the flux without current.
     pub(super) fn off_axis(&self) -> f64 {
         let rest = self.at_rest();
         atan2(rest.q, rest.d).to_degrees()
@@ -292,8 +294,9 @@ impl Grid {
         along_q(&self.psi_d) > 2.0 * along_d(&self.psi_d) && along_d(&self.psi_q) > 2.0 * along_q(&self.psi_q)
     }
 
-    /// Flux must grow with the current along each axis, and the inductances must be positive definite, but for what noise
-    /// does to them: what falls by less than 2 % of the largest flux from one point to the next is left to the projection.
+    /// Checks that the flux grows with the current along each axis and that inductances are positive definite.
+    /// Decreases below 2 % of the largest flux between neighbouring points count as noise, which the projection
+    /// removes.
     pub(super) fn check(&self, file: &str, axes: MapAxes) -> Result<(), MapError> {
         let name = |a: usize, b: usize| format!("i_d = {} A, i_q = {} A", short(self.d[a]), short(self.q[b]));
         let error = |a, b, found: String, needed: &str| {
@@ -340,7 +343,7 @@ impl Grid {
         Ok(())
     }
 
-    /// Incremental inductances in H of the cell after (a, b).
+    /// Returns the incremental inductances in H of the cell that begins at (a, b).
     fn inductance(&self, a: usize, b: usize) -> Symmetric {
         let along_d = |m: &DMatrix<f64>| {
             (m[(a + 1, b)] - m[(a, b)] + m[(a + 1, b + 1)] - m[(a, b + 1)])

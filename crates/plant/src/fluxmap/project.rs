@@ -1,18 +1,18 @@
 //! The nearest map that has an energy.
 //!
-//! A map is free of curl exactly if its fluxes are the gradient of a co-energy `W'(i)`. W' is a tensor product of
-//! splines over the currents, see [`super::spline`]; its coefficients c are to make the fluxes at the grid, `A c`, as close
-//! to the data y as possible, and as smooth as the data's noise asks for:
+//! A map is free of curl if and only if its fluxes are the gradient of a co-energy `W'(i)`. W' is a tensor product of
+//! splines over the currents, see [`super::spline`]. Its coefficients c make the fluxes at the grid, `A c`, as close to
+//! the data y as possible, and as smooth as the noise of the data demands:
 //! ```text
 //! |A c − y|² + λ cᵀP c → min,   (AᵀA + λ P) c = Aᵀy
 //! ```
-//! P measures the third derivatives of W', the second ones of the fluxes, over currents scaled to the map's half widths.
-//! AᵀA and P are sums of products of one banded matrix per axis, so the system has a band and its size does not depend on
-//! how many points the map has.
+//! P measures the third derivatives of W', the second ones of the fluxes, over currents scaled to the map's half
+//! widths. AᵀA and P are sums of products of one banded matrix per axis, so the system has a band and its size does not
+//! depend on how many points the map has.
 //!
-//! λ has the least generalised cross-validation (Craven and Wahba 1979, doi 10.1007/BF01404567): the estimate of how far
-//! a point would be from a fit that does not know it. `(AᵀA + λ P)⁻¹ σ²` is the covariance of the coefficients
-//! (Wahba 1983, doi 10.1111/j.2517-6161.1983.tb01239.x) for a noise σ, and σ² is what no energy explains.
+//! λ minimises the generalised cross-validation (Craven and Wahba 1979, doi 10.1007/BF01404567), which estimates the
+//! distance of a point from a fit without this point. `(AᵀA + λ P)⁻¹ σ²` is the covariance of the coefficients (Wahba
+//! 1983, doi 10.1111/j.2517-6161.1983.tb01239.x) for a noise σ; σ² is the part of the data that no energy explains.
 
 use nalgebra::DMatrix;
 use standstill_interface::Dq;
@@ -54,7 +54,7 @@ impl Axis {
     }
 }
 
-/// So many currents, as close to each other as the sites are there; the sites themselves where they are as many.
+/// Returns `count` currents, spaced in proportion to the sites; the sites themselves if `count` equals their number.
 pub(super) fn spread(sites: &[f64], count: usize) -> Vec<f64> {
     if count == sites.len() {
         return sites.to_vec();
@@ -107,9 +107,9 @@ pub(super) struct Fit<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Smoothing {
     pub(super) lambda: f64,
-    /// How many numbers the data still choose freely.
+    /// Effective number of parameters: the trace of the matrix from data to fit.
     pub(super) free: f64,
-    /// σ in Wb: what no energy explains, however rough.
+    /// Noise σ in Wb: the part of the data that no energy explains, even a rough one.
     pub(super) noise: f64,
 }
 
@@ -155,14 +155,14 @@ impl<'a> Fit<'a> {
         DMatrix::from_row_slice(n, m, &factor.solve(right))
     }
 
-    /// `|A c − y|²` in Wb².
+    /// Returns the sum of squares of the residuals, `|A c − y|²`, in Wb².
     fn residual(&self, c: &DMatrix<f64>) -> f64 {
         let flux =
             |order_d: usize, order_q: usize| &self.d.values[order_d] * c * self.q.values[order_q].transpose();
         (flux(1, 0) - &self.grid.psi_d).norm_squared() + (flux(0, 1) - &self.grid.psi_q).norm_squared()
     }
 
-    /// λ of the least generalised cross-validation; none where the sums of squares overflow or vanish.
+    /// Returns the λ with the least generalised cross-validation; none if sums of squares overflow or vanish.
     fn smoothing(&self) -> Option<Smoothing> {
         let unit = self.plain.trace() / self.penalty.trace();
         let [low, high] = DECADES;
@@ -207,8 +207,8 @@ impl<'a> Fit<'a> {
         Some((CoEnergy { d, q, coefficients: self.coefficients(&factor) }, factor))
     }
 
-    /// Returns three rms values in H over all points of the data: of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d, of the mean of the two, and of
-    /// the axes' own inductances. Slopes are those of cubic splines along each axis.
+    /// Returns three rms values in H over all points of the data: of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d, of the mean of these two
+    /// slopes, and of the self-inductances of the axes. Slopes are those of cubic splines along each axis.
     pub(super) fn reciprocity(&self) -> [f64; 3] {
         let (d, q) = (slopes(&self.d), slopes(&self.q));
         let along_d = |psi: &DMatrix<f64>| &d[1] * (&d[0] * psi);
@@ -221,7 +221,7 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// Ten to this power.
+/// Returns ten to this power.
 fn decades(power: f64) -> f64 {
     exp(power * std::f64::consts::LN_10)
 }
@@ -258,7 +258,7 @@ impl Fit<'_> {
         product(&[(1.0, &d[2], &q[0]), (2.0, &d[1], &q[1]), (1.0, &d[0], &q[2])])
     }
 
-    /// How much heavier the data weigh than the Hessians.
+    /// Returns the weight of the data relative to that of the Hessians.
     pub(super) fn weight_of(&self, scaled: &Scaled) -> f64 {
         self.plain.trace() / Self::hessian_squares(scaled).trace()
     }
@@ -275,8 +275,8 @@ impl Fit<'_> {
         DMatrix::from_row_slice(n, m, &factor.solve(right))
     }
 
-    /// Returns a current in A at which the inductances are not positive definite, as far as four places per function
-    /// can tell.
+    /// Returns a current in A at which the inductances are not positive definite; none if there is none among four
+    /// points per spline function.
     pub(super) fn bent_at(&self, co_energy: &CoEnergy) -> Option<Dq<f64>> {
         let places = |axis: &[f64], count: usize| spread(axis, 4 * count + 1);
         let d = places(&self.grid.d, self.d.basis.count());
@@ -286,7 +286,7 @@ impl Fit<'_> {
         bent.map(|sample| sample.current)
     }
 
-    /// rms in Wb of what a co-energy leaves of the data, as noise would; none where there are not many more points than
+    /// Returns the rms noise in Wb of the data about a co-energy; none if there are not many more points than
     /// functions.
     pub(super) fn noise(&self, co_energy: &CoEnergy) -> Option<f64> {
         let [n, m] = self.functions();
@@ -296,7 +296,7 @@ impl Fit<'_> {
     }
 }
 
-/// From fluxes along an axis to coefficients of a co-energy with that slope, and on to the slope's slopes.
+/// Returns the matrices from the fluxes along an axis to their slopes, by splines, and from them to the slopes' slopes.
 fn slopes(axis: &Axis) -> [DMatrix<f64>; 2] {
     let mut squares = axis.squares(1);
     let middle = squares.nrows() / 2;
@@ -306,7 +306,7 @@ fn slopes(axis: &Axis) -> [DMatrix<f64>; 2] {
     [back, axis.values[2].clone()]
 }
 
-/// How much of a grid's data is noise.
+/// Returns the noise of a grid's data and the smoothing that suits it.
 pub(super) fn smoothing(grid: &Grid) -> Option<Smoothing> {
     Fit::new(grid, CHOICE_SITES).smoothing()
 }

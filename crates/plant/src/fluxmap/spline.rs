@@ -33,14 +33,15 @@ pub(super) struct Local {
     pub(super) values: [[f64; WIDTH]; 4],
 }
 
-/// One spline function more than there are sites.
+/// Spline functions over sites, one more than sites.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Basis {
     knots: Vec<f64>,
 }
 
 impl Basis {
-    /// Makes the basis for at least [`LEAST_SITES`] sites. The knots are the sites but for the second and the last but one.
+    /// Makes the basis for at least [`LEAST_SITES`] sites. The knots are all sites except the second and the last but
+    /// one.
     pub(super) fn on(sites: &[f64]) -> Self {
         let (low, high) = (sites[0], sites[sites.len() - 1]);
         let mut knots = vec![low; WIDTH];
@@ -53,7 +54,7 @@ impl Basis {
         self.knots.len() - WIDTH
     }
 
-    /// At x, outside of the sites by the polynomial of the last span.
+    /// Evaluates the functions at x. Outside of the sites, the polynomial of the last span continues.
     pub(super) fn at(&self, x: f64) -> Local {
         let last = self.count() - 1;
         let span = (self.knots.partition_point(|knot| *knot <= x).max(1) - 1).clamp(DEGREE, last);

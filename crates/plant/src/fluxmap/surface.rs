@@ -1,10 +1,10 @@
-//! The energy W(ψ) of a map, as splines over the fluxes: what the simulation evaluates.
+//! The energy W(ψ) of a map, as splines over the fluxes. The simulation evaluates this surface.
 //!
-//! Quintic B-splines: W is four times continuously differentiable, the current three times, and one evaluation is 36
-//! coefficients wide whatever the size of the map. Their cells are narrow where the energy bends. The coefficients are
-//! those whose gradient is closest to the currents of the projected map, at points spread over its whole rectangle;
-//! where the rectangle's image leaves a corner of the fluxes empty, the surface goes on as smoothly as it can. Nothing is
-//! simulated there: a current that leaves the rectangle ends the run.
+//! The splines are quintic B-splines: W is four times continuously differentiable, the current three times, and an
+//! evaluation takes 36 coefficients for a map of any size. Cells are narrow where the energy bends. The coefficients
+//! minimise the distance of the gradient from the currents of the projected map, at points spread over its whole
+//! rectangle. In corners of the flux range that the rectangle does not reach, the surface continues as smoothly as
+//! possible. No run enters such a corner, because a current that leaves the rectangle ends the run.
 
 mod bends;
 mod cells;
@@ -41,7 +41,7 @@ pub struct FluxMap {
     co_energy: Arc<CoEnergy>,
     range: [[f64; 2]; 2],
     magnet: bool,
-    /// How it goes on beyond its file, if it does.
+    /// How the map was continued beyond its file; none if it was not.
     continuation: Option<Arc<Continuation>>,
     /// Caveat for results with it.
     note: Option<Arc<str>>,
@@ -90,7 +90,7 @@ impl FluxMap {
         }
     }
 
-    /// W, its gradient and its Hessian. Beyond the surface's edge the inductance is that of the edge.
+    /// Returns W, its gradient and its Hessian. Beyond the edge of the surface, the inductance is that of the edge.
     #[inline]
     fn evaluate(&self, flux: Dq<f64>) -> (f64, Dq<f64>, Symmetric) {
         let [along_d, along_q] = &*self.cells;
@@ -105,7 +105,7 @@ impl FluxMap {
         (energy + (current + more * 0.5).dot(beyond), current + more, gamma)
     }
 
-    /// Range of i_d and of i_q in A that the map is known for.
+    /// Returns the ranges of i_d and i_q in A of the map.
     pub const fn range(&self) -> [[f64; 2]; 2] {
         self.range
     }
@@ -151,7 +151,7 @@ impl Magnetics for FluxMap {
         (current, gamma)
     }
 
-    /// By the co-energy, which gives the flux of a current within microvolt-seconds; a few steps do the rest.
+    /// Finds the flux from the co-energy, with errors of microvolt-seconds, and then by a few steps of Newton's method.
     fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {
         explicit_newton(current, self.near(current), self.flux_scale(), |flux| {
             self.current_and_inverse_inductance(flux)
@@ -164,7 +164,7 @@ impl Magnetics for FluxMap {
         self.co_energy.at(inside).flux
     }
 
-    /// Coefficients differ from cell to cell by what a cell is wide, whatever the flux is.
+    /// Returns the width of a cell in Wb: coefficients change over a cell, however large the flux is.
     fn flux_scale(&self) -> f64 {
         let [d, q] = &*self.cells;
         Dq::new(d.width(), q.width()).norm()

@@ -39,18 +39,18 @@ pub struct Algebraic<T = f64> {
     pub cross_q_exponent: u8,
     /// i_f in A, the magnet as a current that magnetises the d-axis.
     pub magnet_current: T,
-    /// Iron bridges beside the magnets, if any.
+    /// Iron bridges beside the magnets; none for a rotor without them.
     pub bridge: Option<IronBridge<T>>,
 }
 
 impl Algebraic {
-    /// Scales the magnets, with the iron as it is, such that the flux without current is
-    /// `flux` in Wb, along d. Both places where a magnet appears, i_f and ψ_n, are in proportion to its remanence. None
-    /// if no such factor is found.
+    /// Scales the magnets, without changing the iron, such that the flux without current is `flux` in Wb, along d. The
+    /// magnets appear in i_f and ψ_n, which are both in proportion to the remanence. Returns none if no such factor is
+    /// found.
     ///
-    /// At a factor k the ribs and i_f give `k i_f + g(k ψ_n − ψ)`, with `g(b) = G(|b|) b`, and the iron draws i(ψ).
-    /// The first never falls with k, so the k at which they are equal is found by halving. For `ψ → 0` it goes
-    /// to zero: no magnet, ribs not saturated, `L_d = 1/a_d0`.
+    /// With a factor k, ribs and magnet give the current `k i_f + g(k ψ_n − ψ)`, with `g(b) = G(|b|) b`, and the iron
+    /// draws i(ψ). The current never falls with k, so bisection finds the k at which both are equal. For `ψ → 0`, k
+    /// goes to zero: no magnet, ribs not saturated, `L_d = 1/a_d0`.
     pub(super) fn with_flux(&self, flux: f64) -> Option<Self> {
         let at = |factor: f64| Self {
             magnet_current: factor * self.magnet_current,

@@ -28,9 +28,10 @@ pub struct MagneticState<T = f64> {
     pub energy_bend: T,
     /// ∂i/∂θ in A/rad, at constant ψ.
     pub current_slope: Dq<T>,
-    /// Flux in Wb at which the core itself is: ψ but for harmonics.
+    /// Flux in Wb of the core itself; equal to ψ without harmonics.
     pub core_flux: Dq<T>,
-    /// Current in A of the core itself, by which its map is read: i but for harmonics, with the magnet's change on top.
+    /// Current in A of the core itself, for look-up in its map: equal to i without harmonics, plus the change of the
+    /// magnet.
     pub core_current: Dq<T>,
 }
 
@@ -67,8 +68,8 @@ impl Cogging {
         sin_cos(angle * f64::from(self.periods)).0 * -self.torque
     }
 
-    /// Returns the energy in J at electrical angle θ in rad, of which the torque is the negative slope over the
-    /// mechanical angle.
+    /// Returns the energy in J at electrical angle θ in rad; the torque is its negative slope over the mechanical
+    /// angle.
     pub fn energy(&self, angle: f64, pole_pairs: u32) -> f64 {
         let n = f64::from(self.periods);
         -self.torque / (n * f64::from(pole_pairs)) * cos(n * angle)
@@ -139,7 +140,7 @@ impl MagneticCircuit {
         Self { eddy, ..self }
     }
 
-    /// Sets the hysteresis. Without a coercive current, or without cells, it is as it was.
+    /// Sets the hysteresis. A hysteresis without coercive current or cells changes nothing.
     #[must_use]
     pub fn with_hysteresis(self, hysteresis: Option<Hysteresis>) -> Self {
         let remembers = |of: &Hysteresis| of.coercive_current > 0.0 && of.depth > 0.0 && of.cells > 0;
@@ -148,19 +149,19 @@ impl MagneticCircuit {
         Self { hysteresis, ..self }
     }
 
-    /// Scales the magnet: it drives `share` of the flux without current that it drives now, as a hot one does. The
-    /// iron stays as it is and with it the saturation: what changes is the magnet's magnetomotive force.
+    /// Scales the magnet such that the flux without current becomes `share` of its present value, as when a magnet is
+    /// hot. The law of the iron's saturation does not change; the magnet's magnetomotive force does.
     ///
-    /// * A magnet in series with the iron of its axis is a current in a winding around it: `W = W₀ − m·ψ`. The iron's
-    ///   W₀ is where the flux takes it, and `m = ∇W₀(share ψ₀)` is what makes that flux stand without current.
-    /// * A magnet beside a saturated [`crate::IronBridge`] is not: the winding's current goes through iron and barrier, the
-    ///   magnet's change through the barrier and its ribs. There the remanence ψ_n changes in the ribs' energy.
+    /// * A magnet in series with the iron of its axis is equivalent to a current in a winding around it: `W = W₀ −
+    ///   m·ψ`. The iron's W₀ depends on the flux only, and `m = ∇W₀(share ψ₀)` makes the current zero at that flux.
+    /// * A magnet beside a saturated [`crate::IronBridge`] is not: the winding's current acts on iron and barrier, the
+    ///   change of the magnet on the barrier and its ribs. In this case, the remanence ψ_n changes in the ribs' energy.
     ///
-    /// A map does not tell the two apart and is taken for the first; of a rotor with saturated bridges it should
-    /// have been made at the magnet's temperature.
+    /// A map does not distinguish the two cases; the first is assumed. The map of a rotor with saturated bridges should
+    /// therefore be made at the magnet's temperature.
     ///
     /// # Errors
-    /// A core that has no such flux.
+    /// The core has no such flux.
     pub fn with_magnet(&self, share: f64) -> Result<Self, NoConvergence> {
         let nothing = Dq::new(0.0, 0.0);
         let rest = self.rest * share;
@@ -206,7 +207,7 @@ impl MagneticCircuit {
         self.hysteresis.as_ref().map(|(_, cells)| cells)
     }
 
-    /// Incremental inductance in H without current, harmonics apart.
+    /// Returns the incremental inductance in H without current and without harmonics.
     pub const fn inductance(&self) -> Symmetric {
         self.inductance
     }
@@ -232,14 +233,14 @@ impl MagneticCircuit {
         MagneticState::undistorted(flux, current, hessian, self.magnet)
     }
 
-    /// W in J per 3/2, without what the eddy currents store.
+    /// Returns W in J per 3/2, without the energy of the eddy currents.
     pub fn energy(&self, flux: Dq<f64>, at: Heading) -> f64 {
         let core_flux = self.distortion.map_or(flux, |distortion| distortion.core_flux(flux, at));
         self.core.energy(core_flux) - self.magnet.dot(core_flux)
     }
 
-    /// Eddy currents G (ψ − χ) in A and their inverse inductance G in 1/H, where χ lags ψ by `lag` in Wb; none: no
-    /// such branch.
+    /// Returns the eddy currents G (ψ − χ) in A and their inverse inductance G in 1/H, where χ lags ψ by `lag` in Wb;
+    /// none for a circuit without eddy currents.
     #[inline(always)]
     pub fn eddy<T: Lane>(&self, lag: Dq<T>) -> Option<Eddy<T>> {
         let (branch, g) = self.eddy?;
@@ -250,10 +251,10 @@ impl MagneticCircuit {
         })
     }
 
-    /// Returns the flux in Wb at which the current in A flows and no eddy currents are left.
+    /// Returns the flux in Wb at this current in A after the eddy currents have decayed.
     ///
     /// # Errors
-    /// [`NoConvergence`] where there is no such state, which a convex energy cannot cause.
+    /// [`NoConvergence`] if there is no such state; for a convex energy there always is one.
     pub fn flux_at(&self, current: Dq<f64>, at: Heading) -> Result<Dq<f64>, NoConvergence> {
         let flux = match &self.core {
             Core::Map(map) => {
@@ -278,15 +279,16 @@ impl MagneticCircuit {
         }
     }
 
-    /// Range of i_d and i_q in A of the winding, harmonics apart, that a map is known for; none for a formula. The
-    /// map's own, less the magnet's change: a hot magnet is like a current that opposes it.
+    /// Returns the ranges of i_d and i_q in A of the winding that a map covers, without harmonics; none for a formula.
+    /// They are the ranges of the map less the change of the magnet: a hot magnet is equivalent to a current that
+    /// opposes it.
     pub fn range(&self) -> Option<[[f64; 2]; 2]> {
         let Core::Map(map) = &self.core else { return None };
         let [d, q] = map.range();
         Some([d.map(|end| end - self.magnet.d), q.map(|end| end - self.magnet.q)])
     }
 
-    /// Its map, if its core is one, also behind a change of its inductances.
+    /// Returns the map if the core is one, also if a constant inductance is in series with it.
     pub fn map(&self) -> Option<&FluxMap> {
         match &self.core {
             Core::Map(map) => Some(map),
@@ -295,8 +297,8 @@ impl MagneticCircuit {
         }
     }
 
-    /// How far the core is from the end of the currents it is known for, in A; negative beyond. What counts is the
-    /// core's own current: the data know nothing of the magnet's change. Infinite for a core that is a formula.
+    /// Returns the distance in A of the core's current from the end of the range of its map, negative beyond; infinite
+    /// for a formula. The current is that of the core itself, because the data do not include the change of the magnet.
     #[inline]
     pub fn margin(&self, state: &MagneticState) -> f64 {
         self.core.margin(state.core_current)
@@ -306,7 +308,7 @@ impl MagneticCircuit {
 /// The eddy currents at one lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eddy<T = f64> {
-    /// In A, added to the current of the core.
+    /// Current in A that is added to the core's.
     pub current: Dq<T>,
     /// G in 1/H.
     pub inverse_inductance: Dq<f64>,

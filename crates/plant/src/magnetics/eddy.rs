@@ -1,13 +1,13 @@
-//! Eddy currents in magnets and rotor iron: a short pulse meets less inductance than a slow one.
+//! Eddy currents in magnets and rotor iron: the inductance is smaller for a short pulse than for a slow one.
 //!
-//! One dynamic branch, parallel to the core: a flux χ follows the winding's flux ψ, and what it lags drives eddy
-//! currents against the change,
+//! The model is one dynamic branch, parallel to the core. A flux χ follows the winding's flux ψ, and its lag drives
+//! eddy currents against the change,
 //! ```text
 //! i = ∂W/∂ψ + G (ψ − χ),   dχ/dt = (ψ − χ)/τ
 //! ```
-//! This is the gradient of `W + ½ (ψ − χ)ᵀ G (ψ − χ)`, and `3/2 (ψ − χ)ᵀ G (ψ − χ)/τ ≥ 0` is what the branch turns
-//! into heat: it is passive whatever its parameters, and leaves the core as it is once χ = ψ. A slow pulse meets the
-//! inductance `Γ⁻¹`, an infinitely short one `(Γ + G)⁻¹`. The branch turns with the rotor.
+//! This is the gradient of `W + ½ (ψ − χ)ᵀ G (ψ − χ)`, and `3/2 (ψ − χ)ᵀ G (ψ − χ)/τ ≥ 0` is the heat in the branch.
+//! The branch is passive for all parameters and has no effect once χ = ψ. The inductance is `Γ⁻¹` for a slow pulse and
+//! `(Γ + G)⁻¹` for an infinitely short one. The branch turns with the rotor.
 
 use standstill_interface::Dq;
 use standstill_numeric::Symmetric;
@@ -24,7 +24,7 @@ pub struct EddyBranch {
 }
 
 impl EddyBranch {
-    /// G in 1/H, over the incremental inductance in H at no current.
+    /// Returns G in 1/H; `inductance`: incremental inductance in H at no current.
     pub(super) fn inverse_inductance(&self, inductance: Symmetric) -> Dq<f64> {
         let of = |depth: f64, l: f64| depth / ((1.0 - depth) * l);
         Dq::new(of(self.d_depth, inductance.xx), of(self.q_depth, inductance.yy))

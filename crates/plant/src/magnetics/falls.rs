@@ -1,29 +1,31 @@
-//! A core from what an LCR meter tells: by how much the inductances fall at rated current.
+//! A core from measurements with an LCR meter: the decrease of the inductances at rated current.
 //!
-//! Along d, the inverse inductance Γ = ∂i_d/∂ψ_d is known at three places: without current, where it is 1/L_d, and at
-//! ±rated current. In units of what rated current does on a core that does not saturate, `ψ_d = ψ_m + δ L_d I`, it is
+//! Along d, the inverse inductance Γ = ∂i_d/∂ψ_d is known at three currents: without current, where it is 1/L_d, and at
+//! ±rated current. Over the flux in units of L_d I, with `ψ_d = ψ_m + δ L_d I`, it is
 //! ```text
 //! g(δ) = 1 + A [w(t) − w(t₀)],  t = (δ + m)/τ,  w(t) = dv/dt,  v(t) = t |t|ⁿ / (1 + |t|ⁿ)
 //! ```
 //! the law of an [`IronBridge`] with W = n, `a_bp = 1/σⁿ` and `a_b = A/(L_d σⁿ)`, where `σ = τ L_d I`, about the flux
-//! `ψ_n = ψ_m − m L_d I`. There the iron is not saturated; to either side it saturates alike, first with the n-th power of
-//! the flux, then towards a constant. Iron without flux is not saturated, so ψ_n is zero if the measurements allow it:
-//! `m = ψ_m/(L_d I)`. What is left, A and τ, follows from the inductances at +I and at −I, where `i/I = ∫₀ᵟ g = ±1`.
+//! `ψ_n = ψ_m − m L_d I`. At ψ_n the iron is not saturated. On both sides it saturates alike, first with the n-th power
+//! of the flux, then towards a constant. Iron without flux is not saturated, so ψ_n is zero if the measurements allow
+//! it: `m = ψ_m/(L_d I)`. The remaining numbers, A and τ, follow from the inductances at +I and at −I, where `i/I = ∫₀ᵟ
+//! g = ±1`.
 //!
-//! Along q, `i_q = (1/L_q + a_qq ψ_q²) ψ_q` in closed form: with `y = a_qq ψ_q² L_q` at rated current,
-//! `1 + 3 y = 1/(1 − fall)` and `ψ_q = L_q I/(1 + y)`.
+//! Along q, `i_q = (1/L_q + a_qq ψ_q²) ψ_q` in closed form: with `y = a_qq ψ_q² L_q` at rated current, `1 + 3 y = 1/(1
+//! − fall)` and `ψ_q = L_q I/(1 + y)`.
 
 use standstill_numeric::{exp, ln, power, root};
 use thiserror::Error;
 
 use super::{Algebraic, IronBridge};
 
-/// By what share incremental inductances are smaller at rated current than without; negative where they are larger.
+/// Decrease of incremental inductances from no current to rated current, as a share; negative for an increase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Falls {
     /// L_d at rated current along +d, with the magnet.
     pub d: f64,
-    /// L_d at rated current along −d, against the magnet. None: as it is in iron that saturates alike either way.
+    /// Decrease of L_d at rated current along −d, against the magnet. None: that of iron that saturates alike on both
+    /// sides.
     pub minus_d: Option<f64>,
     /// L_q at rated current along q.
     pub q: f64,
@@ -39,14 +41,14 @@ pub struct FallsError {
     pub needed: &'static str,
 }
 
-/// The least Γ anywhere, as a share of the one without current: iron that is not saturated has at most four times the
-/// inductance that the magnet leaves it.
+/// Smallest allowed Γ, as a share of Γ without current: unsaturated iron has at most four times the inductance that it
+/// has under the magnet's flux.
 const LEAST: f64 = 0.25;
 
 /// The largest exponent.
 const STEEPEST: u8 = 40;
 
-/// The exponent where nothing tells it: published fits have 4 to 6.
+/// Exponent for cores whose measurements do not determine it; published fits have 4 to 6.
 const USUAL: u8 = 6;
 
 /// Γ along d in units of its value without current, over flux in units of L_d I.
@@ -54,7 +56,7 @@ const USUAL: u8 = 6;
 struct Knee {
     /// n, even: smooth everywhere.
     exponent: u8,
-    /// m: how far without current the flux is from where the iron is not saturated.
+    /// m: distance of the flux without current from the flux at which the iron is not saturated.
     rest: f64,
     /// τ.
     width: f64,
@@ -63,7 +65,7 @@ struct Knee {
 }
 
 impl Knee {
-    /// So wide that it is a power of the flux to twelve digits.
+    /// Makes a law so wide that it equals a power of the flux to twelve digits.
     fn power(exponent: u8, rest: f64) -> Self {
         let width = (rest + 1.0) * exp(ln(1e12) / f64::from(exponent));
         Self { exponent, rest, width, height: 0.0 }
@@ -83,18 +85,18 @@ impl Knee {
         (flux + self.rest) / self.width
     }
 
-    /// g.
+    /// Returns g.
     fn slope(&self, flux: f64) -> f64 {
         1.0 + self.height * (self.w(self.t(flux)) - self.w(self.t(0.0)))
     }
 
-    /// i/I.
+    /// Returns i/I.
     fn current(&self, flux: f64) -> f64 {
         let (t, rest) = (self.t(flux), self.t(0.0));
         flux + self.height * (self.width * (self.v(t) - self.v(rest)) - self.w(rest) * flux)
     }
 
-    /// Chooses the height such that g(δ) exceeds 1 by `rise` where the current is I. None: no height does.
+    /// Chooses the height such that g(δ) exceeds 1 by `rise` at current I; none if no height does.
     fn rising(self, rise: f64) -> Option<Self> {
         let at = |flux: f64| {
             let growth = self.w(self.t(flux)) - self.w(self.t(0.0));
@@ -105,12 +107,12 @@ impl Knee {
         at(root(0.0, 1.0, beyond)?).filter(|knee| knee.least() >= LEAST)
     }
 
-    /// Returns the least g, where the iron is not saturated.
+    /// Returns the smallest g, that of unsaturated iron.
     fn least(&self) -> f64 {
         1.0 - self.height * self.w(self.t(0.0))
     }
 
-    /// By how much g exceeds 1 where the current is −I.
+    /// Returns the excess of g over 1 at current −I.
     fn opposed(&self) -> f64 {
         // No flux makes no current, whatever rounding says; and g is nowhere below the least.
         let beyond = |flux: f64| Some(self.current(flux) + 1.0);
@@ -139,7 +141,8 @@ impl Knee {
         of(root(narrow, wide, |width| Some(of(width)?.opposed() - opposed))?)
     }
 
-    /// For a core that saturates to either side: the place between where it does not. The larger rise is at +I.
+    /// Returns the law of a core that saturates on both sides, with the unsaturated point in between. The larger rise
+    /// is at +I.
     fn between(rise: f64, opposed: f64) -> Option<Self> {
         let of = |rest: f64| Self::power(2, rest).rising(rise);
         // In the middle both rise alike; the further away, the less the other one does.

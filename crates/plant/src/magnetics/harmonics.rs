@@ -1,7 +1,7 @@
-//! Spatial harmonics: what changes as the rotor turns, beyond equations (1) and (2).
+//! Spatial harmonics: changes over the rotor angle beyond equations (1) and (2).
 //!
-//! A harmonic must not create energy, so it is not a correction of the inductances but a change of coordinates: the
-//! core's energy is taken at
+//! A harmonic must not create energy. It is therefore not a correction of the inductances but a change of coordinates:
+//! the core's energy is evaluated at
 //! ```text
 //! u = ψ₀ + A(θ) (ψ − ψ₀ − δ(θ)),   W(ψ, θ) = W₀(u)
 //! ```
@@ -9,9 +9,9 @@
 //! ```text
 //! i = Aᵀ ∇W₀,   Γ = Aᵀ ∇²W₀ A,   ∂W/∂θ = ∇W₀ · (A' (ψ − ψ₀ − δ) − A δ')
 //! ```
-//! Γ stays positive definite whatever A is: a harmonic cannot make a core unstable. A is chosen such that without
-//! saturation the inductances are exactly `L₀ + M(θ)`: with the Cholesky factors `L₀ = G₀ G₀ᵀ` and
-//! `L₀ + M = G Gᵀ`, `A = G₀ G⁻¹`.
+//! Γ stays positive definite for every A: a harmonic cannot make a core unstable. A is chosen such that without
+//! saturation the inductances are exactly `L₀ + M(θ)`: with the Cholesky factors `L₀ = G₀ G₀ᵀ` and `L₀ + M = G Gᵀ`, `A
+//! = G₀ G⁻¹`.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Lane, Symmetric};
@@ -26,12 +26,14 @@ pub struct Harmonics<T = f64> {
     /// (1) and (2) have it of L_B, and like L_B it is 3/2 L_4 in the plane. (In the self-inductances alone it would be a
     /// half.)
     pub inductance_4: T,
-    /// In H: by how much the self-inductance of phase a is larger than that of the others, at any angle. The mutual
-    /// inductances stay: leakage of that phase, not more turns. Along its axis it is 2/3 of it, and nothing across.
+    /// Excess in H of phase a's self-inductance over that of the other phases, at any angle. Mutual inductances do not
+    /// change, as with additional leakage of that phase. Along its axis, the inductance grows by 2/3 of the excess,
+    /// across it by nothing.
     pub asymmetry: T,
-    /// In Wb: `ψ_5 cos 5θ` is added to the magnet's flux linkage of phase a.
+    /// Amplitude in Wb of `ψ_5 cos 5θ`, which is added to the magnet's flux linkage of phase a.
     pub flux_5: T,
-    /// In Wb: likewise `ψ_7 cos 7θ`. In the rotor's frame both turn with 6θ.
+    /// Amplitude in Wb of `ψ_7 cos 7θ`, which is added to the magnet's flux linkage of phase a. In the rotor's frame,
+    /// the fifth and seventh harmonics turn with 6θ.
     pub flux_7: T,
 }
 
@@ -49,7 +51,7 @@ impl<T: Lane> Lower<T> {
         Self { xx, yx, yy }
     }
 
-    /// G with `G Gᵀ = m`.
+    /// Returns the lower triangular G with `G Gᵀ = m`.
     #[inline(always)]
     fn cholesky(m: Symmetric<T>) -> Self {
         let xx = m.xx.sqrt();
@@ -67,7 +69,7 @@ impl<T: Lane> Lower<T> {
         Self::new(self.xx * other.xx, self.yx * other.xx + self.yy * other.yx, self.yy * other.yy)
     }
 
-    /// H, lower triangular, with `H selfᵀ + self Hᵀ = m`.
+    /// Returns the lower triangular H with `H selfᵀ + self Hᵀ = m`.
     #[inline(always)]
     fn halves(self, m: Symmetric<T>) -> Self {
         let xx = m.xx / (self.xx + self.xx);
@@ -90,7 +92,7 @@ impl<T: Lane> Lower<T> {
         Dq::new(self.xx * v.d + self.yx * v.q, self.yy * v.q)
     }
 
-    /// `selfᵀ m self`.
+    /// Returns `selfᵀ m self`.
     #[inline(always)]
     fn congruent(self, m: Symmetric<T>) -> Symmetric<T> {
         let (row_x, row_y) = (m.xx * self.xx + m.xy * self.yx, m.xy * self.xx + m.yy * self.yx);
@@ -117,8 +119,9 @@ pub(super) struct Distortion<T = f64> {
 }
 
 impl<T: Lane> Harmonics<T> {
-    /// M(θ) in H with its first and second derivatives over θ: a 4θ term of the phases is a reflection that turns with −6θ in the
-    /// rotor's frame; one phase that differs is a reflection that stands still in the stator's.
+    /// Returns M(θ) in H with its first and second derivatives over θ. A 4θ term of the phases is a reflection that
+    /// turns with −6θ in the rotor's frame. A difference of one phase is a reflection that is at rest in the stator's
+    /// frame.
     #[inline(always)]
     fn inductance(&self, at: Heading<T>) -> [Symmetric<T>; 3] {
         let two = at.doubled();
@@ -134,7 +137,7 @@ impl<T: Lane> Harmonics<T> {
         [Symmetric::new(value.xx + odd, value.xy, value.yy + odd), slope, bend]
     }
 
-    /// δ(θ) and its slope over θ, in Wb and Wb/rad.
+    /// Returns δ(θ) in Wb and its slope over θ in Wb/rad.
     #[inline(always)]
     fn flux(&self, at: Heading<T>) -> (Dq<T>, Dq<T>) {
         let six = at.doubled().tripled();
@@ -162,8 +165,9 @@ impl Harmonics {
 }
 
 impl<T: Lane> Distortion<T> {
-    /// Around the flux `rest` in Wb without current, where the core has this incremental inductance in H. The
-    /// harmonics must be smaller than its smaller eigenvalue: see [`Harmonics::fit`].
+    /// Makes the harmonics of a core with the flux `rest` in Wb and the incremental inductance `inductance` in H
+    /// without current. The harmonics must be smaller than the smaller eigenvalue of the inductance: see
+    /// [`Harmonics::fit`].
     pub(super) fn new(harmonics: Harmonics<T>, rest: Dq<T>, inductance: Symmetric<T>) -> Self {
         Self { harmonics, rest, inductance, factor: Lower::cholesky(inductance) }
     }
@@ -192,7 +196,7 @@ impl<T: Lane> Distortion<T> {
         Coordinates { a, a_slope, a_bend: a_bend.times(back).negative(), shift, shift_slope }
     }
 
-    /// Where the core is when the winding's flux is this.
+    /// Returns the core's flux and the matrices of the transformation at a flux of the winding in Wb.
     #[inline(always)]
     pub(super) fn inwards(&self, flux: Dq<T>, at: Heading<T>) -> Inside<T> {
         let c = self.coordinates(at);
@@ -208,7 +212,7 @@ impl<T: Lane> Distortion<T> {
 /// The core behind the harmonics.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inside<T> {
-    /// u in Wb: where the core is.
+    /// Flux u of the core in Wb.
     pub(super) core_flux: Dq<T>,
     a: Lower<T>,
     a_slope: Lower<T>,
@@ -241,7 +245,7 @@ impl<T: Lane> Inside<T> {
 }
 
 impl Distortion {
-    /// u: where the core is when the winding's flux is ψ.
+    /// Returns the flux u of the core at a flux ψ of the winding, both in Wb.
     pub(super) fn core_flux(&self, flux: Dq<f64>, at: Heading) -> Dq<f64> {
         let c = self.coordinates(at);
         self.rest + c.a.apply(flux - self.rest - c.shift)

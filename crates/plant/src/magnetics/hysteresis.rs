@@ -1,20 +1,21 @@
 //! Hysteresis of the stator's iron: pulses leave a memory, and opposite pulses do not cancel exactly.
 //!
-//! The iron of teeth and yoke is in series with air gap and rotor: what drives the flux through it adds to the current that the
-//! core takes. This magnetomotive force is split into cells. Each has an elastic flux and a pinned one, π, which moves only
-//! while the force on it reaches its threshold κ, and then along the force:
+//! The iron of teeth and yoke is in series with air gap and rotor, so its magnetomotive force adds to the current of
+//! the core. This force is the sum of the forces of cells. Each cell has an elastic flux and a pinned one, π. The
+//! pinned flux moves only while the force reaches the threshold κ, in the direction of the force:
 //! ```text
 //!   i = ∂W/∂ψ + Σ K_k (ψ − π_k),   |ψ − π_k| ≤ r_k = κ_k / K_k
 //! ```
-//! π is the vector play of ψ: it follows like a weight on a string of length r. (Bergqvist 1997, doi 10.1016/S0921-4526(97)00319-0;
-//! Henrotte, Nicolet, Hameyer 2006, doi 10.1108/03321640610634344; François-Lavet et al. 2013, doi 10.1016/j.cam.2012.09.033. They
-//! take the field as given and ask for the flux; here the flux is the state, so the cells are in series, not in parallel.) Stored
-//! are `3/2 · ½ K |ψ − π|²`, lost `3/2 κ |dπ| ≥ 0`: whatever the parameters, no energy is created; minor loops close; and without
-//! thresholds what is left is the core alone.
+//! π is the vector play of ψ: it follows like a weight on a string of length r. (Bergqvist 1997, doi
+//! 10.1016/S0921-4526(97)00319-0; Henrotte, Nicolet, Hameyer 2006, doi 10.1108/03321640610634344; François-Lavet et al.
+//! 2013, doi 10.1016/j.cam.2012.09.033. Their input is the field; here it is the flux, so the cells are in series, not
+//! in parallel.) The stored energy is `3/2 · ½ K |ψ − π|²`, the loss `3/2 κ |dπ| ≥ 0`. Therefore no parameters create
+//! energy, minor loops close, and cells without thresholds have no effect.
 //!
-//! The cells stand in the stator's frame: it is the stator's iron whose flux turns in operation and reverses under pulses.
-//! They know no direction, so that while the rotor stands they are the same in its frame. A rotor that turns drags the stator's
-//! memory along and feels it as a torque. Rotor iron, whose flux hardly changes in operation, is taken to follow its curve.
+//! The cells are in the stator's frame, because the flux of the stator's iron turns in operation and reverses under
+//! pulses. They are isotropic, so they are the same in the frame of a rotor at rest. A turning rotor drags the stator's
+//! memory along, which gives a torque. Rotor iron is assumed to have no hysteresis, because its flux hardly changes in
+//! operation.
 
 /// Cells that a motor may have.
 pub const MOST_CELLS: usize = 3;
@@ -22,28 +23,29 @@ pub const MOST_CELLS: usize = 3;
 /// Hysteresis of a stator's iron.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hysteresis {
-    /// Peak current in A that a coercive field strength in the iron amounts to: Σ κ, what stays of the cells' force after a large
-    /// change of the flux.
+    /// Peak current in A equivalent to a coercive field strength in the iron: Σ κ, the remaining force of the cells
+    /// after a large change of the flux.
     pub coercive_current: f64,
-    /// Share of the smaller of L_d and L_q, without current, that a pulse does not meet which is too small to move anything
-    /// pinned: what the iron's initial permeability makes of it. Above 0, below 1.
+    /// Reduction of the inductance for pulses that are too small to move any pinned flux, as a share of the smaller of
+    /// L_d and L_q without current; above 0, below 1. It follows from the iron's initial permeability.
     pub depth: f64,
-    /// How many cells, 1 to [`MOST_CELLS`].
+    /// Number of cells, 1 to [`MOST_CELLS`].
     pub cells: u8,
 }
 
-/// One cell.
+/// A cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cell {
-    /// K in 1/H; 0: there is none.
+    /// K in 1/H; 0: no cell.
     pub stiffness: f64,
     /// r in Wb.
     pub reach: f64,
 }
 
 impl Hysteresis {
-    /// Its cells, over the smaller incremental inductance in H at no current. They are equally stiff and reach (2 k − 1)/n of
-    /// the mean reach: as many as give, by the midpoint rule, Rayleigh's law, with a loss of the cube of a small amplitude.
+    /// Returns the cells; `inductance`: the smaller incremental inductance in H at no current. The cells have equal
+    /// stiffness, and the reach of cell k of n is (2 k − 1)/n of the mean. By the midpoint rule they approximate
+    /// Rayleigh's law, whose loss is in proportion to the cube of a small amplitude.
     ///
     /// ```
     /// use standstill_plant::Hysteresis;

@@ -14,13 +14,13 @@ use super::Magnetics;
 /// the gradient of `∫₀ˢ G(s) s ds`. The ribs draw current only away from ψ_n, the flux that the magnet would drive
 /// through them.
 ///
-/// **Temperature.** The energy is that of a barrier whose two sides differ by a magnetic potential `F = G ψ_b`: across it
-/// lie the magnet, `ψ_m = ψ_n + F/R_m` with its remanent flux ψ_n and its reluctance R_m, and the rib, whose flux is some
-/// `f(F)` of iron alone. From `ψ_d = ψ_m + f(F)` follows `ψ_b = F/R_m + f(F)`: the law between F and ψ_b, hence G,
-/// knows nothing of the magnet's strength. Without potential the rib is not saturated and shorts the barrier (G = 0
-/// at ψ_b = 0); the magnet saturates it as far as its flux ψ_n has to come back through it. So a warmer magnet is a
-/// smaller ψ_n in the same law: it saturates the rib less, and L_d grows. A current that opposes the magnet from outside
-/// would do the contrary, drive the rib further into saturation.
+/// **Temperature.** The energy is that of a barrier between whose two sides there is a magnetic potential `F = G ψ_b`:
+/// the magnet lies across it, `ψ_m = ψ_n + F/R_m` with remanent flux ψ_n and reluctance R_m, and so does the rib, whose
+/// flux f(F) depends on its iron only. From `ψ_d = ψ_m + f(F)` follows `ψ_b = F/R_m + f(F)`: the law between F and ψ_b,
+/// hence G, does not depend on the magnet's strength. Without potential the rib is not saturated and shorts the barrier
+/// (G = 0 at ψ_b = 0); the magnet saturates it as far as its flux ψ_n has to come back through it. A warmer magnet is
+/// therefore a smaller ψ_n in the same law: it saturates the rib less, and L_d grows. A winding current that opposes
+/// the magnet has the opposite effect and saturates the rib further.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IronBridge<T = f64> {
     /// a_b in A/Wb^(W+1).
@@ -47,7 +47,7 @@ const GAUSS: [(f64, f64); 4] = [
 const PANELS: u8 = 8;
 
 impl<T: Lane> IronBridge<T> {
-    /// G and s dG/ds, both in 1/H.
+    /// Returns G and s dG/ds, both in 1/H.
     #[inline(always)]
     fn conductance(&self, s: T) -> (T, T) {
         let p = power(s, self.exponent);

@@ -1,4 +1,4 @@
-//! Slips that data sheets invite, each with its factor.
+//! Typical slips in data sheets, each with its factor.
 
 use std::f64::consts::SQRT_2;
 
@@ -7,14 +7,14 @@ use standstill_quantity::listed;
 
 use super::{Guess, Numbers};
 
-/// A number that was meant otherwise.
+/// A number that was meant differently.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slip {
     key: Key,
     /// Factor from the number found to the number meant.
     factor: f64,
     why: Why,
-    /// How much rarer than the most usual one, as a logarithm.
+    /// Logarithm of how much rarer the slip is than the most usual one.
     pub(super) rare: f64,
 }
 
@@ -57,7 +57,7 @@ enum Why {
 }
 
 impl Slip {
-    /// Returns all that could have happened to these numbers.
+    /// Returns all slips that these numbers may contain.
     pub(super) fn all(of: &Numbers) -> Vec<Self> {
         let mut all = prefixes(of);
         let p = of.pole_pairs;
@@ -93,7 +93,7 @@ impl Slip {
         all
     }
 
-    /// Returns the numbers without it.
+    /// Returns the numbers with the slip undone.
     pub(super) fn mended(&self, numbers: &Numbers) -> Numbers {
         let mut numbers = *numbers;
         let f = self.factor;
@@ -118,7 +118,7 @@ impl Slip {
         numbers
     }
 
-    /// In words, with the number that is then meant.
+    /// Describes the slip in words, with the number that was meant.
     pub(super) fn guess(&self, of: &Numbers) -> Guess {
         let key = self.key.name();
         let meant = value(self.key, &self.mended(of));
@@ -132,7 +132,7 @@ impl Slip {
     }
 }
 
-/// Forgotten, added and exchanged prefixes, and plain numbers in another unit than SI.
+/// Returns slips with forgotten, added and exchanged prefixes, and plain numbers in units other than SI.
 fn prefixes(of: &Numbers) -> Vec<Slip> {
     let ratings = of.ratings;
     let keys = [

@@ -15,12 +15,13 @@ use super::super::MotorError;
 use super::given::{in_phase_values, instead_of, keys};
 use super::reader::Reader;
 
-/// One number of a motor in one of the ways in which it is given, see [`DataSheet::equal_numbers`](crate::DataSheet::equal_numbers).
+/// A number of a motor, expressed in one of the ways that data sheets use, see
+/// [`DataSheet::equal_numbers`](crate::DataSheet::equal_numbers).
 #[derive(Clone, Debug, PartialEq)]
 pub struct EqualNumber {
     /// Name of the quantity, such as `resistance`; the same for all ways of giving it.
     pub quantity: &'static str,
-    /// Its key in `[nameplate]`; none of ways that data sheets here do not take.
+    /// Key in `[nameplate]`; none if data sheets here do not accept this way.
     pub key: Option<&'static str>,
     /// Value in `unit`.
     pub value: f64,
@@ -54,7 +55,7 @@ impl Ways<'_> {
     }
 }
 
-/// Resistance of a phase in Ω.
+/// Appends all ways of giving the resistance `r` of a phase in Ω.
 fn of_resistance(r: f64, all: &mut Vec<EqualNumber>) {
     let mut ways = Ways("resistance", all);
     ways.key::<Ohm>("resistance", r, "of a phase, in star");
@@ -83,7 +84,7 @@ fn of_inductances([d, q]: [f64; 2], all: &mut Vec<EqualNumber>) {
     ways.other((q - d).abs() / (q + d), "", "saliency, |L_q − L_d| / (L_q + L_d)");
 }
 
-/// Peak flux linkage of a phase in Wb, and pole pairs where they are known.
+/// Appends all ways of giving the peak flux linkage of a phase in Wb; those per turn of the shaft need the pole pairs.
 fn of_flux(flux: f64, pole_pairs: Option<f64>, all: &mut Vec<EqualNumber>) {
     type Volts = VoltPerThousandRevolutionsPerMinute;
     let mut ways = Ways("magnet's flux", all);
@@ -111,7 +112,7 @@ fn of_flux(flux: f64, pole_pairs: Option<f64>, all: &mut Vec<EqualNumber>) {
     ways.other(SQRT_2 * torque, "N m/A", "torque per ampere rms of a phase");
 }
 
-/// Peak current of a phase in A.
+/// Appends all ways of giving the peak current of a phase in A.
 fn of_current(peak: f64, all: &mut Vec<EqualNumber>) {
     let mut ways = Ways("rated current", all);
     ways.key::<Ampere>("rated_current", peak, "of a phase, peak");
@@ -194,7 +195,7 @@ pub(in crate::datasheet) fn equal_numbers(given: &Table) -> Result<Vec<EqualNumb
     Err(MotorError::Format { file: "the numbers given".to_owned(), message: reader.problems.join("; ") })
 }
 
-/// Returns the table of a list of `KEY` and `VALUE`: numbers where they are, texts otherwise.
+/// Makes a table of pairs of key and text. Texts that are numbers become numbers.
 pub(in crate::datasheet) fn table<'a>(given: impl IntoIterator<Item = (&'a str, &'a str)>) -> Table {
     let value = |text: &str| {
         let text = text.trim();

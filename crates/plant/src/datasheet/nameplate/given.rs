@@ -1,20 +1,24 @@
-//! Numbers of a `[nameplate]` in the ways in which data sheets and controllers give them, and the values of a phase that they come to.
+//! Numbers of a `[nameplate]` in the ways in which data sheets and controllers give them, and the values of a phase
+//! that they come to.
 //!
-//! In what follows ω is the electrical speed, p the number of pole pairs, ψ the peak flux linkage of a phase. A shaft's speed n in
-//! revolutions per minute makes ω = p·2π·n/60.
+//! In the list below, ω is the electrical speed, p the number of pole pairs, ψ the peak flux linkage of a phase. A
+//! shaft's speed n in revolutions per minute makes ω = p·2π·n/60.
 //!
-//! * **Between two terminals.** Two phases of a star are in series, so a resistance or an inductance between two terminals is twice
-//!   that of a phase. In delta a phase is parallel to the other two in series: what is measured is 2/3 of it, and half of that is a third,
-//!   the phase of the star that behaves alike. So half is right whatever the winding. While the shaft turns, the inductance between two
-//!   terminals runs from 2·L_d to 2·L_q, the third terminal open; magnets inside the rotor make L_d the lesser one.
-//! * **`Kv`** in rpm/V is the speed at which the *peak* voltage between two terminals is one volt: √3·ω·ψ = 1 V at n = Kv, so that
-//!   ψ = 60 / (2π·√3·p·Kv). This is the hobby's convention; ODrive's torque constant 8.27 / Kv N m per ampere of a phase's peak is
-//!   the same statement, 3/2·p·ψ = √3/2·60/(2π) / Kv.
-//! * **`Ke_…`** in V per 1,000 rpm is ψ·ω at n = 1,000, times √3 between two terminals, over √2 as an rms value. `Ke_line_peak` is that
-//!   of `MathWorks`' Motor Control Blockset (`Vpk_LL/krpm`), `Ke_line_rms` that of ST's Motor Control Workbench ("Volts RMS ph-ph/kRPM").
-//! * **`vesc_…`** are `foc_motor_r`, `foc_motor_l`, `foc_motor_flux_linkage` and `foc_motor_ld_lq_diff` of a VESC: values of a phase,
-//!   L = (L_d + L_q)/2 and difference L_q − L_d (`motor/foc_math.c`: `p_lq = l + diff/2`, `p_ld = l − diff/2`). Firmware before 5.03
-//!   measured R and L 2/3 as large ("Correct scaling for resistance and inductance" in its changelog).
+//! * **Between two terminals.** Two phases of a star are in series, so a resistance or an inductance between two
+//!   terminals is twice that of a phase. In delta a phase is parallel to the other two in series, so the measured value
+//!   is 2/3 of a phase's. Half of it, 1/3, is the phase of the equivalent star. Half of the measured value is therefore
+//!   right for either connection. While the shaft turns, the inductance between two terminals runs from 2·L_d to 2·L_q,
+//!   with the third terminal open; magnets inside the rotor make L_d the smaller one.
+//! * **`Kv`** in rpm/V is the speed at which the *peak* voltage between two terminals is one volt: √3·ω·ψ = 1 V at n =
+//!   Kv, so that ψ = 60 / (2π·√3·p·Kv). This is the hobby's convention; ODrive's torque constant 8.27 / Kv N m per
+//!   ampere of a phase's peak is the same statement, 3/2·p·ψ = √3/2·60/(2π) / Kv.
+//! * **`Ke_…`** in V per 1,000 rpm is ψ·ω at n = 1,000, times √3 between two terminals, over √2 as an rms value.
+//!   `Ke_line_peak` is that of `MathWorks`' Motor Control Blockset (`Vpk_LL/krpm`), `Ke_line_rms` that of ST's Motor
+//!   Control Workbench ("Volts RMS ph-ph/kRPM").
+//! * **`vesc_…`** are `foc_motor_r`, `foc_motor_l`, `foc_motor_flux_linkage` and `foc_motor_ld_lq_diff` of a VESC:
+//!   values of a phase, L = (L_d + L_q)/2 and difference L_q − L_d (`motor/foc_math.c`: `p_lq = l + diff/2`, `p_ld = l
+//!   − diff/2`). Firmware before 5.03 measured R and L 2/3 as large ("Correct scaling for resistance and inductance" in
+//!   its changelog).
 //! * **`rated_current_rms`** is the rms current of a phase, its peak over √2.
 
 #[cfg(test)]
@@ -78,7 +82,7 @@ pub(super) fn keys() -> impl Iterator<Item = &'static str> {
     GROUPS.iter().flat_map(|group| group.ways.iter().copied().flatten().copied())
 }
 
-/// Returns whether another key of a sheet says what this one, such as `nameplate.magnet_flux`, would.
+/// Returns true if another key of a sheet gives the same number as this key, such as `nameplate.magnet_flux`.
 pub(in crate::datasheet) fn stands_for(key: &str, sheet: &Table) -> bool {
     let plate = sheet.get("nameplate").and_then(Value::as_table);
     let group =
@@ -87,7 +91,7 @@ pub(in crate::datasheet) fn stands_for(key: &str, sheet: &Table) -> bool {
     group.is_some_and(|group| group.ways[1..].iter().copied().flatten().any(given))
 }
 
-/// Returns the keys to write in place of one that leaves open what it is.
+/// Returns the unambiguous keys that replace an ambiguous one.
 pub(super) fn instead_of(key: &str) -> Option<&'static str> {
     Some(match key {
         "Ke" | "ke" | "K_e" => {
@@ -103,17 +107,17 @@ pub(super) fn instead_of(key: &str) -> Option<&'static str> {
     })
 }
 
-/// ψ in Wb of a speed constant in rpm/V and of pole pairs.
+/// Returns ψ in Wb for a speed constant in rpm/V and a number of pole pairs.
 fn of_speed_constant(kv: f64, pole_pairs: f64) -> f64 {
     60.0 / (2.0 * PI * 3.0_f64.sqrt() * pole_pairs * kv)
 }
 
-/// ψ in Wb of a peak voltage of a phase at 1,000 rpm.
+/// Returns ψ in Wb for the peak voltage of a phase at 1,000 rpm.
 fn of_voltage_constant(phase_peak: f64, pole_pairs: f64) -> f64 {
     phase_peak / (pole_pairs * 2.0 * PI * 1000.0 / 60.0)
 }
 
-/// Returns a number as it goes on, in six digits: what it was made of has fewer.
+/// Returns a converted number with its source, rounded to six digits; the given number has fewer.
 fn converted(value: f64, from: &Value, how: &str) -> Value {
     let value = format!("{value:.5e}").parse().unwrap_or(value);
     let of = |key: &str| from.get(key).and_then(Value::as_str);
@@ -125,8 +129,9 @@ fn converted(value: f64, from: &Value, how: &str) -> Value {
     sourced(value, source, &(how.replace("{}", &plain) + &reason))
 }
 
-/// Returns the table with a phase's values in place of all others. What is wrong, or given twice, goes to the
-/// reader's problems; a number that is wrong is stood for by one that nobody will see.
+/// Returns the table with the values of a phase in place of all other ways of giving them. Wrong numbers and numbers
+/// given twice are added to the reader's problems. A wrong number is replaced by a valid one, which is not used because
+/// the sheet is refused.
 pub(super) fn in_phase_values(reader: &mut Reader) -> Table {
     let given = reader.table;
     let mut table = given.clone();

@@ -1,4 +1,4 @@
-//! Another number of a nameplate, and what follows from it in the tables that the nameplate stands for.
+//! Changes of a nameplate's number, and of the numbers that follow from it in the tables made from the nameplate.
 
 use standstill_files::sheet::Sourced;
 use standstill_quantity::{Quantity, Unit};
@@ -27,8 +27,8 @@ fn put<U: Unit>(number: &mut Sourced<U>, value: f64) {
 }
 
 impl DataSheet {
-    /// Puts another number into the `[nameplate]`, in SI: the sheet is then what reading the file with this number gives, winding and
-    /// assumed inertia and friction included. None of a sheet without a nameplate, which stays as it is.
+    /// Replaces a number of the `[nameplate]`, in SI. The sheet then equals the one read from a file with this number,
+    /// including winding and assumed inertia and friction. Without a nameplate, returns none and changes nothing.
     ///
     /// ```
     /// use standstill_plant::{DataSheet, NameplateNumber};

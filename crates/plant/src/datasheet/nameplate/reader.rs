@@ -67,7 +67,8 @@ pub(in crate::datasheet) fn spelled_out(
     Err(MotorError::Format { file: file.to_owned(), message })
 }
 
-/// Larger or smaller numbers are typing errors of any motor, and would end in infinities.
+/// Returns true for positive numbers within the limits of a motor. Numbers beyond are typing errors and would become
+/// infinite.
 fn positive(value: f64) -> bool {
     (1e-15..=1e12).contains(&value)
 }
@@ -80,7 +81,7 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Where a key stands, in words that a message begins with.
+    /// Returns the place of a key in words, as the beginning of a message.
     pub(super) fn place(&self, key: &str) -> String {
         let first = key.split('.').next().unwrap_or_default();
         let text = self.text.filter(|_| self.table.contains_key(first));
@@ -89,7 +90,7 @@ impl Reader<'_> {
         line.map_or_else(|| format!("`{key}` "), |line| format!("line {line}, `{key}`: "))
     }
 
-    /// Returns a number by its key; `needed` says what it must be, which `fits` knows.
+    /// Returns the number of a key if `fits` accepts it. `needed`: description of the accepted values, for the message.
     pub(super) fn number<U: Unit>(
         &mut self,
         key: &'static str,

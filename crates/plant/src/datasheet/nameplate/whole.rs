@@ -1,12 +1,12 @@
-//! From a `[nameplate]` to the tables of any data sheet.
+//! Conversion of a `[nameplate]` to the tables of a data sheet.
 
 use standstill_files::sheet::PLAIN;
 use toml::{Table, Value};
 
-/// Tables that a sheet with a `[nameplate]` may have beside it.
+/// Tables that may stand beside a `[nameplate]`.
 pub(super) const BESIDE: [&str; 5] = ["rotor", "harmonics", "eddy", "hysteresis", "thermal"];
 
-/// Returns a number as it goes on: with its source.
+/// Returns a number as a table with its source and reason.
 pub(super) fn sourced(value: impl Into<Value>, source: &str, reason: &str) -> Value {
     let pairs = [("value", value.into()), ("source", source.into()), ("reason", reason.into())];
     Value::Table(pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
@@ -32,7 +32,7 @@ pub(super) struct Nameplate {
     pub(super) pole_pairs: f64,
 }
 
-/// L_A and L_B in H that make L_d and L_q with this leakage.
+/// Returns the L_A and L_B in H that give this L_d and L_q with this leakage.
 pub(super) fn winding([l_d, l_q]: [f64; 2], leakage: f64) -> [f64; 2] {
     [(l_d + l_q - 2.0 * leakage) / 3.0, (l_d - l_q) / 3.0]
 }
@@ -48,9 +48,9 @@ pub(super) struct Strength {
 }
 
 impl Strength {
-    /// Inertia in kg m² and sliding friction in N m where they are not given, in proportion to what the motor can do, as those of
-    /// the paper's motor: rated torque T brings the rotor to the speed ω that its DC link allows in 0.16 s, and friction is 1.4 %
-    /// of T. To two digits.
+    /// Returns the default inertia in kg m² and sliding friction in N m, to two digits. They are in the proportions of
+    /// the paper's motor: rated torque T brings the rotor in 0.16 s to the speed that its DC link allows, and friction
+    /// is 1.4 % of T.
     pub(super) fn inertia_and_friction(&self) -> [f64; 2] {
         let [l_d, l_q] = self.inductance;
         // Reluctance makes torque too; and there is always a rotor.
@@ -64,7 +64,7 @@ impl Strength {
 }
 
 impl Nameplate {
-    /// With all that it stands for.
+    /// Returns the whole data sheet, with the tables that follow from the nameplate.
     pub(super) fn sheet(self, file: &str, stated: &Table) -> Table {
         let mut sheet = Table::new();
         let stem = std::path::Path::new(file).file_stem().map_or_else(String::new, |stem| {
@@ -114,7 +114,7 @@ impl Nameplate {
         sheet
     }
 
-    /// Inertia and friction where they are not given.
+    /// Adds default inertia and friction if they are not given.
     fn fill_rotor(&self, rotor: &mut Table) {
         let Self { inductance, magnet_flux, rated_current, dc_link, pole_pairs, .. } = *self;
         let strength = Strength { inductance, magnet_flux, rated_current, dc_link, pole_pairs };

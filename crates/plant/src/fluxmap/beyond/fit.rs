@@ -1,8 +1,9 @@
-//! Algebraic cores fitted to a map: the laws by which a side without data is continued.
+//! Algebraic cores fitted to a map: the laws that continue a side without data.
 //!
-//! With its exponents given, an [`Algebraic`] core is linear in its factors: currents are a sum of known functions of the flux, whose
-//! factors must not be negative. Iron bridges add three numbers that are not linear (ψ_n, k_q and where they saturate), which a
-//! search by steps finds around that. Fluxes and currents are in shares of the largest ones meanwhile.
+//! For given exponents, an [`Algebraic`] core is linear in its factors: currents are sums of known functions of the
+//! flux, with factors that must not be negative. Iron bridges add three non-linear numbers: ψ_n, k_q and the flux at
+//! which the bridges saturate. An outer search by steps finds these. Fluxes and currents are scaled by their largest
+//! values during the fit.
 
 use nalgebra::{DMatrix, DVector};
 use standstill_interface::Dq;
@@ -22,7 +23,7 @@ pub struct FittedCore {
 /// A flux in Wb and its current in A.
 pub(super) type Point = (Dq<f64>, Dq<f64>);
 
-/// Exponents that are tried of each axis by itself, and of what couples them.
+/// Exponents that are tried for each axis and for the cross-coupling.
 const OWN: [u8; 10] = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12];
 const CROSS: [u8; 4] = [0, 1, 2, 3];
 /// And of the conductance of a bridge.
@@ -59,7 +60,7 @@ pub(super) struct Data {
 }
 
 impl Data {
-    /// None without flux or current.
+    /// Scales points to their largest flux and current; none if all fluxes or all currents are zero.
     pub(super) fn new(points: &[Point]) -> Option<Self> {
         let flux = points.iter().map(|(flux, _)| flux.norm()).fold(0.0, f64::max);
         let current = points.iter().map(|(_, current)| current.norm()).fold(0.0, f64::max);
@@ -121,8 +122,8 @@ impl Data {
         better
     }
 
-    /// Returns the best ψ_n, k_q and a_bp for these exponents, by steps along each that are halved where none is
-    /// better.
+    /// Returns the best ψ_n, k_q and a_bp for these exponents. The search takes steps along each of the three and
+    /// halves them when no step improves the fit.
     fn with_bridge(&self, exponents: Exponents, exponent: u8) -> Option<Shape> {
         let at = |numbers| self.linear(exponents, Some(Bridge { numbers, exponent }));
         let starts = [0.4, 0.8].into_iter().flat_map(|flux| [0.0, 3.0].map(|bend| [flux, -2.0, bend]));
@@ -175,7 +176,7 @@ impl Data {
         Some(Shape { exponents, bridge, factors, square })
     }
 
-    /// In Wb and A.
+    /// Returns the core in Wb and A.
     fn core(&self, shape: &Shape) -> FittedCore {
         let [s, t, u, v] = shape.exponents;
         let [d, dd, q, qq, cross, magnet, bridge] = shape.factors;
@@ -221,8 +222,8 @@ fn functions(flux: Dq<f64>, [s, t, u, v]: Exponents, bridge: Option<Bridge>) -> 
     ]
 }
 
-/// Returns the factors of least squares, and by how much they reduce the sum of squares: where some are negative, the
-/// most negative one is left out, until none is. `normal` is filled below its diagonal.
+/// Returns the non-negative factors of least squares, and the reduction of the sum of squares. While some factors are
+/// negative, the most negative one is set to zero. `normal` is filled below its diagonal.
 fn not_negative(
     normal: &[[f64; FACTORS]; FACTORS],
     right: &[f64; FACTORS],

@@ -9,7 +9,7 @@ pub(super) fn one_sided(axis: &[f64]) -> bool {
     axis[0] == 0.0 || axis[axis.len() - 1] == 0.0
 }
 
-/// Returns the values that occur, in order; what differs by rounding only is one.
+/// Returns the distinct values in ascending order; values that differ by rounding only count as one.
 pub(super) fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Where the energy of a map bends, and how close together the surface's cells and points must be there.
+//! Curvature of the energy of a map, and from it the spacing of the surface's cells and points.
 
 use standstill_numeric::Symmetric;
 
@@ -26,11 +26,11 @@ const STRAIGHT: f64 = 0.1;
 pub(super) struct Bends {
     /// Along d and q, in A.
     currents: [Vec<f64>; 2],
-    /// At all pairs, i_q running faster.
+    /// Samples at all pairs of currents; i_q varies fastest.
     samples: Vec<Sample>,
     /// Lowest and highest ψ_d and ψ_q in Wb.
     bounds: [[f64; 2]; 2],
-    /// How close together cells should be, over equal parts of ψ_d and ψ_q.
+    /// Density of cells in equal parts of the ranges of ψ_d and ψ_q.
     densities: [Vec<f64>; 2],
 }
 
@@ -43,7 +43,7 @@ fn bounds(samples: &[Sample], axis: usize) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// By how much inverse inductances differ, relative.
+/// Returns the relative difference of two inverse inductances.
 fn change(one: Symmetric, other: Symmetric) -> f64 {
     let (xx, yy) = (one.xx.max(other.xx), one.yy.max(other.yy));
     (one.xx - other.xx).abs() / xx
@@ -61,7 +61,7 @@ impl Bends {
         found
     }
 
-    /// How far apart in the list of samples those are that follow each other along an axis, and whether one is the last.
+    /// Returns the index of the sample after sample k along an axis; none for the last one.
     fn next(&self, axis: usize, k: usize) -> Option<usize> {
         let [n, m] = [self.currents[0].len(), self.currents[1].len()];
         match axis {
@@ -70,8 +70,8 @@ impl Bends {
         }
     }
 
-    /// A spline of degree 5 follows a function best if its cells are in proportion to a root of its bends; the fourth one
-    /// does well with what a map's are.
+    /// Returns the density of cells along an axis: the fourth root of the curvature. For a spline of degree 5 the best
+    /// density is in proportion to a root of the curvature, and the fourth root suits maps.
     fn density(&self, axis: usize) -> Vec<f64> {
         let [low, high] = self.bounds[axis];
         let mut bends = vec![0.0_f64; PARTS];
@@ -102,7 +102,7 @@ impl Bends {
         blurred.iter().map(|bend| EVEN + (1.0 - EVEN) * bend / mean).collect()
     }
 
-    /// So many cells along each axis.
+    /// Returns `count` cells along each axis.
     pub(super) fn cells(&self, count: usize) -> [Cells; 2] {
         [0, 1].map(|axis| Cells::new(self.bounds[axis], &self.densities[axis], count))
     }
@@ -140,7 +140,8 @@ impl Bends {
     }
 }
 
-/// Returns the values of an axis and some between them; of a finer axis as many, evenly chosen.
+/// Returns the values of an axis and values between them. Of an axis with very many values, returns fewer, evenly
+/// chosen.
 fn finer(axis: &[f64]) -> Vec<f64> {
     let parts = (LOOKS / (axis.len() - 1)).max(1);
     spread(axis, (parts * (axis.len() - 1)).min(2 * LOOKS) + 1)

@@ -1,21 +1,21 @@
 //! Cells along one axis of a surface, and the B-splines of degree 5 on them.
 //!
-//! Cells are narrow where the energy bends and wide where it does not. A saturating core goes from one inductance to
-//! another within a hundredth of its flux; equal cells would have to be as narrow everywhere.
+//! Cells are narrow where the energy bends and wide elsewhere. A saturating core goes from one inductance to another
+//! within a hundredth of its flux; equal cells would have to be that narrow everywhere.
 
 /// Functions that differ from zero in a cell.
 pub(super) const WIDTH: usize = 6;
 
 const DEGREE: usize = WIDTH - 1;
 
-/// The narrowest cell is this share of the one that all would have if they were equal, and a little more.
+/// Approximate smallest width of a cell, as a share of the width of equal cells.
 const NARROWEST: f64 = 1.0 / 32.0;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cell {
     start: f64,
     end: f64,
-    /// One over its width.
+    /// Reciprocal of the width, in 1/Wb.
     per_width: f64,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct Spot {
     pub(super) cell: usize,
     /// The place in it, 0 to 1.
     pub(super) t: f64,
-    /// How fast t goes with the flux, in 1/Wb.
+    /// Slope of t over the flux, in 1/Wb.
     pub(super) per_width: f64,
 }
 
@@ -48,8 +48,8 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// So many, over fluxes from `low` to `high` in Wb and one of room on either side; `density` says over equal parts of the
-    /// fluxes where they are close to each other.
+    /// Makes `count` cells over fluxes from `low` to `high` in Wb, with one extra cell on either side. `density`:
+    /// density of cells in equal parts of the range.
     pub(super) fn new([low, high]: [f64; 2], density: &[f64], count: usize) -> Self {
         let equal = (high - low) / density.len() as f64;
         let inner = count - 2;
@@ -95,12 +95,12 @@ impl Cells {
         Self { knots, spans: cells, powers, parts, low, high, parts_per_flux }
     }
 
-    /// How many.
+    /// Returns the number of cells.
     pub(super) fn count(&self) -> usize {
         self.spans.len()
     }
 
-    /// How many functions.
+    /// Returns the number of spline functions.
     pub(super) fn functions(&self) -> usize {
         self.spans.len() + DEGREE
     }
@@ -111,7 +111,7 @@ impl Cells {
         flux.clamp(self.low, self.high)
     }
 
-    /// Where a flux inside is.
+    /// Finds the cell of a flux within the range, and the place in it.
     #[inline]
     pub(super) fn find(&self, flux: f64) -> Spot {
         // Never negative, and not beyond the last part.

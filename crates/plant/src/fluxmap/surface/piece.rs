@@ -13,7 +13,7 @@ use super::cells::{Powers, Spot, WIDTH};
 pub(super) struct Piece([[f64; WIDTH]; WIDTH]);
 
 impl Piece {
-    /// From a cell's functions along d and q and the coefficients of their products.
+    /// Makes the polynomial of a cell from its spline functions along d and q and the coefficients of their products.
     pub(super) fn of(d: &Powers, q: &Powers, coefficient: impl Fn(usize, usize) -> f64) -> Self {
         let mut along = [[0.0; WIDTH]; WIDTH];
         for (n, along) in along.iter_mut().enumerate() {
@@ -26,7 +26,8 @@ impl Piece {
         }))
     }
 
-    /// W in J per 3/2, its gradient in A and its Hessian in 1/H, by Horner's rule: for all powers of d at once, then along d.
+    /// Returns W in J per 3/2, its gradient in A and its Hessian in 1/H, by Horner's rule: first along q for all powers
+    /// of d at once, then along d.
     #[inline]
     pub(super) fn at(&self, d: Spot, q: Spot) -> (f64, Dq<f64>, Symmetric) {
         let [c0, c1, c2, c3, c4, c5] = &self.0;

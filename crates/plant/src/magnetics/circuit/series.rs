@@ -1,9 +1,10 @@
-//! A constant inductance in series with a core, along d and q: what stands for a change of L_A and L_B on any core.
+//! A constant inductance in series with a core, along d and q. It represents a change of L_A and L_B of any core.
 //!
 //! ```text
 //!   ψ = u + M i,   i = ∂W₀/∂u − magnet,   W(ψ) = W₀(u) − magnet·u + ½ i·M i
 //! ```
-//! Then `∂W/∂ψ = i` and `Γ = (Γ₀⁻¹ + M)⁻¹`: again one energy, at rest where the core alone is.
+//! Then `∂W/∂ψ = i` and `Γ = (Γ₀⁻¹ + M)⁻¹`: the result is again one energy, with the flux without current of the core
+//! alone.
 
 use standstill_interface::Dq;
 use standstill_numeric::Symmetric;

@@ -1,4 +1,4 @@
-//! The magnetic circuits of several motors side by side: each has numbers of its own.
+//! The magnetic circuits of several motors in parallel lanes, with separate parameters per motor.
 
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
@@ -31,7 +31,7 @@ pub struct Eddies<V: Wide> {
     pub inverse_inductance: Dq<V>,
 }
 
-/// A linear core is an algebraic one without saturation.
+/// Returns a core as an algebraic one; a linear core is an algebraic one without saturation. None for other cores.
 fn formula(core: &Core) -> Option<Algebraic> {
     match core {
         Core::Algebraic(core) => Some(*core),
@@ -66,7 +66,7 @@ fn put_symmetric<V: Wide>(to: &mut Symmetric<V>, lane: usize, from: Symmetric) {
 }
 
 impl<V: Wide> Circuits<V> {
-    /// For circuits of the same kind as this one, which stands in all lanes.
+    /// Makes lanes for circuits of the same kind as this one, and puts this one into all lanes.
     pub fn like(circuit: &MagneticCircuit) -> Self {
         let none = Dq::new(zero(), zero());
         let mut circuits = Self {
@@ -139,8 +139,8 @@ impl<V: Wide> Circuits<V> {
         self.eddy.as_ref()
     }
 
-    /// Returns the current, inductance and their slopes at fluxes in Wb. `cores` are the motors' own, looked at where
-    /// there is no formula.
+    /// Returns the current, the inductance and their slopes at fluxes in Wb. `cores`: circuits of the motors, which are
+    /// evaluated one by one if the cores are not formulas.
     #[inline(always)]
     pub fn state(&self, flux: Dq<V>, at: Heading<V>, cores: &[&MagneticCircuit]) -> MagneticState<V> {
         if let Some(distortion) = &self.distortion {
@@ -165,7 +165,8 @@ impl<V: Wide> Circuits<V> {
         self.formula.is_none()
     }
 
-    /// How far the cores are from the end of the currents that they are known for, in A; infinite for formulas.
+    /// Returns the distance in A of the cores' currents from the ends of the ranges of their maps; infinite for
+    /// formulas.
     #[inline(always)]
     pub fn room(&self, current: Dq<V>, cores: &[&MagneticCircuit]) -> V {
         if self.formula.is_some() { V::of(f64::INFINITY) } else { look_up_room(&current, cores) }
