@@ -1,5 +1,5 @@
-//! ABI 1: libraries that were compiled with the first `standstill.h`, which had no sizes, no link current, no terminals and no
-//! comparators. They are called through these types and get what they know.
+//! ABI 1: libraries compiled with the first `standstill.h`, which had no sizes, link current, terminals or comparators.
+//! They are called through these types and receive only the data of that version.
 #![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
 
 use std::ffi::{c_char, c_void};
@@ -11,7 +11,7 @@ use standstill_interface::abi::{self, Answer, Command, Create, Destroy, Drive, L
 #[allow(clippy::cast_possible_truncation, reason = "a struct of some bytes")]
 pub const DRIVE_BYTES: u32 = offset_of!(Drive, settle_ns) as u32;
 
-/// `sts_sample`: the first fields of the present one, with zeros in what was reserved.
+/// `sts_sample` of ABI 1: the first fields of the present structure, with zeros in the reserved ones.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Sample1 {
@@ -52,7 +52,7 @@ pub struct Legs1 {
 }
 
 impl Legs1 {
-    /// The legs as they are now.
+    /// Converts the legs of the present version.
     pub fn of(legs: &Legs) -> Self {
         Self { leg: legs.leg, reserved: 0, duty: legs.duty }
     }
@@ -63,7 +63,7 @@ impl Legs1 {
     }
 }
 
-/// `sts_command`, whose stages are laid out as they are now.
+/// `sts_command` of ABI 1; its stages have the present layout.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Command1 {
@@ -133,7 +133,7 @@ pub struct Table1 {
 }
 
 impl Table1 {
-    /// The table as the present version has it, without its functions of the two levels.
+    /// Converts the table to the present version, without the functions `step` and `isr`.
     pub fn common(&self) -> abi::Table {
         let Self { abi, size, flags, pwm_hz, sample_at, update_delay, name, create, destroy, reason, .. } =
             *self;

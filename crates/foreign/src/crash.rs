@@ -16,9 +16,9 @@ use std::{fmt, ptr};
 pub enum Moment {
     /// To be loaded.
     Load,
-    /// For a detector that is made before the first trial, to see whether one can be made.
+    /// Before the first trial, to see whether a detector can be made.
     Check,
-    /// In a trial.
+    /// In this trial.
     Trial(u64),
 }
 
@@ -41,7 +41,7 @@ pub struct Site {
 }
 
 impl Site {
-    /// Site of a call into a library at this moment.
+    /// Makes the site of a call into a library at this moment.
     pub fn new(library: &'static String, moment: Moment) -> Self {
         Self { library, moment }
     }
@@ -83,12 +83,13 @@ fn new_place() -> &'static Place {
     place
 }
 
-/// From here on to its [`Inside::leave`] a crash is that detection's. What unwinds instead is an exception of C++, which may
-/// not pass through this program.
+/// Marks this thread as inside a library, from [`enter`] to [`Inside::leave`]; a crash in between is attributed to the
+/// detection. If a C++ exception unwinds through it, the process ends, because such exceptions may not pass through
+/// this program.
 #[must_use]
 pub struct Inside(&'static Place);
 
-/// See [`Inside`].
+/// Marks this thread as inside a library, see [`Inside`].
 #[inline]
 pub fn enter(site: Site) -> Inside {
     if ISOLATED.load(Ordering::Relaxed) {
@@ -102,7 +103,7 @@ pub fn enter(site: Site) -> Inside {
 }
 
 impl Inside {
-    /// See [`enter`].
+    /// Ends the mark of [`enter`].
     #[inline]
     pub fn leave(self) {
         self.0.library.store(ptr::null_mut(), Ordering::Relaxed);
@@ -178,7 +179,7 @@ fn decimal(mut number: u64, digits: &mut [u8; 20]) -> &str {
 /// Whether this is a worker process.
 static ISOLATED: AtomicBool = AtomicBool::new(false);
 
-/// When the call that is under way began, in ns of the program's own clock; 0: none is.
+/// Start of the current call, in ns of the program's own clock; 0: no call.
 static BEGAN: AtomicU64 = AtomicU64::new(0);
 
 /// Ns since the first call of this, from 1.
@@ -227,7 +228,7 @@ pub fn isolate(limit: Duration) {
     let _ = is_ready.recv();
 }
 
-/// Why a worker ended, by its code or its signal.
+/// Describes why a worker ended, by its exit code or signal.
 pub fn ending(code: Option<i32>, signal: Option<i32>) -> String {
     let known = |number| SIGNALS.iter().find(|(known, _)| Some(*known) == number);
     match (code, signal) {
@@ -242,7 +243,7 @@ pub fn ending(code: Option<i32>, signal: Option<i32>) -> String {
     }
 }
 
-/// Signals that end a program because of what its code did.
+/// Signals that end a program because of an error in its code.
 const SIGNALS: [(libc::c_int, &str); 5] = [
     (libc::SIGSEGV, "SIGSEGV, memory that is not its own"),
     (libc::SIGBUS, "SIGBUS, memory that is not there"),
@@ -254,7 +255,7 @@ const SIGNALS: [(libc::c_int, &str); 5] = [
 /// Largest number of threads that may be inside of libraries at once.
 const AT_EXIT: usize = 1024;
 
-/// Makes crashes tell. Once for the program.
+/// Installs the signal handlers that report crashes, once per program.
 pub fn watch() {
     static WATCH: Once = Once::new();
     WATCH.call_once(|| {
@@ -289,12 +290,13 @@ fn write<'a>(texts: impl Iterator<Item = &'a &'a str>) {
     unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), length) };
 }
 
-/// Where this thread is, if it is in a library.
+/// Returns the place of this thread; none if it is not in a library.
 fn here() -> Option<&'static Place> {
     HERE.get().filter(|place| !place.library.load(Ordering::Relaxed).is_null())
 }
 
-/// Threads may crash or call `exit()` at the same time. The first one goes on, and ends the program for all.
+/// Lets only the first of several threads pass that crash or call `exit()` at the same time. That thread ends the
+/// program; the others wait.
 fn first() {
     static TELLS: AtomicBool = AtomicBool::new(false);
     while TELLS.swap(true, Ordering::Relaxed) {

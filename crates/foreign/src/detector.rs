@@ -41,16 +41,15 @@ impl PartialEq for Maker {
 pub struct Scale {
     /// Resolution in bits.
     pub bits: u8,
-    /// From one code to the next, in A or V.
+    /// Current in A or voltage in V per count.
     pub per_count: f64,
     /// Value of the code zero, in A or V.
     pub at_zero: f64,
 }
 
 impl Maker {
-    /// Detectors of a library on a drive that knows this, with converters for the currents, the DC link and the terminals where it
-    /// has some.
-    /// `config` has lines KEY=VALUE.
+    /// Makes the detectors of a library for a drive with this nameplate. `converters`: those of the currents, the DC
+    /// link and the terminals, if any. `config`: lines of KEY=VALUE.
     pub fn new(
         library: Arc<Library>,
         knows: &Nameplate<f64>,
@@ -111,16 +110,16 @@ impl Maker {
         &self.library
     }
 
-    /// Returns whether a task runs beside the interrupt.
+    /// Returns true if the library has a task beside the interrupt.
     pub fn has_task(&self) -> bool {
         matches!(self.library.level(), Level::Interrupt(timing) if timing.task.is_some())
     }
 
-    /// Returns a detector with its library's memory as after loading; of a trial, or to see whether one can be made.
-    /// `task_at`: when its task runs first, as a share of the task's period.
+    /// Makes a detector, with its library's memory as after loading. `trial`: number of the trial; none to check
+    /// whether a detector can be made. `task_at`: time of the task's first run, as a share of its period.
     ///
     /// # Errors
-    /// The message of a `create` that refused; an image that cannot be loaded.
+    /// The library's `create` refused, with its message, or the image cannot be loaded.
     pub fn detector(&self, seed: u64, task_at: f64, trial: Option<u64>) -> Result<Foreign, String> {
         let mut image = self.library.image().map_err(|error| error.to_string())?;
         let moment = trial.map_or(Moment::Check, Moment::Trial);
@@ -158,7 +157,7 @@ impl Maker {
     }
 }
 
-/// A periodic task of the library beside its interrupt.
+/// A periodic task of the library that runs beside its interrupt.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     period: Nanos,
@@ -166,7 +165,7 @@ struct Task {
     next: Nanos,
 }
 
-/// A detector of a library, in an image of its own.
+/// A detector of a library, in a separate image.
 pub struct Foreign {
     library: Arc<Library>,
     /// There until it is dropped.
@@ -177,7 +176,7 @@ pub struct Foreign {
     task: Option<Task>,
     samples: Vec<Sample>,
     log: Arc<Log>,
-    /// Its channels and its log, if it is traced.
+    /// Channels and log, if the detector is traced.
     watched: Option<Watched>,
     /// The drive's data of itself.
     drive: Drive,
@@ -193,7 +192,7 @@ impl fmt::Debug for Foreign {
 /// Numbers of reasons that are the bench's, here and in `guard.rs`: the last ones, so that a library's own are free from 0.
 const BROKE_ITS_SIDE: u32 = u32::MAX;
 
-/// A failure because the library did what the header does not allow.
+/// Returns a failure caused by a library that violates the header.
 pub fn broken(text: &str) -> Fault<f64> {
     Fault::Own(Own { code: BROKE_ITS_SIDE, text: kept(text) })
 }
@@ -234,11 +233,11 @@ fn evidence(deviations: Option<f64>, needed: Option<f64>) -> Result<Option<PoleE
     }
 }
 
-/// Status and result of a call, and the command while the detector goes on.
+/// Status and result of a call, and a command if the detector continues.
 type Asked = (i32, Answer, Option<Command<f64>>);
 
 impl Foreign {
-    /// Returns the next step, or why there is none.
+    /// Returns the next step, or the reason why there is none.
     fn next(&mut self, readings: &[Reading<f64>]) -> Result<Step<f64>, Fault<f64>> {
         let call = self.log.next_call();
         self.guard.lasted(readings);
@@ -257,7 +256,7 @@ impl Foreign {
         self.done(status, &answer)
     }
 
-    /// Calls the library: its status and result, and the command while it goes on.
+    /// Calls the library. Returns status and result, and a command if the detector continues.
     fn ask(&mut self, readings: &[Reading<f64>]) -> Result<Asked, Fault<f64>> {
         self.samples.clear();
         let Some(image) = &mut self.image else { return Err(Fault::UnexpectedReadings) };
@@ -303,7 +302,8 @@ impl Foreign {
         }
     }
 
-    /// From here on its channels are kept after each call, and its log is not written to standard error.
+    /// Keeps the values of the channels after each call from now on, and keeps the log instead of writing it to
+    /// standard error.
     pub fn watch(&mut self) {
         self.watched = Some(Watched::default());
     }
@@ -322,7 +322,7 @@ impl Foreign {
         }
     }
 
-    /// Returns the outcome that the library tells.
+    /// Returns the outcome that the library reports.
     fn done(&mut self, status: i32, answer: &Answer) -> Result<Step<f64>, Fault<f64>> {
         // Of an ideal drive, the root of a sum that rounds to less than 0: not known.
         let deviation = Some(f64::from(answer.angle_deviation)).filter(|deviation| !deviation.is_nan());

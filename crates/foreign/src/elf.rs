@@ -11,7 +11,7 @@ use object::{Endianness, elf, elf::FileHeader64};
 /// Contents of an ELF file that matter for loading it.
 #[derive(Clone, Debug, Default)]
 pub struct Elf {
-    /// Writable memory by addresses from where the library is loaded, without what becomes read-only after loading.
+    /// Address ranges of writable memory, relative to the load address, without memory that is read-only after loading.
     pub writable: Vec<[u64; 2]>,
     /// Bytes of thread-local memory.
     pub thread_local: u64,
@@ -32,29 +32,29 @@ pub struct Elf {
     pub init_array: [u64; 2],
     /// Addresses at which the loader puts that of a function or variable from elsewhere, with its name.
     pub taken: Vec<(u64, String)>,
-    /// Where in the file stands what a copy has otherwise.
+    /// Places in the file at which a copy differs.
     pub places: Places,
 }
 
-/// Where in a file stands what a copy of it in memory has otherwise, in bytes from its begin.
+/// Places in a file at which copies in memory differ from it, in bytes from its beginning.
 #[derive(Clone, Debug, Default)]
 pub struct Places {
-    /// Names of libraries that it needs, each as often as it stands there.
+    /// Places and names of required libraries; a name may occur several times.
     pub names: Vec<(usize, String)>,
-    /// Entries that have its functions run when it is loaded and unloaded.
+    /// Entries of functions that run when the library is loaded and unloaded.
     pub runs: Vec<usize>,
-    /// The entry of its own name.
+    /// Entry with the library's own name.
     pub own_name: Option<usize>,
-    /// Bindings of variables of which there is one in the whole program, however often the library is loaded.
+    /// Bindings of variables that exist once in the program, however often the library is loaded.
     pub unique: Vec<usize>,
     /// Address of its table of strings.
     pub strings: u64,
 }
 
-/// Returns the functions and variables that a shared library of Linux has for others.
+/// Returns the functions and variables that a shared library of Linux exports.
 ///
 /// # Errors
-/// The kind of a file that is no shared library for this machine.
+/// The file is not a shared library for this machine; the error contains its kind.
 pub fn exported(library: &[u8]) -> Result<Vec<String>, String> {
     Elf::parse(library).map(|elf| elf.exported)
 }
@@ -96,7 +96,7 @@ fn usize_of(offset: u64) -> usize {
 }
 
 impl Elf {
-    /// Parses a file's bytes. The error says what the file is, if not a shared library for this machine.
+    /// Parses the bytes of a file. If it is not a shared library for this machine, the error contains its kind.
     pub fn parse(bytes: &[u8]) -> Result<Self, String> {
         if !bytes.starts_with(b"\x7fELF") {
             return Err("no library: the file does not begin as one".to_owned());
@@ -224,7 +224,7 @@ impl Elf {
         self.undefined.iter().any(|taken| taken == name)
     }
 
-    /// Returns the folders in which it has libraries looked for, of the file at a path.
+    /// Returns the folders that the file at this path specifies for the search of libraries.
     pub fn folders_of(&self, path: &std::path::Path) -> Vec<PathBuf> {
         let origin = std::path::absolute(path).ok();
         let origin =

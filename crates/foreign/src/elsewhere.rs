@@ -1,4 +1,5 @@
-//! In place of `image.rs` where libraries are not loaded yet: no image can be had, so nothing here is ever called.
+//! Replacement of `image.rs` for systems on which libraries cannot be loaded yet. No image can be made, so no function
+//! of this module is ever called.
 
 use std::convert::Infallible;
 use std::ffi::{CString, c_void};
@@ -10,7 +11,7 @@ use crate::library::LoadError;
 use crate::parts::Part;
 use standstill_interface::abi::{Answer, Command, Drive, Legs, Sample, Table};
 
-/// Methods of an image, of which there is none.
+/// Defines methods of an image that cannot exist.
 macro_rules! never {
     ($($name:ident(&$($by:ident)+ $(, _: $type:ty)*) $(-> $answer:ty)?;)*) => {$(
         pub fn $name(&$($by)+ $(, _: $type)*) $(-> $answer)? {
@@ -19,7 +20,7 @@ macro_rules! never {
     )*};
 }
 
-/// None.
+/// An image, which cannot exist here.
 pub struct Image {
     never: Infallible,
     pub loads: Vec<PathBuf>,
@@ -34,7 +35,7 @@ pub enum Moment {
     Trial(u64),
 }
 
-/// None.
+/// A site, which has no content here.
 #[derive(Clone, Copy, Debug)]
 pub struct Site;
 

@@ -1,4 +1,4 @@
-//! Guards beside what a library writes.
+//! Guard words around memory that a library writes.
 #![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
 
 /// A value with guards on both sides, which a library that writes beyond it overwrites.
@@ -9,10 +9,10 @@ pub struct Fenced<T> {
     after: [u32; GUARDS],
 }
 
-/// Words on each side; of four bytes, so that there is no gap between them and a value.
+/// Number of four-byte words on each side. Words of this size leave no gap between them and the value.
 const GUARDS: usize = 8;
 
-/// No number, and no half of an address.
+/// Value of a guard: neither a number nor half of an address.
 const GUARD: u32 = 0x7FFB_5E1D;
 
 impl<T> Fenced<T> {
@@ -22,10 +22,10 @@ impl<T> Fenced<T> {
         Self { before: [GUARD; GUARDS], inside, after: [GUARD; GUARDS] }
     }
 
-    /// Returns the value, if nobody has written beside it; `name`: its type in C.
+    /// Returns the value if its guards are unchanged; `name`: its type in C.
     ///
     /// # Errors
-    /// Somebody has.
+    /// The guards were overwritten.
     #[inline]
     pub fn whole(self, name: &'static str) -> Result<T, Beyond> {
         // The compiler may not assume that nobody did.

@@ -1,4 +1,4 @@
-//! How the processor rounds, and which exceptions it has seen: an image has its own, and the program none of it.
+//! Rounding mode and exception flags of the processor. Each image has its own, and the program has none of the image's.
 #![allow(unsafe_code, reason = "registers of the processor that the language does not know")]
 
 /// Registers of floating point.
@@ -25,7 +25,7 @@ static X87: u16 = 0x37F;
 
 #[cfg(target_arch = "x86_64")]
 impl Float {
-    /// Sets them, and returns what they were. What is so already costs nothing.
+    /// Sets the processor to this state and returns the previous one. A state that is already set costs nothing.
     #[inline]
     pub fn begin(&self) -> Self {
         let mut before = Self::default();
@@ -54,7 +54,7 @@ impl Float {
         }
     }
 
-    /// Keeps what they are now, and sets them to what they were before.
+    /// Stores the processor's present state here and restores the state `before`.
     #[inline]
     pub fn end(&mut self, before: Self) {
         let mut seen: u16;
@@ -110,7 +110,7 @@ impl Float {
         }
     }
 
-    /// Sets them, and returns what they were.
+    /// Sets the processor to this state and returns the previous one.
     #[inline]
     pub fn begin(&self) -> Self {
         let before = Self::now();
@@ -118,7 +118,7 @@ impl Float {
         before
     }
 
-    /// Keeps what they are now, and sets them to what they were before.
+    /// Stores the processor's present state here and restores the state `before`.
     #[inline]
     pub fn end(&mut self, before: Self) {
         *self = Self::now();
@@ -126,7 +126,7 @@ impl Float {
     }
 }
 
-/// Not known of this processor: an image shares them with the program.
+/// Placeholder for processors of which rounding mode and flags are unknown here: an image shares them with the program.
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Float;

@@ -7,8 +7,8 @@ use crate::texts::kept;
 /// Samples of a command at most.
 const MOST_SAMPLES: u32 = 1 << 20;
 
-/// Commands that may be as short as they like. Beyond them a detection's commands must last a microsecond on average: what
-/// orders shorter ones for ever would never come to its limit of time.
+/// Number of commands of a detection that may have any length. Further commands must last a microsecond on average;
+/// otherwise a detection with endless short commands would never reach its time limit.
 const SHORT_COMMANDS: u64 = 100_000;
 
 /// Number of the reason of a detection that does not end, which is the bench's.
@@ -19,20 +19,21 @@ fn not_done(within: &str) -> Fault<f64> {
     Fault::Own(Own { code: NEVER_DONE, text: kept(&format!("not done within {within}")) })
 }
 
-/// The commands of one detection of any detector that is not of this program: of a library, or of a class of Python.
+/// Limits on the commands of a detection whose detector is not part of this program: one of a library or of a Python
+/// class.
 #[derive(Clone, Copy, Debug)]
 pub struct Guard {
-    /// Tick in s of the timer that captures when a comparator trips; 0: there is none.
+    /// Tick in s of the timer that captures the trips of comparators; 0: no timer.
     tick: f64,
-    /// Number and time of all commands up to now, as far as they are known to last.
+    /// Number and known duration of all commands so far.
     commands: u64,
     elapsed: Nanos,
-    /// How long at most the first stage of the last command took, if a comparator may have ended it.
+    /// Longest duration of the last command's first stage, if a comparator may have ended the stage.
     pending: Option<Nanos>,
 }
 
 impl Guard {
-    /// Guard of a detection on a drive whose timer has this tick in s; 0: the drive has no timer.
+    /// Makes the guard of a detection; `tick`: tick in s of the drive's timer; 0: the drive has no timer.
     pub const fn new(tick: f64) -> Self {
         Self { tick, commands: 0, elapsed: Nanos::ZERO, pending: None }
     }
@@ -90,18 +91,19 @@ impl Guard {
         }
     }
 
-    /// The last command is over, with these readings.
+    /// Adds the duration of the last command's first stage, from these readings, if a comparator may have ended the
+    /// stage.
     pub fn lasted(&mut self, readings: &[Reading<f64>]) {
         let (Some(longest), Some(first)) = (self.pending.take(), readings.first()) else { return };
         let tripped = first.capture.map(|capture| Nanos::from_seconds(f64::from(capture.ticks) * self.tick));
         self.elapsed = self.elapsed + tripped.map_or(longest, |tripped| tripped.min(longest));
     }
 
-    /// Lets a further command pass; `by_a_timer`: of a length that is not the detector's to choose. Of a command with a threshold, the
-    /// first stage counts once it is over.
+    /// Admits a further command. `by_a_timer`: the detector does not choose the command's duration. The first stage of
+    /// a command with a threshold is counted after it has ended.
     ///
     /// # Errors
-    /// A detection that would never come to the end of its time.
+    /// The detection would never reach its time limit.
     pub fn pass(&mut self, command: &Command<f64>, by_a_timer: bool) -> Result<(), Fault<f64>> {
         self.pending = command.threshold.map(|_| command.stage.duration);
         self.elapsed = self.elapsed + command.duration() - self.pending.unwrap_or(Nanos::ZERO);

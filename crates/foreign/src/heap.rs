@@ -1,8 +1,9 @@
-//! The memory that an image gets from `malloc`: a range of addresses of its own, which is set back with its variables.
+//! The memory that an image gets from `malloc`: a separate range of addresses, which is restored together with the
+//! image's variables.
 //!
-//! All that is known of it stands in it, at its begin, so that to copy its begin is to keep all of it. Blocks come from lists of
-//! free ones of about the same size, or from the end of what was used so far; nothing is ever put together again, because the
-//! next trial begins anew.
+//! Its administrative data are at its beginning, so a copy of the used part keeps the whole heap. Blocks come from
+//! lists of free blocks of about the same size, or from the end of the used part. Free blocks are never merged, because
+//! the next trial starts with the initial heap.
 #![allow(unsafe_code, reason = "memory is asked from the system, divided and copied")]
 
 use std::ffi::c_void;
@@ -17,7 +18,7 @@ pub const ROOM: usize = 256 << 20;
 /// Bytes behind it that are nobody's, so that a block at its end has an end.
 const BEYOND: usize = 64 << 10;
 
-/// Bytes of what stands at its begin.
+/// Size in bytes of the administrative data at the beginning.
 const STATE: usize = size_of::<State>().next_multiple_of(UNIT);
 
 /// Memory that is given back to the system rather than cleared.
@@ -48,7 +49,7 @@ const FREE: u16 = 0x5346;
 #[repr(C)]
 pub struct Heap {
     begin: usize,
-    /// End of what was used so far.
+    /// End of the used part.
     top: usize,
     /// Whether anything was asked of it since it was kept.
     is_used: bool,
@@ -72,8 +73,8 @@ impl Heap {
         (block as usize).wrapping_sub(self.begin) < ROOM
     }
 
-    /// Returns a block of so many bytes at an address that `align`, a power of two, divides; null if there is no
-    /// room.
+    /// Returns a block of this number of bytes at an address that is a multiple of `align`, a power of two; null if
+    /// there is no room.
     pub fn ask(&mut self, bytes: usize, align: usize) -> *mut c_void {
         if align <= UNIT {
             return self.block(bytes) as *mut c_void;
@@ -129,7 +130,7 @@ impl Heap {
         unsafe { (*Self::head(block as usize)).room }
     }
 
-    /// Takes a block back. What is none, or was taken back before, ends the program as the C library would.
+    /// Frees a block. An invalid block, or one that was freed before, ends the program as in the C library.
     pub fn give(&mut self, block: *mut c_void) {
         let block = block as usize;
         // SAFETY: the head, and the begin of a block in use, are memory of this heap; a library that writes where it may not can
@@ -150,7 +151,7 @@ impl Heap {
     }
 }
 
-/// The memory of a heap, with all that an image has besides its variables, and what it held when it was kept.
+/// Memory of a heap, with the image's state beside its variables, and a copy for restoration.
 #[derive(Debug)]
 pub struct Space {
     state: NonNull<State>,
@@ -158,7 +159,7 @@ pub struct Space {
 }
 
 impl Space {
-    /// Room for an image that is yet to be loaded.
+    /// Reserves the memory of an image before the image is loaded.
     pub fn new() -> io::Result<Self> {
         // SAFETY: new memory wherever the system has room.
         let begin = unsafe {
@@ -190,7 +191,7 @@ impl Space {
         heap.top - heap.begin
     }
 
-    /// Keeps what it holds now.
+    /// Stores a copy of the present content.
     pub fn keep(&mut self) {
         let used = self.used();
         // SAFETY: nobody else is in it now.
@@ -199,7 +200,7 @@ impl Space {
         self.kept = unsafe { std::slice::from_raw_parts(self.state.as_ptr().cast(), used) }.to_vec();
     }
 
-    /// Sets it back to what it held then; what was never used then holds zeros.
+    /// Restores the stored content; memory that was unused then is zeroed.
     pub fn set_back(&mut self) {
         let (begin, used, kept) = (self.state.as_ptr().cast::<u8>(), self.used(), self.kept.len());
         // SAFETY: memory of this heap, that was in use; nobody else is in it now.

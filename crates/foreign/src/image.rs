@@ -1,8 +1,9 @@
-//! One copy of a library in memory, with all that it needs: how it is loaded, set back, and called.
+//! One copy of a library in memory, with all parts that it needs: loading, restoration and calls.
 //!
-//! What makes it sound: the functions of the table are called as `standstill.h` declares them, with pointers to whole structs
-//! of this process that live throughout the call; a library that breaks its side of the header can do anything, as any
-//! foreign code can, which is what isolated workers are for. An image is used by one detection at a time.
+//! The calls are sound for this reason: the functions of the table are called as `standstill.h` declares them, with
+//! pointers to whole structs of this process that live throughout the call; A library that violates the header can do
+//! anything, as any foreign code can; isolated workers protect against such libraries. An image is used by one
+//! detection at a time.
 #![allow(
     unsafe_code,
     reason = "a foreign library is loaded, its memory copied, and its functions called through pointers"
@@ -32,7 +33,7 @@ use crate::table::{Calls, table_of};
 use crate::{crash, output, runtime};
 use standstill_interface::abi::{Answer, Command, Drive, Entry, Legs, REENTRANT, Readings, Sample, Table};
 
-/// Writable memory of an image and what it held after loading.
+/// Writable memory of an image, with its content after loading.
 struct Memory {
     start: NonNull<u8>,
     saved: Box<[u8]>,
@@ -45,9 +46,9 @@ pub struct Image {
     /// The samples of a call as ABI 1 has them.
     first: Vec<Sample1>,
     memory: Vec<Memory>,
-    /// Whether the compiler's checks know what lies between variables, which no copy may touch but byte by byte.
+    /// True if the compiler's checks guard the gaps between variables; such memory must be copied byte by byte.
     is_checked: bool,
-    /// Libraries that it has loaded itself, of which there is one in the program.
+    /// Libraries that the image has loaded itself; they exist once in the program.
     pub loads: Vec<PathBuf>,
     /// Before its space, so that it is unloaded before that is gone.
     _libraries: Vec<Library>,
@@ -57,7 +58,7 @@ pub struct Image {
 // SAFETY: an image has no thread of its own and, as thread-local memory is refused, nothing that belongs to one.
 unsafe impl Send for Image {}
 
-/// Calls into an image: what of the C library it has for itself is there, and a crash is that of this site.
+/// Calls into an image, with the image's state of the C library. A crash during the call is attributed to this site.
 fn during<T>(site: Site, space: &Space, call: impl FnOnce() -> T) -> T {
     let inside = crash::enter(site);
     // SAFETY: of an image that is used by one detection at a time, which is this one.
@@ -125,8 +126,8 @@ impl Image {
         Ok(image)
     }
 
-    /// Sets its writable memory back to what it was after loading: of a reentrant library what it has of the C library, such as random
-    /// numbers, while its variables stay.
+    /// Restores the image's writable memory to its content after loading. For a reentrant library, only its state in
+    /// the C library is restored, such as random numbers; its variables stay.
     pub fn set_back(&mut self) {
         for Memory { start, saved } in &self.memory {
             if self.is_checked {
@@ -148,7 +149,7 @@ impl Image {
         unsafe { (*self.space.state()).loaded_late }
     }
 
-    /// Its table.
+    /// Returns the table of functions.
     pub fn table(&self) -> &Table {
         &self.table
     }
@@ -161,7 +162,7 @@ impl Image {
         }
     }
 
-    /// Its name.
+    /// Returns the name of the library.
     pub fn name(&self) -> String {
         // SAFETY: a C string of the library.
         unsafe { text(self.table.name) }.unwrap_or_default()
@@ -207,7 +208,7 @@ impl Image {
         during(site, &self.space, || unsafe { text(reason(code)) })
     }
 
-    /// One run of a detector's task, at a time in ns.
+    /// Runs a detector's task once, at a time in ns.
     pub fn task(&mut self, site: Site, detector: NonNull<c_void>, time: u64) {
         if let Some(task) = self.table.task {
             // SAFETY: as standstill.h declares it.
@@ -225,10 +226,10 @@ impl Image {
         name.map(|name| (name, value))
     }
 
-    /// Returns one call at command level: status, command and result; none of a library without `step`.
+    /// Calls `step` once and returns status, command and result; none for a library without `step`.
     ///
     /// # Errors
-    /// What it wrote beyond.
+    /// The library wrote beyond a structure.
     pub fn step(
         &mut self,
         site: Site,
@@ -274,11 +275,10 @@ impl Image {
         }
     }
 
-    /// Returns one call at interrupt level: status and result, and the legs that it wrote; none of a library without
-    /// `isr`.
+    /// Calls `isr` once and returns status and result; none for a library without `isr`. `legs` receives the legs.
     ///
     /// # Errors
-    /// What it wrote beyond.
+    /// The library wrote beyond a structure.
     pub fn isr(
         &mut self,
         site: Site,
@@ -331,7 +331,7 @@ fn no_room(error: &std::io::Error) -> LoadError {
     )
 }
 
-/// Writable memory as it is now.
+/// Returns the writable memory with its present content.
 fn kept(base: usize, writable: &[[u64; 2]]) -> Vec<Memory> {
     let keep = |[from, to]: &[u64; 2]| {
         let start = NonNull::new(base.wrapping_add(usize::try_from(*from).ok()?) as *mut u8)?;

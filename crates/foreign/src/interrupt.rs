@@ -1,4 +1,4 @@
-//! From an interrupt's legs to commands: the timer of a drive.
+//! The timer of a drive: converts the legs set by interrupts to commands.
 //!
 //! ```text
 //!   counter      /\        /\        /\       a period is high in its middle: a duty ends the first half high
@@ -39,7 +39,7 @@ fn at_first(timing: &Timing) -> Legs {
 }
 
 impl Interrupts {
-    /// Before the first interrupt, with all legs off.
+    /// Makes the timer before the first interrupt, with all legs off.
     pub fn new(timing: Timing, period: Nanos) -> Self {
         let half = Nanos(period.0 / 2);
         Self {
@@ -59,15 +59,15 @@ impl Interrupts {
         Some(u8::from(self.timing.twice && last % 2 == 1))
     }
 
-    /// When the last command began.
+    /// Returns the start of the last command.
     pub fn start(&self) -> Nanos {
         self.start
     }
 
-    /// Up to the next update.
+    /// Returns the command up to the next update.
     ///
     /// # Errors
-    /// Legs that cannot be.
+    /// The legs are invalid.
     pub fn command(&mut self) -> Result<Command<f64>, Fault<f64>> {
         if self.given > 0 {
             self.preloaded.push_back(self.legs);

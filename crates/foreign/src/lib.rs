@@ -1,16 +1,18 @@
-//! Detectors from shared libraries, such as a firmware's own C: the other side of `standstill.h`.
+//! Detectors from shared libraries, such as C code of a firmware, which are called by the interface `standstill.h`.
 //!
 //! ```text
 //!   mine.so ─► Elf: is it one? what does it need? ─► Library ─► an Image for each lane ─► Foreign: a Detector
 //!   (bytes)    before anything of it runs             its table   a copy, memory set back     step() or isr()
 //! ```
-//! A library is loaded from a copy of its bytes, once for each detection that runs at the same time, with copies of all that it
-//! needs but the C library, so that a firmware with global variables runs in lanes too. Before each trial the writable memory of
-//! its image is set back to what it was after loading, and so is all that it has of the C library which keeps something: `malloc`'s
-//! memory, random numbers, `errno`, rounding. Thread-local memory and threads cannot be and are refused.
+//! A library is loaded from a copy of its bytes, once for each simultaneous detection, with copies of all libraries
+//! that it needs except the C library. Firmware with global variables therefore runs in lanes, too. Before each trial,
+//! the writable memory of the image is restored to its content after loading. The image's state in the C library is
+//! restored as well: memory of `malloc`, random numbers, `errno`, rounding mode. Thread-local memory and threads cannot
+//! be restored and are refused.
 //!
-//! `unsafe` stands in `loading.rs` and `image.rs` and `table.rs` (loading, memory, calls), `heap.rs`, `runtime.rs` and `strings.rs` (what an image has in place of the
-//! C library's), `float.rs` (registers), `crash.rs` (signals), `log.rs` (a call back) and `output.rs` (standard output) alone.
+//! `unsafe` occurs only in `loading.rs` and `image.rs` and `table.rs` (loading, memory, calls), `heap.rs`, `runtime.rs`
+//! and `strings.rs` (what an image has in place of the C library's), `float.rs` (registers), `crash.rs` (signals),
+//! `log.rs` (a callback) and `output.rs` (standard output).
 
 mod abi1;
 mod command;

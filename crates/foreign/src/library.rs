@@ -40,7 +40,7 @@ impl LoadError {
     }
 }
 
-/// When an interrupt runs and when what it orders takes effect.
+/// Times at which an interrupt runs and at which its output takes effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
     /// Frequency of the PWM in Hz.
@@ -53,9 +53,9 @@ pub struct Timing {
     pub update_delay: u32,
     /// Samples between two updates.
     pub samples: u32,
-    /// From one of them to the next, as a share of the time between two updates.
+    /// Time between two samples, as a share of the time between two updates.
     pub sample_every: f32,
-    /// Period of the task beside the interrupt, if there is one.
+    /// Period of the task beside the interrupt; none for a library without task.
     pub task: Option<Nanos>,
 }
 
@@ -64,13 +64,13 @@ pub struct Timing {
 pub struct Description {
     /// Name by which the library identifies itself.
     pub name: String,
-    /// How it is called.
+    /// Level at which the library is called.
     pub level: Level,
     /// Libraries that it loads itself while it is loaded.
     pub loads: Vec<PathBuf>,
 }
 
-/// How a library is called.
+/// Level at which a library is called.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Level {
     /// `step()`: from readings to a command.
@@ -106,19 +106,19 @@ type Inspect = Box<dyn Fn(&Path) -> Result<Description, LoadError> + Send + Sync
 /// Who loads libraries in place of this process.
 static ELSEWHERE: OnceLock<Inspect> = OnceLock::new();
 
-/// From here on this process loads no library: `inspect` has another one do it and say what it found. For a program of
-/// which nothing but workers runs detectors.
+/// Makes this process load no library from now on; `inspect` inspects libraries in another process instead. For a
+/// program in which only workers run detectors.
 pub fn load_elsewhere(inspect: impl Fn(&Path) -> Result<Description, LoadError> + Send + Sync + 'static) {
     // Who was there first stays.
     let _ = ELSEWHERE.set(Box::new(inspect));
 }
 
 impl Library {
-    /// Returns the library with these bytes, which were read from `path`. `read` gives the content of further files:
-    /// of the libraries that it is linked to, except for those of the system, and of those that it loads itself.
+    /// Makes a library from these bytes, which were read from `path`. `read` returns the content of further files:
+    /// libraries to which it is linked, except those of the system, and libraries that it loads itself.
     ///
     /// # Errors
-    /// A file that is no library with `sts_entry` of this ABI for this machine, or that needs what is not there.
+    /// The file is not a library with `sts_entry` of this ABI for this machine, or a required library is missing.
     pub fn of(path: &Path, bytes: &Arc<[u8]>, read: Read) -> Result<Arc<Self>, LoadError> {
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(library) = known.iter().find(|library| library.is(path, bytes, read)) {
@@ -191,23 +191,23 @@ impl Library {
         self.images.is_some()
     }
 
-    /// Returns the remark on state of the C library or of others that all copies share and that is not set back between trials;
-    /// none if there is no such state.
+    /// Returns the remark on state in the C library or other libraries that all copies share and that is not restored
+    /// between trials; none if there is no such state.
     pub fn shared_note(&self) -> Option<String> {
         shared::note(&self.parts, &self.description.loads)
     }
 
-    /// Its path as messages have it.
+    /// Returns the path for messages.
     pub(crate) fn label(&self) -> &'static String {
         self.label
     }
 
-    /// Where it was read from.
+    /// Returns the path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// How it is called.
+    /// Returns the level at which the library is called.
     pub fn level(&self) -> Level {
         self.description.level
     }
@@ -243,7 +243,7 @@ fn read_further(path: &Path, read: Read) -> Result<(), LoadError> {
     parts::read_all(path, &bytes, read)
 }
 
-/// How a table wants to be called, which has or lacks `step` and `isr`.
+/// Returns the level at which a table is called, from which of `step` and `isr` it has.
 fn level(table: &abi::Table, [step, isr]: [bool; 2]) -> Result<Level, LoadError> {
     let lacks = |function: &str| {
         LoadError::new(format!("a table without {function}"), format!("`{function}` in sts_detector"))
@@ -291,7 +291,7 @@ fn level(table: &abi::Table, [step, isr]: [bool; 2]) -> Result<Level, LoadError>
 }
 
 impl Timing {
-    /// Returns whether there can be such samples and such a task.
+    /// Checks the sampling times and the period of the task.
     fn check(&self) -> Result<(), LoadError> {
         if self.samples > abi::MOST_TRIGGERS {
             let needed = format!("from 1 to {}", abi::MOST_TRIGGERS);
@@ -308,11 +308,11 @@ impl Timing {
         }
     }
 
-    /// Returns whether all samples, from `at` on one each `every`, lie between two updates; both are shares of the
-    /// time between them.
+    /// Checks that all samples lie between two updates: the first at `at`, further ones at intervals of `every`, both
+    /// as shares of the time between updates.
     ///
     /// # Errors
-    /// What does not.
+    /// A description of samples that do not.
     pub(crate) fn within(&self, at: f32, every: f32) -> Result<(), String> {
         let last = f64::from(at) + f64::from(every) * f64::from(self.samples - 1);
         // Shares in single precision do not add up exactly.

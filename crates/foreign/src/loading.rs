@@ -1,5 +1,5 @@
-//! How a file becomes a library of this process: a copy in memory, what is put in place of the C library's functions, and what runs
-//! first.
+//! Loading of a file as a library of this process: a copy in memory, replacements of functions of the C library, and
+//! initialisation.
 #![allow(
     unsafe_code,
     reason = "a foreign library is loaded, its memory written to, and its functions called"
@@ -38,8 +38,9 @@ pub fn file_in_memory(bytes: &[u8]) -> std::io::Result<File> {
     Ok(file)
 }
 
-/// Returns a path of an open file that no other one had before: the loader takes what it has under a path for the
-/// same library, and numbers of files come again. Slashes more or less lead to the same place.
+/// Returns a path of an open file that was not used for any other file. The loader treats equal paths as the same
+/// library, and file descriptors are reused. Additional slashes and dots make the path unique without changing its
+/// target.
 pub fn path_of(file: &File) -> String {
     static COUNT: AtomicU32 = AtomicU32::new(1);
     let mut count = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -51,7 +52,7 @@ pub fn path_of(file: &File) -> String {
     path + "/" + &file.as_raw_fd().to_string()
 }
 
-/// Where a library is loaded.
+/// Returns the load address of a library.
 pub fn base_of(library: &Library) -> Option<usize> {
     let mut map: *const usize = std::ptr::null();
     // SAFETY: the handle is taken out and put back; the loader's own description of a library begins with its address.
@@ -83,10 +84,10 @@ pub fn replace(base: usize, elf: &Elf, in_place_of: &dyn Fn(&str) -> Option<usiz
     }
 }
 
-/// Runs what a library has to run when it is loaded.
+/// Runs the initialisation functions of a library.
 ///
 /// # Safety
-/// It is loaded there, and nothing of it has run.
+/// The library is loaded at `base`, and none of its functions has run.
 pub unsafe fn construct(base: usize, elf: &Elf) {
     let address = |at: u64| base.wrapping_add(usize::try_from(at).unwrap_or(0));
     let arguments: [*const c_char; 1] = [std::ptr::null()];
@@ -123,7 +124,8 @@ pub fn load_error(error: &libloading::Error, parts: &[Part]) -> LoadError {
     LoadError::because(said)
 }
 
-/// Returns the symbols that neither this program, nor any part of the image, nor a library that these need defines.
+/// Returns the symbols that are undefined in this program, in all parts of the image and in the libraries that these
+/// need.
 fn missing(parts: &[Part]) -> Vec<String> {
     let mut others = vec![Library::this()];
     let all = || parts.iter().map(|part| &part.elf);

@@ -25,7 +25,7 @@ static LEFT: AtomicU32 = AtomicU32::new(101);
 pub struct Log {
     /// Calls of the detector so far.
     calls: AtomicU64,
-    /// Time in ns of what runs now, plus one; 0: not known.
+    /// Time in ns of the running function, plus one; 0: not known.
     time: AtomicU64,
     lines: Mutex<Vec<Called<String>>>,
 }
@@ -48,7 +48,7 @@ impl Log {
         self.calls.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// Sets the time of what is called next.
+    /// Sets the time of the function that is called next.
     pub fn set_time(&self, time: Nanos) {
         self.time.store(time.0.saturating_add(1), Ordering::Relaxed);
     }
@@ -58,8 +58,8 @@ impl Log {
         std::mem::take(&mut self.lines.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Writes what nobody has taken to standard error, with library, trial and call: the first lines of a run, so that a campaign is not
-    /// drowned in them.
+    /// Writes lines of the log that were not taken to standard error, with library, trial and call. Only the first
+    /// lines of a run are written, so that they do not drown a campaign's output.
     pub fn say(&self, site: Site) {
         for Called { call, what: text, .. } in self.take() {
             match LEFT.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)) {
@@ -84,7 +84,7 @@ impl Log {
     }
 }
 
-/// `sts_drive.log`.
+/// Implements `sts_drive.log`.
 extern "C" fn take(log_to: *mut c_void, text: *const c_char) {
     // SAFETY: a library hands back the address that it was given, while its detector is there; null, if it does not.
     let (log, text) =

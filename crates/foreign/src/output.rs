@@ -1,4 +1,4 @@
-//! Standard output belongs to the program's answers: what a library prints goes to standard error.
+//! Standard output is reserved for the program's answers: output of a library goes to standard error.
 #![allow(unsafe_code, reason = "what the number of standard output stands for is changed")]
 
 use std::fs::File;
@@ -9,18 +9,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 static KEPT: AtomicBool = AtomicBool::new(false);
 static OUTPUT: OnceLock<Option<File>> = OnceLock::new();
 
-/// From the first library on that is loaded, standard output is [`output`], and what anybody else writes there goes to standard
-/// error. For a program whose standard output is its own.
+/// Redirects standard output from the first loading of a library on: the program's answers go to [`output`], and all
+/// other output goes to standard error. For a program that owns its standard output.
 pub fn keep_output() {
     KEPT.store(true, Ordering::Relaxed);
 }
 
-/// Where the program's answers go, if that is no longer standard output.
+/// Returns the file for the program's answers, if it is no longer standard output.
 pub fn output() -> Option<&'static File> {
     OUTPUT.get()?.as_ref()
 }
 
-/// Before a library runs.
+/// Redirects standard output, before a library runs.
 pub fn divert() {
     if KEPT.load(Ordering::Relaxed) {
         OUTPUT.get_or_init(|| {

@@ -1,8 +1,8 @@
-//! Parts of an image: the library and all libraries that it needs, but for those of the C library, of which there is one in the
-//! program. They are found as the loader would find them, and read before anything of them runs.
+//! Parts of an image: the library and all libraries that it needs, except those of the C library, which exist once in
+//! the program. The search is that of the loader, and all parts are read before any of their code runs.
 //!
-//! Each image has copies of its own of all of them. The loader takes what bears a known name for the same library, so copies
-//! have names of their own, and bear them in the files as they are in memory.
+//! Each image has separate copies of all parts. The loader treats libraries of equal names as the same library, so
+//! copies get unique names, which are written into their bytes.
 #![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
 
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ pub type Read<'a> = &'a dyn Fn(&Path) -> io::Result<Arc<[u8]>>;
 /// A library of an image.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// Where it was read from.
+    /// Path of the file.
     pub path: PathBuf,
     pub bytes: Arc<[u8]>,
     pub elf: Elf,
@@ -30,7 +30,7 @@ pub struct Part {
     pub is_of_run: bool,
 }
 
-/// The C library and what belongs to it: there is one in the program.
+/// The C library and its companions, which exist once in the program.
 #[rustfmt::skip]
 const OF_PROGRAM: [&str; 16] = [
     "libc.so", "libm.so", "libgcc_s.so", "libpthread.so", "libdl.so", "librt.so", "libutil.so", "libmvec.so", "libresolv.so",
@@ -75,10 +75,10 @@ pub fn of(path: &Path, bytes: &Arc<[u8]>, elf: Elf, read: Read) -> Result<Vec<Pa
     Ok(found.parts)
 }
 
-/// Reads all that a library needs which was loaded as it is.
+/// Reads all files that a library needs that was loaded without copies.
 ///
 /// # Errors
-/// Files that cannot be read.
+/// A file cannot be read.
 pub fn read_all(path: &Path, bytes: &Arc<[u8]>, read: Read) -> Result<(), LoadError> {
     let elf = Elf::parse(bytes).map_err(LoadError::because)?;
     let own = Part { path: path.to_owned(), bytes: Arc::clone(bytes), elf, name: None, is_of_run: true };
@@ -99,7 +99,7 @@ impl<'a> Found<'a> {
         Self { parts: Vec::new(), under_way: Vec::new(), absent: Vec::new(), read, copied: false }
     }
 
-    /// Adds what a part needs, then the part itself. `inherited` are folders of those who need it.
+    /// Adds the libraries that a part needs, then the part. `inherited`: search folders of the libraries that need it.
     fn add(&mut self, part: Part, inherited: &[PathBuf]) -> Result<(), LoadError> {
         let own = part.elf.folders_of(&part.path);
         let mut first = if part.elf.folders_first { own.clone() } else { Vec::new() };
@@ -197,7 +197,8 @@ fn of_system() -> Vec<PathBuf> {
     folders
 }
 
-/// The folders of a file of the loader's configuration: one a line, and `include` with a pattern of further files.
+/// Appends the folders in a configuration file of the loader. The file has one folder per line, and `include` with a
+/// pattern of further files.
 fn configured(file: &Path, folders: &mut Vec<PathBuf>, depth: u32) {
     let text = std::fs::read_to_string(file).unwrap_or_default();
     for line in text.lines().map(|line| line.split('#').next().unwrap_or_default().trim()) {
@@ -248,17 +249,18 @@ fn new_name() -> [u8; NAME + 1] {
 const SONAME: u64 = 14;
 const UNKNOWN: u64 = 0x6000_000f;
 
-/// Where the header of a file says where its sections are, which no loader asks for.
+/// Offset of the ELF header's field with the position of the sections, which no loader reads.
 const SPARE: usize = 40;
 
 /// `STB_GLOBAL`, in the upper half of a symbol's byte.
 const GLOBAL: u8 = 1 << 4;
 
-/// Returns the files of another image, in the order in which they are to be loaded: each has a name of its own and
-/// needs those of this image, runs nothing by itself, and has variables of its own, whatever copies there are.
+/// Returns the files of another image in loading order. Each copy has a unique name, needs the copies of the same
+/// image, runs no functions when it is loaded, and has its own variables, even those that are normally unique in a
+/// program.
 ///
 /// # Errors
-/// Names that overlap in a file.
+/// Names overlap in a file.
 pub fn copies(parts: &[Part]) -> Result<Vec<Vec<u8>>, LoadError> {
     let names: BTreeMap<&str, [u8; NAME + 1]> =
         parts.iter().filter_map(|part| Some((part.name.as_deref()?, new_name()))).collect();

@@ -61,18 +61,18 @@ impl Random48 {
         self.0
     }
 
-    /// From 0 to below 1.
+    /// Returns a number from 0 to below 1.
     pub fn share(&mut self) -> f64 {
         self.next() as f64 / (1_u64 << 48) as f64
     }
 
-    /// From 0 to 2³¹ − 1.
+    /// Returns a number from 0 to 2³¹ − 1.
     #[allow(clippy::cast_possible_wrap, reason = "31 bits")]
     pub fn positive(&mut self) -> i64 {
         (self.next() >> 17) as i64
     }
 
-    /// From −2³¹ to 2³¹ − 1.
+    /// Returns a number from −2³¹ to 2³¹ − 1.
     #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "32 bits")]
     pub fn signed(&mut self) -> i64 {
         i64::from((self.next() >> 16) as i32)

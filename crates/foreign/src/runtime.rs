@@ -56,10 +56,10 @@ thread_local! {
     static LOADED: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
 }
 
-/// From here on to [`leave`] this thread is in an image. Returns what the processor's rounding was.
+/// Marks this thread as inside an image until [`leave`]. Returns the processor's previous rounding mode and flags.
 ///
 /// # Safety
-/// The state is that of an image which nobody else is in.
+/// The state is that of an image in which no other thread is.
 #[inline]
 pub unsafe fn enter(state: *mut State) -> Float {
     HERE.set(state);
@@ -70,10 +70,10 @@ pub unsafe fn enter(state: *mut State) -> Float {
     }
 }
 
-/// See [`enter`].
+/// Marks this thread as outside of the image, see [`enter`].
 ///
 /// # Safety
-/// As [`enter`], with the same state and what it returned.
+/// The state is that of [`enter`], and `float` is its result.
 #[inline]
 pub unsafe fn leave(state: *mut State, float: Float) {
     // SAFETY: the caller's; the thread's own errno.
@@ -230,7 +230,7 @@ extern "C" fn srand48(seed: c_long) {
     }
 }
 
-/// There is the locale "C" alone: another one would be that of the whole program.
+/// Accepts the locale "C" only: another locale would affect the whole program.
 unsafe extern "C" fn setlocale(_: c_int, name: *const c_char) -> *mut c_char {
     // SAFETY: null or a C string, as of `setlocale`.
     let name = (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_bytes());
@@ -240,7 +240,8 @@ unsafe extern "C" fn setlocale(_: c_int, name: *const c_char) -> *mut c_char {
     }
 }
 
-/// Nothing of an image runs when the program ends: its variables may be in the middle of a trial, and each trial registers anew.
+/// Ignores the function: no function of an image runs at the end of the program, because its variables may be those of
+/// an unfinished trial, and each trial registers its functions again.
 extern "C" fn atexit(_: *const c_void) -> c_int {
     0
 }
@@ -249,7 +250,7 @@ extern "C" fn cxa_atexit(_: *const c_void, _: *const c_void, _: *const c_void) -
     0
 }
 
-/// Further libraries are loaded with an image or not at all, so that a run knows them.
+/// Loads a further library while the image itself is loaded. Later calls fail, so that a run knows all its libraries.
 unsafe extern "C" fn dlopen(name: *const c_char, how: c_int) -> *mut c_void {
     if let Some(state) = here()
         && !state.loads
@@ -287,8 +288,8 @@ const RANDOM: [&str; 6] = ["rand", "srand", "random", "srandom", "initstate", "s
 const RANDOM_48: [&str; 6] = ["drand48", "lrand48", "mrand48", "srand48", "seed48", "lcong48"];
 const RANDOM_STATES: [&str; 4] = ["initstate", "setstate", "seed48", "lcong48"];
 
-/// Returns the replacement, for a library that an image has loaded, of a function that releases blocks: the replacement knows the
-/// image's blocks and those of the C library.
+/// Returns the replacement of a function that frees or resizes blocks, for a library that an image has loaded. The
+/// replacement handles the image's blocks and those of the C library.
 fn taking_back(name: &str) -> Option<usize> {
     ["free", "realloc", "reallocarray", "malloc_usable_size"]
         .contains(&name)
@@ -311,8 +312,8 @@ fn memory_in_place_of(name: &str) -> Option<usize> {
     })
 }
 
-/// Returns an image's replacement of the C library's function of this name; none if the original serves. `memory`: whether the
-/// image has a heap of its own.
+/// Returns an image's replacement of the C library's function with this name; none if the original is used. `memory`:
+/// true if the image has a separate heap.
 pub fn in_place_of(name: &str, memory: bool, elf: &Elf) -> Option<usize> {
     let beside = |set: &[&str]| {
         set.contains(&name) && set.iter().any(|name| RANDOM_STATES.contains(name) && elf.takes(name))

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use crate::library::LoadError;
 use crate::parts::Part;
 
-/// Functions of the C library that keep something for the next call, of which no image has its own.
+/// Functions of the C library with state that is kept between calls and that images share.
 const KEEPS: &str = "\
     asctime bindtextdomain ctime dlmopen getenv getopt getopt_long gmtime initstate lcong48 localtime mmap mmap64 on_exit putenv \
     sbrk seed48 setenv setstate sigaction signal tmpnam unsetenv uselocale _ZNSt6locale6globalERKS_";
@@ -26,8 +26,8 @@ const RUNS: &str = "\
     clone execv execve execvp fork posix_spawn posix_spawnp pthread_create pthread_key_create system thrd_create vfork";
 const RUNS_BY: [&str; 2] = ["_ZNSt6thread15_M_start_thread", "GOMP_parallel"];
 
-/// Functions that allocate in the C library what stays for a later call, and of which an image has none of its own: such memory is
-/// not set back with the variables that point to it.
+/// Functions that allocate lasting memory in the C library and have no replacement in an image. Such memory is not
+/// restored together with the variables that point to it.
 const ALLOCATES: &str = "\
     __asprintf_chk __vasprintf_chk asprintf glob hcreate iconv_open newlocale open_memstream open_wmemstream opendir regcomp scandir \
     tsearch vasprintf wordexp";
@@ -57,7 +57,7 @@ fn named(list: &str, part: &str) -> bool {
     list.split([':', ' ']).any(|path| path.rsplit('/').next().is_some_and(|name| name.contains(part)))
 }
 
-/// Programs that check memory, by what they put in front of the C library.
+/// Returns the program that checks memory, such as a sanitizer, if `LD_PRELOAD` contains its library; none otherwise.
 fn checker() -> Option<&'static str> {
     let first = std::env::var("LD_PRELOAD").unwrap_or_default();
     [("vgpreload", "valgrind"), ("asan", "AddressSanitizer")]
@@ -65,15 +65,16 @@ fn checker() -> Option<&'static str> {
         .find_map(|(part, name)| named(&first, part).then_some(name))
 }
 
-/// Returns whether images have memory of their own from `malloc`: what checks memory has to see it.
+/// Returns true if images have separate memory for `malloc`; a program that checks memory must see all allocations, so
+/// images then use the common one.
 pub fn keeps_its_own(parts: &[Part]) -> bool {
     !is_checked(parts) && checker().is_none()
 }
 
-/// Refuses what cannot be set back.
+/// Refuses libraries whose state cannot be restored.
 ///
 /// # Errors
-/// A library with threads or processes of its own, and one whose checks are not there.
+/// The library has its own threads or processes, or was compiled with checks that this program lacks.
 pub fn check(parts: &[Part]) -> Result<(), LoadError> {
     let runs = taken(parts, RUNS, &RUNS_BY);
     if !runs.is_empty() {

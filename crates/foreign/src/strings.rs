@@ -1,5 +1,5 @@
-//! Functions of the C library that return memory of their own making: in an image over its `malloc`, so that the memory is set back with
-//! the variables that point to it, and `free` knows it.
+//! Functions of the C library that return newly allocated memory. In an image they use the image's `malloc`, so that
+//! the memory is restored together with the variables that point to it and `free` accepts it.
 #![allow(unsafe_code, reason = "functions of the C library are replaced")]
 
 use std::ffi::{c_char, c_int, c_void};
@@ -22,7 +22,7 @@ unsafe extern "C" {
     ) -> libc::ssize_t;
 }
 
-/// Returns a copy of so many bytes in the image's memory; null if there is no room.
+/// Copies this number of bytes to the image's memory and returns the copy; null if there is no room.
 unsafe fn copied(from: *const c_char, bytes: usize) -> *mut c_char {
     let copy = malloc(bytes).cast::<c_char>();
     if !copy.is_null() {
@@ -138,7 +138,7 @@ unsafe extern "C" fn own_vasprintf(
     }
 }
 
-/// With the compiler's check of buffers, whose flag stands before the format.
+/// Implements `vasprintf` with the compiler's buffer check, whose flag precedes the format.
 #[cfg(target_arch = "x86_64")]
 unsafe extern "C" fn checked_vasprintf(
     into: *mut *mut c_char,
@@ -192,7 +192,7 @@ printing!(asprintf, "16", "rsi");
 #[cfg(target_arch = "x86_64")]
 printing!(checked_asprintf, "24", "rdx");
 
-/// Returns an image's replacement of the C library's function of this name; none if there is none.
+/// Returns an image's replacement of the C library's function with this name; none if it has none.
 pub fn in_place_of(name: &str) -> Option<usize> {
     Some(match name {
         "strdup" | "__strdup" => strdup as *const () as usize,

@@ -1,4 +1,4 @@
-//! The table that `sts_entry` returns: of which version it is, and whether that is known here.
+//! The table that `sts_entry` returns, and the check of its version.
 #![allow(unsafe_code, reason = "a function of a foreign library is called, and what it returns is read")]
 
 use std::mem::MaybeUninit;
@@ -24,11 +24,10 @@ struct Head {
     size: u32,
 }
 
-/// The newest version that a library is asked for, to name the one that it has.
+/// The newest version for which a library is asked, to name its version in a message.
 const FAR_VERSION: u32 = 16;
 
-/// Returns the table of a library of a known version. It is asked for the present version first, then for the one
-/// before.
+/// Returns the table of a library of a known version. The present version is tried first, then version 1.
 pub fn table_of(entry: Entry) -> Result<(Table, Calls), LoadError> {
     // SAFETY: as standstill.h declares it; the table is at least its head.
     let asked = |abi| unsafe { entry(abi) };

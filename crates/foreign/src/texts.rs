@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
-/// Texts that are kept at most. A detector has a table of reasons; more texts than this are made up anew each time.
+/// Largest number of texts that are kept. A detector usually has a fixed list of reasons; beyond this number, one
+/// common text replaces further ones.
 const MOST: usize = 4096;
 
 /// Letters of a text that are kept.

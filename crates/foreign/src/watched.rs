@@ -26,11 +26,11 @@ pub struct Watched {
 pub struct Called<T> {
     /// Number of the call, from 1; 0 is the making of the detector.
     pub call: u64,
-    /// Time of the call since the start of the detection, where the detector has a timer: of an interrupt, the time of its last
-    /// sample, of a task, when it ran. At command level a call is made when the command before it ends. What is logged at the end of a
-    /// detector belongs to its last call.
+    /// Time of the call since the start of the detection; none for a detector without timer. For an interrupt it is the
+    /// time of its last sample, for a task the start of its run. A call at command level happens at the end of the
+    /// previous command. Log lines at the end of a detector belong to its last call.
     pub time: Option<Nanos>,
-    /// Its content.
+    /// Content of the entry.
     pub what: T,
 }
 
@@ -62,7 +62,7 @@ impl Watched {
         }
     }
 
-    /// Returns a channel's name as that of a column: neither empty nor that of another one.
+    /// Returns a unique, non-empty name of a column for a channel.
     fn column(&self, name: &str) -> String {
         let taken =
             |name: &str| ["t_s", "run"].contains(&name) || self.names.iter().any(|other| other == name);
