@@ -12,35 +12,35 @@ pub struct Axis {
     pub label: String,
     /// First and last value shown, or the range of the data.
     pub range: Option<(f64, f64)>,
-    /// Where the axis is marked.
+    /// Choice of the axis's ticks.
     pub ticks: Ticks,
-    /// How values are spread along it.
+    /// Scale of the axis.
     pub scale: AxisScale,
 }
 
-/// How values are spread along an axis.
+/// Scale of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AxisScale {
     /// Equal differences are equally far apart.
     #[default]
     Linear,
-    /// Equal ratios are equally far apart. Zero and what is below have no place: points there are left out, and
-    /// bands, whiskers and cells that reach there end at the edge of the panel.
+    /// Logarithmic: equal ratios have equal distances. Zero and negative values cannot be shown: their points are left
+    /// out, and bands, whiskers and cells with such ends end at the edge of the panel.
     Log10,
 }
 
-/// Where an axis is marked.
+/// Choice of an axis's ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ticks {
-    /// At multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis at these numbers themselves.
+    /// Ticks at multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis at these numbers.
     Auto,
-    /// At multiples of this step, such as 60 on an axis in degrees; fewer if they would not fit. A logarithmic
-    /// axis has no constant step and is marked as with [`Ticks::Auto`].
+    /// Ticks at multiples of this step, such as 60 on an axis in degrees; fewer if they do not fit. A logarithmic axis
+    /// has no constant step and is marked as with [`Ticks::Auto`].
     Step(f64),
-    /// At whole numbers only, for counts; otherwise like [`Ticks::Auto`].
+    /// Ticks at whole numbers only, for counts; otherwise as [`Ticks::Auto`].
     Whole,
-    /// At these values, with these words. Words that do not fit are set on several lines or upright, shortened,
-    /// and at last left out.
+    /// Ticks at these values, with these words. Words that do not fit are wrapped or set upright, then shortened, then
+    /// left out.
     Named(Vec<(f64, String)>),
 }
 
@@ -121,7 +121,7 @@ pub struct Scale {
     pub(super) range: (f64, f64),
     pub(super) spread: AxisScale,
     pub(super) ticks: Vec<Tick>,
-    /// Its ticks are marks alone: texts stand elsewhere.
+    /// True if the axis has marks without texts, because another axis shows them.
     pub(super) is_mute: bool,
 }
 

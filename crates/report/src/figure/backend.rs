@@ -72,13 +72,14 @@ impl Rect {
         (f64::midpoint(self.left, self.right), f64::midpoint(self.top, self.bottom))
     }
 
-    /// Its corners as plotters takes them.
+    /// Returns the corners as plotters takes them.
     pub fn corners(&self) -> [BackendCoord; 2] {
         [(px(self.left), px(self.top)), (px(self.right), px(self.bottom))]
     }
 }
 
-/// How a line of text is set: type size in logical pixels, colour, alignment along its baseline, degrees clockwise.
+/// Style of a line of text: type size in logical pixels, colour, alignment along the baseline, clockwise rotation in
+/// degrees.
 #[derive(Clone, Copy)]
 pub(super) struct Type {
     pub size: f64,
@@ -89,15 +90,15 @@ pub(super) struct Type {
 
 /// An SVG document or the pixels of a PNG; all lengths are logical pixels.
 pub(super) trait Surface {
-    /// A line with round joints.
+    /// Draws a line with round joints.
     fn stroke(&mut self, points: &[Point], colour: Colour, width: f64);
 
     fn polygon(&mut self, corners: &[Point], colour: Colour);
 
-    /// A disc, or a ring of the given width.
+    /// Draws a disc, or a ring of the given width.
     fn disc(&mut self, centre: Point, radius: f64, ring: Option<f64>, colour: Colour);
 
-    /// A line of text whose baseline goes through `at`; indices as in `i_a` are set below it.
+    /// Draws a line of text with its baseline through `at`; indices as in `i_a` are set below the baseline.
     fn text(&mut self, text: &str, at: Point, set: Type);
 }
 
@@ -200,7 +201,7 @@ impl DrawingBackend for Backend {
         Ok(())
     }
 
-    /// The text may have several lines.
+    /// Draws a text, which may have several lines.
     fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, at: BackendCoord) -> Done {
         let ((x, y), size, anchor) = (logical(at), style.size() / UNIT, style.anchor());
         let rows = text.lines().count() as f64;

@@ -33,7 +33,7 @@ const PAD: f64 = 12.0;
 pub(super) const TICK: f64 = 4.5;
 const SHORT_TICK: f64 = 2.7;
 pub(super) const TICK_GAP: f64 = TICK;
-/// Between a panel and the one below it.
+/// Space between a panel and the one below it.
 const BETWEEN: f64 = 16.0;
 
 pub(super) const LEFT: Pos = Pos { h_pos: HPos::Left, v_pos: VPos::Center };
@@ -66,7 +66,7 @@ pub(super) fn axes(chart: &mut Chart, x_label: &str, y_label: &str) -> Drawn {
     Ok(())
 }
 
-/// A panel and what surrounds it; texts may have several lines.
+/// Place of a panel and of the texts around it, which may have several lines.
 #[derive(Default)]
 struct Place {
     area: Rect,
@@ -198,7 +198,7 @@ fn draw_panel(
     place.bar.map_or(Ok(()), |bar| bar.draw(sheet, area.right + notes_width(panel), area))
 }
 
-/// Where the panels are below `top`.
+/// Returns the places of the panels below `top`.
 fn places(figure: &Figure, top: f64) -> Vec<Place> {
     let weight = |p: &Panel| if p.weight.is_finite() && p.weight > 0.0 { p.weight } else { 1.0 };
     let total: f64 = figure.panels.iter().map(weight).sum();
@@ -222,7 +222,7 @@ fn places(figure: &Figure, top: f64) -> Vec<Place> {
     places
 }
 
-/// Everything but the vertical places; all panels have the same ends.
+/// Returns the places of the panels without their vertical positions; all panels have the same left and right ends.
 fn side_by_side(figure: &Figure, heights: &[f64]) -> Vec<Place> {
     let (wide, panels) = (f64::from(figure.width), &figure.panels);
     // Names taller or wider than this would leave too little of the figure.
@@ -320,8 +320,8 @@ fn notes_above(panel: &Panel, x: &Scale, (left, right): (f64, f64)) -> Vec<(f64,
     notes
 }
 
-/// Returns the labels of horizontal rules and their places, each level with its rule unless the one above is in the
-/// way.
+/// Returns the labels of horizontal rules and their positions. A label is level with its rule, unless the label above
+/// it is in the way.
 fn notes_beside<'p>(panel: &'p Panel, y: &Scale, area: Rect) -> Vec<(f64, &'p str)> {
     let shown = labels(panel, false).filter(|(at, _)| y.shows(*at));
     let mut notes: Vec<_> = shown.map(|(at, label)| (y.at(at, (area.bottom, area.top)), label)).collect();

@@ -28,7 +28,8 @@ impl Colour {
         ShapeStyle { filled: false, stroke_width: stroke_px(width), ..self.fill() }
     }
 
-    /// Without its opacity. Scripts of pages do not translate this notation to dark ground.
+    /// Returns the colour in hexadecimal notation, without opacity. Scripts of pages do not translate this notation to
+    /// dark background.
     pub fn hex(self) -> String {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
@@ -39,7 +40,7 @@ impl Colour {
         if a < 1.0 { format!("rgba({r},{g},{b},{a})") } else { format!("rgb({r},{g},{b})") }
     }
 
-    /// Luminance relative to white, after WCAG 2.
+    /// Returns the luminance relative to white, by WCAG 2.
     fn luminance(self) -> f64 {
         let linear = |byte: u8| {
             let c = f64::from(byte) / 255.0;
@@ -70,7 +71,7 @@ pub(super) fn stops() -> impl Iterator<Item = (f64, Colour)> {
     (0..=9).map(|i| f64::from(i) / 9.0).map(|share| (share, colour(share)))
 }
 
-/// Returns black or white, whichever is easier to read on this colour.
+/// Returns black or white, whichever has more contrast to this colour.
 pub(super) fn ink_on(ground: Colour) -> Colour {
     if WHITE.contrast(ground) > INK.contrast(ground) { WHITE } else { INK }
 }

@@ -4,7 +4,7 @@ use super::axis::{around, usable};
 use super::backend::Point;
 use super::{AxisScale, Layer, Panel};
 
-/// `(x, y)` of the data of a layer that have a place in the panel; rules and strips are not data.
+/// Returns the points `(x, y)` of a layer's data that can be shown in the panel; rules and strips are not data.
 fn data(panel: &Panel, layer: &Layer) -> impl Iterator<Item = Point> {
     let all: Vec<Point> = match layer {
         Layer::Line { points, .. }

@@ -18,7 +18,7 @@ const BAR: f64 = 16.0;
 pub(super) const MOST_NUMBERS: usize = 100;
 const NUMBER: f64 = 12.0;
 
-/// The colour bar of a panel: a chart of its own.
+/// Colour bar of a panel, drawn as a separate chart.
 pub(super) struct Bar {
     scale: Scale,
     label: String,
@@ -55,7 +55,7 @@ impl Bar {
         GAP + BAR + self.widths.0 + self.widths.1
     }
 
-    /// Draws it beside a panel, in the room to the right of `left`.
+    /// Draws the colour bar beside a panel, in the space right of `left`.
     pub fn draw(self, figure: &Sheet, left: f64, panel: Rect) -> Drawn {
         /// Steps too fine to be seen.
         const STEPS: u32 = 128;

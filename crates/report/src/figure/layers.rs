@@ -186,7 +186,8 @@ pub(super) fn marker<C: Clone + 'static>(style: Style, at: C) -> Element<C> {
     }
 }
 
-/// Returns a bar, and an arrow from it downwards, shorter where there is less room: the value is somewhere below.
+/// Returns a bar with an arrow downwards, which means that the value is below the bar. The arrow is shorter if there is
+/// less room.
 pub(super) fn upper_limit<C: Clone + 'static>(style: Style, at: C, room: f64) -> Element<C> {
     const LONG: f64 = 13.0;
     let (tip, colour) = (LONG.min(room), style.colour());
@@ -216,7 +217,7 @@ fn band(chart: &mut Chart, view: &View, points: &[(f64, f64, f64)], style: Style
     Ok(())
 }
 
-/// Empty inside: no other marker is, in grey too.
+/// Returns a ring. It is the only marker that is empty inside, so it is recognised in grey, too.
 fn ring(style: Style, at: Point) -> Element<Point> {
     let disc = |radius, colour: Colour| Circle::new((0, 0), stroke_px(radius), colour.fill());
     (EmptyElement::at(at) + disc(RING_RADIUS, style.colour()) + disc(RING_RADIUS - 1.4, WHITE)).into_dyn()

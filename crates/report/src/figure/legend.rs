@@ -42,7 +42,7 @@ pub(crate) struct Entry {
 pub(super) type Placed = (Entry, f64, usize);
 
 impl Entry {
-    /// A lone marker needs less room than a piece of line.
+    /// Returns the width of the keys: markers alone need less room than pieces of line.
     fn key_width(&self) -> f64 {
         let short =
             self.keys.iter().all(|key| matches!(key, Key::Marker(_) | Key::Bar(_) | Key::UpperLimit(_)));
@@ -109,7 +109,7 @@ pub(super) fn draw(sheet: &Sheet, entries: &[Placed], corner: Point) -> Drawn {
     Ok(())
 }
 
-/// Returns a key as an SVG of its own.
+/// Returns a key as a separate SVG.
 pub(crate) fn swatch(keys: &[Key]) -> String {
     let svg = Rc::new(RefCell::new(Svg::new(30, 14)));
     let sheet = Backend::new(svg.clone(), 30, 14).into_drawing_area();

@@ -1,15 +1,16 @@
-//! Figures: a description of panels, axes and layers that is drawn alike to SVG and to PNG.
+//! Figures: a description of panels, axes and layers, and its drawing as SVG or PNG.
 //!
-//! A [`Figure`] holds data and labels only. Ticks, margins, legends and the thinning of long series follow
-//! from the description, so that every figure of the project looks the same. Drawing happens in memory and is
-//! deterministic: equal figures give equal bytes.
+//! A [`Figure`] holds data and labels only. Ticks, margins, legends and the thinning of long series follow from the
+//! description, so that every figure of the project looks the same. Drawing happens in memory and is deterministic:
+//! equal figures give equal bytes.
 //!
-//! In every text the index of a one-letter symbol is written after an underscore and set below the line, as in
-//! `i_a` or `L_d`; names like `pulse_test` stay as they are.
+//! In every text, the index of a one-letter symbol is written after an underscore and set below the line, as in `i_a`
+//! or `L_d`; names like `pulse_test` do not change.
 //!
 //! Coordinates that are not finite are gaps: a line breaks there, a marker is left out.
 //!
-//! plotters draws: series that no [`Layer`] has can be drawn with it on the [`Chart`] of a panel.
+//! The crate plotters draws the figures. Series for which there is no [`Layer`] can be drawn with it on the [`Chart`]
+//! of a panel.
 //!
 //! ```
 //! use standstill_report::figure::plotters::prelude::*;
@@ -74,10 +75,10 @@ pub struct Figure {
     pub panels: Vec<Panel>,
 }
 
-/// One pair of axes and what is drawn in it.
+/// A pair of axes with its layers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// Its title, above its legend; one of several panels needs one. May be empty.
+    /// Title above the legend; required only for figures with several panels. May be empty.
     pub title: String,
     /// Horizontal axis.
     pub x: Axis,
@@ -115,7 +116,7 @@ pub enum Layer {
         /// Colour and dashes.
         style: Style,
     },
-    /// One marker per point; many points become small and translucent, so that density shows.
+    /// A marker per point; many points become small and translucent, so that density shows.
     Points {
         /// Legend entry.
         label: Option<String>,
@@ -142,8 +143,8 @@ pub enum Layer {
         /// Colour and marker.
         style: Style,
     },
-    /// A ring with a whisker from a lower to an upper value: one that must not be taken for those of marks and lines beside
-    /// it. It has no key of its own in the legend, and is switched with the entry of its label.
+    /// A ring with a whisker from a lower to an upper value. It is distinct from the marks and lines beside it. It has
+    /// no key in the legend; the legend entry of its label switches it.
     Hollow {
         /// Legend entry that it belongs to.
         label: Option<String>,
@@ -152,7 +153,7 @@ pub enum Layer {
         /// Colour.
         style: Style,
     },
-    /// Hatched strips from bottom to top: nothing there is to be chosen. They are no data.
+    /// Hatched strips from bottom to top, which mark values that must not be chosen. They are not data.
     Hatched {
         /// Legend entry, which is there without strips too: it explains rings as well.
         label: Option<String>,
@@ -168,40 +169,40 @@ pub enum Layer {
         /// Colour.
         style: Style,
     },
-    /// Cells whose colour is a value, explained by a colour bar to the right of the panel. One to a panel.
+    /// Cells whose colour shows a value, with a colour bar to the right of the panel. A panel may have one such layer.
     ///
-    /// Cells without a value are hatched, and the legend says what that means.
+    /// Cells without a value are hatched, and the legend explains the hatching.
     Heat {
         /// Edges of the columns on the horizontal axis, in increasing order and one more than there are columns;
         /// [`cell_edges`] has them for given centres. On [`Axis::categories`] they are −0.5, 0.5, 1.5, ….
         x_edges: Vec<f64>,
-        /// Edges of the rows on the vertical axis, likewise.
+        /// Edges of the rows on the vertical axis, in ascending order.
         y_edges: Vec<f64>,
-        /// One value a cell, row after row from the first `y_edges` on, and column after column within a row. What is
-        /// not finite, or missing at the end, is no value.
+        /// Values of the cells, row by row from the first of `y_edges` on, and column by column in a row. Values that
+        /// are missing at the end or not finite leave their cells empty.
         values: Vec<f64>,
-        /// The colour bar: what the values are, with their unit, the values at its lightest and its darkest end (those
-        /// of the data without a range), its ticks and whether it is logarithmic. Values beyond the ends have their
-        /// colours, on a logarithmic scale also zero and what is below.
+        /// Colour bar: description and unit of the values, values at its lightest and darkest end (without a range,
+        /// those of the data), ticks and scale. Values beyond the ends, on a logarithmic scale also zero and negative
+        /// ones, have the colour of the end.
         colour: Axis,
         /// Legend entry of cells without a value.
         blank: String,
-        /// The values as they are written into the cells and read out, in as many digits as each supports; none: in no cell. They
-        /// are written for at most 100 cells, if all have the room.
+        /// Texts of the values for cells and read-outs, in as many digits as each value supports; empty for cells
+        /// without text. Texts are written into at most 100 cells, if all cells have enough room.
         texts: Vec<String>,
     },
     /// A thin dashed line across the panel, for a limit.
     HorizontalRule {
         /// Written to the right of the panel.
         label: Option<String>,
-        /// Where, on the vertical axis.
+        /// Position on the vertical axis.
         y: f64,
     },
     /// A thin dashed line from bottom to top, for an instant.
     VerticalRule {
         /// Written above the panel.
         label: Option<String>,
-        /// Where, on the horizontal axis.
+        /// Position on the horizontal axis.
         x: f64,
     },
     /// Strips that show which of a few states each of several things is in.
@@ -242,18 +243,18 @@ fn some(label: &str) -> Option<String> {
 }
 
 impl Layer {
-    /// [`Layer::HorizontalRule`]; an empty label is none.
+    /// Makes a [`Layer::HorizontalRule`]; an empty label means none.
     pub fn level(label: &str, y: f64) -> Self {
         Self::HorizontalRule { label: some(label), y }
     }
 
-    /// [`Layer::VerticalRule`]; an empty label is none.
+    /// Makes a [`Layer::VerticalRule`]; an empty label means none.
     pub fn instant(label: &str, x: f64) -> Self {
         Self::VerticalRule { label: some(label), x }
     }
 }
 
-/// One strip of a [`Layer::Lanes`].
+/// A strip of a [`Layer::Lanes`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lane {
     /// Written in place of a tick label.
@@ -274,7 +275,7 @@ pub enum FigureError {
         /// Height asked for.
         height: u32,
     },
-    /// It could not be drawn, or not be encoded as PNG.
+    /// The figure could not be drawn or encoded as PNG.
     #[error("the figure could not be drawn: {0}")]
     Draw(String),
 }
@@ -291,7 +292,7 @@ impl Panel {
         Self { title: String::new(), x, y, layers: Vec::new(), weight: 1.0, legend: true }
     }
 
-    /// Returns the panel under a title of its own.
+    /// Returns the panel with a title.
     #[must_use]
     pub fn titled(self, title: impl Into<String>) -> Self {
         Self { title: title.into(), ..self }

@@ -1,7 +1,7 @@
-//! Numbers as they are written in figures.
+//! Format of numbers in figures.
 
-/// Returns a number with three significant digits, fewer where the last are zeros, and with a power of ten beyond
-/// five places. The minus is that of typography; what is not finite is a dash.
+/// Returns a number with three significant digits, without trailing zeros, and with a power of ten if it needs more
+/// than five places. The minus is the typographic one; numbers that are not finite become a dash.
 pub fn significant(value: f64) -> String {
     digits(value, 3)
 }

@@ -1,8 +1,8 @@
-//! The description as a chart for Plotly, which browsers zoom, pan and read out.
+//! Conversion of a figure's description to a chart of Plotly, which can be zoomed, panned and read out in a browser.
 //!
-//! Data, ranges, colours, dashes and markers are those of the drawn figure. What differs: titles and legends
-//! are left to the page, the labels of rules stand inside their panel, and nothing is thinned. Scripts place the
-//! ticks of logarithmic axes, because those of Plotly name no numbers between the powers of ten.
+//! Data, ranges, colours, dashes and markers are those of the drawn figure. There are three differences: the page shows
+//! titles and legends, the labels of rules are inside the panel, and series are not thinned. Scripts place the ticks of
+//! logarithmic axes, because those of Plotly have no numbers between powers of ten.
 
 mod heat;
 mod lanes;
@@ -42,7 +42,7 @@ pub(crate) struct Chart {
     data: Vec<Value>,
     shapes: Vec<Value>,
     annotations: Vec<Value>,
-    /// For each panel with labelled layers: its vertical label and its entries.
+    /// Legends of the panels with labelled layers: vertical label and entries of each.
     pub legend: Vec<Legend>,
 }
 
@@ -160,12 +160,12 @@ fn unified_title(x: &Axis) -> String {
     format!("{}: %{{x{}}}{}", markup::template(name), traces::X_DIGITS, markup::template(&unit))
 }
 
-/// Plotly counts `x`, `x2`, `x3`.
+/// Returns the suffix of an axis's name: Plotly counts `x`, `x2`, `x3`.
 fn suffix(index: usize) -> String {
     if index == 0 { String::new() } else { (index + 1).to_string() }
 }
 
-/// Bottom and top of each panel as shares of the height, which is given in pixels.
+/// Returns bottom and top of each panel as shares of the height, which is given in pixels.
 fn domains(panels: &[Panel], height: f64) -> Vec<(f64, f64)> {
     let weight = |panel: &Panel| {
         if panel.weight.is_finite() && panel.weight > 0.0 { panel.weight } else { 1.0 }

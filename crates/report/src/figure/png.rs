@@ -12,7 +12,7 @@ const DENSITY: u32 = 2;
 pub(super) struct Png(Pixmap);
 
 impl Png {
-    /// None without any pixel.
+    /// Makes an image; none if it has no pixel.
     pub fn new(width: u32, height: u32) -> Option<Self> {
         Pixmap::new(width * DENSITY, height * DENSITY).map(Self)
     }

@@ -1,9 +1,10 @@
-//! Long series made drawable: broken at gaps, thinned to what a pixel can show, clipped and dashed.
+//! Preparation of long series for drawing: breaking at gaps, thinning to the resolution of pixels, clipping and
+//! dashing.
 
 use super::backend::{Point, Rect};
 
-/// Returns the points that matter when columns `width` wide are all that is visible: of each passage through a column
-/// its first and last point and its extremes, in their order.
+/// Returns the points that are visible at a horizontal resolution of `width`: for each passage through a column the
+/// first, last, highest and lowest point, in their order.
 pub(super) fn thin(points: &[Point], width: f64) -> Vec<Point> {
     let column = |p: &Point| (p.0 / width).floor();
     let mut kept = Vec::new();
@@ -22,8 +23,8 @@ pub(super) fn thin(points: &[Point], width: f64) -> Vec<Point> {
     kept
 }
 
-/// Returns the parts of a line inside a rectangle, side by side of it; a closed line stays one, after Sutherland and
-/// Hodgman. What is not a number is a gap.
+/// Returns the parts of a line inside a rectangle, clipped at one side after the other. A closed line stays closed, by
+/// Sutherland and Hodgman. Points that are not numbers are gaps.
 pub(super) fn clip(points: &[Point], is_closed: bool, area: Rect) -> Vec<Vec<Point>> {
     let sides: [&dyn Fn(Point) -> f64; 4] =
         [&|p| p.0 - area.left, &|p| area.right - p.0, &|p| p.1 - area.top, &|p| area.bottom - p.1];
@@ -71,8 +72,8 @@ pub(super) fn hatching(area: Rect, slope: f64, spacing: f64) -> impl Iterator<It
     (0..100_000).map(f64::from).take_while(move |index| *index < count).filter_map(line)
 }
 
-/// How far each stretch of a thinned line counts towards its dashes: its length, but without the height in columns where the
-/// line goes up and down a little. Dashes would otherwise be lost in the slightest noise.
+/// Returns the length of each segment of a thinned line for its dashes. In columns with small ups and downs, the height
+/// does not count; otherwise slight noise would hide the dashes.
 fn strides(points: &[Point], column: f64) -> Vec<f64> {
     const LITTLE: f64 = 8.0;
     let smooth = points.chunk_by(|a, b| (a.0 / column).floor() == (b.0 / column).floor()).flat_map(|group| {

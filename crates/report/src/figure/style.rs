@@ -1,13 +1,14 @@
 //! Colours, dashes, markers and fills.
 //!
-//! The colours are those of Okabe and Ito, which the common forms of colour blindness keep apart. Each style
-//! also has its own dash pattern and marker, and its own lightness as far as six allow, for print in grey.
+//! The colours are those of Okabe and Ito, which remain distinct in the common forms of colour blindness. Each style
+//! also has its own dash pattern and marker and, as far as possible with six styles, its own lightness, for print in
+//! grey.
 
 use super::colour::{Colour, rgb};
 
-/// How a series looks.
+/// Look of a series.
 ///
-/// Styles differ in colour and in dashes or lightness, so that they remain apart in grey.
+/// Styles differ in colour and in dashes or lightness, so that they remain distinct in grey.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// Blue, solid, disc.
@@ -54,7 +55,7 @@ impl Style {
     /// has one of them.
     pub const PHASES: [Self; 3] = [Self::PhaseA, Self::PhaseB, Self::PhaseC];
 
-    /// Returns the name in style sheets, colour and what stands for it on dark ground, dashes, marker.
+    /// Returns the name in style sheets, the colours on light and dark background, the dashes and the marker.
     #[rustfmt::skip]
     fn look(self) -> (&'static str, Colour, Colour, &'static [f64], Marker) {
         match self {
@@ -104,7 +105,7 @@ pub(super) const RULE_DASHES: &[f64] = &[4.0, 3.0];
 /// The fill of a category of a lane, on light and on dark ground.
 pub(super) struct Fill {
     pub ground: Colour,
-    /// In which direction the lines of its hatching go: down to the right (1), up (−1), or there are none (0).
+    /// Slope of the hatching's lines: down to the right (1), up (−1), or no lines (0).
     pub slope: f64,
     pub line: Colour,
     dark: (Colour, Colour),
@@ -137,7 +138,7 @@ pub(super) fn fill(category: usize) -> &'static Fill {
     &FILL[category % FILLS]
 }
 
-/// A colour of the figures: its name in style sheets, as it is, and what stands for it on dark ground.
+/// A colour of the figures: its name in style sheets, and the colours on light and dark background.
 pub(crate) struct Shade {
     pub name: String,
     pub light: Colour,

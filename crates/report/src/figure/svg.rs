@@ -12,7 +12,8 @@ const FAMILY: &str = "DejaVu Sans, Bitstream Vera Sans, Verdana, sans-serif";
 #[derive(Default)]
 pub(super) struct Svg {
     out: String,
-    /// How the last element began, and what ends it: strokes of one look are one element, as discs are.
+    /// Beginning of the current element, and the text that ends it: consecutive strokes of one look share an element,
+    /// and so do discs.
     open: (String, &'static str),
 }
 
@@ -39,7 +40,7 @@ impl Svg {
         }
     }
 
-    /// Appends to what is open; memory takes everything.
+    /// Appends to the current element; writing to memory cannot fail.
     fn add(&mut self, part: std::fmt::Arguments) {
         let _ = self.out.write_fmt(part);
     }
@@ -59,7 +60,7 @@ fn short(length: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// Returns an attribute for a colour, and one for its opacity where it is translucent.
+/// Returns the attribute of a colour, and one of its opacity if it is translucent.
 fn paint(attribute: &str, colour: Colour) -> String {
     let opacity =
         if colour.3 < 1.0 { format!(" {attribute}-opacity=\"{}\"", short(colour.3)) } else { String::new() };

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 use tiny_skia::{Path, PathBuilder, Transform};
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-/// A subset of DejaVu Sans; `assets/README.md` says how it was made.
+/// A subset of DejaVu Sans; `assets/README.md` describes how it is made.
 static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
     Face::parse(include_bytes!("../../assets/DejaVuSans-subset.ttf"), 0).expect("the bundled font is valid")
 });
@@ -78,7 +78,7 @@ pub(super) fn widest(text: &str, em: f64) -> f64 {
     text.lines().map(|line| width(line, em)).fold(0.0, f64::max)
 }
 
-/// How far an index is below the baseline, per type size.
+/// Distance of an index below the baseline, relative to the type size.
 pub(super) const INDEX_DROP: f64 = 0.2;
 
 /// A part of a text that is set at one size.
@@ -126,7 +126,7 @@ pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// Returns the text in lines no wider than `limit` as far as its words allow.
+/// Breaks a text into lines no wider than `limit`, if its words allow it.
 pub(super) fn wrap(text: &str, em: f64, limit: f64) -> Vec<String> {
     lines(text, &[], em, limit, str::to_owned)
 }
@@ -153,7 +153,7 @@ fn lines(text: &str, joints: &[char], em: f64, limit: f64, alone: impl Fn(&str) 
     lines
 }
 
-/// Returns the text, or as much of its beginning as is no wider than `limit`, and an ellipsis.
+/// Returns the text if it is no wider than `limit`, otherwise its beginning with an ellipsis.
 pub(super) fn shorten(text: &str, em: f64, limit: f64) -> String {
     if width(text, em) <= limit {
         return text.to_owned();

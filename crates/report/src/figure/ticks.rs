@@ -1,4 +1,4 @@
-//! Which ticks an axis has room for, and how their texts are set.
+//! Choice of the ticks that fit on an axis, and layout of their texts.
 
 use super::axis::{Axis, AxisScale, Scale, Tick, Ticks};
 use super::chart::{SMALL, SMALL_LINE};

@@ -1,12 +1,11 @@
-//! Pages: one HTML file that says what a run found, to be mailed, opened without a network and printed.
+//! Pages: one HTML file with the results of a run, which can be mailed, opened without a network and printed.
 //!
-//! A [`Page`] holds plain data; its looks follow from them, as those of a [`Figure`] do. The file contains
-//! everything it needs, scripts and pictures included, and its content security policy forbids it to fetch
-//! anything. Charts can be zoomed, panned and read out; without scripts and on paper the drawn figure stands in
-//! their place. Equal pages give equal bytes.
+//! A [`Page`] holds plain data, from which its layout follows, as with a [`Figure`]. The file includes scripts and
+//! pictures, and its content security policy forbids all fetching. Charts can be zoomed, panned and read out; without
+//! scripts and on paper, the drawn figures replace them. Equal pages give equal bytes.
 //!
-//! Every text is shown as it is, whatever it contains. In titles, labels, captions and paragraphs the indices of
-//! symbols such as `i_a` are set below the line; cells, code and values of facts stay as they are.
+//! All texts are escaped. In titles, labels, captions and paragraphs, indices of symbols such as `i_a` are set below
+//! the line; cells, code and values of facts are not changed.
 
 mod render;
 mod sheet;
@@ -31,7 +30,7 @@ pub struct Page {
     pub subtitle: String,
     /// The sections, in their order. With two or more, wide screens have a table of contents.
     pub sections: Vec<Section>,
-    /// Last line, for what wrote the page. May be empty.
+    /// Last line, which names the program that wrote the page. May be empty.
     pub footer: String,
 }
 
@@ -52,7 +51,7 @@ impl Section {
         Self { title: title.into(), blocks: blocks.into_iter().collect(), aside: false }
     }
 
-    /// For pages alone.
+    /// Restricts the block to pages; terminals do not show it.
     #[must_use]
     pub fn aside(self) -> Self {
         Self { aside: true, ..self }
@@ -62,7 +61,7 @@ impl Section {
 /// A piece of a section.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
-    /// An answer in one line and what it rests on.
+    /// An answer in one line, with its grounds.
     Verdict {
         /// The kind of the answer.
         tone: Tone,
@@ -90,14 +89,14 @@ pub enum Block {
     Chart(Chart),
 }
 
-/// The kind of a verdict. A word says it too, not colour alone.
+/// Kind of a verdict. It is shown by a word, not only by colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tone {
     /// Good: nothing to do.
     Good,
     /// Usable with care.
     Warning,
-    /// Not as it should be.
+    /// Something is wrong.
     Bad,
     /// Neither.
     #[default]
@@ -133,9 +132,9 @@ pub enum PageError {
         table: String,
         /// Index of the row, from 0.
         row: usize,
-        /// How many cells it has.
+        /// Number of cells in the row.
         found: usize,
-        /// How many columns there are.
+        /// Number of columns.
         columns: usize,
     },
     /// A figure could not be drawn.

@@ -14,7 +14,7 @@ const PLOTLY: &str = include_str!("../../assets/plotly-cartesian.min.js");
 #[cfg(not(feature = "interactive"))]
 const PLOTLY: &str = "";
 
-/// Nothing may be fetched; Plotly needs neither `eval` nor workers.
+/// Content security policy: nothing may be fetched. Plotly needs neither `eval` nor workers.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
                       img-src data: blob:; base-uri 'none'; form-action 'none'";
 
@@ -74,7 +74,8 @@ fn rich(text: &str) -> PreEscaped<String> {
     PreEscaped(markup(text))
 }
 
-/// JSON for a script element, which ends at the first `</script` and changes its rules after `<!--`.
+/// Returns JSON that is safe in a script element, which ends at the first `</script` and changes its rules after
+/// `<!--`.
 fn embedded(value: &Value) -> String {
     let mut text = String::new();
     for c in value.to_string().chars() {
@@ -106,7 +107,7 @@ fn colours() -> String {
     )
 }
 
-/// From each colour on light ground to that on dark ground, without their opacity.
+/// Returns the map from colours on light background to those on dark background, without opacity.
 fn translations() -> Value {
     let triple = |colour: String| colour.trim_start_matches("rgb(").trim_end_matches(')').to_owned();
     palette().iter().map(|shade| (triple(shade.light.css()), json!(triple(shade.dark.css())))).collect()

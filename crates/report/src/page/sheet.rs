@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, PreEscaped, html};
 
-/// A page to sign. Every text is shown as it is, whatever it contains.
+/// A page with fields for signatures. All texts are escaped.
 ///
 /// ```
 /// use standstill_report::page::Sheet;
@@ -17,7 +17,7 @@ pub struct Sheet {
     pub title: String,
     /// The result in a line.
     pub headline: String,
-    /// Names and values of what the result rests on.
+    /// Names and values of the facts on which the result is based.
     pub facts: Vec<(String, String)>,
     /// Titles of the table's columns, the last of which is a verdict.
     pub columns: [&'static str; 5],

@@ -11,24 +11,25 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// The cells of each row, one per column, with the row's tone. An empty cell, or `–`, is one without value.
     pub rows: Vec<(Tone, Vec<String>)>,
-    /// Whether the first cells become lines above their rows where there is no room.
+    /// True if the first cells become lines above their rows when there is too little room.
     pub headed: bool,
     /// The rows that a terminal shows where these are not all, and the sentence under them.
     pub excerpt: Option<(Vec<usize>, String)>,
 }
 
-/// The heading of a column, and its behaviour where there is no room.
+/// Heading of a column, and its behaviour when there is too little room.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
     /// The quantity.
     pub name: String,
-    /// Its unit; empty without one.
+    /// Unit of the values; empty if there is none.
     pub unit: String,
     /// The kind of its cells.
     pub kind: Kind,
-    /// Where there is no room, the column of the highest rank is left out first; 0: never.
+    /// Rank for removal when there is too little room: the column with the highest rank is left out first; 0: never.
     pub rank: u8,
-    /// Where there is no room, cells lose the bracket at their end, an interval or a share, in the same order; 0: never.
+    /// Rank for shortening when there is too little room: cells lose the bracket at their end, such as an interval or a
+    /// share, highest rank first; 0: never.
     pub bracket: u8,
     /// Whether its cells have the colour of their row's tone.
     pub judged: bool,
@@ -73,25 +74,25 @@ impl Column {
         Self::new(name, Kind::Prose)
     }
 
-    /// With a unit.
+    /// Sets the unit.
     #[must_use]
     pub fn unit(self, unit: impl Into<String>) -> Self {
         Self { unit: unit.into(), ..self }
     }
 
-    /// With a rank: see [`Column::rank`].
+    /// Sets the rank, see [`Column::rank`].
     #[must_use]
     pub fn rank(self, rank: u8) -> Self {
         Self { rank, ..self }
     }
 
-    /// With brackets that may be left out: see [`Column::bracket`].
+    /// Sets the rank for removal of brackets, see [`Column::bracket`].
     #[must_use]
     pub fn bracket(self, rank: u8) -> Self {
         Self { bracket: rank, ..self }
     }
 
-    /// With the colours of the rows' tones.
+    /// Colours the column's cells by the tones of their rows.
     #[must_use]
     pub fn judged(self) -> Self {
         Self { judged: true, ..self }
@@ -114,14 +115,14 @@ impl Table {
         self.columns.iter().any(|column| !column.name.is_empty())
     }
 
-    /// With a caption.
+    /// Sets the caption.
     #[must_use]
     pub fn captioned(self, caption: impl Into<String>) -> Self {
         Self { caption: caption.into(), ..self }
     }
 
-    /// Makes a table with a row for each item, of the tone that `tone` gives, and columns with the closures that
-    /// write their cells.
+    /// Makes a table with a row for each item. `tone` returns the tone of a row; the closures of the columns write the
+    /// cells.
     pub fn of<'a, T: 'a>(
         items: impl IntoIterator<Item = &'a T>,
         tone: impl Fn(&T) -> Tone,
@@ -132,25 +133,25 @@ impl Table {
         Self::new(columns).judged(items.into_iter().map(row))
     }
 
-    /// With rows of no tone.
+    /// Adds rows without tone.
     #[must_use]
     pub fn rows(self, rows: impl IntoIterator<Item = Vec<String>>) -> Self {
         self.judged(rows.into_iter().map(|row| (Tone::Neutral, row)))
     }
 
-    /// With rows and their tones.
+    /// Adds rows with their tones.
     #[must_use]
     pub fn judged(self, rows: impl IntoIterator<Item = (Tone, Vec<String>)>) -> Self {
         Self { rows: rows.into_iter().collect(), ..self }
     }
 
-    /// With first cells that become lines above their rows where there is no room.
+    /// Moves the first cells to lines above their rows when there is too little room.
     #[must_use]
     pub fn headed(self) -> Self {
         Self { headed: true, ..self }
     }
 
-    /// With rows of which a terminal shows some, and the sentence under these.
+    /// Limits a terminal's view to some rows, with a sentence below them.
     #[must_use]
     pub fn excerpt(self, rows: Vec<usize>, sentence: impl Into<String>) -> Self {
         Self { excerpt: Some((rows, sentence.into())), ..self }

@@ -5,9 +5,9 @@ use super::periodic::Series;
 use super::{Caption, ErrorCloud};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
-/// Axis error over the true angle: single trials, and what is typical of each angle. The scale is that
-/// of the errors; wrong poles are crosses along the upper edge, and outliers beyond the frame are counted in the subtitle. Title
-/// and subtitle are those of a [`Study`](super::Study).
+/// Returns the figure of the axis error over the true angle: single trials, and typical values by angle. The range is
+/// that of the errors. Wrong poles are crosses along the upper edge, and the subtitle counts outliers beyond the range.
+/// Title and subtitle are those of a [`Study`](super::Study).
 pub fn error_over_angle(title: &str, subtitle: Option<String>, cloud: &ErrorCloud) -> Figure {
     let caption = Caption::of("Error over the rotor angle", title, subtitle);
     let typical = typical(cloud);
@@ -59,7 +59,7 @@ pub fn error_over_angle(title: &str, subtitle: Option<String>, cloud: &ErrorClou
 struct Typical {
     label: String,
     curve: Vec<(f64, f64)>,
-    /// Confidence interval of the curve; empty where bins have so many starts that it is no wider than the line.
+    /// Confidence interval of the curve; empty if bins have so many starts that the interval is no wider than the line.
     interval: Vec<(f64, f64, f64)>,
     /// Between these lie nine of ten starts.
     range: Vec<(f64, f64, f64)>,
@@ -71,7 +71,8 @@ const STEP: u32 = 1;
 const SPREAD_BINS: usize = 12;
 const SPREAD_STARTS: usize = 40;
 
-/// Medians and quantiles of narrow bins where there are starts enough, else a smooth curve with the spread around it.
+/// Returns medians and quantiles of narrow bins if there are enough starts, otherwise a smooth curve with the spread
+/// around it.
 fn typical(cloud: &ErrorCloud) -> Option<Typical> {
     let quantiles = cloud.angle_quantiles([0.05, 0.5, 0.95]);
     if !quantiles.is_empty() {
@@ -110,8 +111,8 @@ fn around<const N: usize>(bins: &[(f64, [f64; N])]) -> Vec<(f64, [f64; N])> {
     std::iter::once((0.0, seam)).chain(bins.iter().copied()).chain([(360.0, seam)]).collect()
 }
 
-/// The 5 and 95 % quantiles of what is away from a curve, in wide bins, which do not blur the curve itself; of all starts
-/// together where even these have too few.
+/// Returns the 5 and 95 % quantiles of the distances from a curve, in wide bins; the curve itself is not blurred by
+/// their width. If a bin has too few starts, returns the quantiles of all starts.
 fn spread(points: &[(f64, f64)], series: &Series) -> Vec<(f64, [f64; 2])> {
     let mut bins = vec![Vec::new(); SPREAD_BINS];
     for point in points {
@@ -129,7 +130,7 @@ fn spread(points: &[(f64, f64)], series: &Series) -> Vec<(f64, [f64; 2])> {
     bins.iter_mut().enumerate().map(of).collect()
 }
 
-/// Between the middles of bins.
+/// Interpolates linearly between the middles of bins.
 fn between(bins: &[(f64, [f64; 2])], x: f64) -> [f64; 2] {
     let all = around(bins);
     let next = all.iter().position(|(at, _)| *at >= x).unwrap_or(all.len() - 1).max(1);

@@ -6,7 +6,7 @@ use standstill_numeric::rank;
 pub(super) const BINS: usize = 72;
 /// Errors kept for the quantiles of one bin: the 5 % quantile of half as many is uncertain by 0.7 % of probability.
 const PER_BIN: usize = 2048;
-/// Errors of a bin from which on its 5 and 95 % quantiles say something: two lie beyond each.
+/// Smallest number of errors in a bin for 5 and 95 % quantiles: two errors lie beyond each.
 const ENOUGH: u64 = 40;
 /// Errors kept for the histogram.
 const SIGNED: usize = 20_000;
@@ -15,8 +15,8 @@ const CLOUD: usize = 4000;
 /// Wrong poles kept for their marks.
 const WRONG: usize = 1000;
 
-/// Every 2^k-th of a stream of values: all of them until there are too many, then half of them, and so on. What is kept
-/// depends on the order of the values alone.
+/// A sample of a stream: every 2^k-th value. When there are too many, half of them are dropped and k grows by one. The
+/// choice depends only on the order of the values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thinned<T> {
     kept: Vec<T>,
@@ -54,12 +54,12 @@ impl<T: Copy> Thinned<T> {
         &self.kept
     }
 
-    /// One value in how many is kept.
+    /// Returns 2^k: one in so many values is kept.
     pub fn every(&self) -> u64 {
         self.every
     }
 
-    /// How many values there were.
+    /// Returns the number of values in the stream.
     pub fn seen(&self) -> u64 {
         self.seen
     }
@@ -100,7 +100,7 @@ impl Magnitudes {
         (LEAST * (index as f64 / STEPS as f64).exp2()).min(self.largest)
     }
 
-    /// The magnitudes with how many values are larger.
+    /// Returns each magnitude with the number of larger values.
     fn larger(&self) -> impl Iterator<Item = (f64, u64)> {
         let mut left: u64 = self.counts.iter().sum();
         let filled = self.counts.iter().enumerate().filter(|(_, count)| **count > 0);
@@ -133,7 +133,7 @@ impl Default for ErrorCloud {
 }
 
 impl ErrorCloud {
-    /// No trials yet.
+    /// Makes a cloud without trials.
     pub fn new() -> Self {
         Self {
             trials: 0,
@@ -146,8 +146,9 @@ impl ErrorCloud {
         }
     }
 
-    /// Adds a trial: where the rotor stood, the error of the axis in (−90, 90]° if one was found, and the whole error in
-    /// (−180, 180]° if a pole was named. A pole more than 90° away is wrong. What is not finite counts as not found.
+    /// Adds a trial: the rotor's angle, the error of the axis in (−90, 90]° if an axis was found, and the whole error
+    /// in (−180, 180]° if a pole was found. A whole error beyond 90° is a wrong pole. Errors that are not finite count
+    /// as not found.
     pub fn add(&mut self, true_angle_deg: f64, axis_error_deg: Option<f64>, error_deg: Option<f64>) {
         self.trials += 1;
         let angle = true_angle_deg.rem_euclid(360.0);
@@ -187,15 +188,16 @@ impl ErrorCloud {
         self.magnitudes.largest
     }
 
-    /// `(magnitude in degrees, share of the axis errors that exceed it)`, by increasing magnitude.
+    /// Returns `(magnitude in degrees, share of the axis errors that exceed it)`, by increasing magnitude.
     pub fn exceedance(&self) -> Vec<(f64, f64)> {
         let n = self.axes() as f64;
         self.magnitudes.larger().map(|(edge, larger)| (edge, larger as f64 / n)).collect()
     }
 
-    /// `(middle of the bin in degrees, [quantile for each share])` of angle bins of 5° or 10°, so wide that each has enough
-    /// errors for its quantiles; nothing where bins of 10° have not. Wider ones would blur what repeats every 60°, as errors
-    /// of six steps do: a mean over 10° keeps 95 % of it, one over 30° only 64 %.
+    /// Returns `(middle of the bin in degrees, [quantile for each share])` of angle bins. The width is 5° or 10°, such
+    /// that each bin has enough errors for its quantiles; the result is empty if bins of 10° have too few. Wider bins
+    /// would blur errors with a period of 60°, such as those of methods with six steps: a mean over 10° keeps 95 % of
+    /// their amplitude, a mean over 30° only 64 %.
     pub fn angle_quantiles<const N: usize>(&self, shares: [f64; N]) -> Vec<(f64, [f64; N])> {
         let enough = |count: usize| {
             self.bins.chunks(count).all(|bins| bins.iter().map(Thinned::seen).sum::<u64>() >= ENOUGH)
@@ -217,7 +219,7 @@ impl ErrorCloud {
         &self.signed
     }
 
-    /// `(true angle, axis error)` of the trials that are kept, in degrees.
+    /// Returns `(true angle, axis error)` in degrees of the trials in the sample.
     pub fn points(&self) -> &Thinned<(f64, f64)> {
         &self.points
     }

@@ -1,14 +1,15 @@
-//! How often which error occurs.
+//! Distribution of the axis error.
 
 use super::cloud::quantile;
 use super::{Caption, ErrorCloud, StudyPoint};
 use crate::figure::{Axis, Figure, Layer, Panel, Style, significant};
 
-/// Above, the histogram of the signed axis error with rms and 95th percentile; below, the probability that the error's
-/// magnitude exceeds a value.
+/// Returns the figure of the distribution. The upper panel has the histogram of the signed axis error with rms and 95th
+/// percentile, the lower one the probability that the error's magnitude exceeds a value.
 ///
-/// The lower panel has the exceedance 1 − F on a logarithmic scale rather than F: who designs a start asks how rare a
-/// large error is, and F is flat at 1 just there. Median, p95 and p99 stand at 50, 5 and 1 %: those of `point`, which tables have.
+/// The lower panel shows the exceedance 1 − F on a logarithmic scale instead of F, because designers ask for the
+/// probability of large errors, at which F is flat. Median, p95 and p99, at 50, 5 and 1 %, are those of `point`, as in
+/// tables.
 pub(super) fn distribution(caption: &Caption, cloud: &ErrorCloud, point: &StudyPoint) -> Figure {
     let kept = cloud.signed();
     let rms = ("rms", point.rms_deg);
@@ -75,8 +76,8 @@ struct Histogram {
 }
 
 impl Histogram {
-    /// Over the range that holds all but a thousandth at either end, and half as much beyond. Bins have the width of
-    /// Freedman and Diaconis, and are 10 to 100.
+    /// Makes a histogram over the range without a thousandth of the errors at either end, extended by half of it on
+    /// both sides. The bins have the width of Freedman and Diaconis; there are 10 to 100.
     fn of(errors: &[f64]) -> Option<Self> {
         let mut sorted = errors.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);

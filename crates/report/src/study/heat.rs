@@ -8,8 +8,9 @@ use crate::figure::{Axis, Figure, Layer, Panel};
 /// Colours are logarithmic above this ratio of the largest and the least error.
 const WIDE: f64 = 30.0;
 
-/// Rms error over two axes of the study as heat maps in one scale of colours, other axes as [`slices`] says. Cells in which more
-/// than 1 % of starts have no right answer are hatched. Numbers in very uneven distances are set evenly, as names are.
+/// Returns heat maps of the rms error over two axes of the study, with one colour scale; other axes are shown as
+/// [`slices`] describes. Cells in which more than 1 % of starts have no right answer are hatched. Very unevenly spaced
+/// numbers are set at equal distances, like names.
 pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figure {
     let (columns, rows) = (place(study, x, true), place(study, y, true));
     let Slices { parts, mut remarks } = slices(study, &[x, y], false);

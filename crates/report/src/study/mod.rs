@@ -1,8 +1,8 @@
 //! Figures of a Monte-Carlo run or of a sweep, from plain data.
 //!
-//! A [`Study`] holds what is known of each point of a sweep and an [`ErrorCloud`] of all single trials.
-//! [`figures`] picks what can be drawn from it. All intervals are at 95 %, all angles in electrical degrees, and the
-//! error is that of the axis: wrong poles are counted by themselves.
+//! A [`Study`] holds the results of each point of a sweep and an [`ErrorCloud`] of all single trials. [`figures`] draws
+//! all figures for which it has data. All intervals are at 95 %, all angles in electrical degrees. The error is that of
+//! the axis; wrong poles are counted separately.
 
 mod angle;
 mod cloud;
@@ -36,12 +36,12 @@ fn bar(of: Estimate, x: f64) -> (f64, f64, f64, f64) {
     (x, of.value, of.low, of.high)
 }
 
-/// Where a point is on one axis.
+/// Position of a point on an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Coordinate {
-    /// In the unit of the axis.
+    /// A number in the unit of the axis.
     Number(f64),
-    /// A name: of a method, a motor, a set of errors.
+    /// A name of a method, a motor or a set of errors.
     Name(String),
 }
 
@@ -50,7 +50,7 @@ pub enum Coordinate {
 pub struct StudyAxis {
     /// Key in the scenario, such as `sensors.noise`; names of files are made of it.
     pub key: String,
-    /// Words for readers; the key stands in where there are none.
+    /// Label for readers; if empty, the key is shown.
     pub label: String,
     /// Unit, empty for pure numbers and names.
     pub unit: String,
@@ -59,14 +59,14 @@ pub struct StudyAxis {
     pub logarithmic: bool,
 }
 
-/// One point of a sweep, or a whole run.
+/// A point of a sweep, or a whole run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyPoint {
-    /// One for each axis of the study, in their order.
+    /// Coordinates on the axes of the study, in their order.
     pub coordinates: Vec<Coordinate>,
-    /// Trials in all, of which the probabilities are.
+    /// Number of trials, to which the probabilities refer.
     pub trials: u64,
-    /// Trials with an axis, of which the errors are.
+    /// Number of trials with an axis, to which the errors refer.
     pub axes: u64,
     /// Trials that named the wrong pole.
     pub wrong_poles: u64,
@@ -78,15 +78,15 @@ pub struct StudyPoint {
     pub rms_deg: Estimate,
     /// Median of the axis error's magnitude in degrees.
     pub p50_deg: Estimate,
-    /// Its 95th percentile.
+    /// 95th percentile of the magnitude of the axis error.
     pub p95_deg: Estimate,
-    /// Its 99th percentile.
+    /// 99th percentile of the magnitude of the axis error.
     pub p99_deg: Estimate,
     /// Mean axis error in degrees.
     pub bias_deg: Estimate,
 }
 
-/// How the points of a study are spread over its axes.
+/// Arrangement of a study's points over its axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Design {
     /// All combinations of the axes' values.
@@ -107,14 +107,15 @@ pub struct Study {
     pub axes: Vec<StudyAxis>,
     /// Results at the points, in any order.
     pub points: Vec<StudyPoint>,
-    /// How the points were chosen.
+    /// Arrangement of the points.
     pub design: Design,
-    /// Single trials of all points together, where they were collected.
+    /// Single trials of all points together; none if they were not collected.
     pub cloud: Option<ErrorCloud>,
-    /// Index of the best point: figures over some axes show the others as they are there. Without, the first.
+    /// Index of the best point. Figures over some axes show the values of the other axes at this point. None: the first
+    /// point.
     pub best: Option<usize>,
-    /// Whether poles are judged: where the motor's data leave them open, a start with an axis is as it should be, and points have
-    /// neither wrong nor undetermined poles.
+    /// True if poles are judged. If the motor's data do not determine them, a start with an axis counts as right, and
+    /// points have neither wrong nor undetermined poles.
     pub poles_are_judged: bool,
     /// The exact interval of a probability from a count in a total.
     pub binomial: fn(u64, u64) -> Estimate,
@@ -149,7 +150,7 @@ impl Caption {
     }
 }
 
-/// Share of starts without a right answer above which a point is no good, whatever its error.
+/// Share of starts without a right answer above which a point fails, regardless of its error.
 const FAILING: f64 = 0.01;
 /// Most pairs of axes that get a heat map.
 const MOST_PAIRS: usize = 3;
@@ -201,7 +202,7 @@ impl Study {
         if self.poles_are_judged { &odds::KINDS } else { &odds::KINDS[2..] }
     }
 
-    /// Legend entry of points that fail.
+    /// Returns the legend entry of failing points.
     fn no_answer(&self) -> &'static str {
         if self.poles_are_judged {
             "more than 1 % without a right answer"

@@ -6,19 +6,19 @@ use super::sweep::{probability_axis, with_bars};
 use super::{Caption, Estimate, Study, StudyPoint};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
-/// How a detection can go wrong, and where that is counted.
+/// Name of a kind of failure, and the function that counts it.
 pub(super) type Kind = (&'static str, fn(&StudyPoint) -> u64);
 
 pub(super) const KINDS: [Kind; 3] =
     [("wrong pole", |p| p.wrong_poles), ("undetermined", |p| p.undetermined), ("failed", |p| p.failed)];
 
-/// Returns the probability of a wrong pole over an axis of the study, with exact intervals on a logarithmic scale; at
-/// points where none was seen, an arrow at the upper limit. Each way to go wrong has panels of its own if it was seen
-/// at all: upper limits alone follow from the number of trials, and the subtitle says them. Where poles are not
-/// judged, failures alone are drawn.
+/// Returns the figure of the probabilities of failure over an axis of the study, with exact intervals on a logarithmic
+/// scale. Points without failures have an arrow at the upper limit. Each kind of failure that occurred at least once
+/// has separate panels. For other kinds the upper limits follow from the number of trials alone, and the subtitle
+/// states them. If poles are not judged, wrong poles are not drawn.
 ///
-/// Other axes are shown as [`slices`] says. Several curves stand a little beside their values, since their intervals
-/// and arrows would hide each other.
+/// Other axes are shown as [`slices`] describes. Several curves are shifted slightly, because their intervals and
+/// arrows would hide each other.
 pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, false);
     let Slices { parts, mut remarks } = slices(study, &[axis], true);
@@ -74,7 +74,7 @@ pub(super) fn unseen(study: &Study) -> Option<String> {
         .then(|| format!("{}: {each}{}", names.join(", "), none(study, study.points.iter())))
 }
 
-/// Returns the axis of a kind's panels, with one range where there are several.
+/// Returns the vertical axis for the panels of a kind of failure, with one range for all of them.
 fn one_scale<'a>(
     study: &Study,
     &(name, count): &Kind,

@@ -1,28 +1,29 @@
-//! A smooth curve through errors over the angle, where there are too few for narrow bins: a Fourier series by least squares.
+//! A smooth curve through errors over the angle, by least squares of a Fourier series. It is used if there are too few
+//! errors for narrow bins.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Highest order of a series: of an error with a period of 30°.
+/// Highest order of a series, that of an error with a period of 30°.
 const HIGHEST: usize = 12;
 /// Errors for each of a series' coefficients at least.
 const PER_COEFFICIENT: usize = 8;
 /// Errors further from the curve than so many times the residuals' standard deviation, estimated by their median, are outliers:
 /// they do not bend it.
 const OUTLYING: f64 = 6.0;
-/// The standard deviation of what is normal, over the median of its magnitude.
+/// Ratio of the standard deviation of a normal distribution to the median of its magnitude.
 const DEVIATIONS: f64 = 1.4826;
 /// Pivot of the normal equations over the first one below which they are singular.
 const LEAST_PIVOT: f64 = 1e-9;
 
-/// Σ a_k cos kθ + b_k sin kθ, k = 0 to its order, with what least squares know of it.
+/// A Fourier series Σ a_k cos kθ + b_k sin kθ for k from 0 to its order, with the factors of its normal equations.
 #[derive(Clone, Debug)]
 pub struct Series {
     /// k of its last term.
     pub order: usize,
     coefficients: DVector<f64>,
-    /// Of the normal equations.
+    /// Cholesky factor of the normal equations.
     factor: Cholesky<f64, Dyn>,
     /// Σ r² x xᵀ over the points' residuals r and rows x.
     scatter: DMatrix<f64>,
@@ -60,7 +61,7 @@ impl Series {
         Some(series)
     }
 
-    /// Fits this order to all points; none where the equations are singular.
+    /// Fits a series of this order to all points; none if the equations are singular.
     fn to(order: usize, points: &[(f64, f64)]) -> Option<Self> {
         let size = 2 * order + 1;
         let (mut normal, mut right) = (DMatrix::zeros(size, size), DVector::zeros(size));
@@ -100,13 +101,13 @@ impl Series {
         1.96 * square.max(0.0).sqrt()
     }
 
-    /// By how much a point lies above it.
+    /// Returns the distance of a point above the series.
     pub fn residual(&self, (angle, error): (f64, f64)) -> f64 {
         error - self.at(angle)
     }
 }
 
-/// 1, cos θ, sin θ, cos 2θ, …
+/// Returns the terms 1, cos θ, sin θ, cos 2θ, …
 fn terms(order: usize, angle: f64) -> DVector<f64> {
     let theta = angle / 360.0 * TAU;
     let waves = (1..=order).flat_map(|k| [(k as f64 * theta).cos(), (k as f64 * theta).sin()]);

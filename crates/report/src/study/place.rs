@@ -1,4 +1,4 @@
-//! How an axis of a study becomes one of a figure.
+//! Conversion of an axis of a study to an axis of a figure.
 
 use super::slices::values;
 use super::{Coordinate, Study};
@@ -8,10 +8,10 @@ use crate::figure::{Axis, AxisScale, Ticks, cell_edges, digits};
 const MOST_TICKS: usize = 12;
 /// Largest number of digits of values that were set, which have no error.
 const DIGITS: i32 = 4;
-/// Room beside the first and the last value, as a share of what is between them.
+/// Space beyond the first and the last value, as a share of the range.
 const MARGIN: f64 = 0.05;
 
-/// The values of an axis, and where they are.
+/// The values of an axis, and their positions.
 pub(super) struct Place {
     pub axis: Axis,
     pub values: Vec<Coordinate>,
@@ -47,8 +47,8 @@ pub(super) fn text(value: &Coordinate) -> String {
     }
 }
 
-/// Returns the places of an axis' values. `cells` need room of their own: values in very uneven distances become
-/// names.
+/// Returns the positions of an axis's values. `cells`: each value needs space for a cell, so very unevenly spaced
+/// values are set at equal distances, like names.
 pub(super) fn place(study: &Study, axis: usize, cells: bool) -> Place {
     let values = values(study, axis);
     let described = &study.axes[axis];
@@ -93,8 +93,8 @@ pub(super) fn place(study: &Study, axis: usize, cells: bool) -> Place {
     Place { axis, values, at: numbers, named: false, edges }
 }
 
-/// Returns an axis of errors over these values: logarithmic where they span more than a factor of five, otherwise
-/// from zero.
+/// Returns an axis of errors over these values: logarithmic if they span more than a factor of five, otherwise from
+/// zero.
 pub(super) fn error_axis(label: &str, values: impl Iterator<Item = f64>) -> Axis {
     let (low, high) = values
         .filter(|value| *value > 0.0 && value.is_finite())

@@ -8,8 +8,9 @@ use crate::figure::{Axis, AxisScale, Figure, Layer, Panel, Style};
 /// Most panels of one figure.
 const MOST_PANELS: usize = 6;
 
-/// Rms error of every point against each numeric axis of the study, the first six of them; the names of the first axis
-/// that has up to five become series. Points where more than 1 % of starts have no right answer have marks of their own.
+/// Returns the figure of the rms error of every point over each of the first six numeric axes of the study. The first
+/// axis with at most five names gives the series. Points at which more than 1 % of starts have no right answer have
+/// separate marks.
 pub(super) fn scatter(caption: &Caption, study: &Study) -> Figure {
     let varied = study.varied();
     let is_numeric = |axis: &usize| {

@@ -1,5 +1,5 @@
-//! Which points of a sweep a figure shows. Each mark is one point: what is varied on purpose is not taken together, since what
-//! that says depends on how the points were chosen.
+//! Choice of a sweep's points for a figure. Each mark is one point. Points of different settings are not averaged,
+//! because the mean would depend on the choice of the points.
 
 use super::place::text;
 use super::{Coordinate, Study, StudyPoint};
@@ -20,7 +20,7 @@ pub(super) struct Series {
     pub label: String,
     pub fixed: Values,
     pub style: Style,
-    /// Where in the room of a name, from −0.5 to 0.5.
+    /// Shift within the space of a name, from −0.5 to 0.5.
     pub shift: f64,
 }
 
@@ -32,16 +32,16 @@ pub(super) struct Part {
     pub series: Vec<Series>,
 }
 
-/// The panels of a figure, and what must be said of the points that it does not show.
+/// The panels of a figure, and remarks on the points that it does not show.
 #[derive(Clone, Debug)]
 pub(super) struct Slices {
     pub parts: Vec<Part>,
     pub remarks: Vec<String>,
 }
 
-/// How the axes other than those `over` which a figure goes are shown: the first has a curve for each value, `curves` permitting,
-/// the next a panel for each, and all others stand as at the study's best point. Of more values than a panel can show some are
-/// shown, the first and the last among them; of names all.
+/// Chooses how the axes other than `over`, those of the figure, are shown. The first has a curve for each value if
+/// `curves` is set, the next a panel for each value, and all others have the value of the study's best point. Of too
+/// many numeric values some are shown, among them the first and the last; names are all shown.
 pub(super) fn slices(study: &Study, over: &[usize], curves: bool) -> Slices {
     let mut others: Vec<usize> = study.varied().into_iter().filter(|axis| !over.contains(axis)).collect();
     // Names come first: they are what readers compare. Of numbers few values are easier to read.
@@ -91,7 +91,7 @@ pub(super) fn slices(study: &Study, over: &[usize], curves: bool) -> Slices {
     Slices { parts: parts.collect(), remarks }
 }
 
-/// Returns some of an axis' values in even steps, the first and the last among them, with a remark that says so.
+/// Returns some of an axis's values in even steps, with the first and the last, and adds a remark about the choice.
 fn thinned(
     study: &Study,
     axis: usize,
@@ -107,7 +107,7 @@ fn thinned(
     (0..most).map(|k| all[(k * (count - 1) + (most - 1) / 2) / (most - 1)].clone()).collect()
 }
 
-/// Returns the values in words: a name speaks for itself, a number does not.
+/// Returns the values in words: names alone, numbers with the name and unit of their axis.
 fn said(study: &Study, values: &Values) -> String {
     let one = |(axis, value): &(usize, Coordinate)| match value {
         Coordinate::Name(name) => name.clone(),

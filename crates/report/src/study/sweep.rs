@@ -10,12 +10,12 @@ type Bars = Vec<(f64, f64, f64, f64)>;
 /// The points of a curve at the values of an axis.
 type Curve<'a> = Vec<Option<&'a StudyPoint>>;
 
-/// Rms error and 95th percentile over an axis of the study, with their intervals.
+/// Returns the figure of the rms error and the 95th percentile over an axis of the study, with intervals.
 ///
-/// Other axes are shown as [`slices`] says; several panels have the rms error alone, on one scale. The errors' axis is
-/// logarithmic where they span more than a factor of five. Where more than 1 % of starts have no right answer, the error is of
-/// the others alone, or there is none: such points are hollow, no line joins them, and values of the axis at which all curves have
-/// them are hatched.
+/// Other axes are shown as [`slices`] describes; several panels have the rms error alone, on one scale. The axis of
+/// errors is logarithmic if they span more than a factor of five. If more than 1 % of a point's starts have no right
+/// answer, its error is that of the other starts, or it has none: such points are hollow, and no line joins them.
+/// Values of the axis are hatched at which all curves have such points.
 pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, false);
     let Slices { parts, mut remarks } = slices(study, &[axis], true);
@@ -72,7 +72,7 @@ pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
     caption.figure(&remarks, height, panels)
 }
 
-/// Several curves, with the places hatched at which all of them fail.
+/// Adds several curves to a panel, and hatches the places at which all of them fail.
 fn with_curves(
     panel: Panel,
     study: &Study,
@@ -89,7 +89,7 @@ fn with_curves(
     panel
 }
 
-/// Returns an axis with a range of its own, so that all panels have the same.
+/// Returns an axis with a fixed range over these values, so that all panels have the same.
 fn one_scale(axis: Axis, values: &[f64]) -> Axis {
     let known = values.iter().copied().filter(|value| *value > 0.0 && value.is_finite());
     let (low, high) =
@@ -97,8 +97,8 @@ fn one_scale(axis: Axis, values: &[f64]) -> Axis {
     if axis.range.is_some() || high <= 0.0 { axis } else { axis.range(low / 1.3, 1.3 * high) }
 }
 
-/// Returns the panel with strips where more than 1 % of starts have no right answer, whatever the curve. Where some
-/// have anywhere in the figure, the legend says what strips and rings are.
+/// Adds strips to a panel where all of its curves have more than 1 % of starts without a right answer. If any point of
+/// the figure fails, the legend explains strips and rings.
 fn hatched(
     panel: Panel,
     place: &Place,

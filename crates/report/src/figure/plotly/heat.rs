@@ -1,4 +1,4 @@
-//! Heat maps: cells in colours with a colour bar, and hatched areas where there is no value.
+//! Heat maps: coloured cells with a colour bar, and hatched areas for cells without a value.
 
 use super::super::axis::Axis;
 use super::super::colour::{colour, ink_on, stops};
@@ -12,7 +12,7 @@ use super::traces::{Place, nearest};
 use super::{Chart, number, numbers};
 use serde_json::{Value, json};
 
-/// Digits of what is read out.
+/// Number of digits in read-outs.
 const DIGITS: i32 = 5;
 
 /// A cell's value, and how it is written.
@@ -20,9 +20,9 @@ type Cell<'a> = (f64, &'a str);
 
 /// The columns or the rows of a heat map.
 struct Cells {
-    /// Finite, and far below the range where they are too small for a logarithm.
+    /// Edges, all finite; edges that a logarithmic axis cannot show are far below the range.
     edges: Vec<f64>,
-    /// For each pair of edges the index in the layer; none where an edge between them is no number.
+    /// Index of the layer's row or column for each pair of edges; none if an edge in between is not a number.
     index: Vec<Option<usize>>,
     /// Text read out for each pair.
     texts: Vec<String>,
@@ -150,8 +150,8 @@ pub(super) fn add(
     }
 }
 
-/// Returns the values in the cells. Those that Plotly writes have one ink, stand beside the middle of cells on
-/// logarithmic axes and shrink; scripts leave these out where one has no room.
+/// Adds the texts of the values in cells, as a trace of texts. Texts that Plotly's heat map writes itself have one
+/// colour, are off centre on logarithmic axes and shrink. Scripts hide the texts if one does not fit its cell.
 fn written(
     chart: &mut Chart,
     place: &Place,
@@ -190,7 +190,7 @@ fn written(
     }
 }
 
-/// Something for each cell.
+/// Returns a value for each cell, row by row.
 fn each(cells: &[Vec<Cell<'_>>], of: impl Fn(&Cell<'_>) -> Value) -> Value {
     cells.iter().map(|row| row.iter().map(&of).collect::<Value>()).collect()
 }
@@ -220,7 +220,8 @@ fn colour_bar(axis: &Axis, range: (f64, f64), place: &Place) -> Value {
     })
 }
 
-/// Hatched rectangles, one for each stretch of a row: heat maps of Plotly have no hatching.
+/// Adds hatched rectangles for cells without a value, one for each contiguous part of a row, because heat maps of
+/// Plotly have no hatching.
 fn blanks(
     chart: &mut Chart,
     place: &Place,
@@ -243,7 +244,7 @@ fn blanks(
     hatched(chart, place, &areas, Some(meaning), &WHITE.css());
 }
 
-/// Hatched rectangles from left to right and from bottom to top, on this ground.
+/// Adds hatched rectangles, given by left, right, bottom and top, on this background.
 pub(super) fn hatched(
     chart: &mut Chart,
     place: &Place,

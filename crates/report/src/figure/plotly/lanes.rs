@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 
 type Span = (f64, f64, usize);
 
-/// One trace for each category in each lane and, where all values at one x are read together, one for each lane that
-/// only names its state: there, bars would be read at their ends.
+/// Adds a trace for each category in each lane. If all values at one x are read out together, adds a further trace for
+/// each lane that only names its state, because bars would be read out at their ends.
 pub(super) fn add(chart: &mut Chart, place: &Place, lanes: &[Lane], categories: &[String]) {
     for (index, lane) in lanes.iter().enumerate() {
         let middle = (lanes.len() - index) as f64 - 0.5;

@@ -14,7 +14,7 @@ pub(crate) fn markup(text: &str) -> String {
         .collect()
 }
 
-/// Markup for a read-out, in which Plotly would replace `%{…}` by data.
+/// Returns markup for a read-out. It is escaped, because Plotly replaces `%{…}` by data.
 pub(super) fn template(text: &str) -> String {
     markup(text).replace("%{", "&#37;{")
 }

@@ -12,10 +12,10 @@ use serde_json::{Value, json};
 const DIGITS: &str = ":.5~g";
 pub(super) const X_DIGITS: &str = ":.6~g";
 
-/// How the read-outs of traces with a name begin: together with others, and alone.
+/// Beginnings of the read-outs of named traces: in a common read-out, and in a separate one.
 const NAMED: [&str; 2] = ["%{fullData.name}: ", "%{fullData.name}<br>"];
 
-/// Where a panel's layers go.
+/// Axes and ranges to which the layers of a panel are added.
 pub(super) struct Place<'a> {
     pub panel: &'a Panel,
     /// Number of the panel in its figure; legend entries of different panels are switched apart.
@@ -124,7 +124,7 @@ impl Place<'_> {
         points.map(|(x, y)| (on(&self.panel.x, x), on(&self.panel.y, y))).collect()
     }
 
-    /// Where something on the horizontal axis ends.
+    /// Returns a position on the horizontal axis for the end of a bar, band or whisker.
     pub(super) fn x_end(&self, value: f64) -> f64 {
         end(self.panel.x.scale, self.x_range, value)
     }
@@ -139,13 +139,14 @@ impl Place<'_> {
         }
     }
 
-    /// Where something on the vertical axis ends.
+    /// Returns a position on the vertical axis for the end of a bar, band or whisker.
     pub(super) fn y_end(&self, value: f64) -> f64 {
         end(self.panel.y.scale, self.y_range, value)
     }
 }
 
-/// Returns the value, but far below the range, as in the drawn figure, for what is too small for a logarithm.
+/// Returns the value. On a logarithmic axis, returns a value far below the range for zero and negative ones, as in the
+/// drawn figure.
 fn end(scale: AxisScale, (first, last): (f64, f64), value: f64) -> f64 {
     if scale == AxisScale::Log10 && value <= 0.0 {
         return (first * (first / last).powi(10)).max(1e-300);
@@ -223,7 +224,7 @@ fn short(points: Vec<(f64, f64)>, (first, last): (f64, f64)) -> Vec<(f64, f64)> 
     if points.len() <= LONGEST { points } else { thin(&points, (last - first) / (LONGEST / 4 - 1) as f64) }
 }
 
-/// Plotly takes lengths of strokes and gaps as CSS does.
+/// Returns the lengths of dashes and gaps in the notation of CSS, which Plotly uses.
 fn dash(lengths: &[f64]) -> String {
     if lengths.is_empty() {
         return "solid".to_owned();
@@ -280,7 +281,7 @@ fn band(chart: &mut Chart, place: &Place, label: Option<&str>, points: &[(f64, f
     }
 }
 
-/// Without a value there is no place for whiskers, as Plotly draws them: such a point is left out.
+/// Returns error bars. Points without a value are left out, because Plotly draws whiskers at a value only.
 fn error_bars(place: &Place, points: &[(f64, f64, f64, f64)], style: Style, marker: &Value) -> Value {
     let centres: Vec<_> = points.iter().map(|p| (p.0, p.1)).collect();
     let ends: Value = points.iter().map(|p| json!([number(p.2), number(p.3)])).collect();
@@ -304,7 +305,7 @@ fn error_bars(place: &Place, points: &[(f64, f64, f64, f64)], style: Style, mark
     scatter(place, &centres, "markers", more)
 }
 
-/// A bar, and from it an arrow downwards in two parts; the bar is read out.
+/// Adds a bar and an arrow downwards, in two parts; the bar has the read-out.
 fn upper_limits(chart: &mut Chart, place: &Place, label: Option<&str>, points: &[(f64, f64)], style: Style) {
     for (symbol, size, below) in
         [("line-ew-open", 7.2, 0.0), ("line-ns-open", 4.4, 3.2), ("arrow-down", 7.2, 13.0)]
@@ -325,7 +326,8 @@ fn upper_limits(chart: &mut Chart, place: &Place, label: Option<&str>, points: &
     }
 }
 
-/// On logarithmic axes Plotly takes the values of shapes, but the logarithms of annotations.
+/// Adds a rule with its label. On logarithmic axes, Plotly takes the values of shapes but the logarithms of
+/// annotations.
 fn rule(chart: &mut Chart, place: &Place, mut line: Value, label: Option<&str>, mut note: Value) {
     line["type"] = json!("line");
     // On hatching, marks and the colours of cells nothing could be read without a ground.
