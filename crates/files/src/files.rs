@@ -7,8 +7,8 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf, absolute};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Files that a run reads, by their paths from one folder. Each is read once: whoever asks again gets the same bytes,
-/// whatever has become of the file meanwhile. Clones share what was read.
+/// Files that a run reads, by their paths from one folder. Each file is read once. Later requests return the same
+/// bytes, even if the file has changed since. Clones share the content.
 ///
 /// ```
 /// use standstill_files::Files;
@@ -25,16 +25,16 @@ pub struct Files {
     folder: PathBuf,
     read: Arc<Mutex<BTreeMap<PathBuf, Arc<[u8]>>>>,
     sealed: bool,
-    /// The folder in which what is not read yet must lie, with all its symbolic links followed.
+    /// Folder, without symbolic links, to which further reading is restricted; none for no restriction.
     fence: Option<PathBuf>,
 }
 
 /// Digest of a file's content: its length and checksum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest {
-    /// Its length.
+    /// Length in bytes.
     pub bytes: u64,
-    /// Its checksum.
+    /// Checksum of the content.
     pub crc32: u32,
 }
 
@@ -74,11 +74,11 @@ pub const MOST_BYTES: u64 = 128 << 20;
 /// Most bytes of a data sheet or a scenario: a parser takes a hundred times as much memory.
 const MOST_TEXT: usize = 4 << 20;
 
-/// Returns the content of a file of at most so many bytes. What has no end (a device such as `/dev/zero`, a pipe) is
-/// not read at all: it could be waited for, or read, for ever.
+/// Returns the content of a file of at most `most` bytes. Devices such as `/dev/zero` and pipes are refused, because
+/// reading them might never end.
 ///
 /// # Errors
-/// Those of the operating system, what is not a regular file, and a file that is larger.
+/// Those of the operating system; the path is not a regular file, or the file is larger.
 pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let file = open(path)?;
     let length = file.metadata()?.len();
@@ -94,15 +94,16 @@ pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 /// Returns the text of a file that a program wrote, such as the results of an earlier run: of at most 128 MiB.
 ///
 /// # Errors
-/// As [`read_at_most`], and bytes that are not UTF-8.
+/// As [`read_at_most`]; the bytes are not UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
     as_text(&read_at_most(path, MOST_BYTES)?).map(str::to_owned)
 }
 
-/// Opens a regular file, to be read piece by piece. A pipe is refused unopened, because opening one waits for its writer.
+/// Opens a regular file, to be read piece by piece. A pipe is refused unopened, because opening one waits for its
+/// writer.
 ///
 /// # Errors
-/// Those of the operating system, and what is not a regular file.
+/// Those of the operating system; the path is not a regular file.
 pub fn open(path: &Path) -> io::Result<std::fs::File> {
     open_as(path, OpenOptions::new().read(true))
 }
@@ -137,7 +138,7 @@ fn too_large(bytes: u64, most: u64) -> io::Error {
 }
 
 impl Files {
-    /// None yet. They will be named by their paths from `folder`.
+    /// Makes an empty collection of files with paths relative to `folder`.
     pub fn of(folder: &Path) -> Self {
         Self { folder: folder.to_owned(), ..Self::default() }
     }

@@ -15,7 +15,7 @@ use crate::Files;
 
 pub use columns::MapValues;
 
-/// One point of a map as its file gives it: peak values, amplitude-invariant.
+/// A point of a map as in its file: peak values, amplitude-invariant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapPoint {
     /// i_d in A.
@@ -26,11 +26,11 @@ pub struct MapPoint {
     pub psi_d: f64,
     /// ψ_q in Wb.
     pub psi_q: f64,
-    /// Where it stands.
+    /// Position in the file.
     pub place: Place,
 }
 
-/// Where in its file a point stands.
+/// Position of a point in its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Line of a text, from 1.
@@ -59,11 +59,11 @@ impl fmt::Display for Place {
 pub struct MapSamples {
     /// The file.
     pub file: String,
-    /// Its points.
+    /// Points of the map.
     pub points: Vec<MapPoint>,
-    /// Pole pairs, if it says so.
+    /// Number of pole pairs, if the file states it.
     pub pole_pairs: Option<u32>,
-    /// R in Ω, if it says so.
+    /// R in Ω, if the file states it.
     pub resistance: Option<f64>,
 }
 
@@ -86,7 +86,7 @@ pub struct MapError {
 }
 
 impl MapError {
-    /// Makes the error that names the file, the place in it, what was found there, and what is needed instead.
+    /// Makes the error that names the file, the place in it, the wrong content, and the requirement.
     pub fn new(
         file: &str,
         place: Option<&dyn fmt::Display>,
@@ -152,7 +152,7 @@ impl MapSamples {
         })
     }
 
-    /// With all currents and fluxes so many times as large.
+    /// Multiplies all currents and fluxes by a factor.
     fn times(mut self, share: f64) -> Self {
         for MapPoint { i_d, i_q, psi_d, psi_q, .. } in &mut self.points {
             for value in [i_d, i_q, psi_d, psi_q] {

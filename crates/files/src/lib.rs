@@ -1,9 +1,9 @@
-//! Input files of a run: the one door through which files come in, flux maps of every format, and tables of TOML as typed values.
+//! Input files of a run: the only way to read files, flux maps of every format, and tables of TOML as typed values.
 //!
-//! Nothing here knows what a motor must be: `standstill-plant` makes motors of what stands in these tables and maps.
+//! This crate does not judge motors: `standstill-plant` makes motors from these tables and maps.
 //!
-//! * [`Files`]: the door. Each file is read once and noted with its [`Digest`].
-//! * [`MapSamples`]: a flux map as its file gives it (CSV, NumPy, MATLAB).
+//! * [`Files`]: the files of a run. Each file is read once and noted with its [`Digest`].
+//! * [`MapSamples`]: a flux map as in its file (CSV, NumPy, MATLAB).
 //! * [`sheet`]: the tables of a motor's data sheet, each number with its source.
 //! * [`read_keyed`]: a table as a typed value; an error names the key that is wrong.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]

@@ -18,16 +18,16 @@ pub use self::nameplate::{NameplateTable, SharesTable, WrittenNameplate};
 pub use self::sourced::{PLAIN, Source, Sourced, Stated};
 use crate::table::{TableError, lacking, read_keyed};
 
-/// One number of a data sheet, ready to print.
+/// A number of a data sheet for printing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Its key in the file.
+    /// Key in the file.
     pub key: String,
     /// Value with unit.
     pub value: String,
-    /// Where it comes from.
+    /// Kind of source of the number.
     pub source: Source,
-    /// Why it is what it is.
+    /// Reason for the value.
     pub reason: String,
 }
 
@@ -148,10 +148,10 @@ fn untitled() -> String {
 }
 
 impl Sheet {
-    /// Makes the one place where a data sheet is read from a table. Keys that one table lacks are named all at once.
+    /// Reads a data sheet from a table; all data sheets are read here. One error names all missing keys of a table.
     ///
     /// # Errors
-    /// The key that is wrong, and what was found and is needed there.
+    /// A key is wrong; the error names it, its value and the requirement.
     pub fn read(table: Table) -> Result<Self, TableError> {
         Self::of_values(&table).map_err(|error| match error.lacks() {
             Some(_) => lacking::all(&error, table, |tried| Self::of_values(tried).err()),

@@ -19,9 +19,9 @@ pub struct Binary {
 /// A kind of machine that importers run on, by the header of its libraries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Machine {
-    /// Its folder by FMI 3.0.
+    /// Folder of the machine's binaries by FMI 3.0.
     name: &'static str,
-    /// Its folder by FMI 2.0, which has no name for some.
+    /// Folder by FMI 2.0; none for machines that this version does not name.
     two: Option<&'static str>,
     suffix: &'static str,
 }
@@ -48,11 +48,11 @@ const FUNCTIONS: [&str; 2] = ["fmi2DoStep", "fmi3DoStep"];
 /// The bit of a Windows file's header by which it is a library.
 const DLL: u32 = 0x2000;
 
-/// The folder beside the program with libraries for other kinds of machines: `scripts/fmu-binaries.sh` fills it.
+/// The folder beside the program with libraries for other kinds of machines, which `scripts/fmu-binaries.sh` fills.
 const OTHERS: &str = "fmu-binaries";
 
 impl Machine {
-    /// By the header of a shared library.
+    /// Finds the kind of machine from the header of a shared library.
     fn of(bytes: &[u8]) -> Result<Self, String> {
         let number = |at: usize| {
             bytes.get(at..at + 4).map_or(0, |four| u32::from_le_bytes([four[0], four[1], four[2], four[3]]))
@@ -83,7 +83,7 @@ impl Machine {
         }
     }
 
-    /// Its folder in an archive.
+    /// Returns the folder in an archive; none if the version does not name this kind of machine.
     fn folder(self, version: Version) -> Option<&'static str> {
         match version {
             Version::Two => self.two,
@@ -93,10 +93,10 @@ impl Machine {
 }
 
 impl Binary {
-    /// From a file's bytes, for whichever machine it is.
+    /// Makes a binary from the bytes of a file, for any kind of machine.
     ///
     /// # Errors
-    /// Description of the file, where it is not this crate as a shared library.
+    /// The file is not this crate as a shared library; the error describes it.
     pub fn of(bytes: Vec<u8>) -> Result<Self, String> {
         let has = |text: &str| bytes.windows(text.len()).any(|there| there == text.as_bytes());
         let machine = Machine::of(&bytes)?;
@@ -122,18 +122,19 @@ impl Binary {
         self.machine.name
     }
 
-    /// Its name as Cargo builds it.
+    /// Returns the name that Cargo gives the library.
     pub fn name() -> String {
         format!("{DLL_PREFIX}standstill_fmu{DLL_SUFFIX}")
     }
 
-    /// Where it may be beside a program: in its folder, or in the folder where Cargo puts what it builds for it.
+    /// Returns the possible paths of the library beside a program: in its folder, or in the folder of Cargo's
+    /// dependencies.
     pub fn beside(program: &Path) -> [PathBuf; 2] {
         let folder = program.parent().unwrap_or_else(|| Path::new(""));
         [folder.join(Self::name()), folder.join("deps").join(Self::name())]
     }
 
-    /// Returns the libraries for other kinds of machines that are beside a program, in the folder `fmu-binaries`, by
+    /// Returns the libraries for other kinds of machines, from the folder `fmu-binaries` beside a program, in order of
     /// their names.
     pub fn others(program: &Path) -> Vec<PathBuf> {
         let folder = program.parent().unwrap_or_else(|| Path::new("")).join(OTHERS);
@@ -148,11 +149,11 @@ impl Binary {
     }
 }
 
-/// The FMU as a file has it. The same model and binaries give the same bytes. A machine that FMI 2.0 has no name for is left out of
-/// an FMU of that version.
+/// Returns the bytes of an FMU. Equal models and binaries give equal bytes. Binaries for machines that FMI 2.0 does not
+/// name are left out of an FMU of that version.
 ///
 /// # Errors
-/// No binary that the version has a name for; two of one kind of machine.
+/// There is no binary for a machine that the version names, or there are two for one kind of machine.
 pub fn pack(model: &Model, version: Version, binaries: &[Binary]) -> io::Result<Vec<u8>> {
     let mut placed: Vec<(&'static str, &Binary)> = Vec::new();
     for binary in binaries {
@@ -198,5 +199,5 @@ pub fn pack(model: &Model, version: Version, binaries: &[Binary]) -> io::Result<
     Ok(zip.finish()?.into_inner())
 }
 
-/// The licence of what is inside, but for the data sheet, which is the user's.
+/// The licence of the content except the data sheet, which belongs to the user.
 const LICENCE: &str = include_str!("licence.txt");

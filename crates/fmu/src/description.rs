@@ -28,7 +28,7 @@ pub(crate) fn escaped(text: &str) -> String {
     escaped
 }
 
-/// Attributes, where there are values.
+/// Returns attributes of XML; those without value are left out.
 fn attributes(pairs: &[(&str, Option<String>)]) -> String {
     let mut text = String::new();
     for (name, value) in pairs {
@@ -227,8 +227,8 @@ impl Model {
         )
     }
 
-    /// Returns the enumeration of a leg's modes, where there are legs and the version has enumerations that importers
-    /// take.
+    /// Returns the enumeration of a leg's modes; empty if the model has no legs or importers do not accept the
+    /// version's enumerations.
     fn types(&self, version: Version) -> String {
         if self.part == Part::Motor || version == Version::Two {
             return String::new();

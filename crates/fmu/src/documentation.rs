@@ -1,4 +1,4 @@
-//! The page inside an FMU: what goes in and out, in which steps, and every parameter.
+//! The documentation page in an FMU: inputs, outputs, communication steps and all parameters.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:60rem;margin:1rem a
 div{overflow-x:auto}table{border-collapse:collapse}td,th{border:1px solid #8888;padding:.2rem .6rem;text-align:left;vertical-align:top}";
 
 impl Model {
-    /// `documentation/index.html` of an FMU with libraries for these kinds of machines.
+    /// Returns `documentation/index.html` of an FMU with libraries for these kinds of machines.
     pub(crate) fn documentation(&self, version: Version, machines: &[&str]) -> String {
         let drive = self.part == Part::Drive;
         let title = format!("{} {}", if drive { "Drive with motor" } else { "Motor" }, escaped(&self.motor));

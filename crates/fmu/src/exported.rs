@@ -1,4 +1,4 @@
-//! Common code of the functions of both versions, and the one form in which they are exported.
+//! Common code of the functions of both versions, and the macro that exports them.
 #![allow(unsafe_code, reason = "an importer calls through pointers")]
 
 use std::ffi::c_int;
@@ -11,15 +11,16 @@ use crate::variables::Kind;
 pub const OK: c_int = 0;
 pub const ERROR: c_int = 3;
 
-/// An instance as a version of the standard has it, with whom it tells of errors.
+/// An instance of a version of the standard, with its means of reporting errors.
 pub trait Component {
     /// Returns the instance.
     fn instance(&mut self) -> &mut Instance;
-    /// Tells the importer what went wrong.
+    /// Reports an error to the importer.
     fn tell(&self, message: &str);
 }
 
-/// Functions of the standard, each with what it does with a component: in full, or by one of the functions below.
+/// Exports functions of the standard. Each is given with its action on a component, either in full or by one of the
+/// functions below.
 macro_rules! exported {
     ($($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) => $do:expr;)*) => {
         $($(#[$doc])*
@@ -51,10 +52,10 @@ macro_rules! without {
 }
 pub(crate) use without;
 
-/// Does something with a component and turns what went wrong into a message and a status.
+/// Applies an action to a component. An error becomes a message and a status.
 ///
 /// # Safety
-/// A component that is not freed, and that nobody else uses meanwhile.
+/// The component is not freed, and no other code uses it during the call.
 pub unsafe fn with<C: Component>(component: *mut C, what: impl FnOnce(&mut C) -> Outcome) -> c_int {
     // SAFETY: as the caller promises.
     let Some(component) = (unsafe { component.as_mut() }) else { return ERROR };
@@ -72,10 +73,10 @@ pub fn made<C>(component: C) -> *mut C {
     Box::into_raw(Box::new(component))
 }
 
-/// The end of a component.
+/// Frees a component.
 ///
 /// # Safety
-/// One of [`made`], or null.
+/// The component is one of [`made`], or null.
 pub unsafe fn freed<C>(component: *mut C) {
     if !component.is_null() {
         // SAFETY: it was made by `Box::into_raw`, and is freed once.
@@ -144,10 +145,10 @@ pub unsafe fn get_state<C: Component>(state: *mut *mut State) -> impl FnOnce(&mu
     }
 }
 
-/// Back to a copy.
+/// Restores the state of a component from a copy.
 ///
 /// # Safety
-/// A state of the component, or null.
+/// `state` is a state of the component, or null.
 pub unsafe fn set_state<C: Component>(state: *const State) -> impl FnOnce(&mut C) -> Outcome {
     move |component| {
         // SAFETY: as the caller promises.

@@ -26,7 +26,7 @@ pub struct Callbacks {
     environment: *mut c_void,
 }
 
-/// `fmi2Component`: an instance and whom it tells of errors.
+/// `fmi2Component`: an instance, with its means of reporting errors.
 pub struct Component {
     name: String,
     logger: Option<Logger>,
@@ -64,7 +64,7 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
     c"2.0".as_ptr()
 }
 
-/// Accepted and ignored: errors are logged, always, and nothing else is.
+/// Accepts any setting without effect: errors are always logged, and nothing else is.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SetDebugLogging(
     _: *mut Component,
@@ -107,10 +107,10 @@ pub unsafe extern "C" fn fmi2Instantiate(
     }
 }
 
-/// The end of an instance.
+/// Frees an instance.
 ///
 /// # Safety
-/// A component of [`fmi2Instantiate`], or null.
+/// The component is one of [`fmi2Instantiate`], or null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(component: *mut Component) {
     // SAFETY: as the importer promises.

@@ -17,7 +17,7 @@ use crate::variables::Kind;
 
 type Logger = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
-/// `fmi3Instance`: an instance and whom it tells of errors.
+/// `fmi3Instance`: an instance, with its means of reporting errors.
 pub struct Component {
     logger: Option<Logger>,
     environment: *mut c_void,
@@ -49,7 +49,7 @@ pub extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
 }
 
-/// Accepted and ignored: errors are logged, always, and nothing else is.
+/// Accepts any setting without effect: errors are always logged, and nothing else is.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3SetDebugLogging(
     _: *mut Component,
@@ -90,17 +90,17 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     }
 }
 
-/// The end of an instance.
+/// Frees an instance.
 ///
 /// # Safety
-/// A component of [`fmi3InstantiateCoSimulation`], or null.
+/// The component is one of [`fmi3InstantiateCoSimulation`], or null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3FreeInstance(component: *mut Component) {
     // SAFETY: as the importer promises.
     unsafe { freed(component) };
 }
 
-/// Nothing to do.
+/// Does nothing: there are no discrete states to evaluate.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3EvaluateDiscreteStates(_: *mut Component) -> c_int {
     OK

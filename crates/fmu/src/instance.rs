@@ -1,4 +1,4 @@
-//! One FMU at work, whichever version of the standard calls it.
+//! A running FMU, for both versions of the standard.
 
 use std::path::Path;
 
@@ -12,13 +12,14 @@ use crate::rig::{Legs, Rig};
 use crate::units::readable;
 use crate::variables::{Kind, Role, Sampled, Truth};
 
-/// How far in s a communication point may be off the end of the last step: some importers count whole nanoseconds.
+/// Largest distance in s between a communication point and the end of the last step: some importers count whole
+/// nanoseconds.
 const OFF: f64 = 2e-9;
 
 /// And relative to the time: the last digits of sums and products.
 const ROUNDED: f64 = 4.0 * f64::EPSILON;
 
-/// The finest tolerance: beyond it, what is rounded outweighs it.
+/// Smallest tolerance; below it, rounding errors dominate.
 const FINEST: f64 = 1e-12;
 
 choice! {
@@ -43,7 +44,7 @@ choice! {
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     phase: Phase,
-    /// By value reference.
+    /// Values of the variables, by value reference.
     values: Vec<f64>,
     rig: Option<Rig>,
     /// Relative to the flux at rated current, where the importer wants one.
@@ -55,7 +56,7 @@ pub(crate) struct State {
     pub tick: bool,
 }
 
-/// One FMU at work.
+/// A running FMU.
 #[derive(Debug)]
 pub(crate) struct Instance {
     model: Model,
@@ -66,7 +67,7 @@ pub(crate) struct Instance {
 pub(crate) type Outcome<T = ()> = Result<T, String>;
 
 impl Instance {
-    /// From the resources of an FMU.
+    /// Makes an instance from the resources of an FMU.
     pub fn new(resources: &Path, token: &str) -> Outcome<Self> {
         let model = Model::unpacked(resources)?;
         let own = model.token();
@@ -116,14 +117,14 @@ impl Instance {
         Ok(())
     }
 
-    /// To initialization mode.
+    /// Enters initialization mode.
     pub fn enter_initialisation(&mut self) -> Outcome {
         self.must_be(&[Phase::Instantiated], "entering initialization mode")?;
         self.state.phase = Phase::Initialising;
         Ok(())
     }
 
-    /// From there to steps, or to the event at the begin.
+    /// Leaves initialization mode: to steps, or to the event at the beginning.
     pub fn exit_initialisation(&mut self, to: Phase) -> Outcome {
         self.must_be(&[Phase::Initialising], "leaving initialization mode")?;
         self.build()?;
@@ -131,7 +132,7 @@ impl Instance {
         Ok(())
     }
 
-    /// To an event and back.
+    /// Changes between steps and events.
     pub fn enter(&mut self, phase: Phase) -> Outcome {
         self.must_be(&[Phase::Stepping, Phase::AtEvent], phase.name())?;
         self.state.tick = false;
@@ -218,15 +219,15 @@ impl Instance {
         })
     }
 
-    /// Returns whether the trial draws the rotor's angle. What counts is the values and not the order in which they
-    /// were set: some importers set all parameters, also to what they are.
+    /// Returns true if the trial draws the rotor's angle. Only the values decide, not the order in which they were set,
+    /// because some importers set all parameters, even to their present values.
     fn draws_angle(&self) -> bool {
         let all = || self.model.variables.iter().zip(&self.state.values);
         let asked = all().any(|(variable, value)| variable.role == Role::DrawAngle && *value != 0.0);
         asked && all().any(|(variable, value)| variable.role == Role::Angle && variable.start == Some(*value))
     }
 
-    /// The machine with the parameters as they are.
+    /// Builds the machine with the present parameters.
     fn build(&mut self) -> Outcome {
         if self.state.rig.is_none() {
             let mut trial = 0;

@@ -7,12 +7,12 @@
 //!                                    ▼
 //!   importer ─► fmi2DoStep ─► Instance: legs → command → readings ─► fmi2GetReal ─► importer
 //! ```
-//! The crate is compiled twice: into the program, which writes the archive, and as the shared library that goes into it. Both
-//! make the same list of variables from the scenario in `resources/`, so that a value reference means the same to both. The
-//! engine is the one of all other commands ([`standstill_sim::Driven`]).
+//! The crate is compiled twice: into the program, which writes the archive, and as the shared library in the archive.
+//! Both make the same list of variables from the scenario in `resources/`, so that value references are the same. The
+//! engine is that of all other commands ([`standstill_sim::Driven`]).
 //!
-//! The interface to C is written by hand after the headers of the standard (<https://fmi-standard.org>); no header and no
-//! libclang is needed.
+//! The interface to C is written by hand and follows the headers of the standard (<https://fmi-standard.org>); neither
+//! headers nor libclang are needed.
 
 mod archive;
 mod description;

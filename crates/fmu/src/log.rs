@@ -1,4 +1,4 @@
-//! From C and back: texts, slices, messages, and what may not leave Rust.
+//! Conversion from and to C: texts, slices and messages, and the catching of panics, which must not leave Rust.
 
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -59,7 +59,7 @@ pub(crate) fn guarded<T>(what: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
     })
 }
 
-/// Returns the folder of a `file:` address, or a path as it is.
+/// Returns the folder of a `file:` address; a path is returned unchanged.
 pub(crate) fn folder(address: &str) -> PathBuf {
     let Some(rest) = address.strip_prefix("file:") else { return PathBuf::from(address) };
     // With an authority, which is empty or this machine, or without one.

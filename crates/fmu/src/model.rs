@@ -23,7 +23,7 @@ pub enum Part {
 pub(crate) const RESOLVER: &str = "sensors.resolver_error";
 
 impl Part {
-    /// Its name: that of the binary, and of the scenario among the resources.
+    /// Returns the name: that of the binary, and of the scenario in the resources.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Drive => "standstill_drive",
@@ -31,7 +31,7 @@ impl Part {
         }
     }
 
-    /// Returns the tables of a scenario that say something of it, and single keys.
+    /// Returns the tables and single keys of a scenario that concern this part.
     pub const fn keys(self) -> &'static [&'static str] {
         match self {
             Self::Drive => &["motor", "rotor", "inverter", "sensors", "errors", "seed"],
@@ -40,7 +40,7 @@ impl Part {
         }
     }
 
-    /// Returns whether a key of a scenario says something of it.
+    /// Returns true if a key of a scenario concerns this part.
     pub fn has_use_for(self, key: &str) -> bool {
         self.keys()
             .iter()
@@ -53,7 +53,7 @@ impl Part {
     }
 }
 
-/// Which standard.
+/// Version of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Version {
     /// 2.0, which all tools import.
@@ -71,7 +71,7 @@ pub struct Model {
     pub(crate) document: Document,
     /// Files for the resources.
     pub packed: Packed,
-    /// Its variables; the number of each is its value reference.
+    /// Variables; the index of each is its value reference.
     pub variables: Vec<Variable>,
     /// Name of the motor.
     pub motor: String,
@@ -149,10 +149,10 @@ impl Model {
         })
     }
 
-    /// From the resources of an FMU. Nothing is read from outside their folder.
+    /// Reads a model from the resources of an FMU. No file outside of their folder is read.
     ///
     /// # Errors
-    /// Resources that are not there, or that are of another version.
+    /// The resources are missing or of another version.
     pub(crate) fn unpacked(resources: &Path) -> Result<Self, String> {
         for part in [Part::Drive, Part::Motor] {
             let path = resources.join(part.resource());
@@ -177,7 +177,7 @@ impl Model {
         Err(format!("{}: found no scenario, needed {expected}", resources.display()))
     }
 
-    /// The scenario with its motor as it is without changed parameters.
+    /// Makes the scenario with the motor of the document.
     pub(crate) fn scenario_of(
         document: &Document,
     ) -> Result<Scenario<standstill_detect::Method<f64>>, FileError> {
@@ -195,8 +195,8 @@ impl Model {
         readable(self.period.seconds(), "s")
     }
 
-    /// Returns the digest of the model: part, version of the program, its variables, and all that the resources say.
-    /// So a library that counts its variables otherwise is refused.
+    /// Returns the digest of the model: part, version of the program, variables and content of the resources. A library
+    /// with a different list of variables is therefore refused.
     pub fn token(&self) -> String {
         // Fowler–Noll–Vo, twice.
         let hash = |basis: u64, bytes: &mut dyn Iterator<Item = u8>| {

@@ -10,7 +10,7 @@ use standstill_sim::{Case, Driven, RunError, Snapshot};
 use crate::model::Part;
 use crate::units::readable;
 
-/// A machine with the scenario that it is of. A copy goes on by itself.
+/// A machine with its scenario. A copy continues independently.
 #[derive(Clone, Debug)]
 pub(crate) struct Rig {
     /// Borrows from the scenario, and so goes first.
@@ -22,7 +22,7 @@ pub(crate) struct Rig {
     second_half: bool,
     /// Time of all steps of a motor so far.
     elapsed: Nanos,
-    /// Where the rotor stood at the start, in rad.
+    /// Angle of the rotor at the start, in rad.
     start_angle: f64,
     /// Reading of the last step; before the first one, that of the drive at rest, all switches off.
     pub reading: Reading<f64>,
@@ -35,17 +35,17 @@ pub(crate) struct Legs {
     pub duty: [f64; 3],
 }
 
-/// How far in s a communication step may be off the PWM's, which has whole nanoseconds.
+/// Largest difference in s between a communication step and a PWM period, which is a whole number of nanoseconds.
 const OFF: f64 = 1.01e-9;
 
 /// The longest that an instance simulates: nanoseconds in f64 have room for small parts of one until then.
 const LONGEST: Nanos = Nanos(10_000_000_000_000);
 
 impl Rig {
-    /// At rest, as trial number `trial` of the scenario.
+    /// Makes the machine at rest, as trial number `trial` of the scenario.
     ///
     /// # Errors
-    /// Sensors that cannot say what is there.
+    /// The sensors cannot represent the quantities of the machine.
     pub fn new(part: Part, scenario: Scenario<Method<f64>>, trial: u64) -> Result<Self, String> {
         let scenario = Arc::new(scenario);
         let period = scenario.drive.carrier_period;
@@ -73,7 +73,7 @@ impl Rig {
         })
     }
 
-    /// Where the rotor stood at the start, in rad.
+    /// Returns the angle of the rotor at the start, in rad.
     pub fn start_angle(&self) -> f64 {
         self.start_angle
     }
@@ -89,10 +89,10 @@ impl Rig {
         if self.second_half { (second, None) } else { (first, Some(first + second)) }
     }
 
-    /// Returns one communication step of a drive: half a PWM period or, from its begin on, a whole one.
+    /// Simulates one communication step of a drive: half a PWM period, or a whole one from its beginning.
     ///
     /// # Errors
-    /// A step of another length, and why the machine could not go on.
+    /// The step has another length, or the simulation failed.
     pub fn step(&mut self, legs: &Legs, sample_at: f64, seconds: f64) -> Result<(), String> {
         let (half, whole) = self.steps();
         let is = |time: Nanos| (seconds - time.seconds()).abs() <= OFF;
@@ -133,10 +133,10 @@ impl Rig {
         Ok(())
     }
 
-    /// Returns one communication step of a motor, until a time in s since its beginning.
+    /// Simulates one communication step of a motor, up to a time in s since the start.
     ///
     /// # Errors
-    /// A step of less than a nanosecond, and why the machine could not go on.
+    /// The step is shorter than a nanosecond, or the simulation failed.
     pub fn feed(&mut self, potential: [f64; 3], until: f64) -> Result<(), String> {
         // The importer's own time: rounded steps would add up.
         let end = Nanos::from_seconds(until);

@@ -2,8 +2,7 @@
 
 use standstill_quantity::Scale;
 
-/// A unit: its symbol here, its name in FMI, exponents of kg, m, s, A, K and rad, how many of the base there are in
-/// one, and what is added.
+/// A unit: symbol, name in FMI, exponents of kg, m, s, A, K and rad, factor to the base unit, and offset.
 pub(crate) struct Unit {
     pub symbol: &'static str,
     pub name: &'static str,
@@ -18,7 +17,8 @@ const fn si(symbol: &'static str, name: &'static str, base: &'static [(&'static 
     Unit { symbol, name, base, factor: 1.0, offset: 0.0, shown: None }
 }
 
-/// Angles are in rad alone: a variable in degrees beside one in rad would be taken for the other.
+/// Units of the variables. Angles are in rad only, because a variable in degrees beside one in rad would be mistaken
+/// for it.
 const UNITS: [Unit; 13] = [
     si("A", "A", &[("A", 1)]),
     si("V", "V", &[("kg", 1), ("m", 2), ("s", -3), ("A", -1)]),

@@ -33,19 +33,19 @@ pub enum Kind {
 pub enum Role {
     /// A key of the scenario.
     Key(String),
-    /// Which drive, sensors, angle and noise are drawn.
+    /// Seed of the random draws of drive, sensors, angle and noise.
     Seed,
-    /// See `Seed`.
+    /// Number of the trial, which selects the draws together with the seed.
     Trial,
     /// Whether the rotor stands where the trial draws it.
     DrawAngle,
-    /// Where it stands otherwise, in rad.
+    /// Angle of the rotor in rad if it is not drawn.
     Angle,
-    /// Where in a step the converters sample.
+    /// Sampling time of the converters within a step.
     SampleAt,
     /// Mode of a leg, by its number.
     Mode(usize),
-    /// Its duty.
+    /// Duty of a leg.
     Duty(usize),
     /// Potential of a motor's terminal.
     Voltage(usize),
@@ -59,12 +59,12 @@ pub enum Role {
     Clock,
 }
 
-/// See [`Role::Sampled`].
+/// Sampled quantity, see [`Role::Sampled`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampled {
     /// Current of a phase.
     Current(usize),
-    /// Where that comes from.
+    /// Kind of the reading of a phase current: measured, derived from the others, at the end of the range, or missing.
     Sensed(usize),
     /// The converter's code of it.
     Count(usize),
@@ -76,19 +76,19 @@ pub enum Sampled {
     LinkClipped,
     /// Current of the shunt in the DC link.
     LinkCurrent,
-    /// Where that comes from.
+    /// Kind of the reading of the link current, as for phase currents.
     LinkCurrentSensed,
     /// The converter's code of it.
     LinkCurrentCount,
     /// Voltage of a terminal behind its divider.
     Terminal(usize),
-    /// Where that comes from.
+    /// Kind of the reading of a terminal voltage, as for phase currents.
     TerminalSensed(usize),
     /// The converter's code of it.
     TerminalCount(usize),
 }
 
-/// See [`Role::True`].
+/// True quantity, see [`Role::True`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
     /// Current of a phase.
@@ -110,19 +110,19 @@ pub enum Truth {
 /// A variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
-    /// Its name, with points between its parts.
+    /// Name, with points between its parts.
     pub name: String,
     /// Description, in a sentence.
     pub about: String,
     /// Kind of its values.
     pub kind: Kind,
-    /// Its role.
+    /// Role of the variable.
     pub role: Role,
     /// Unit as the scenarios' schema writes it; empty for pure numbers and shares.
     pub unit: String,
-    /// The value that it begins with; of parameters and inputs.
+    /// Start value; for parameters and inputs.
     pub start: Option<f64>,
-    /// The least and the largest value, where there are such.
+    /// Smallest and largest value, if there are limits.
     pub limits: Option<[f64; 2]>,
     /// The limits in words, as messages have them.
     pub allowed: String,
@@ -183,8 +183,8 @@ impl Variable {
     }
 }
 
-/// What a leg can be told: the items of the enumeration, each with what it says. The place of each is its number, as in `standstill.h`.
-/// No name is a keyword of Modelica or C.
+/// Modes of a leg: the items of the enumeration, each with its description. The position of an item is its number, as
+/// in `standstill.h`. No name is a keyword of Modelica or C.
 pub(crate) const MODES: [(&str, &str); 4] = [
     ("off", "Both switches off"),
     ("low", "Lower switch on"),
@@ -320,8 +320,8 @@ fn further(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
     all
 }
 
-/// Numbers of inverter and sensors that are no parameters: the PWM period is the communication step and the interval of the clock, which
-/// the description has; and there is no resolver.
+/// Keys of inverter and sensors that are not parameters of an FMU: the PWM period is given by the communication step
+/// and the interval of the clock, and there is no resolver.
 const NOT_INSIDE: [&str; 2] = ["inverter.carrier", RESOLVER];
 
 fn of_drive(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
@@ -350,7 +350,7 @@ fn number(value: Option<Value>) -> Option<f64> {
     value.and_then(|value| value.as_float())
 }
 
-/// Returns the description of a key as that of an FMU's variable: there each has a value, and what starts is a
+/// Returns the description of a key adapted to an FMU's variable: each variable has a value, and the start is that of a
 /// simulation.
 fn about(of: &str) -> String {
     let about = of.replace('\n', " ").replace("the start of the detection", "the start");

@@ -1,4 +1,5 @@
-//! Which detector suits the motor and the drive that are set: who starts the lab knows, the lab remembers.
+//! Advice on the detector for the present motor and drive. A function given at the start of the lab finds it; this
+//! module stores the answers.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -14,13 +15,13 @@ use crate::setting::Setting;
 /// A detector and its settings.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Advice {
-    /// Keys and their values, as `-s KEY=VALUE` takes them; none where nothing suits.
+    /// Keys and values in the format of `-s KEY=VALUE`; none if no detector is suitable.
     pub keys: Option<BTreeMap<String, String>>,
     /// Reason, in a sentence.
     pub text: String,
 }
 
-/// Finds the detector of a scenario, or says why there is none to be found.
+/// Finds the detector of a scenario, or returns the reason why there is none.
 pub type Find = Box<dyn Fn(&Document) -> Result<Advice, String> + Send + Sync>;
 
 /// The setting that is asked about.
@@ -35,8 +36,8 @@ const KEPT: usize = 48;
 
 pub(crate) struct Adviser {
     find: Find,
-    /// By the setting's name. Locked while an answer is looked for: pages that ask the same share it, and others do not take the
-    /// machine from each other.
+    /// Answers by the name of the setting. The lock is held during a search: pages with the same question share the
+    /// answer, and others do not compete for the processor.
     known: Mutex<Vec<(String, Value)>>,
 }
 
@@ -45,7 +46,7 @@ impl Adviser {
         Self { find, known: Mutex::default() }
     }
 
-    /// Advice for a setting, whatever detector it has.
+    /// Returns the advice for a setting; the setting's own detector does not matter.
     pub fn answer(&self, bench: &Bench, request: &Request) -> Result<Value, LabError> {
         let mut setting = request.setting.clone();
         setting.set.retain(|key, _| !key.starts_with("detector."));

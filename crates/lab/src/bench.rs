@@ -1,4 +1,4 @@
-//! The scenarios of the lab, and what was made of them.
+//! The scenarios of the lab, and the data computed from them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -23,14 +23,14 @@ use crate::{controls, values};
 pub struct Given {
     /// The scenario.
     pub document: Document,
-    /// Its file as the command line names it, if there is one.
+    /// File of the scenario as on the command line; none for a scenario without file.
     pub file: Option<PathBuf>,
     /// Keys from the command line; the document has them already.
     pub keys: Vec<(String, String)>,
 }
 
 impl Given {
-    /// Makes a scenario that says nothing.
+    /// Makes a scenario without any keys.
     pub fn nothing() -> Result<Self, FileError> {
         Ok(Self { document: Document::parse(Path::new("scenario"), "")?, file: None, keys: Vec::new() })
     }
@@ -40,16 +40,16 @@ impl Given {
 pub(crate) struct Ready {
     pub plan: Plan,
     pub point: usize,
-    /// At its point, without what trials draw.
+    /// Scenario at its point, without the random draws of trials.
     pub scenario: Scenario<Method<f64>>,
-    /// The document without what the plan resolved.
+    /// The document without the resolved values of the plan.
     pub document: Document,
     /// The trial that was looked at last.
     single: Mutex<Option<Arc<Single>>>,
 }
 
 impl Ready {
-    /// Returns a trial with what it draws.
+    /// Returns a trial with its random draws.
     pub fn single(&self, trial: u64) -> Result<Arc<Single>, LabError> {
         let mut last = lock(&self.single);
         if let Some(single) = last.as_ref().filter(|single| single.trial == trial) {
@@ -83,7 +83,7 @@ pub struct Bench {
     given: Given,
     folder: Option<Folder>,
     adviser: Option<Adviser>,
-    /// Settings that are ready to run; the one used last comes last.
+    /// Settings that are ready to run, in order of their last use.
     ready: Mutex<Vec<(String, Arc<Ready>)>>,
     pub(crate) clouds: Mutex<Clouds>,
 }
@@ -99,11 +99,11 @@ fn body<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, LabError> {
 }
 
 impl Bench {
-    /// Makes a lab of this scenario; what the page names of files is read from below the folder alone, without one
-    /// not at all.
+    /// Makes a lab of this scenario. Files that the page names must be in the folder; without a folder they are
+    /// refused.
     ///
     /// # Errors
-    /// A scenario that cannot be run.
+    /// The scenario cannot be run.
     pub fn new(mut given: Given, folder: Option<Folder>) -> Result<Self, LabError> {
         // What the scenario itself names is read here, wherever it lies.
         let plan = Plan::new(given.document.clone())?;
@@ -115,7 +115,7 @@ impl Bench {
         Ok(bench)
     }
 
-    /// With somebody who knows which detector suits a scenario.
+    /// Adds the function that finds the detector for a scenario.
     #[must_use]
     pub fn advised(mut self, find: Find) -> Self {
         self.adviser = Some(Adviser::new(find));
@@ -153,10 +153,11 @@ impl Bench {
         serde_json::to_vec(&answer).map_err(LabError::of)
     }
 
-    /// See [`CloudRequest`]; `sink` gets frames of bytes and returns whether anybody still looks.
+    /// Runs the detections of a [`CloudRequest`]; `sink` receives frames of bytes and returns false if the page is
+    /// closed.
     ///
     /// # Errors
-    /// A scenario that cannot be run.
+    /// The scenario cannot be run.
     pub fn cloud(
         &self,
         request: &CloudRequest,
@@ -166,7 +167,7 @@ impl Bench {
         cloud::run(self, request, stop, sink)
     }
 
-    /// Data that a page asks for once.
+    /// Returns the data that a page requests once, when it opens.
     fn start(&self) -> Value {
         json!({
             "version": env!("CARGO_PKG_VERSION"),
@@ -179,7 +180,7 @@ impl Bench {
         })
     }
 
-    /// How a command line names the scenario of a setting.
+    /// Returns how a command line names the scenario of a setting.
     pub(crate) fn written(&self, setting: &Setting) -> Written {
         let other = || self.folder.as_ref().map(|folder| folder.path().join(&setting.scenario));
         if setting.scenario.is_empty() {
@@ -235,7 +236,7 @@ impl Bench {
         Ok(ready)
     }
 
-    /// Returns one that is ready, which becomes the one looked at last.
+    /// Returns a setting that is ready, and marks it as the last used one.
     fn known(&self, name: &str) -> Option<Arc<Ready>> {
         let mut ready = lock(&self.ready);
         let place = ready.iter().position(|(known, _)| known == name)?;

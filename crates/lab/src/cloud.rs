@@ -1,8 +1,8 @@
-//! Many detections: points that come while one looks, and statistics beside them.
+//! Many detections: points that are sent while the page is open, together with statistics.
 //!
-//! Frames: length (u32), kind (u32), then as many bytes. Kind 0 is statistics in JSON, kind 1 points of 16 bytes each: trial
-//! (u32), true angle and axis error in degrees (f32, not a number without an axis), flags (u32: verdict in two bits, then
-//! whether the pole is wrong). All little-endian.
+//! A frame has a length (u32), a kind (u32) and this number of bytes. Kind 0 has statistics in JSON, kind 1 points of
+//! 16 bytes each: trial (u32), true angle and axis error in degrees (f32, NaN without an axis), flags (u32: verdict in
+//! two bits, then a bit for a wrong pole). All numbers are little-endian.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -29,15 +29,15 @@ pub struct CloudRequest {
     pub setting: Setting,
     /// Number of trials.
     pub trials: u64,
-    /// Which of the page's clouds it is: a new one takes the place of the one before.
+    /// Name of one of the page's clouds; a new cloud replaces the previous one of the same name.
     pub slot: String,
 }
 
-/// Two scenarios whose clouds are there, compared trial by trial: both see the same random numbers.
+/// Two scenarios with finished clouds, which are compared trial by trial: both have the same random numbers.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pair {
-    /// One.
+    /// First scenario.
     pub a: Setting,
     /// The other.
     pub b: Setting,
@@ -55,10 +55,10 @@ pub(crate) struct Kept {
 /// Clouds that are kept to be compared.
 const KEPT: usize = 8;
 
-/// Most trials of a cloud: more is what `standstill run` is for.
+/// Largest number of trials of a cloud; for more, there is `standstill run`.
 const MOST: u64 = 1_000_000;
 
-/// How often statistics are sent.
+/// Interval at which statistics are sent.
 const OFTEN: Duration = Duration::from_millis(120);
 
 /// The last clouds, by the names of their settings.
@@ -111,7 +111,7 @@ impl Filling {
         self.kept.len() as u64 >= self.trials
     }
 
-    /// Returns the statistics so far as a frame.
+    /// Returns the statistics of the trials so far as a frame.
     fn summary(&self) -> Vec<u8> {
         let summary = self.statistics.summary();
         let text = json!({ "in_words": in_words(&summary), "summary": summary, "all": self.trials });
@@ -204,7 +204,7 @@ fn points(records: &[Record]) -> Vec<u8> {
     frame(1, &bytes)
 }
 
-/// How much B differs from A, and how surely.
+/// Returns the differences of B from A, with their intervals.
 pub(crate) fn pair(bench: &Bench, request: &Pair) -> serde_json::Value {
     let find = |setting: &Setting| {
         let clouds = lock(&bench.clouds);

@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use crate::setting::Setting;
 
-/// How the scenario of a setting is named on a command line.
+/// Name of a setting's scenario on a command line.
 pub(crate) struct Written {
     pub file: Option<PathBuf>,
     pub keys: Vec<(String, String)>,
 }
 
-/// The name under which the page's scenario is saved where it has no file of its own.
+/// Name under which the page's scenario is saved if it has no file.
 pub(crate) const SAVED: &str = "scenario.toml";
 
-/// Returns a word that a shell leaves as it is.
+/// Returns a word in quotes if a shell would change it.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:%+@".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -23,7 +23,7 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// `standstill trace` with these keys, for one trial.
+/// Returns the command line of `standstill trace` with these keys, for one trial.
 pub(crate) fn trace(
     written: &Written,
     setting: &Setting,
@@ -49,7 +49,8 @@ pub(crate) fn trace(
     words.join(" ")
 }
 
-/// `standstill run` of many trials; without a file, of the text as it is saved.
+/// Returns the command line of `standstill run` for many trials; a scenario without file must be saved as [`SAVED`]
+/// first.
 pub(crate) fn run(written: &Written, setting: &Setting, trials: u64) -> String {
     let mut words = vec!["standstill".to_owned(), "run".to_owned()];
     match &written.file {

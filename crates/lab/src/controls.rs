@@ -1,4 +1,4 @@
-//! The controls of the page: every key of a scenario, with what the schema and its checks say of it.
+//! The controls of the page: every key of a scenario, with the data of its schema and of its checks.
 
 use serde::Serialize;
 use standstill_scenario::{Key, Values, keys};

@@ -1,9 +1,9 @@
-//! One detection with all its waveforms, as bytes that a page draws without reading numbers from text.
+//! One detection with all its waveforms, in a binary format, so that a page need not parse text.
 //!
 //! ```text
 //!   length of the header │ header (JSON, padded to 8 bytes) │ times (f64) │ a column (f32) after the other │ modes (bytes)
 //! ```
-//! The samples follow in this layout: times, then columns. All little-endian.
+//! The samples follow in the same layout: times, then columns. All numbers are little-endian.
 
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -16,13 +16,13 @@ use crate::bench::Bench;
 use crate::error::LabError;
 use crate::setting::Setting;
 
-/// One trial, at its own angle or at another.
+/// Request of one trial, at its drawn angle or at another.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DetectionRequest {
     /// The scenario.
     pub setting: Setting,
-    /// Its number, which says what drive, sensors and noise it has.
+    /// Number of the trial, which determines the draws of drive, sensors and noise.
     pub trial: u64,
     /// Electrical angle at the start in degrees; none: as the trial draws it.
     pub angle: Option<f64>,
@@ -31,11 +31,11 @@ pub struct DetectionRequest {
 /// Rows of a long detection: more than a screen has points.
 const MOST_ROWS: f64 = 30e3;
 
-/// Columns beside the time.
+/// Columns of the waveforms beside the time.
 const COLUMNS: [&str; 11] =
     ["i_a", "i_b", "i_c", "v_a", "v_b", "v_c", "u_dc", "theta", "omega", "torque", "i_link"];
 
-/// Columns of the samples: readings, and by how much they are off.
+/// Columns of the samples: readings, and their errors.
 const SAMPLES: [&str; 8] = ["i_a", "i_b", "i_c", "u_dc", "e_a", "e_b", "e_c", "i_link"];
 
 pub(crate) fn answer(bench: &Bench, request: &DetectionRequest) -> Result<Vec<u8>, LabError> {
@@ -82,7 +82,7 @@ fn samples(trace: &Trace) -> Vec<Sample> {
     .collect()
 }
 
-/// Between the rows before and after a time.
+/// Returns the currents at a time, interpolated between the snapshots before and after.
 fn current_at(snapshots: &[Snapshot], time: f64) -> [f64; 3] {
     let after = snapshots.partition_point(|snapshot| snapshot.time < time);
     let Some(next) = snapshots.get(after).or(snapshots.last()) else { return [f64::NAN; 3] };
@@ -158,7 +158,7 @@ fn bytes(header: &Value, trace: &Trace, samples: &[Sample]) -> Vec<u8> {
     out
 }
 
-/// For a picture, seven digits do.
+/// Returns a number in single precision, whose seven digits suffice for drawing.
 #[expect(clippy::cast_possible_truncation, reason = "what is drawn")]
 const fn single(value: f64) -> f32 {
     value as f32

@@ -6,7 +6,7 @@ use serde::Serialize;
 use standstill_scenario::FileError;
 use thiserror::Error;
 
-/// Why there is no answer.
+/// Reason why there is no answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Error)]
 #[error("{message}")]
 pub struct LabError {
@@ -22,7 +22,7 @@ impl LabError {
         Self { key: None, message: format!("not a request of the lab: {message}") }
     }
 
-    /// Anything else.
+    /// Makes an error of any other kind from its message.
     pub fn of(message: impl fmt::Display) -> Self {
         Self { key: None, message: message.to_string() }
     }

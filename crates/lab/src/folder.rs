@@ -1,4 +1,4 @@
-//! Content of the lab's folder: scenarios, finished runs, and runs that are under way.
+//! Content of the lab's folder: scenarios, finished runs and unfinished runs.
 
 use std::collections::HashMap;
 use std::fs;
@@ -17,11 +17,13 @@ use crate::bench::{LIBRARY, lock, names_library};
 use crate::error::LabError;
 use crate::in_words::in_words;
 
-/// How deep runs are looked for, and how many things are listed.
+/// Largest depth of folders that are searched for runs.
 const DEPTH: usize = 3;
+/// Largest number of listed entries.
 const MOST: usize = 200;
 
-/// A journal that somebody may be writing: what was read of it, and where reading goes on. Its lock is never touched.
+/// A journal that another process may be writing: the content read so far, and the position at which reading continues.
+/// Its lock is never taken.
 struct Followed {
     rows: Rows,
     statistics: Statistics,
@@ -31,7 +33,7 @@ struct Followed {
     length: u64,
 }
 
-/// A folder, with what was read of its journals.
+/// A folder, with the content of its journals read so far.
 pub struct Folder {
     path: PathBuf,
     followed: Mutex<HashMap<PathBuf, Followed>>,
@@ -50,7 +52,7 @@ impl Folder {
         Ok(Self { path, followed: Mutex::default() })
     }
 
-    /// Where it is, without symbolic links.
+    /// Returns the path without symbolic links.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -146,7 +148,7 @@ impl Folder {
         }
     }
 
-    /// How far a run is and what it says so far, from its journals.
+    /// Returns the progress of a run and its results so far, from its journals.
     pub(crate) fn progress(&self, name: &str) -> Result<Value, LabError> {
         let folder = self.inside(name)?;
         let mut parts = Vec::new();
@@ -217,7 +219,7 @@ fn journals(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// How long ago a file changed.
+/// Returns the time in s since a file changed.
 fn seconds_ago(path: &Path) -> Option<f64> {
     let changed = fs::metadata(path).ok()?.modified().ok()?;
     Some(SystemTime::now().duration_since(changed).map_or(0.0, |time| time.as_secs_f64()))

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use standstill_campaign::{Estimate, Summary};
 use standstill_quantity::at_most;
 
-/// With a true minus sign.
+/// Replaces hyphens by true minus signs.
 fn typeset(text: &str) -> String {
     text.replace('-', "−")
 }
@@ -19,7 +19,7 @@ fn interval(of: Estimate, unit: &str) -> String {
     typeset(format!("{value}{unit} {ends}").trim_end())
 }
 
-/// How often something happened, and its probability; of what never did, what that is at most.
+/// Returns a count with its probability; for a count of zero, with the upper limit of the probability.
 fn odds(count: u64, of: Estimate) -> String {
     if count == 0 {
         format!("0, below {} %", at_most(of.high))
@@ -41,7 +41,7 @@ pub(crate) fn in_words(s: &Summary) -> Value {
     })
 }
 
-/// By how much something changed, with its sign.
+/// Returns a change in words, with its sign.
 pub(crate) fn change(of: Estimate) -> String {
     let sign = if of.value > 0.0 { "+" } else { "" };
     format!("{sign}{}", interval(of, "°"))

@@ -1,12 +1,13 @@
-//! The lab: one moves the rotor, turns a knob, and sees at once what that does to one detection and to ten thousand.
+//! The lab: a page on which users change the rotor's angle or a setting and see the effect on one detection and on ten
+//! thousand.
 //!
 //! ```text
 //!   page (canvas, no framework) ◄─ engine.mjs ─┬─► server: 127.0.0.1, a token ─┐
 //!                                              └─► worker: WebAssembly ────────┴─► Bench ─► scenario, campaign, sim
 //! ```
-//! [`Bench`] is what the page talks to: it knows the scenario that was given and answers what a changed one does. Scenarios,
-//! trials and waveforms are those of `standstill run` and `standstill trace`, to the last bit. `Server` puts it behind an
-//! address of this machine.
+//! The page communicates with [`Bench`], which has the given scenario and returns the results of changed ones.
+//! Scenarios, trials and waveforms are those of `standstill run` and `standstill trace`, to the last bit. `Server`
+//! makes it available at an address of this machine.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod advice;

@@ -1,7 +1,7 @@
-//! The lab behind an address of this machine.
+//! Server of the lab at an address of this machine.
 //!
-//! It listens on 127.0.0.1 alone. The address begins with a token of 128 random bits, so that nobody without it gets
-//! an answer; what it serves is compiled in, so that no path of a request names a file.
+//! It listens on 127.0.0.1 only. The path of the address begins with a token of 128 random bits, and requests without
+//! it get no answer. The served files are compiled in, so no path of a request names a file.
 
 mod guard;
 mod http;
@@ -37,7 +37,7 @@ const MOST_SLOTS: usize = 1000;
 /// A server that cannot be.
 #[derive(Debug, Error)]
 pub enum ServerError {
-    /// The port is not to be had.
+    /// The port is not available.
     #[error("{}", refused(*.0, .1))]
     Port(u16, String),
     /// The operating system gave no random numbers.
@@ -67,7 +67,7 @@ pub struct Server {
     stopped: AtomicBool,
 }
 
-/// A place among a number of them, given back when it is dropped, also where what had it panics.
+/// One of a limited number of places. It is released when it is dropped, even after a panic.
 struct Place<'a>(&'a AtomicUsize);
 
 impl<'a> Place<'a> {
@@ -125,7 +125,7 @@ impl Server {
         }
     }
 
-    /// Ends [`Server::serve`] and what is being computed.
+    /// Ends [`Server::serve`] and all running computations.
     pub fn stop(&self) {
         self.stopped.store(true, Ordering::SeqCst);
         lock(&self.clouds).values().for_each(|stop| stop.store(true, Ordering::SeqCst));

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// A scenario, by its name in the lab, with keys in place of what it has.
+/// A scenario, by its name in the lab, with changed keys.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Setting {
-    /// Its path from the lab's folder; empty: the scenario that the lab was started with.
+    /// Path of the scenario from the lab's folder; empty: the scenario with which the lab was started.
     pub scenario: String,
     /// Keys and their values, as `-s KEY=VALUE` takes them.
     pub set: BTreeMap<String, String>,
@@ -16,11 +16,11 @@ pub struct Setting {
     pub point: usize,
 }
 
-/// Most keys and most bytes of what is set: a page sends far less.
+/// Largest number of changed keys, and of their bytes; a page sends far less.
 const MOST: usize = 64 << 10;
 
 impl Setting {
-    /// Key for caches: equal settings have equal names.
+    /// Returns the key for caches: equal settings have equal names.
     pub fn name(&self) -> String {
         // Texts and a number: nothing that JSON lacks.
         serde_json::to_string(self).unwrap_or_default()
@@ -39,7 +39,7 @@ impl Setting {
         other
     }
 
-    /// Changed keys, in the order in which a document takes them: a motor comes before its numbers.
+    /// Returns the changed keys in the order in which a document must take them: a motor comes before its numbers.
     pub fn in_order(&self) -> impl Iterator<Item = (&str, &str)> {
         let rank = |key: &str| match key {
             "motor" => 0,

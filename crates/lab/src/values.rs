@@ -28,15 +28,15 @@ pub(crate) struct Request {
 /// State of a control.
 #[derive(Debug, PartialEq, Serialize)]
 struct Shown {
-    /// In SI, angles in degrees; a choice by its name.
+    /// Value in SI, for angles in degrees; the name for a choice.
     value: Option<Value>,
-    /// With its unit.
+    /// Value as a text with its unit.
     text: String,
-    /// Its value where the page sets nothing.
+    /// Value without a change by the page.
     default: String,
-    /// From where to where a slider goes.
+    /// Range of the slider; none for keys without slider.
     slider: Option<[f64; 2]>,
-    /// Whether the scenario has such a thing.
+    /// True if the key has an effect in this scenario.
     there: bool,
 }
 
@@ -125,7 +125,7 @@ fn value(key: &str, ready: &Ready, file: &ScenarioFile) -> Option<Value> {
     })
 }
 
-/// Returns whether the scenario has such a thing.
+/// Returns true if the key has an effect in this scenario.
 fn is_there(key: &Key, has_value: bool, ready: &Ready) -> bool {
     let detector = &ready.scenario.detector;
     match key.path.strip_prefix("detector.") {
@@ -156,7 +156,7 @@ fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// From nothing to four times what it is by itself, which is where the hand looks first; any value can be typed.
+/// Returns the range of a slider, usually from zero to four times the default; the page accepts other values as text.
 fn slider(key: &Key, default: Option<&Value>, now: Option<&Value>, motor: &Motor) -> Option<[f64; 2]> {
     let Values::Number { unit, .. } = key.values() else { return None };
     let known = default.and_then(number).map(f64::abs).filter(|value| *value > 0.0);

@@ -27,13 +27,13 @@ pub struct Columns {
 /// The cells of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Data {
-    /// Cells of [`Kind::Whole`]; −1 where a cell is empty.
+    /// Cells of [`Kind::Whole`]; −1 for an empty cell.
     Whole(Vec<i64>),
-    /// Cells of [`Kind::Number`]; not a number where a cell is empty.
+    /// Cells of [`Kind::Number`]; NaN for an empty cell.
     Number(Vec<f64>),
-    /// Cells of [`Kind::Flag`]: 1, 0, or not a number where a cell is empty.
+    /// Cells of [`Kind::Flag`]: 1, 0, or NaN for an empty cell.
     Flag(Vec<f64>),
-    /// Cells of [`Kind::Text`]; without characters where a cell is empty.
+    /// Cells of [`Kind::Text`]; no characters for an empty cell.
     Text(Texts),
 }
 
@@ -42,7 +42,7 @@ pub enum Data {
 pub struct Texts {
     /// All of them, in UTF-8.
     pub bytes: Vec<u8>,
-    /// Where each begins, and at last where the last one ends.
+    /// Start of each text, and the end of the last one.
     pub offsets: Vec<i64>,
 }
 
@@ -52,7 +52,7 @@ impl Texts {
         self.ranges().map(|range| std::str::from_utf8(&self.bytes[range]).unwrap_or_default())
     }
 
-    /// Where each stands.
+    /// Returns the position of each text.
     pub(super) fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
         let place = |offset: i64| usize::try_from(offset).unwrap_or_default();
         self.offsets.windows(2).map(move |ends| place(ends[0])..place(ends[1]))
@@ -136,7 +136,7 @@ impl Columns {
         self.data.iter().map(text).sum()
     }
 
-    /// How many rows there are.
+    /// Returns the number of rows.
     pub fn rows(&self) -> u64 {
         self.rows
     }

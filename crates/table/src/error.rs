@@ -14,9 +14,9 @@ pub enum TableError {
     /// A row to be written does not fit the columns.
     #[error("row {row}{}: found {found}, needed {needed}", in_column(column.as_ref()))]
     Row {
-        /// Which row, from 1.
+        /// Number of the row, from 1.
         row: u64,
-        /// Which column, unless it is about the whole row.
+        /// Name of the column; none for an error of the whole row.
         column: Option<String>,
         /// The value that was given.
         found: String,
@@ -43,14 +43,14 @@ pub enum TableError {
         /// The fault, in words.
         why: String,
     },
-    /// A place in a file does not hold what it must.
+    /// A place in a file has invalid content.
     #[error("{path}, {place}{}: found {found}, needed {needed}", in_column(column.as_ref()))]
     At {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// Place in the file.
         place: Place,
-        /// Which column, unless it is about the whole row.
+        /// Name of the column; none for an error of the whole row.
         column: Option<String>,
         /// Content found at that place.
         found: String,
@@ -62,7 +62,7 @@ pub enum TableError {
 /// A place in a file, counted from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// Line of a text; of several, the first.
+    /// Line of a text; the first one of several.
     Line(u64),
     /// Row of a table.
     Row(u64),
@@ -81,7 +81,7 @@ fn in_column(column: Option<&String>) -> String {
     column.map_or_else(String::new, |name| format!(", column {}", quoted(name)))
 }
 
-/// For messages: a text on one line, and no more than its beginning.
+/// Returns the beginning of a text on one line, for messages.
 pub(super) fn quoted(text: &str) -> String {
     let mut line: String = text.chars().take(60).flat_map(char::escape_debug).collect();
     if text.chars().nth(60).is_some() {

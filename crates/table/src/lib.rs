@@ -1,9 +1,9 @@
-//! Tables: typed columns, streamed row by row to CSV and Parquet, and the numbers of finished ones; as a whole to NumPy and
-//! MATLAB files.
+//! Tables of typed columns. They are written and read row by row as CSV and Parquet, and written as a whole to NumPy
+//! and MATLAB files.
 //!
-//! A [`Writer`] holds at most one row group of 65,536 rows (Parquet) or one row (CSV), a [`Reader`] a few thousand
-//! rows, however many there are; only the Parquet footer grows, in memory by about 1.6 kB a column for each group. Of the
-//! formats of NumPy and MATLAB it holds the whole table twice. Equal tables give equal bytes.
+//! For any number of rows, a [`Writer`] holds at most one row group of 65,536 rows (Parquet) or one row (CSV), and a
+//! [`Reader`] a few thousand rows. Only the Parquet footer grows, in memory by about 1.6 kB per column and group. For
+//! the formats of NumPy and MATLAB, a writer holds the whole table twice. Equal tables give equal bytes.
 //!
 //! ```
 //! use standstill_table::{Column, Format, Kind, Cell, Writer};
@@ -19,17 +19,17 @@
 //! # Ok::<(), standstill_table::TableError>(())
 //! ```
 //!
-//! # What a cell holds
+//! # Content of a cell
 //!
-//! Any cell may be empty. A number that is not finite and a text without characters are empty too, in both
-//! formats: what one of them could not tell apart, neither does. Whole numbers end at `i64::MAX`, beyond which most readers would turn them into floats.
+//! Any cell may be empty. A number that is not finite and a text without characters are empty, too, in all formats,
+//! because some formats cannot distinguish them. Whole numbers end at `i64::MAX`, beyond which most readers would
+//! convert them to floats.
 //!
 //! # Metadata
 //!
-//! Pairs of texts about the whole table. Parquet keeps them in its footer. In CSV they are a JSON object in the
-//! first row of an additional last column named [`METADATA`], empty in all others, so that any program reads the
-//! file without options. A CSV table without rows has no place for them and loses them; one without metadata has no
-//! such column.
+//! Pairs of texts about the whole table. Parquet keeps them in its footer. In CSV they are a JSON object in the first
+//! row of an additional last column named [`METADATA`], empty in all others, so that any program reads the file without
+//! options. A CSV table without rows loses its metadata; a table without metadata does not have this column.
 
 mod columns;
 mod csv;
@@ -69,7 +69,7 @@ pub enum Kind {
     Text,
 }
 
-/// A column: its name, with the unit if it has one, and what it holds.
+/// A column: its name, with a unit if it has one, and the kind of its cells.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
     /// Unique in its table and not empty.
@@ -83,18 +83,18 @@ pub struct Column {
 pub enum Cell<'a> {
     /// Nothing.
     Empty,
-    /// For [`Kind::Whole`].
+    /// Cell of [`Kind::Whole`].
     Whole(u64),
-    /// For [`Kind::Number`]; empty unless finite.
+    /// Cell of [`Kind::Number`]; empty unless finite.
     Number(f64),
-    /// For [`Kind::Flag`].
+    /// Cell of [`Kind::Flag`].
     Flag(bool),
-    /// For [`Kind::Text`]; empty without characters.
+    /// Cell of [`Kind::Text`]; empty if it has no characters.
     Text(Cow<'a, str>),
 }
 
 standstill_interface::choice! {
-    /// How a table is stored, by the extension of its file.
+    /// Format of a table, by the extension of its file.
     pub enum Format {
         /// Text after RFC 4180 with `\n` at the end of lines and a header.
         Csv = "csv",
@@ -102,7 +102,8 @@ standstill_interface::choice! {
         Parquet = "parquet",
         /// A NumPy archive with an array for each column.
         Npz = "npz",
-        /// A MATLAB file of level 5 with a variable for each column; what its name cannot have is an underscore.
+        /// A MATLAB file of level 5 with a variable for each column; characters that a variable's name cannot have
+        /// become underscores.
         Mat = "mat",
     }
 }
@@ -114,22 +115,22 @@ pub struct Writer<'w> {
     sink: Sink<'w>,
 }
 
-/// Where a table goes. Behind a pointer, so that the formats are compiled once, in this crate, and not for each kind of file where it is
-/// opened.
+/// Destination of a table. It is a trait object, so that the formats are compiled once, in this crate, and not for each
+/// kind of file.
 type Destination<'w> = &'w mut (dyn Write + Send);
 
 enum Sink<'w> {
     Csv(Box<csv::Sink<'w>>),
     Parquet(Box<parquet::Sink<'w>>),
-    /// The table so far, where it goes and what is said of it.
+    /// Format, table so far, destination and metadata.
     Whole(Whole, Box<Columns>, Destination<'w>, Option<String>),
 }
 
-/// How the columns of a whole table become a file.
+/// Converts the columns of a whole table to the bytes of a file.
 type Whole = fn(&Columns, Option<&str>) -> std::io::Result<Vec<u8>>;
 
 impl Kind {
-    /// For messages: what a cell of this kind needs.
+    /// Describes the requirement for a cell of this kind, for messages.
     fn needed(self) -> &'static str {
         match self {
             Self::Whole => "a whole number from 0 to 2^63 - 1",
@@ -148,7 +149,7 @@ impl Column {
 }
 
 impl Format {
-    /// Makes the format that a path's extension, in letters of any case, stands for.
+    /// Returns the format of a path's extension, in upper or lower case.
     pub fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?;
         Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.name()))
@@ -176,7 +177,7 @@ impl Cell<'_> {
         }
     }
 
-    /// For messages.
+    /// Returns the cell as a text for messages.
     fn shown(&self) -> String {
         match self {
             Self::Empty => "nothing".to_owned(),
@@ -225,10 +226,10 @@ impl<'a, T: Into<Cell<'a>>> From<Option<T>> for Cell<'a> {
 }
 
 impl<'w> Writer<'w> {
-    /// Begins a table. `to` gets small writes in CSV, so a file is best buffered.
+    /// Begins a table. In CSV, `to` receives small writes, so a file should be buffered.
     ///
-    /// There must be columns, with names that are unique and neither empty nor [`METADATA`], and the keys of the
-    /// metadata must be unique: [`TableError::Design`] otherwise.
+    /// Returns [`TableError::Design`] if there are no columns, if a name is empty, repeated or [`METADATA`], or if a
+    /// key of the metadata is repeated.
     pub fn new(
         to: Destination<'w>,
         format: Format,
@@ -250,8 +251,8 @@ impl<'w> Writer<'w> {
 
     /// Adds a row of one value for each column, of its kind or empty.
     ///
-    /// [`TableError::Row`] if it does not fit; then nothing of it is written and the table can go on. After a
-    /// [`TableError::Write`] it cannot.
+    /// Returns [`TableError::Row`] if the row does not fit; then none of it is written, and further rows can be added.
+    /// After a [`TableError::Write`], no rows can be added.
     pub fn row(&mut self, values: &[Cell<'_>]) -> Result<(), TableError> {
         check_row(&self.columns, self.rows, values)?;
         match &mut self.sink {
@@ -263,7 +264,7 @@ impl<'w> Writer<'w> {
         Ok(())
     }
 
-    /// Completes the table and flushes where it goes.
+    /// Completes the table and flushes its destination.
     pub fn finish(self) -> Result<(), TableError> {
         match self.sink {
             Sink::Csv(sink) => sink.finish(),

@@ -21,7 +21,7 @@ const MATRIX: u32 = 14;
 const CHAR_CLASS: u32 = 4;
 const DOUBLE_CLASS: u32 = 6;
 
-/// Returns the bytes of the file; `run` is what is said of the table, if anything is.
+/// Returns the bytes of the file; `run`: metadata of the table, if any.
 pub(super) fn bytes(table: &Columns, run: Option<&str>) -> io::Result<Vec<u8>> {
     let mut file = format!("{:116}", "MATLAB 5.0 MAT-file, written by Standstill").into_bytes();
     file.extend([0; 8]);

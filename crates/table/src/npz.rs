@@ -11,7 +11,7 @@ use zip::{CompressionMethod, ZipWriter};
 
 use super::{Columns, Data, METADATA};
 
-/// Returns the bytes of the archive; `run` is what is said of the table, if anything is.
+/// Returns the bytes of the archive; `run`: metadata of the table, if any.
 pub(super) fn bytes(table: &Columns, run: Option<&str>) -> io::Result<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let rows = format!("({},)", table.rows());

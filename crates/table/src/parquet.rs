@@ -98,7 +98,7 @@ fn write<D: DataType>(
     to.close()
 }
 
-/// Returns a column of the schema. Signed whole numbers are what every reader calls integers.
+/// Returns a column of the schema. Whole numbers are signed, because all readers accept signed integers.
 fn field(column: &Column) -> Result<Arc<Type>, ParquetError> {
     let (physical, logical) = match column.kind {
         Kind::Whole => (Physical::INT64, None),

@@ -21,10 +21,10 @@ const MOST_ROWS: u64 = 100_000_000;
 /// three characters each.
 const MOST_RECORD: u64 = 16 << 20;
 
-/// A table in a file: what its columns are called, what is said of it, and its numbers.
+/// A table in a file: names of its columns, metadata and cells.
 ///
-/// A Parquet file that ends too early is an error; other damage is found only where it breaks the encoding, since the
-/// library writes no checksums. A CSV file cut after a whole row cannot be distinguished from a shorter table.
+/// A truncated Parquet file is an error. Other damage is found only if it breaks the encoding, because the library
+/// writes no checksums. A CSV file cut after a whole row cannot be distinguished from a shorter table.
 pub struct Reader {
     /// The names of the columns, without that of a CSV file's metadata.
     pub columns: Vec<String>,
@@ -35,7 +35,8 @@ pub struct Reader {
 }
 
 enum Source {
-    /// With the record read last, which is first that of the metadata; of a table without rows there is none.
+    /// Reader of a CSV file with the record read last, which is first that of the metadata; none for a table without
+    /// rows.
     Csv(Box<csv::Reader<Rows>>, Option<StringRecord>),
     Parquet(Box<Parquet>),
 }
@@ -43,7 +44,7 @@ enum Source {
 /// A file of which no row is endless.
 struct Rows {
     file: File,
-    /// How much of the row may still come.
+    /// Number of bytes that the present row may still take.
     left: u64,
 }
 
@@ -153,7 +154,7 @@ impl Reader {
     }
 }
 
-/// Cell with the value of a text in a column of this kind.
+/// Returns the cell of a text in a column of this kind; none if the text is invalid.
 fn value(kind: Kind, text: &str) -> Option<Cell<'_>> {
     if text.is_empty() {
         return Some(Cell::Empty);
@@ -181,7 +182,7 @@ fn said(cell: &Cell<'_>) -> String {
     }
 }
 
-/// Reads the next record of a CSV file; `false` if there is none.
+/// Reads the next record of a CSV file; returns false at the end of the file.
 fn advance(path: &Path, from: &mut csv::Reader<Rows>, record: &mut StringRecord) -> Result<bool, TableError> {
     from.get_mut().left = MOST_RECORD;
     from.read_record(record).map_err(|error| {
@@ -218,8 +219,8 @@ fn opened(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// Returns the line of a record, counted in the file: the library counts neither the blank lines before a record nor
-/// the second half of `\r\n`. Costs a pass over the file, once, since the error ends the table.
+/// Returns the line of a record in the file. The library does not count blank lines before a record and the second half
+/// of `\r\n`, so the file is read once more; that happens at most once, because the error ends the table.
 fn line(path: &Path, record: Option<&csv::Position>) -> u64 {
     let start = record.map_or(0, csv::Position::byte);
     let Ok(file) = opened(path) else { return 0 };

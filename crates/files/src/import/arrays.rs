@@ -1,4 +1,4 @@
-//! From four arrays to points: the part that array files have in common.
+//! Conversion of four arrays to points, for all files with arrays.
 
 use std::fmt;
 
@@ -7,14 +7,14 @@ use super::{MapError, MapPoint, MapSamples, Place};
 /// An array of one or two dimensions, with its values row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Array {
-    /// Its name in the file.
+    /// Name of the array in the file.
     pub(super) name: String,
     pub(super) rows: usize,
     pub(super) columns: usize,
     pub(super) values: Vec<f64>,
 }
 
-/// Which current changes from row to row where the currents are given as axes.
+/// The current that changes from row to row, for files that give the currents as axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rows {
     /// i_d, as indices go in NumPy.
@@ -109,13 +109,14 @@ fn place(array: &Array, at: usize) -> Place {
     }
 }
 
-/// For messages: names in a row.
+/// Returns the names in a row, for messages.
 pub(super) fn listed(names: impl Iterator<Item = impl fmt::Display>) -> String {
     let all: Vec<String> = names.take(20).map(|name| name.to_string()).collect();
     if all.is_empty() { "none".to_owned() } else { all.join(", ") }
 }
 
-/// Returns the numbers of a type by NumPy's name of it, `f8` or `u2`; none for a type that is no real number.
+/// Returns the numbers of an array by NumPy's name of their type, such as `f8` or `u2`; none for a type without real
+/// numbers.
 pub(super) fn numbers(kind: &str, data: &[u8], big: bool) -> Option<Vec<f64>> {
     Some(match kind {
         "f8" => each(data, big, f64::from_le_bytes),

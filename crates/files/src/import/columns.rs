@@ -57,7 +57,7 @@ impl MapValues {
     /// Names of the two.
     pub const NAMES: [&str; 2] = ["peak", "rms"];
 
-    /// By its name.
+    /// Returns the quantity with this name.
     pub fn named(name: &str) -> Option<Self> {
         [Self::Peak, Self::Rms]
             .into_iter()
@@ -71,9 +71,9 @@ impl MapValues {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Column {
     pub(super) quantity: Quantity,
-    /// From its unit to SI.
+    /// Factor from the column's unit to SI.
     pub(super) scale: f64,
-    /// Whether it says peak or rms.
+    /// Peak or rms, if the header states it.
     pub(super) values: Option<MapValues>,
 }
 
@@ -81,7 +81,7 @@ impl Column {
     /// Reads a header such as `Id [A]`, `psi_d_mWb` or `i_q/A`; none for another quantity.
     ///
     /// # Errors
-    /// A quantity of a map in a unit that is none of it; what would be one.
+    /// A quantity of a map has a wrong unit; the error names right ones.
     pub(super) fn parse(header: &str) -> Result<Option<Self>, String> {
         let header = header.trim().trim_matches('"').trim();
         let lower = header.to_lowercase();
@@ -126,7 +126,7 @@ fn known(name: &str) -> Option<Quantity> {
     NAMES.iter().find(|(_, names)| names.split(' ').any(|name| name == plain)).map(|(quantity, _)| *quantity)
 }
 
-/// Returns a unit without dots and without what it says of peak and rms.
+/// Returns a unit without dots and without the words for peak and rms.
 fn plain_unit(unit: &str) -> String {
     let mut plain: String = unit.chars().filter(|c| !" .·*_⋅".contains(*c)).collect();
     for word in ["rms", "peak", "pk", "eff"] {

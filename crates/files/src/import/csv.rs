@@ -16,10 +16,10 @@ const LONGEST_LINE: usize = 1 << 20;
 /// A line that is neither blank nor a comment.
 #[derive(Clone, Copy)]
 pub(super) struct Line<'a> {
-    /// From 1.
+    /// Number of the line, from 1.
     pub(super) number: usize,
     pub(super) text: &'a str,
-    /// Separator of its fields; a blank stands for any number of blanks.
+    /// Separator of the fields; a blank stands for any number of blanks.
     separator: char,
 }
 
@@ -54,7 +54,7 @@ impl Source<'_> {
         MapError::new(self.file, Some(&Place::Line(line)), found, needed)
     }
 
-    /// Quantity and unit by the header of a column; none for a quantity of no map.
+    /// Returns quantity and unit of a column by its header; none for a quantity that maps do not have.
     pub(super) fn column(&self, line: usize, name: &str) -> Result<Option<Column>, MapError> {
         let column = Column::parse(name).map_err(|units| {
             self.error(line, format!("the column `{}`", shortened(name)), format!("one of the units {units}"))
@@ -62,20 +62,21 @@ impl Source<'_> {
         column.map(|column| self.check(line, name, column).map(|()| column)).transpose()
     }
 
-    /// Returns the finite number that a field has in a unit of this size; `before` says which one it is.
+    /// Returns the finite number in a field, multiplied by `scale`. `before`: the beginning of the message, which names
+    /// the field.
     pub(super) fn number(&self, line: Line, before: &str, field: &str, scale: f64) -> Result<f64, MapError> {
         line.value(field).map(|value| value * scale).ok_or_else(|| {
             self.error(line.number, format!("{before}`{}`", shortened(field)), "a finite number")
         })
     }
 
-    /// No more points than a map may have.
+    /// Checks that a map has no more points than allowed.
     pub(super) fn bounded(&self, line: usize, points: usize) -> Result<(), MapError> {
         let needed = "at most 1,048,576 points, 1,024 × 1,024";
         if points <= MOST_POINTS { Ok(()) } else { Err(self.error(line, "more points", needed)) }
     }
 
-    /// Returns a header of a file that says rms must be confirmed, and none may contradict what is asked for.
+    /// Checks that a header with rms is confirmed by the options, and that no header contradicts them.
     pub(super) fn check(&self, line: usize, header: &str, column: Column) -> Result<(), MapError> {
         match (column.values, self.layout.values) {
             (Some(MapValues::Rms), None) => {
@@ -139,7 +140,7 @@ pub(super) fn point([i_d, i_q, psi_d, psi_q]: [f64; 4], place: Place) -> MapPoin
 /// The layout of this program's own files.
 const COLUMNS: &str = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb";
 
-/// Where the four numbers of a line stand.
+/// Positions of the four numbers in a line.
 struct Header {
     /// Column, and from its unit to SI: i_d, i_q (or amplitude and angle), ψ_d, ψ_q.
     places: [(usize, f64); 4],
@@ -229,7 +230,7 @@ fn unknown(source: &Source, line: Line, there: &[&str]) -> MapError {
     source.error(line.number, found, needed)
 }
 
-/// For messages: the beginning of a text that may be a whole binary file.
+/// Returns the beginning of a text for messages, because the text may be a whole binary file.
 pub(super) fn shortened(text: &str) -> String {
     if text.chars().take(61).count() <= 60 {
         text.to_owned()

@@ -1,8 +1,8 @@
-//! Maps in MATLAB files: as SyR-e keeps them (`Id`, `Iq`, `Fd`, `Fq`, either by themselves or in
-//! `motorModel.FluxMap_dq`, with pole pairs and resistance in `motorModel.data`), and as the flux tables of MathWorks'
-//! examples (`FEAdata.current`, `FEAdata.flux`) and of the parameters of its blocks.
+//! Maps in MATLAB files. The reader accepts the variables of SyR-e (`Id`, `Iq`, `Fd`, `Fq`, either on their own or in
+//! `motorModel.FluxMap_dq`, with pole pairs and resistance in `motorModel.data`), the flux tables of MathWorks'
+//! examples (`FEAdata.current`, `FEAdata.flux`) and the parameters of MathWorks' blocks.
 //!
-//! Two formats have the same ending: HDF5 (saved with `-v7.3`) and what came before it.
+//! Two formats have the same extension: HDF5 (saved with `-v7.3`) and the older one.
 
 mod hdf5;
 mod level5;
@@ -10,8 +10,8 @@ mod level5;
 use super::arrays::{Array, Rows, listed, points};
 use super::{MapError, MapSamples};
 
-/// Currents along d and q and fluxes along d and q under the names that a program gives them, and which current changes
-/// from row to row where the currents are axes.
+/// Names of a program for the currents and fluxes along d and q, and the current that changes from row to row if the
+/// currents are axes.
 struct Layout {
     names: [&'static str; 4],
     rows: Rows,

@@ -101,8 +101,7 @@ fn value_of<'a>(header: &'a str, key: &str) -> Option<&'a str> {
     Some(text[..end].trim())
 }
 
-/// Returns the numbers of a NumPy type, at least `count` if there are as many; none for a type that is no real
-/// number.
+/// Returns the numbers of a NumPy type, at least `count` if there are so many; none for a type without real numbers.
 fn numbers(kind: &str, data: &[u8], count: usize) -> Option<Vec<f64>> {
     let (order, name) = kind.split_at_checked(1)?;
     let big = match order {

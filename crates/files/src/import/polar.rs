@@ -112,7 +112,8 @@ impl Table {
         self.closed || (self.angles[0] - SAME..=self.angles[self.angles.len() - 1] + SAME).contains(&angle)
     }
 
-    /// ψ_d and ψ_q, by cubic polynomials through four amplitudes and four angles; none between the last angle and the first.
+    /// Returns ψ_d and ψ_q, by cubic polynomials through four amplitudes and four angles; none between the last angle
+    /// and the first.
     fn at(&self, amplitude: f64, angle: f64) -> Option<[f64; 2]> {
         let m = self.angles.len();
         // A zero angle may be the end of the last turn.

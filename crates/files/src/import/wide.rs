@@ -18,7 +18,7 @@ struct Block {
     /// Index of the flux: 0 is ψ_d, 1 is ψ_q.
     flux: usize,
     flux_scale: f64,
-    /// Which current is along the lines: 0 is i_d.
+    /// Current along the lines: 0 for i_d, 1 for i_q.
     lines: usize,
     /// Unit of the lines' current, in A.
     own_scale: f64,

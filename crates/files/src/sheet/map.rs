@@ -1,4 +1,4 @@
-//! `[map]`: a core that stands in a file of its own.
+//! `[map]`: a core in a separate file.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -24,7 +24,7 @@ pub struct WholeFile {
 }
 
 impl SourcedFile {
-    /// Its name.
+    /// Returns the name of the file.
     pub fn name(&self) -> &str {
         match self {
             Self::Plain(name) => name,
@@ -32,7 +32,7 @@ impl SourcedFile {
         }
     }
 
-    /// Where it comes from, and why.
+    /// Returns the source and the reason.
     pub fn source(&self) -> (Source, &str) {
         match self {
             Self::Plain(_) => (Source::Given, PLAIN),

@@ -12,9 +12,9 @@ use toml::{Table, Value};
 use super::Sourced;
 use crate::table::{TableError, read_keyed};
 
-/// What a motor's owner knows of it. Currents are peak values of a phase, resistance and inductances those of one phase
-/// (half of what is measured between two terminals), the magnet's flux the peak of a phase's voltage over the electrical
-/// speed in rad/s. Plain values will do.
+/// Numbers of a motor that its owner knows. Currents are peak values of a phase. Resistance and inductances are those
+/// of one phase, half of the values between two terminals. The magnet's flux is the peak voltage of a phase over the
+/// electrical speed in rad/s. Values may be plain numbers.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NameplateTable {
@@ -83,17 +83,17 @@ pub struct SharesTable {
     pub q: Option<Sourced<Share>>,
 }
 
-/// A plain share is that of d.
+/// Returns the schema of the shares: a table, or a plain share for d.
 fn shares_schema(generator: &mut SchemaGenerator) -> Schema {
     let (plain, table) = (Quantity::<Share>::json_schema(generator), SharesTable::json_schema(generator));
     json_schema!({ "anyOf": [plain, table] })
 }
 
 impl SharesTable {
-    /// From a table of TOML.
+    /// Reads the nameplate from a table of TOML.
     ///
     /// # Errors
-    /// The key that is wrong, and what was found and is needed there.
+    /// A key is wrong; the error names it, its value and the requirement.
     pub fn read(table: Table) -> Result<Self, TableError> {
         read_keyed(Value::Table(table))
     }

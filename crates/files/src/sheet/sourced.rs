@@ -35,14 +35,14 @@ impl fmt::Display for Source {
     }
 }
 
-/// One number of a data sheet.
+/// A number of a data sheet with its source.
 #[derive(Clone, Debug)]
 pub struct Sourced<U> {
     /// The number.
     pub value: Quantity<U>,
-    /// Where it comes from.
+    /// Kind of source of the number.
     pub source: Source,
-    /// Why it is what it is.
+    /// Reason for the value.
     pub reason: String,
 }
 
@@ -52,10 +52,10 @@ impl<U: Unit> Sourced<U> {
         self.value.value()
     }
 
-    /// From a value of TOML: a plain number, a text with a unit, or a table with source and reason.
+    /// Reads a number from a value of TOML: a plain number, a text with a unit, or a table with source and reason.
     ///
     /// # Errors
-    /// Found value and requirement, and the key below where they stand.
+    /// The value is wrong; the error contains it, the requirement, and the key below this one.
     pub fn of(from: toml::Value) -> Result<Self, TableError> {
         let (value, source, reason) = of_value(Number(U::DIMENSION), from)?;
         Ok(Self { value: Quantity::si(value), source, reason })
@@ -102,7 +102,7 @@ impl<U: Unit> JsonSchema for Sourced<U> {
     }
 }
 
-/// A scenario may leave the source out.
+/// Returns the schema of a number with a source, which a scenario may omit.
 fn schema(quantity: &Schema, generator: &mut SchemaGenerator) -> Schema {
     let source = Source::json_schema(generator);
     json_schema!({
@@ -136,7 +136,7 @@ enum Field {
 
 struct Table(Number);
 
-/// The number by itself. Where there is no unit to write, a text is a slip.
+/// The number alone. For a number without a unit, a text is an error.
 struct Value(Number);
 
 impl<'de> DeserializeSeed<'de> for Value {

@@ -1,5 +1,5 @@
-//! Typed values from TOML, and which key is wrong. An error is given the key it stands under on its way out, so nothing
-//! is noted while all goes well. And what is derived for a type is compiled for this one reader and no other.
+//! Typed values from TOML, with errors that name the wrong key. An error receives its key while it is passed up, so
+//! reading without errors costs nothing extra. The derived code of a type is compiled for this reader only.
 
 use std::fmt;
 
@@ -39,17 +39,17 @@ pub fn read_keyed<T: DeserializeOwned>(value: Value) -> Result<T, TableError> {
 }
 
 impl TableError {
-    /// Returns the key that the table lacks, if that is what is wrong.
+    /// Returns the missing key, if that is the error.
     pub(crate) fn lacks(&self) -> Option<&str> {
         self.message.strip_prefix("missing field `")?.strip_suffix('`')
     }
 
-    /// Returns the error seen from the enclosing table, where it stands under this key.
+    /// Returns the error relative to the enclosing table, in which the value has this key.
     fn below(self, key: &str) -> Self {
         self.inside(&quoted(key))
     }
 
-    /// Returns the error seen from the enclosing value: below a key as it is written, or a place in a list.
+    /// Returns the error relative to the enclosing value: below a key as it is written, or at a position in a list.
     fn inside(mut self, outer: &str) -> Self {
         let dot = if self.key.is_empty() || self.key.starts_with('[') { "" } else { "." };
         self.key.insert_str(0, dot);
@@ -95,7 +95,7 @@ pub fn in_words(value: &Value) -> String {
         .map_or_else(|| format!("the date or time {value}"), |value| wording::found(value).into_owned())
 }
 
-/// A value as what is derived for a type reads it.
+/// A value as input of a derived `Deserialize`.
 pub(crate) struct Keyed(pub Value);
 
 impl Keyed {
@@ -128,7 +128,7 @@ impl<'de> Deserializer<'de> for Keyed {
         }
     }
 
-    /// Not from an array: what has names is not read by position.
+    /// Rejects arrays: values with names are not read by position.
     fn deserialize_struct<V: Visitor<'de>>(
         self,
         _: &'static str,

@@ -4,7 +4,7 @@ use toml::{Table, Value};
 
 use super::keyed::TableError;
 
-/// Placeholders for a missing key, one of which lets the reader go on to the next missing one.
+/// Returns placeholders for a missing key; with one of them, the reader reaches the next missing key.
 fn fillers() -> [Value; 4] {
     [
         Value::Float(0.0),
@@ -14,8 +14,8 @@ fn fillers() -> [Value; 4] {
     ]
 }
 
-/// Returns the error of a table that lacks a key, with all others that it lacks. `read` says what is wrong with a
-/// table.
+/// Returns the error of a table that lacks a key, with all other missing keys of this table. `read` reads a table and
+/// returns its error.
 pub fn all(first: &TableError, table: Table, read: impl Fn(&Table) -> Option<TableError>) -> TableError {
     let mut tried = table;
     let (mut keys, mut tables) = (Vec::new(), Vec::new());

@@ -1,11 +1,11 @@
-//! Where a key stands in a text.
+//! Position of a key in a text.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-/// Where in a text of TOML the longest known part of a key's path stands, in bytes.
+/// Returns the position in bytes, in a text of TOML, of the longest part of a key's path that occurs there.
 ///
 /// ```
 /// use standstill_files::key_span;
@@ -62,8 +62,8 @@ pub fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
     found
 }
 
-/// Returns a part of a key's path as TOML writes it: in quotes where it is not of letters, digits, dashes and
-/// underscores alone.
+/// Returns a part of a key's path as TOML writes it: in quotes unless it has only letters, digits, dashes and
+/// underscores.
 ///
 /// ```
 /// use standstill_files::quoted;

@@ -26,7 +26,7 @@ pub(super) fn found(found: Unexpected<'_>) -> Cow<'static, str> {
     }
 }
 
-/// Returns the requirement: serde's names of types translated, other words as they are.
+/// Returns the requirement in words: serde's names of types are translated, other words are unchanged.
 pub(super) fn needed(expected: &dyn Expected) -> Cow<'static, str> {
     let words = expected.to_string();
     let whole = |most: u64| format!("a whole number from 0 to {most}").into();

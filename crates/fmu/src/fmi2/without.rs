@@ -1,4 +1,4 @@
-//! Functions that the standard wants and that have nothing to do here: texts, steps that go on by themselves, derivatives.
+//! Functions that the standard requires but that have no effect here: texts, asynchronous steps, derivatives.
 
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr::null;
@@ -31,7 +31,7 @@ without! {
     "steps that go on by themselves": fmi2CancelStep();
 }
 
-/// Statuses of steps that go on by themselves, of which there are none.
+/// Defines the status functions of asynchronous steps, which do not exist here.
 macro_rules! statuses {
     ($($name:ident, $type:ty;)*) => {
         $(/// Nothing is pending.
@@ -67,10 +67,10 @@ pub unsafe extern "C" fn fmi2GetRealStatus(component: *mut Component, kind: c_in
     }
 }
 
-/// Nothing is pending.
+/// Returns no text, because no step is pending.
 ///
 /// # Safety
-/// A place for a text.
+/// `value` is a place for a text.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetStringStatus(
     _: *mut Component,

@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 use super::{Component, Logger, tell};
 use crate::exported::without;
 
-/// It is for co-simulation.
+/// Refuses the instance: the FMU supports co-simulation only.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3InstantiateModelExchange(
     _: *const c_char,
@@ -21,7 +21,7 @@ pub extern "C" fn fmi3InstantiateModelExchange(
     null_mut()
 }
 
-/// It is for co-simulation.
+/// Refuses the instance: the FMU supports co-simulation only.
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3InstantiateScheduledExecution(
     _: *const c_char,

@@ -47,7 +47,7 @@ impl Guard {
     }
 }
 
-/// Returns whether two texts are the same, in a time that does not tell where they differ.
+/// Returns true for equal texts. The time does not depend on where they differ.
 fn same(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && a.iter().zip(b).fold(0, |different, (a, b)| different | (a ^ b)) == 0
 }

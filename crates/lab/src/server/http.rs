@@ -13,10 +13,10 @@ const MOST_BODY: usize = 256 << 10;
 /// Most headers.
 const MOST_HEADERS: usize = 64;
 
-/// How long a whole request may take, however it is cut.
+/// Time limit for the transfer of a whole request, in any number of pieces.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long whoever is answered may take for a piece of the answer.
+/// Time limit for the transfer of each piece of an answer.
 const SENDING: Duration = Duration::from_secs(20);
 
 /// A request.
@@ -29,11 +29,11 @@ pub(super) struct Request {
     pub body: String,
 }
 
-/// Why there is none: a code and what to say.
+/// Refusal of a request: code and message.
 pub(super) type Refusal = (u16, &'static str);
 
 impl Request {
-    /// Returns the value of a header; of one that stands there twice, which is a trick, an empty one.
+    /// Returns the value of a header; empty for a header that occurs twice, which may be an attack.
     pub fn header(&self, name: &str) -> Option<&str> {
         let mut all = self.headers.iter().filter(|(known, _)| known.eq_ignore_ascii_case(name));
         let (_, first) = all.next()?;
@@ -44,7 +44,7 @@ impl Request {
 /// Returns the request of a connection.
 ///
 /// # Errors
-/// Those of the connection; inside, what is no request of a page.
+/// Those of the connection; the inner error is the refusal of an invalid request.
 pub(super) fn read(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
     stream.set_write_timeout(Some(SENDING))?;
     stream.set_nodelay(true)?;

@@ -43,7 +43,7 @@ impl Reply {
         Self { code: 200, kind: "text/html; charset=utf-8", policy: REPORT, body: html.into_bytes() }
     }
 
-    /// Reply with the bench's answer.
+    /// Makes the reply from the bench's answer.
     pub fn of(answer: Result<Vec<u8>, LabError>) -> Self {
         match answer {
             Ok(body) => Self { code: 200, kind: "application/octet-stream", policy: OWN, body },

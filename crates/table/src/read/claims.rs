@@ -1,8 +1,8 @@
 //! Checks of a Parquet file's claims about its sizes, before the library believes them.
 //!
-//! The library makes room for as many columns, bytes and values as a file names, and goes as deep into its schema as that
-//! leads: a hundred bytes can ask for gigabytes. The footer and the heads of pages are structures in Thrift's compact form;
-//! they are walked through here, and what is read afterwards is no more than what the file has room for. Format:
+//! The library allocates memory for as many columns, bytes and values as a file claims, and descends into its schema to
+//! any depth: a hundred bytes can demand gigabytes. The footer and the heads of pages are structures in Thrift's
+//! compact form. They are parsed here first, and files whose claims exceed their size are refused. Format:
 //! <https://github.com/apache/parquet-format>.
 
 use std::fs::File;
@@ -21,7 +21,7 @@ const MOST_COLUMNS: i64 = 1 << 12;
 /// Bytes of a page: those of most writers have 1 MiB.
 const MOST_PAGE: i64 = 16 << 20;
 
-/// Bytes of a page's head, of which the statistics are the most.
+/// Largest size in bytes of a page's head; statistics take most of it.
 const MOST_HEAD: usize = 1 << 16;
 
 /// Bytes of a page's head that are read first: most heads are shorter.
@@ -47,8 +47,8 @@ const ENCODINGS: [&str; 10] = [
     "BYTE_STREAM_SPLIT",
 ];
 
-/// Where a number stands, as the numbers of the fields that lead there; the number of a list's elements has this one below
-/// that of the list.
+/// Last element of the path to the number of elements of a list. A path consists of the numbers of the fields that lead
+/// to a value; for the number of elements it is that of the list, followed by this constant.
 const COUNT: i16 = -1;
 
 /// A message about the file, without its name.
@@ -170,7 +170,7 @@ fn bytes_at(mut file: &File, at: u64, count: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Returns whether the footer is one of a flat table, of a bounded size. What it lacks else, the library finds.
+/// Checks that the footer is that of a flat table of limited size. The library finds other errors.
 pub(super) fn footer(file: &File, length: u64) -> io::Result<Result<(), Claim>> {
     let tail = bytes_at(file, length.saturating_sub(TAIL), TAIL)?;
     let &[a, b, c, d, b'P', b'A', b'R', b'1'] = tail.as_slice() else { return Ok(Ok(())) };
@@ -204,11 +204,11 @@ pub(super) fn footer(file: &File, length: u64) -> io::Result<Result<(), Claim>> 
 
 /// Limits of a column's part of a row group.
 pub(super) struct Part {
-    /// Where its pages are.
+    /// Position of the column's pages.
     pub(super) place: Range<u64>,
     /// Rows of the group.
     pub(super) rows: i64,
-    /// Bytes that a value takes at least in a dictionary; none where there is no dictionary.
+    /// Smallest number of bytes of a value in a dictionary; none without a dictionary.
     pub(super) least: Option<i64>,
     /// Encodings of values that do not make much of little.
     pub(super) encodings: &'static [i64],
@@ -220,10 +220,10 @@ struct Head {
     kind: Option<i64>,
     unpacked: Option<i64>,
     packed: Option<i64>,
-    /// Counts of values: of a page of values, of a dictionary, of a page of values after version 2.
+    /// Numbers of values: of a page of values, of a dictionary, of a page of values of version 2.
     counts: [Option<i64>; 3],
     encodings: [Option<i64>; 3],
-    /// Something is said twice.
+    /// True if a field occurs twice.
     twice: bool,
 }
 

@@ -19,14 +19,14 @@ use crate::{Cell, TableError};
 /// Rows decoded at once.
 const BATCH: usize = 1 << 12;
 
-/// Rows, or bytes of texts, for each byte of the file: what is the same in many rows takes little room. Tables of trials have
-/// less than one row and a few bytes of texts.
+/// Largest number of rows, or bytes of texts, per byte of the file: repeated values take little room. Tables of trials
+/// have less than one row and a few bytes of texts.
 const MOST_OF_A_BYTE: u64 = 64;
 
 /// Bytes of texts that every file may have.
 const LITTLE_TEXT: u64 = 1 << 20;
 
-/// A file whose footer holds what it must.
+/// A file with a valid footer.
 pub(super) struct Parquet {
     reader: SerializedFileReader<File>,
     /// Second handle of the file, to check its pages first.
@@ -158,8 +158,8 @@ enum Chunk {
     Text(ColumnReaderImpl<ByteArrayType>),
 }
 
-/// Some rows of a column: for each 1, or 0 where it is empty, and what is not empty. A column that has no empty cells by its
-/// schema does not say for each.
+/// Some rows of a column: a 1 for each cell that is not empty and a 0 for each empty one, and the values that are not
+/// empty. Columns whose schema excludes empty cells have no such flags.
 struct Cells {
     rows: usize,
     present: Vec<i16>,
@@ -187,8 +187,8 @@ impl Cells {
         }
     }
 
-    /// Returns the cell of a row; `next` counts those that were not empty. None if there is no such value, or one
-    /// that is no text.
+    /// Returns the cell of a row; `next`: number of non-empty cells so far. None if the value is missing or is not a
+    /// valid text.
     fn cell(&self, row: usize, next: &mut usize) -> Option<Cell<'_>> {
         if self.present.get(row).is_some_and(|level| *level != 1) {
             return Some(Cell::Empty);

@@ -12,10 +12,10 @@ use crate::import::arrays::{Array, MOST_POINTS};
 /// the ends of an array.
 const MOST_BYTES: u64 = 1 << 25;
 
-/// A file is read twice in all at most, and this much more of what stands about its arrays.
+/// Allowance in bytes for data around the arrays; in total, at most twice the size of the file plus this is read.
 const MOST_READ: u64 = 1 << 26;
 
-/// Reads of it, at most: of each chunk and each part of a header one.
+/// Largest number of reads; each chunk and each part of a header takes one.
 const MOST_READS: u64 = 1 << 22;
 
 const AGAIN_AND_AGAIN: &str = "references that lead to the same parts again and again";
@@ -71,7 +71,7 @@ impl Source for Bounded {
     }
 }
 
-/// The signature stands at the beginning or behind MATLAB's 512 bytes of text.
+/// Returns true for HDF5: its signature is at the beginning or after MATLAB's 512 bytes of text.
 pub(super) fn is_one(bytes: &[u8]) -> bool {
     [0, 512].iter().any(|at| bytes.get(*at..).is_some_and(|rest| rest.starts_with(b"\x89HDF\r\n\x1a\n")))
 }
@@ -118,8 +118,8 @@ impl Variables for Hdf5 {
     }
 }
 
-/// Returns whether what a dataset unpacks to is no more than its numbers ask for: a small file may name numbers of
-/// gigabytes, or chunks of them, or pack what is packed once more.
+/// Checks that the unpacked size of a dataset is in proportion to its shape. A small file may claim gigabytes of
+/// numbers or chunks, or be compressed several times.
 fn within_bounds(dataset: &Dataset, shape: &[u64]) -> Result<(), String> {
     let size = dataset.element_size().map_err(|error| error.to_string())?;
     if size > 8 {

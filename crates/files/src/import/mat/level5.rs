@@ -1,9 +1,9 @@
 //! MATLAB files of version 5 to 7: "Level 5" files, compressed or not.
 //!
-//! Written here because what a map needs of the format is small (numeric matrices and structures of them), and because
-//! a reader of foreign files must not panic on a broken one: every access is checked. Layout after *MATLAB MAT-File
-//! Format*, The MathWorks: a header of 128 bytes, then elements of a tag (type, length) and data; a matrix is an
-//! element of elements: flags, dimensions, name, then values or fields.
+//! The reader is implemented here because maps need only a small part of the format (numeric matrices and structures of
+//! them), and because a broken file must not cause a panic: every access is checked. The layout follows *MATLAB
+//! MAT-File Format*, The MathWorks: a header of 128 bytes, then elements of a tag (type, length) and data. A matrix is
+//! an element of elements: flags, dimensions, name, then values or fields.
 
 use std::io::Read;
 
@@ -23,17 +23,18 @@ const LAST_NUMERIC: u8 = 15;
 /// in one.
 const MOST_BYTES: u64 = 1 << 28;
 
-/// And what tells a variable's name to this many.
+/// Number of bytes unpacked of each variable to read its name.
 const HEAD: u64 = 4096;
 
-/// Variables that are packed, each for itself: to begin to unpack takes longer than to unpack what tells a name.
+/// Largest number of separately compressed variables: each start of the decompression takes longer than the reading of
+/// a name.
 const MOST_PACKED: usize = 4096;
 
 /// Names that are kept for messages, and bytes of a name: MATLAB's have 63 at most.
 const MOST_NAMES: usize = 40;
 const LONGEST_NAME: usize = 64;
 
-/// Bytes of a matrix's dimensions; of two or a few.
+/// Largest number of bytes for a matrix's dimensions; maps need only a few dimensions.
 const LONGEST_DIMENSIONS: usize = 256;
 
 /// Structures within structures that are followed.
@@ -82,7 +83,7 @@ impl<'a> Reader<'a> {
         Some((first, data))
     }
 
-    /// Returns the type and the beginning of the data of an element that may go on.
+    /// Returns the type and the beginning of the data of an element whose end may be missing.
     fn head(mut self) -> Option<(u32, &'a [u8])> {
         let kind = self.word()?;
         self.word()?;
@@ -112,7 +113,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// At most so many bytes of what is packed here.
+/// Returns at most `most` bytes of the unpacked data.
 fn unpacked(data: &[u8], most: u64) -> Result<Vec<u8>, String> {
     let mut content = Vec::new();
     let read = flate2::read::ZlibDecoder::new(data).take(most).read_to_end(&mut content);
@@ -120,7 +121,7 @@ fn unpacked(data: &[u8], most: u64) -> Result<Vec<u8>, String> {
     Ok(content)
 }
 
-/// Flags, dimensions and name of a matrix; what follows is in `rest`.
+/// Flags, dimensions and name of a matrix; `rest` has the bytes that follow.
 struct Matrix<'a> {
     class: u8,
     complex: bool,
@@ -259,7 +260,7 @@ impl Level5 {
         Ok(file)
     }
 
-    /// Returns whether a matrix, of which this is the beginning, is asked for; its name is kept.
+    /// Returns true if the matrix that begins with these data is wanted, and notes its name.
     fn is_wanted(&mut self, data: &[u8], wanted: &[&str]) -> bool {
         let Some(matrix) = Matrix::open(Reader { bytes: data, big: self.big }) else { return false };
         let known = wanted.contains(&matrix.name.as_str());
