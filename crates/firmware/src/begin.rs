@@ -1,4 +1,4 @@
-//! From a name, data sheets and settings to a detector.
+//! Setup of a detector from a name, data sheets and settings.
 
 use core::fmt;
 
@@ -9,7 +9,7 @@ use standstill_detect::{
 use standstill_interface::Nanos;
 use standstill_interface::abi::{self, Plate};
 
-/// Why there is no detector.
+/// Reason why a detector cannot be made.
 #[derive(Debug)]
 pub enum Refused<'a> {
     /// A method of this name.
@@ -18,9 +18,9 @@ pub enum Refused<'a> {
     Key(&'a str),
     /// A value of a key, which needs such.
     Value(&'a str, &'static str),
-    /// A value of a key that says which checks are on.
+    /// The value of a key for checks is invalid.
     Checks(&'a str),
-    /// A method that reads none of what the drive has.
+    /// The method reads none of the quantities that the drive measures.
     Readings(&'a str),
     /// The method's refusal.
     Settings(SettingsError),
@@ -67,7 +67,7 @@ fn has(plate: &Plate, source: Source) -> bool {
     readings & bit != 0
 }
 
-/// Where the current sensors are.
+/// Returns the arrangement of the current sensors.
 fn place(plate: &Plate) -> Place {
     if has(plate, Source::LinkCurrent) {
         Place::InLink
@@ -78,7 +78,7 @@ fn place(plate: &Plate) -> Place {
     }
 }
 
-/// Nameplate data from the C struct.
+/// Converts nameplate data from the C struct.
 fn nameplate(plate: &Plate) -> Nameplate<f32> {
     Nameplate {
         rated_current: plate.rated_current,

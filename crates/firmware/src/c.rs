@@ -1,7 +1,7 @@
-//! The functions of `sts_detectors.h`: the only place of `unsafe` here.
+//! The functions of `sts_detectors.h`; only this module has `unsafe` code.
 //!
-//! Soundness: the caller keeps the header's side: pointers to whole structs of its own, zero-ended texts, arrays as
-//! long as it says. A state that `sts_begin` did not make lacks its mark.
+//! Soundness: the caller obeys the header, with pointers to its own whole structs, zero-terminated texts, and arrays of
+//! the stated lengths. A state that `sts_begin` did not make lacks its mark.
 #![allow(unsafe_code, reason = "C calls these functions with pointers")]
 
 use core::ffi::{CStr, c_char};
@@ -33,7 +33,7 @@ const _: () = assert!(size_of::<State>() <= DETECTOR_BYTES && align_of::<State>(
 /// Marks a state that has a detector in it.
 const READY: u64 = 0x5354_4154_4544_4554;
 
-/// A zero-ended text; what is too long is cut.
+/// A zero-terminated text; a text that is too long is truncated.
 struct Text {
     /// Longer than the longest reason.
     bytes: [u8; 256],
@@ -50,10 +50,10 @@ impl fmt::Write for Text {
     }
 }
 
-/// Returns a text of C, cut where it is no longer text.
+/// Returns a text of C, truncated at the first bytes that are not text.
 ///
 /// # Safety
-/// It is zero-ended.
+/// The text is zero-terminated.
 unsafe fn text<'a>(from: *const c_char) -> &'a str {
     if from.is_null() {
         return "";
@@ -63,10 +63,10 @@ unsafe fn text<'a>(from: *const c_char) -> &'a str {
     text.to_str().unwrap_or("?")
 }
 
-/// See `sts_detectors.h`.
+/// Begins a detection, see `sts_detectors.h`.
 ///
 /// # Safety
-/// Pointers and numbers as the header says.
+/// Pointers and numbers are as the header demands.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sts_begin(
     state: *mut State,
@@ -108,11 +108,11 @@ fn refuse(into: &mut Text, refused: &Refused<'_>) -> *const c_char {
     into.bytes.as_ptr().cast()
 }
 
-/// Returns the sample of this number, as far as it reaches: what an earlier version of the struct does not have is
-/// not seen by any sensor. None of samples that are shorter than the shortest.
+/// Returns the sample with this index. Fields that an earlier version of the struct lacks count as not measured. None
+/// if the struct is smaller than the smallest version.
 ///
 /// # Safety
-/// The caller's samples lie as far apart as the readings say.
+/// The distance between the caller's samples is as stated in the readings.
 unsafe fn sample(readings: &Readings, number: u32) -> Option<Sample> {
     let stride = readings.stride as usize;
     if readings.first.is_null() || stride < offset_of!(Sample, link_current) {
@@ -127,10 +127,10 @@ unsafe fn sample(readings: &Readings, number: u32) -> Option<Sample> {
     Some(sample)
 }
 
-/// See `sts_detectors.h`.
+/// Computes the next step of a detection, see `sts_detectors.h`.
 ///
 /// # Safety
-/// Pointers and numbers as the header says.
+/// Pointers and numbers are as the header demands.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sts_step(
     state: *mut State,

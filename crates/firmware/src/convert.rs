@@ -3,7 +3,7 @@
 use standstill_interface::abi::{self, Answer};
 use standstill_interface::{Abc, Command, Counts, Fault, Leg, Nanos, Outcome, Reading, Sensed, Stage};
 
-/// No reading.
+/// A reading without any measured quantity.
 pub const NO_READING: Reading<f32> = Reading {
     at: Nanos::ZERO,
     current: Abc([0.0; 3]),
@@ -48,7 +48,7 @@ pub fn command(of: &Command<f32>) -> abi::Command {
     }
 }
 
-/// How a detection ended: status and result.
+/// Converts the outcome of a detection to status and result.
 pub fn outcome(of: &Outcome<f32>) -> (i32, Answer) {
     let findings = of.findings();
     let mut answer = Answer {
@@ -75,7 +75,7 @@ pub fn outcome(of: &Outcome<f32>) -> (i32, Answer) {
     (status, answer)
 }
 
-/// Returns the answer to what cannot be answered.
+/// Returns the answer to a call that was not expected.
 pub fn unexpected() -> (i32, Answer) {
     (abi::FAILED, Answer { reason: abi::failure_reason::<f32>(&Fault::UnexpectedReadings), ..Answer::NONE })
 }

@@ -17,7 +17,8 @@ use core::panic::PanicInfo;
 
 pub use commissioning::learn;
 
-/// Detectors do not panic, and what this links holds no text of one; a drive's watchdog would end what stands here.
+/// Handles a panic by an endless loop, which ends by the drive's watchdog. Detectors do not panic, and the linked code
+/// contains no text of a panic.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     loop {}

@@ -147,7 +147,7 @@ pub fn pieces(number: usize, record: &Record) -> Vec<Piece> {
     pieces
 }
 
-/// Standard deviations by which the sum of squares of the links' differences may exceed what their noise makes.
+/// Largest excess of the links' sum of squares over the one expected from their noise, in standard deviations.
 const LINKS_ALIKE: f64 = 3.0;
 
 /// Sets the DC links of a record's pieces to their common mean if they differ by no more than the noise of their readings makes. The

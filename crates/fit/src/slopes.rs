@@ -1,5 +1,5 @@
-//! Derivatives that follow from others exactly: by simulations of their own they would have rounding errors of their own, by which
-//! readings would seem to determine what no reading does.
+//! Derivatives that follow exactly from others. If they were computed by separate simulations, their different rounding
+//! errors would make parameters seem identifiable that no reading determines.
 
 use standstill_inverter::DeviceKind;
 
@@ -48,8 +48,9 @@ impl Problem {
         are_apart && all.iter().all(|parameter| self.free.contains(parameter))
     }
 
-    /// Returns the derivatives with respect to the switches' resistance: those of the winding's less those of the diodes'. Computed by
-    /// simulations of their own, their rounding errors would differ, and the readings would seem to bound what none of them does.
+    /// Returns the derivatives with respect to the switches' resistance: those of the winding's less those of the
+    /// diodes'. If they were computed by separate simulations, their different rounding errors would seem to bound the
+    /// resistance, although no reading does.
     pub fn of_switch(&self, columns: &[Column]) -> Option<Column> {
         let place = |of: Parameter| self.free.iter().position(|free| *free == of);
         let column = |of: Parameter| {

@@ -18,7 +18,8 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     finished([0.0; 4], a, b)
 }
 
-/// Returns [`dot`] of each pair, with its bits, in registers of the processor that hold four numbers, where it has them.
+/// Returns [`dot`] of each pair. It uses registers of four numbers if the processor has them; the results are the same
+/// to the last bit.
 ///
 /// ```
 /// use standstill_numeric::{dot, dots};

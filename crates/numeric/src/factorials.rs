@@ -1,4 +1,4 @@
-//! The coefficients of exponentials, sines and what follows from them.
+//! Reciprocal factorials: the coefficients of exponentials, sines and related functions.
 
 /// 1/n! for n up to 24.
 ///

@@ -17,14 +17,14 @@ impl Heading {
 }
 
 impl<T: Lane> Heading<T> {
-    /// Sine and cosine of an angle in rad.
+    /// Computes sine and cosine of an angle in rad.
     #[inline(always)]
     pub fn of(angle: T) -> Self {
         let (sin, cos) = sin_cos(angle);
         Self { sin, cos }
     }
 
-    /// Sine and cosine of `2θ`.
+    /// Returns sine and cosine of `2θ`.
     #[inline(always)]
     #[must_use]
     pub fn doubled(self) -> Self {
@@ -32,7 +32,7 @@ impl<T: Lane> Heading<T> {
         Self { sin: twice * self.cos, cos: T::of(1.0) - twice * self.sin }
     }
 
-    /// Sine and cosine of `3θ`.
+    /// Returns sine and cosine of `3θ`.
     #[inline(always)]
     #[must_use]
     pub fn tripled(self) -> Self {

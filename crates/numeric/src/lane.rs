@@ -1,8 +1,8 @@
-//! Numbers side by side: the equations are written once and computed for one machine or for many alike.
+//! Numbers in lanes: the equations are written once and computed for one machine or for several in parallel.
 //!
-//! A computation in `f64` and one in a lane of several are the same sequence of additions, multiplications, divisions
-//! and roots, each rounded by itself, so the results are the same to the last bit. Whatever a lane does not take is
-//! computed and not chosen; there are no branches on values.
+//! A computation in `f64` and one in a lane consist of the same sequence of additions, multiplications, divisions and
+//! roots, each rounded separately, so the results are the same to the last bit. There are no branches on values: both
+//! alternatives are computed, and each lane chooses one.
 
 mod wide;
 #[cfg(target_arch = "x86_64")]
@@ -16,7 +16,7 @@ pub use wide::{Compute, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::sums_of_products;
 
-/// One number, or several side by side; zero by default.
+/// One number, or several in lanes; zero by default.
 pub trait Lane:
     Arithmetic
     + Add<f64, Output = Self>
@@ -28,15 +28,15 @@ pub trait Lane:
     /// A truth value for each lane.
     type Mask: Copy + std::fmt::Debug;
 
-    /// Absolute value.
+    /// Returns the absolute value.
     #[must_use]
     fn abs(self) -> Self;
 
-    /// Square root.
+    /// Returns the square root.
     #[must_use]
     fn sqrt(self) -> Self;
 
-    /// Where this number is the larger one.
+    /// Returns the lanes in which this number is larger than the other one.
     fn above(self, other: Self) -> Self::Mask;
 
     /// Returns the smaller of two numbers; where `other` is not a number, this one.
@@ -53,10 +53,10 @@ pub trait Lane:
         Self::choose(other.above(self), other, self)
     }
 
-    /// Where this bit of the number is set.
+    /// Returns the lanes in which this bit of the number is set.
     fn bit(self, bit: u32) -> Self::Mask;
 
-    /// `yes` where the mask holds, `no` elsewhere.
+    /// Returns `yes` in lanes in which the mask is true, `no` in the others.
     #[must_use]
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
@@ -98,7 +98,8 @@ impl Lane for f64 {
     }
 }
 
-/// `x^n` by squaring: the same multiplications in the same order everywhere, unlike a library's `pow`.
+/// Returns `x^n` by repeated squaring. The multiplications and their order are the same on all machines, unlike those
+/// of a library's `pow`.
 ///
 /// ```
 /// assert_eq!(standstill_numeric::power(1.5, 3), 3.375);
@@ -118,14 +119,15 @@ pub fn power<T: Lane>(x: T, exponent: u8) -> T {
     result
 }
 
-/// c₀ + c₁ x + c₂ x² + c₃ x³, given x²: in pairs, so that no product waits for more than one other.
+/// Returns c₀ + c₁ x + c₂ x² + c₃ x³, given x². The terms are added in pairs, so that each product depends on at most
+/// one other.
 #[inline(always)]
 pub fn four<T: Lane>(x: T, x2: T, c: [f64; 4]) -> T {
     (x * c[3] + c[2]) * x2 + (x * c[1] + c[0])
 }
 
-/// Polynomial with eight coefficients, given x² and x⁴, after G. Estrin, "Organization of computer systems" (1960),
-/// DOI 10.1145/1460361.1460365.
+/// Returns a polynomial with eight coefficients, given x² and x⁴, by the scheme of G. Estrin, "Organization of computer
+/// systems" (1960), DOI 10.1145/1460361.1460365.
 ///
 /// ```
 /// use standstill_numeric::eight;
@@ -153,9 +155,9 @@ fn polynomial<T: Lane>(x: T, coefficients: [f64; 5], first: f64) -> T {
     sum
 }
 
-/// Sine and cosine of an angle in rad, within an ulp or so up to a million rad.
+/// Returns sine and cosine of an angle in rad, with errors of about one ulp for angles up to a million rad.
 ///
-/// A library's may differ from one machine to the next in the last bit, and is none for several numbers side by side.
+/// A library's functions may differ in the last bit from machine to machine, and do not work on several lanes.
 /// Reduction to ±π/4 and the polynomials are those of fdlibm (Sun Microsystems, 1993).
 #[inline(always)]
 pub fn sin_cos<T: Lane>(angle: T) -> (T, T) {

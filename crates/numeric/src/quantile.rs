@@ -1,7 +1,7 @@
-//! Where a quantile stands among sorted values.
+//! Position of a quantile in sorted values.
 
-/// Returns the place, counted from 0, of the quantile `share` among `count` sorted values: the least value that at
-/// least this share of them does not exceed. None among none.
+/// Returns the index of the quantile `share` among `count` sorted values: the smallest value such that at least this
+/// share of the values are not larger. None if there are no values.
 ///
 /// ```
 /// use standstill_numeric::rank;

@@ -1,4 +1,4 @@
-//! Where a function of one number is zero.
+//! Zeros of a function of one number.
 
 /// Returns a zero of `f` between two places, at the lower of which it is at most zero and at the upper one at least:
 /// to the last bits of the larger of both. None if `f` is none on the way.

@@ -4,7 +4,7 @@ use standstill_interface::{AlphaBeta, Arithmetic, Dq};
 
 use crate::hypot;
 
-/// A symmetric 2×2 matrix `[xx, xy; xy, yy]`, in whichever plane its user works.
+/// A symmetric 2×2 matrix `[xx, xy; xy, yy]` in any plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Symmetric<T = f64> {
     /// First diagonal element.
@@ -24,13 +24,13 @@ impl<T: Default> Default for Symmetric<T> {
 }
 
 impl<T: Arithmetic> Symmetric<T> {
-    /// From its three elements.
+    /// Makes the matrix from its three elements.
     #[inline(always)]
     pub const fn new(xx: T, xy: T, yy: T) -> Self {
         Self { xx, xy, yy }
     }
 
-    /// Determinant.
+    /// Returns the determinant.
     #[inline(always)]
     pub fn determinant(self) -> T {
         self.xx * self.yy - self.xy * self.xy
@@ -57,13 +57,13 @@ impl<T: Arithmetic> Symmetric<T> {
         }
     }
 
-    /// Matrix times vector in the stator's plane.
+    /// Returns the product of the matrix and a vector in the stator's plane.
     #[inline(always)]
     pub fn times(self, v: AlphaBeta<T>) -> AlphaBeta<T> {
         AlphaBeta::new(self.xx * v.alpha + self.xy * v.beta, self.xy * v.alpha + self.yy * v.beta)
     }
 
-    /// Matrix times vector in the rotor's plane.
+    /// Returns the product of the matrix and a vector in the rotor's plane.
     #[inline(always)]
     pub fn times_dq(self, v: Dq<T>) -> Dq<T> {
         Dq::new(self.xx * v.d + self.xy * v.q, self.xy * v.d + self.yy * v.q)

@@ -34,10 +34,10 @@ pub struct Estimate {
     pub high: f64,
 }
 
-/// JSON has no word for what is not a number but `null`.
+/// Reads a number, or NaN from `null`: JSON has no other way to write NaN.
 ///
 /// # Errors
-/// A value that is neither number nor `null`.
+/// The value is neither a number nor `null`.
 #[doc(hidden)]
 pub fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
@@ -47,21 +47,22 @@ impl Estimate {
     /// Nothing is known.
     pub const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
 
-    /// Conversion to another unit, of which one is `1 / factor` of this one's.
+    /// Converts to another unit; `factor`: value in the other unit per value in this one.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
         Self { value: factor * self.value, low: factor * self.low, high: factor * self.high }
     }
 
-    /// How far the value may be off: half the interval's width, or the way to the one end that is known.
+    /// Returns half the width of the interval, or the distance of the value from its end if only one end is known.
     fn half(self) -> f64 {
         let half = (self.high - self.low).abs() / 2.0;
         let ways = [half, (self.value - self.low).abs(), (self.value - self.high).abs()];
         ways.into_iter().find(|way| !way.is_nan()).unwrap_or(f64::NAN)
     }
 
-    /// Returns the power of ten of the last digit that the interval supports. Without interval it is the value's
-    /// second digit, and the third where it has no width; none of a zero that has none.
+    /// Returns the power of ten of the last digit that the interval supports. Without an interval, it is that of the
+    /// value's second digit; for an interval of no width, that of the third. None for a zero whose interval is missing
+    /// or has no width.
     pub fn last_place(self) -> Option<i32> {
         let half = self.half();
         if half > 0.0 && half.is_finite() {
@@ -77,14 +78,13 @@ impl Estimate {
         usize::try_from((-self.last_place().unwrap_or(0)).clamp(0, MOST)).unwrap_or(0)
     }
 
-    /// Returns the value, lower and upper end in the digits that the interval supports; empty where there is no
-    /// number.
+    /// Returns the value, lower and upper end in the digits that the interval supports; empty for NaN.
     pub fn texts(self) -> [String; 3] {
         let decimals = self.decimals();
         [self.value, self.low, self.high].map(|x| if x.is_nan() { String::new() } else { fixed(x, decimals) })
     }
 
-    /// Returns the value in the digits that its interval supports, without it; a dash for what is not known.
+    /// Returns the value without interval, in the digits that the interval supports; a dash for NaN.
     pub fn alone(self) -> String {
         let [value, ..] = self.texts();
         if value.is_empty() { "–".to_owned() } else { value }

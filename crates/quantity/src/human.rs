@@ -3,7 +3,7 @@
 use crate::prefix::PREFIXES;
 use crate::unit::{Degree, Dimension, Unit};
 
-/// Returns the power of ten of a number's first digit; none of zero and of what is not a normal number.
+/// Returns the power of ten of a number's first digit; none for zero and numbers that are not normal.
 ///
 /// ```
 /// use standstill_quantity::magnitude;
@@ -18,7 +18,7 @@ fn exponent(text: &str) -> Option<i32> {
     text.split_once('e')?.1.parse().ok()
 }
 
-/// Returns a number times a power of ten, in twelve digits, which hide what arithmetic rounds.
+/// Returns a number times a power of ten, rounded to twelve digits, which hide rounding errors.
 ///
 /// ```
 /// use standstill_quantity::rounded;
@@ -55,17 +55,17 @@ pub fn short(value: f64) -> String {
     (format!("{value:.5e}").parse::<f64>().unwrap_or(value) + 0.0).to_string()
 }
 
-/// A unit in which people read some values, and what that is in SI.
+/// A unit for printing some values, and its ratio to the SI unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Scale {
     /// The unit; empty without.
     pub unit: String,
-    /// One of it is this power of ten of the SI unit.
+    /// Power of ten of the unit in SI units.
     power: i32,
 }
 
 impl Scale {
-    /// Per cent, for shares.
+    /// Makes the scale of shares: per cent.
     pub fn percent() -> Self {
         Self { unit: "%".to_owned(), power: -2 }
     }

@@ -1,11 +1,11 @@
 //! Physical quantities as people write and read them: `"9.2 mH"`, `"80 us"`, `"0.8 Ω"`, or a bare number in SI.
 //!
-//! There is one table of prefixes, one parser and one printer.
+//! All crates use the same table of prefixes, parser and printer.
 //!
 //! * [`Quantity`]: a number of one dimension, in SI; [`unit`](mod@unit): the dimensions.
-//! * [`any_quantity`], [`split`]: of texts whose dimension is not known.
-//! * [`Scale`], [`number`], [`rounded`]: the unit that suits some values, and how many digits.
-//! * [`Estimate`]: a value with its interval, which prints itself in the digits that this supports.
+//! * [`any_quantity`], [`split`]: parsers of texts whose dimension is not known.
+//! * [`Scale`], [`number`], [`rounded`]: choice of unit and digits for printing.
+//! * [`Estimate`]: a value with its interval; it is printed in the digits that the interval supports.
 //!
 //! ```
 //! use standstill_quantity::{Quantity, unit::Henry};
@@ -40,7 +40,7 @@ pub use unit::{Dimension, Unit};
 pub struct Quantity<U>(f64, PhantomData<U>);
 
 impl<U: Unit> Quantity<U> {
-    /// From a value in the SI unit.
+    /// Makes a quantity from its value in the SI unit.
     pub const fn si(value: f64) -> Self {
         Self(value, PhantomData)
     }

@@ -1,13 +1,13 @@
-//! Prefixes of units: the one table.
+//! The table of the prefixes of units.
 
 /// A prefix of units.
 #[derive(Debug)]
 pub(crate) struct Prefix {
-    /// Its printed symbol.
+    /// Printed symbol.
     pub symbol: &'static str,
-    /// Other ways to write it, the one for plain keyboards first.
+    /// Other spellings; the first one is for plain keyboards.
     aliases: &'static [&'static str],
-    /// The power of ten that it stands for.
+    /// Power of ten of the prefix.
     pub power: i32,
 }
 
@@ -27,7 +27,7 @@ pub(crate) static PREFIXES: [Prefix; 7] = [
 ];
 
 impl Prefix {
-    /// Returns the power of ten of a prefix in whichever spelling.
+    /// Returns the power of ten of a prefix in any spelling.
     pub(crate) fn power_of(text: &str) -> Option<i32> {
         PREFIXES.iter().find(|prefix| prefix.spellings().any(|spelling| spelling == text)).map(|p| p.power)
     }

@@ -1,4 +1,4 @@
-//! Quantities in files, and what JSON Schema says of them.
+//! Quantities in files, and their JSON Schema.
 
 use std::fmt;
 
@@ -71,7 +71,8 @@ impl<U: Unit> schemars::JsonSchema for Quantity<U> {
     }
 }
 
-/// JSON Schema of a number of this dimension. Not generic, as [`Number`].
+/// Returns the JSON Schema of a number of this dimension. The function is not generic, for the same reason as
+/// [`Number`].
 fn schema(dimension: &Dimension) -> schemars::Schema {
     let number = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*";
     let units: Vec<String> = dimension.spellings().map(|unit| unit.replace('^', r"\^")).collect();

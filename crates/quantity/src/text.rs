@@ -1,4 +1,4 @@
-//! From a text to a number and back.
+//! Conversion of texts to numbers and back.
 
 use std::fmt;
 
@@ -86,14 +86,13 @@ impl Dimension {
     }
 }
 
-/// Returns the value of a number with whatever unit: in SI, temperatures in °C, angles in degrees, shares as such.
-/// `None` of a text that is no quantity of any dimension known here.
+/// Returns the value of a number with any unit: in SI, temperatures in °C, angles in degrees, shares as plain numbers.
+/// `None` for a text that is not a quantity of a known dimension.
 pub fn si_value(text: &str) -> Option<f64> {
     any_quantity(text).map(|(value, _)| value)
 }
 
-/// Returns the power of ten of the SI unit that one of this unit is, whatever its dimension; none of what is no unit
-/// known here.
+/// Returns the power of ten of a unit in SI units, for any dimension; none for unknown units.
 ///
 /// ```
 /// use standstill_quantity::{rounded, si_power, si_value};

@@ -96,7 +96,7 @@ units! {
 }
 
 impl Dimension {
-    /// Returns whether its numbers have neither unit nor per cent.
+    /// Returns true if numbers of this dimension have neither unit nor per cent.
     pub const fn is_bare(&self) -> bool {
         self.symbol.is_empty() && !self.share
     }

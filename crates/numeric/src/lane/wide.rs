@@ -4,7 +4,7 @@ use std::ops::{BitAnd, BitOr, Not};
 
 use super::Lane;
 
-/// Where something holds, lane by lane; nowhere by default.
+/// A condition per lane; false in all lanes by default.
 pub trait Mask: Copy + Default + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// Returns one bit for each lane, the first lane in the lowest.
     fn bits(self) -> u32;
@@ -37,10 +37,10 @@ impl Mask for bool {
 /// [`on_widest`], which looks at the processor first: to have one is to be allowed to use it. Its operations become single
 /// instructions only inside [`Wide::compute`].
 pub trait Wide: Lane<Mask: Mask> + 'static {
-    /// How many numbers stand side by side.
+    /// Number of lanes.
     const LANES: usize;
 
-    /// Whether it is one number alone. What is asked for behind this is compiled for one alone, and not for several as well.
+    /// True for a single number. Code under this condition is compiled for a single number only.
     const ALONE: bool = Self::LANES == 1;
 
     /// Returns the number in a lane; panics beyond the last.
@@ -106,7 +106,7 @@ pub trait OnWidest {
 /// Instructions that numbers side by side may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Width {
-    /// One number after the other, as on any processor.
+    /// Numbers are computed one after the other, on any processor.
     One,
     /// 256-bit registers (AVX2).
     Avx2,

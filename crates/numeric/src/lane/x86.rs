@@ -15,8 +15,8 @@ use super::Lane;
 use super::wide::{Compute, MOST_LANES, Mask, Wide};
 use crate::dot::Fours;
 
-/// Defines a type of as many numbers as one register holds. With two registers for each number, a compiler no longer keeps the
-/// values of a step in registers, and copies them.
+/// Defines a type with as many numbers as fit in one register. With two registers per number, the compiler would no
+/// longer keep the values of a step in registers, but copy them.
 macro_rules! numbers {
     (
         $name:ident, $masks:ident, $vector:ty, $mask:ty, $lanes:literal, $features:literal,
@@ -29,7 +29,7 @@ macro_rules! numbers {
         #[repr(transparent)]
         pub struct $name($vector);
 
-        /// Where something holds.
+        /// A condition per lane.
         #[derive(Clone, Copy, Debug)]
         pub struct $masks($mask);
 
