@@ -13,9 +13,9 @@ use crate::{Event, Halt, Trials, Watch};
 /// Smallest magnitude of a draw's mean that is listed, in standard deviations of the draw.
 const LEAST_MEAN: f64 = 0.5;
 
-/// Smallest number of states of a listed sector; the constant after it is the smallest share of the event's
-/// probability.
+/// Smallest number of states of a listed sector.
 const LEAST_STATES: usize = 20;
+/// Smallest share of a listed sector in the event's probability.
 const LEAST_SHARE: f64 = 0.02;
 
 /// Sectors and draws of the starts in which the event happened.

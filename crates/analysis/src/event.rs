@@ -128,9 +128,9 @@ impl fmt::Display for Event {
     }
 }
 
-/// Largest value of the order parameter, relative to its bound, of a start outside the event; the constant after it is
-/// the smallest value of a start inside.
+/// Largest value of the order parameter, relative to its bound, of a start outside the event.
 const OUTSIDE: f64 = 0.0;
+/// Smallest value of the order parameter of a start in the event.
 const INSIDE: f64 = f64::MIN_POSITIVE;
 
 impl Event {

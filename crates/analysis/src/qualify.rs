@@ -26,8 +26,9 @@ pub use self::not_modelled::NOT_MODELLED;
 use crate::faults::{Allowed, Entry, records};
 use crate::{Halt, Watch};
 
-/// Number of trials at the first look; the constant after it is the factor from one look to the next.
+/// Number of trials at the first look.
 const FIRST: u64 = 64;
+/// Factor of the number of trials from one look to the next.
 const MORE: f64 = 1.25;
 
 /// Number of trials that a thread runs at a time.

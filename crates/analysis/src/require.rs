@@ -95,13 +95,14 @@ impl Point {
     }
 }
 
-/// Largest number of trials that a thread runs at a time; the constant after it is the smallest.
+/// Largest number of trials that a thread runs at a time.
 const AT_ONCE: u64 = 256;
+/// Smallest number of trials that a thread runs at a time.
 const LEAST_AT_ONCE: u64 = 32;
 
-/// Number of trials after which the result is first checked for clarity; the constant after it is the factor from one
-/// check to the next.
+/// Number of trials after which the result is first checked for clarity.
 const FIRST: u64 = 64;
+/// Factor of the number of trials from one check to the next.
 const MORE: u64 = 4;
 
 /// Largest number of contributions that are stored in order to continue looks: a few hundred megabytes.

@@ -370,9 +370,9 @@ fn saliency_ratio(motor: &Motor) -> f64 {
 /// Saliency ratio |L_B| / L_A below which the inductances of both axes count as equal.
 const LEAST_SALIENCY: f64 = 1e-3;
 
-/// Share of the remaining work for the search of settings, before the best are confirmed; the constant after it is the
-/// share for the confirmation, before changes are tried.
+/// Share of the remaining work for the search of settings, before the best are confirmed.
 const SEARCH: f64 = 0.5;
+/// Share of the remaining work for the confirmation, before changes are tried.
 const CONFIRMATION: f64 = 0.7;
 
 /// Number of angles for the Cramér–Rao limit, enough to resolve a harmonic of the winding.

@@ -163,13 +163,14 @@ fn left_out(start: &Measured, best: &Measured, differences: &Measured) -> Option
     unseen(&start.get(Measure::Rms), &best.get(Measure::Rms), &differences.get(Measure::Unanswered))
 }
 
-/// Number of settings that pass from the wide to the close descents; the constant after it is the number that pass from
-/// these to the final choice.
+/// Number of settings that pass from the wide to the close descents.
 const WIDE_KEPT: usize = 3;
+/// Number of settings that pass from the close descents to the final choice.
 const CLOSE_KEPT: usize = 8;
 
-/// Number of evaluations per key in a wide descent; the constant after it is the number in a close descent.
+/// Number of evaluations per key in a wide descent.
 const OFTEN_WIDE: usize = 16;
+/// Number of evaluations per key in a close descent.
 const OFTEN_CLOSE: usize = 10;
 
 impl Question<'_> {

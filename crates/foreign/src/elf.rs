@@ -81,8 +81,9 @@ fn machine(number: u16) -> String {
         .map_or_else(|| format!("machine {number}"), |(_, name)| (*name).to_owned())
 }
 
-/// Bytes of a symbol, and which of them has its binding in its upper half.
+/// Number of bytes of a symbol.
 const SYMBOL: usize = 24;
+/// Index of the byte of a symbol that has its binding in the upper four bits.
 const BINDING: usize = 4;
 
 /// Kinds of places that the loader fills with the address of a function or variable.

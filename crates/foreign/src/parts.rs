@@ -245,8 +245,9 @@ fn new_name() -> [u8; NAME + 1] {
     name
 }
 
-/// Tags of entries of a dynamic section: the own name, and one that no loader knows.
+/// Tag of the entry of a dynamic section with the own name.
 const SONAME: u64 = 14;
+/// Tag of an entry that no loader knows.
 const UNKNOWN: u64 = 0x6000_000f;
 
 /// Offset of the ELF header's field with the position of the sections, which no loader reads.

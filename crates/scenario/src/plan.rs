@@ -17,10 +17,13 @@ use super::tolerances::{Drawn, Tolerance};
 use super::typed::{self, Base, Typed};
 use crate::{Remote, Scenario};
 
-/// Index of the remarks on poles in [`Plan`]; the constants after it are those of the other remarks.
+/// Index of the remarks on poles in [`Plan`].
 const POLES: usize = 0;
+/// Index of the remarks on flux maps.
 const MAPS: usize = 1;
+/// Index of the remarks on numbers.
 const NUMBERS: usize = 2;
+/// Index of the remarks on libraries.
 const LIBRARIES: usize = 3;
 
 /// A checked scenario file: the points of its sweep, with a way to make the scenario of each point.

@@ -52,9 +52,9 @@ pub enum Parameter {
 /// picoseconds.
 const OF_TIMES: f64 = 20.0;
 
-/// Error of a captured time in s; the constant after it is the error of a terminal's voltage as a share of the link's
-/// voltage.
+/// Error of a captured time in s.
 const TIME_ERROR: f64 = 0.2e-9;
+/// Error of a terminal's voltage as a share of the link's voltage.
 const VOLTAGE_ERROR: f64 = 1e-9;
 
 /// Step of a comparator's offset as a share of the highest threshold.

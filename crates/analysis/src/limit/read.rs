@@ -91,10 +91,13 @@ impl FromStr for Measure {
     }
 }
 
-/// Allowed bounds for each unit, for messages.
+/// Allowed bounds of an angle, for messages.
 const ANGLES: &str = "an angle above 0 deg, such as `1 deg`";
+/// Allowed bounds of a share.
 const SHARES: &str = "a share above 0 % and up to 100 % with its sign, such as `5 %`";
+/// Allowed bounds of a time.
 const TIMES: &str = "a time above 0 s, such as `20 ms`";
+/// Allowed bounds of a current.
 const CURRENTS: &str = "a current above 0 A, such as `8 A` or `800 mA`";
 
 impl Measure {

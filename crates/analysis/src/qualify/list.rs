@@ -80,13 +80,16 @@ const TRIALS: u64 = 100_000;
 const FEWEST: u64 = 64;
 /// Most trials of a requirement per case: contributions to an rms are kept in memory.
 pub const MOST_TRIALS: u64 = 10_000_000;
-/// Largest number of requirements in a list; the constant after it is the largest number of cases of one requirement.
+/// Largest number of requirements in a list.
 const MOST_REQUIREMENTS: usize = 1000;
+/// Largest number of cases of one requirement.
 const MOST_CASES: usize = 1000;
 
-/// Shorthands for conditions: the name in the file, and the keys of the scenario that it sets.
+/// Shorthand for motors: the name in the file, and the keys of the scenario that it sets.
 const MOTORS: (&str, &[&str]) = ("motors", &["motor"]);
+/// Shorthand for sets of errors.
 const ERRORS: (&str, &[&str]) = ("errors", &["errors"]);
+/// Shorthand for the temperatures of winding and magnets.
 const TEMPERATURES: (&str, &[&str]) =
     ("temperatures", &["rotor.winding_temperature", "rotor.magnet_temperature"]);
 

@@ -120,6 +120,7 @@ pub struct Mean {
 /// Sizes of the bets against a large mean, each with its share of the stake. Most numbers lie far below the limit, and
 /// the largest bet is best then.
 const ABOVE: [(f64, f64); 4] = [(1.0, 0.7), (0.5, 0.1), (0.25, 0.1), (0.1, 0.1)];
+/// Sizes of the bets against a small mean, each with its share of the stake.
 const BELOW: [(f64, f64); 5] = [(0.5, 0.2), (0.25, 0.2), (0.1, 0.2), (0.03, 0.2), (0.01, 0.2)];
 
 /// Number of factors that are multiplied before the logarithm is taken. With any realistic limit each factor is between

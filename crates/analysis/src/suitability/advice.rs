@@ -47,9 +47,9 @@ pub struct Alternative {
     pub starts: Summary,
 }
 
-/// Number of starts by which the alternative that finds only the axis is judged; the constant after it is the number
-/// for alignment, which takes seconds of the motor's time.
+/// Number of starts by which the alternative that finds only the axis is judged.
 const STARTS: u64 = 200;
+/// Number of such starts for alignment, which takes seconds of the motor's time.
 const SLOW_STARTS: u64 = 24;
 
 /// Tries changes that an engineer of the drive can make, given the settings found for each method. Changes for which no

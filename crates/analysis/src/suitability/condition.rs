@@ -28,14 +28,16 @@ pub enum Condition {
     Pole,
 }
 
-/// Smallest fall of L_d that is tried. The constant after it has the largest falls in the order in which they are
-/// tried: the first one with an answer is the upper end of the range.
+/// Smallest fall of L_d that is tried.
 const SMALLEST: f64 = 0.005;
+/// Largest falls of L_d in the order in which they are tried: the first one with an answer is the upper end of the
+/// range.
 pub(super) const LARGEST: [f64; 4] = [0.15, 0.3, 0.4, 0.08];
 /// Ratio of the ends of the bracket at which the search for the smallest fall stops.
 const FINENESS: f64 = 1.08;
-/// Number of starts of a look; the constant after it is the number of a cheaper look before it.
+/// Number of starts by which settings are judged.
 const LOOK: u64 = 64;
+/// Number of starts of a cheaper check, before [`LOOK`] starts are run.
 const FEW: u64 = 16;
 /// Pole evidence of few starts, relative to the evidence that a decision needs, below which settings are dropped
 /// without more starts.

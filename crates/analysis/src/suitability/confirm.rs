@@ -19,13 +19,14 @@ use super::starts::Starts;
 const LOOKS: [u64; 2] = [500, 2000];
 /// Number of starts in which zero wrong poles show a share of at most one in ten thousand.
 const COUNTED: u64 = 37_000;
-/// Number of starts by which settings are sifted; the constant after it is the number for continuous injection, which
-/// takes a hundred times as long.
+/// Number of starts by which settings are sifted.
 const SIFTED: u64 = 300;
+/// Number of such starts for continuous injection, which takes a hundred times as long.
 const SLOWLY_SIFTED: u64 = 24;
 
-/// Offset of the sifting's seed from the scenario's seed; the constant after it is the offset of the confirmation's.
+/// Offset of the sifting's seed from the scenario's seed.
 const SIFTING: u64 = SEARCH + 1;
+/// Offset of the confirmation's seed from the scenario's seed.
 const CONFIRMATION: u64 = SIFTING + 1;
 
 /// Results of fresh starts. Each bound of the error and of the share without an answer holds with

@@ -59,9 +59,9 @@ pub struct Margins {
     pub answers: f64,
 }
 
-/// Margin of movement that the search requires, because the extremes of many fresh starts exceed those of few; the
-/// constant after it is the margin of the current.
+/// Margin of movement that the search requires, because the extremes of many fresh starts exceed those of few.
 const ROOM_FOR_MOVEMENT: f64 = 1.1;
+/// Margin of the current that the search requires, for the same reason.
 const ROOM_FOR_CURRENT: f64 = 1.005;
 /// Smallest margin of the pole evidence with which settings are kept, because more starts may show that it suffices.
 const ROOM_OF_POLE: f64 = 0.93;

@@ -10,9 +10,9 @@ use super::margins::{Demand, room};
 use super::search::{Found, is_slow};
 use super::{Demands, Progress, SuitabilityError};
 
-/// Errors and movements in degrees above which an answer is useless; the constant after it is the longest detection in
-/// s.
+/// Error or movement in degrees above which an answer is useless.
 const MOST_DEG: f64 = 30.0;
+/// Duration of a detection in s above which an answer is useless.
 const MOST_S: f64 = 20.0;
 /// Number of settings that are tried; those nearest to meeting the demands come first.
 const NEAREST: usize = 3;

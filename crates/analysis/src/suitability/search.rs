@@ -14,9 +14,9 @@ use super::SuitabilityError;
 use super::bench::{Bench, Look, SEARCH, Setting};
 use super::margins::Demand;
 
-/// Number of starts of a look; the constant after it is the number for continuous injection, which takes a hundred
-/// times as long.
+/// Number of starts by which settings are judged.
 const LOOK: u64 = 64;
+/// Number of such starts for continuous injection, which takes a hundred times as long.
 const SLOW_LOOK: u64 = 12;
 /// Number of starts from which the largest current is measured.
 const PROBE: u64 = 24;
@@ -30,6 +30,7 @@ const VECTORS: [f64; 6] = [1.0, 0.95, 0.85, 0.7, 0.5, 0.3];
 /// Pulse lengths around the best one, as shares of it, that are tried with several numbers of rounds if nothing else
 /// suffices.
 const NEAR: [f64; 4] = [0.92, 0.96, 1.04, 1.08];
+/// Numbers of rounds that are tried with these pulse lengths.
 const NEAR_ROUNDS: [u8; 5] = [3, 4, 6, 9, 16];
 /// Shortest and longest pulse in s that a scenario allows.
 const PULSE_RANGE: [f64; 2] = [1e-6, 10e-3];

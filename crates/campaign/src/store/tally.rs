@@ -23,9 +23,9 @@ use super::row::Row;
 use super::walk::Walk;
 use crate::{Sectors, Statistics};
 
-/// Longest time before trials are synchronised with the disk, unless the share in the next constant of the time since
-/// the beginning is longer.
+/// Longest time before trials are synchronised with the disk, unless the share of [`SHARE`] is longer.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// The time since the beginning, divided by this, may pass before trials are synchronised.
 const SHARE: u32 = 100;
 
 /// Nor do more points wait: a block is bounded.

@@ -22,8 +22,9 @@ use crate::arguments::Qualify as Options;
 use crate::error::Error;
 use crate::shell::Report;
 
-/// Exit code if a requirement failed; the constant after it is the code if none failed and some were not shown.
+/// Exit code if a requirement failed.
 const FAILED: u8 = 1;
+/// Exit code if no requirement failed and some were not shown.
 const NOT_SHOWN: u8 = 3;
 
 pub fn run(options: &Options) -> Result<Report, Error> {

@@ -29,10 +29,11 @@ use crate::shell::values::shown;
 /// Factor by which the default range extends above and below the scenario's value.
 const FACTOR: f64 = 30.0;
 
-/// Number of values of the scan. The constants after it: number of trials at each value, and largest number of trials
-/// at one value.
+/// Number of values of the scan.
 const POINTS: usize = 17;
+/// Number of trials at each value of the scan.
 const TRIALS: u64 = 1000;
+/// Largest number of trials at one value.
 const MOST: u64 = 300_000;
 
 /// The search for the edge up to which limits hold, with all values judged so far.

@@ -11,8 +11,9 @@ use super::parts::{Window, curve};
 /// Share of the largest current above which a pulse counts.
 const CARRIES: f64 = 0.03;
 
-/// Longest close-up in s; the constant after it is the time in s that a close-up shows before the pulse.
+/// Longest close-up in s.
 const LONGEST: f64 = 400e-6;
+/// Time in s that a close-up shows before the pulse.
 const BEFORE: f64 = 20e-6;
 
 /// Largest number of samples that are drawn as marks.

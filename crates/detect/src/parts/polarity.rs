@@ -30,11 +30,11 @@ pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
 pub use settings::{PolarityRule, PolaritySettings, Signature};
 
-/// Least number of pairs before the sequential test may stop. The constants after it are the least number for pairs
-/// that scatter by more than a multiple of the variance of the sensors' noise, and that multiple, which few pairs
-/// exceed by chance.
+/// Least number of pairs before the sequential test may stop.
 const LEAST_PAIRS: u16 = 2;
+/// Least number of pairs if they scatter by more than [`BY_CHANCE`] times the variance of the sensors' noise.
 const SCATTERED_PAIRS: u16 = 4;
+/// Ratio of the variance of pairs to that of the noise which few pairs exceed by chance.
 const BY_CHANCE: f64 = 4.0;
 
 /// Result of the polarity test.

@@ -20,8 +20,9 @@ use super::project::{Fit, Scaled};
 /// than elsewhere, the current bends more sharply over the flux than the surface that is simulated can follow.
 pub(super) const FLOORS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.4];
 
-/// Iterations at most, and after how many the weight of the two halves is looked at.
+/// Largest number of iterations.
 const MOST: usize = 1500;
+/// Number of iterations after which the weight of both halves is adjusted.
 const BALANCE: usize = 40;
 
 /// Hessians at the places, over scaled currents: along d, mixed (times √2, so that sums of squares are those of matrices) and

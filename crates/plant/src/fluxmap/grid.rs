@@ -24,8 +24,9 @@ pub(super) struct Grid {
 /// place that decides whether a map has a magnet: see [`crate::FluxMap::has_magnet`].
 const NO_FLUX: f64 = 0.02;
 
-/// Values of each current that a map must have for its saturation to show, and that a file may have.
+/// Smallest number of values of each current from which a map shows saturation.
 const LEAST_VALUES: usize = super::spline::LEAST_SITES;
+/// Largest number of values of each current in a file.
 const MOST_VALUES: usize = 1024;
 
 /// Largest step of an axis over its smallest one. By experiment: at 20 the inductances of a smooth map are within 0.1 %, at

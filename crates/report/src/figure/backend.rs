@@ -31,8 +31,9 @@ pub(super) const UNIT: f64 = 16.0;
 pub(super) const COLUMN: f64 = 0.5;
 /// Paths of more points are thinned.
 const LONG: usize = 500;
-/// Height of a line of text, and from its middle down to its baseline: half the height of a digit. Per type size.
+/// Height of a line of text, per type size.
 const LINE: f64 = 1.3;
+/// Distance from the middle of a line of text down to its baseline, half the height of a digit, per type size.
 const HALF: f64 = 0.36;
 
 /// Returns a length in logical pixels as a coordinate, a radius or a type size of a [`Backend`].

@@ -29,9 +29,11 @@ pub(super) const LABEL_LINE: f64 = 18.0;
 
 /// Free space around the figure.
 const PAD: f64 = 12.0;
-/// Length of a tick, of one without a text, and the gap to the text: plotters leaves as much again as the tick is long.
+/// Length of a tick.
 pub(super) const TICK: f64 = 4.5;
+/// Length of a tick without text.
 const SHORT_TICK: f64 = 2.7;
+/// Gap between a tick and its text: plotters leaves as much as the tick is long.
 pub(super) const TICK_GAP: f64 = TICK;
 /// Space between a panel and the one below it.
 const BETWEEN: f64 = 16.0;

@@ -11,8 +11,9 @@ use super::{Layer, Panel, text, ticks};
 use plotters::chart::ChartBuilder;
 use plotters::element::{Rectangle, Text};
 
-/// Between panel and bar, and the width of the bar.
+/// Distance between panel and bar.
 const GAP: f64 = 14.0;
+/// Width of the bar.
 const BAR: f64 = 16.0;
 /// Above this many numbers nobody reads them.
 pub(super) const MOST_NUMBERS: usize = 100;

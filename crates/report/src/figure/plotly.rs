@@ -23,11 +23,13 @@ pub(crate) use super::style::{Shade, palette};
 pub(crate) use markup::markup;
 pub(crate) use traces::group;
 
-/// Pixels above and below all panels.
+/// Pixels above all panels.
 const ABOVE: f64 = 34.0;
+/// Pixels below all panels.
 const BELOW: f64 = 52.0;
-/// Pixels between panels that share their horizontal axis, and between others, which have one each.
+/// Pixels between panels that share their horizontal axis.
 const CLOSE: f64 = 20.0;
+/// Pixels between panels with separate horizontal axes.
 const APART: f64 = 62.0;
 /// Over so many whole numbers automatic marks are whole too.
 const FEW: f64 = 10.0;

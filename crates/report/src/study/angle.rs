@@ -67,8 +67,9 @@ struct Typical {
 
 /// Angles at which a smooth curve is drawn, in degrees from one to the next: a sixtieth of a period of 60°.
 const STEP: u32 = 1;
-/// Bins of the spread around a smooth curve, and the starts that each needs.
+/// Number of bins of the spread around a smooth curve.
 const SPREAD_BINS: usize = 12;
+/// Smallest number of starts in each of these bins.
 const SPREAD_STARTS: usize = 40;
 
 /// Returns medians and quantiles of narrow bins if there are enough starts, otherwise a smooth curve with the spread

@@ -67,8 +67,9 @@ impl<T: Copy> Thinned<T> {
 
 /// Steps per factor of two of the magnitudes: 0.8 % and less.
 const STEPS: usize = 128;
-/// Octaves from 2^-16 degrees to 2^8.
+/// Number of octaves, from 2^-16 degrees to 2^8.
 const OCTAVES: usize = 24;
+/// Lowest edge in degrees, 2^-16.
 const LEAST: f64 = 1.0 / 65_536.0;
 
 /// Counts of magnitudes between fixed edges.

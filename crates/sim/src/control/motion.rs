@@ -10,18 +10,22 @@ use crate::physics::motion::{Contact, Motion};
 use crate::trace::Event;
 
 /// Tolerance of a current as a share of the rated current: the margin of a leg or of a map must be this far below zero
-/// to count as crossed. The constants below are the tolerances of the flux (as a share of that at rated current), of
-/// the angle (rad), and of the speed (rad/s).
+/// to count as crossed.
 const CURRENT_SHARE: f64 = 1.25e-11;
 /// Tolerance of a blocked leg's potential, as a share of the link's voltage.
 const POTENTIAL_SHARE: f64 = 2e-9;
+/// Tolerance of the flux as a share of that at rated current.
 const FLUX_SHARE: f64 = 1.25e-11;
+/// Tolerance of the angle in rad.
 const ANGLE_SLACK: f64 = 1e-12;
+/// Tolerance of the speed in rad/s, and largest tolerance in N·m of the torque that starts a rotor: some rotors start at
+/// a micronewton metre.
 const SPEED_SLACK: f64 = 1e-6;
 
-/// Tolerance of the torque that starts a rotor, as a share of its stiction or of the torque at rated current, whichever
-/// is smaller. Some rotors start at a micronewton metre.
+/// Tolerance of the torque that starts a rotor, as a share of its stiction. The larger of this tolerance and that of
+/// [`TORQUE_SHARE`] applies.
 const STICTION_SHARE: f64 = 1e-4;
+/// Tolerance of the torque that starts a rotor, as a share of the torque at rated current.
 const TORQUE_SHARE: f64 = 1e-9;
 
 /// Returns the tolerance in Wb by which the flux must be beyond zero before the core changes to the other side of a

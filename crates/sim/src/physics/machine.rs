@@ -261,7 +261,8 @@ impl<'a, V: Wide> Machine<'a, V> {
         self.branch = Some(branch);
     }
 
-    /// Returns the slope of the currents in A/s at constant flux.
+    /// Returns the slope of the currents in A/s at constant flux, which the rotation of the rotor and the decay of eddy
+    /// currents cause.
     #[inline(always)]
     pub fn drift(&self, at: &Operating<V>, speed: V) -> Plane<V> {
         if self.rotors.is_some() { at.turning * speed + at.relaxing } else { at.relaxing }

@@ -17,8 +17,9 @@ use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::dormand_prince::Attempt;
 
-/// Number of values of a state, without the pinned fluxes of the play cells; the constant after it counts them too.
+/// Number of values of a state, without the pinned fluxes of the play cells.
 const OWN: usize = 10;
+/// Number of values of a state, with the pinned fluxes.
 const NUMBERS: usize = OWN + size_of::<BranchState<f64>>() / size_of::<f64>();
 
 /// Tolerance of the speed in rad/s per rad of the angle's tolerance, and of the link's voltage in V per Wb of the

@@ -16,9 +16,9 @@ use crate::figures;
 use crate::shell::Report;
 use crate::shell::values::{shown, shown_interval};
 
-/// Number of values of the first key. The constant after it is the relative width of the second key's interval, which
-/// may be larger than for a single answer.
+/// Number of values of the first key.
 const VALUES: usize = 9;
+/// Relative width of the second key's interval, which may be larger than for a single answer.
 const WIDTH: f64 = 0.1;
 
 pub fn run(

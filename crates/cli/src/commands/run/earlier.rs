@@ -12,8 +12,9 @@ use crate::results::{STATISTICS, SummaryFile, rows, trials_name};
 use crate::error::Error;
 use crate::shell::terminal::tell;
 
-/// Number of blocks of rows that can wait in the channel; the constant after it is the number of rows in a block.
+/// Number of blocks of rows that can wait in the channel.
 const WAITING: usize = 64;
+/// Number of rows in a block.
 const BLOCK: usize = 256;
 
 /// Rows and statistics of earlier runs in a folder.

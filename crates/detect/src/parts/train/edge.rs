@@ -14,8 +14,9 @@ use standstill_interface::{Fault, Reading, Real};
 use super::{GainComparison, Slot, Train};
 use crate::nameplate::Sensing;
 
-/// Samples of either side that are used at most, and that are needed at least.
+/// Largest number of samples used on either side.
 const MOST: usize = 12;
+/// Smallest number of samples needed on either side.
 const LEAST: usize = 3;
 
 /// Samples of one side, evenly apart.

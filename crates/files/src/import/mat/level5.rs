@@ -30,8 +30,9 @@ const HEAD: u64 = 4096;
 /// a name.
 const MOST_PACKED: usize = 4096;
 
-/// Names that are kept for messages, and bytes of a name: MATLAB's have 63 at most.
+/// Largest number of names that are kept for messages.
 const MOST_NAMES: usize = 40;
+/// Largest number of bytes of a name; MATLAB's have at most 63.
 const LONGEST_NAME: usize = 64;
 
 /// Largest number of bytes for a matrix's dimensions; maps need only a few dimensions.

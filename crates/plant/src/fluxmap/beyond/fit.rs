@@ -23,8 +23,9 @@ pub struct FittedCore {
 /// A flux in Wb and its current in A.
 pub(super) type Point = (Dq<f64>, Dq<f64>);
 
-/// Exponents that are tried for each axis and for the cross-coupling.
+/// Exponents that are tried for each axis.
 const OWN: [u8; 10] = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12];
+/// Exponents that are tried for the cross-coupling.
 const CROSS: [u8; 4] = [0, 1, 2, 3];
 /// And of the conductance of a bridge.
 const BRIDGE: [u8; 4] = [1, 2, 4, 6];

@@ -8,8 +8,9 @@ use super::markup::{markup, quantity, template};
 use super::{Chart, heat, lanes, number, numbers};
 use serde_json::{Value, json};
 
-/// Digits of values read out, more than any sensor of the trade has; instants have one more.
+/// Format of values in read-outs, with more digits than any usual sensor has.
 const DIGITS: &str = ":.5~g";
+/// Format of instants in read-outs.
 pub(super) const X_DIGITS: &str = ":.6~g";
 
 /// Beginnings of the read-outs of named traces: in a common read-out, and in a separate one.

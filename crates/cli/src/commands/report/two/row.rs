@@ -4,9 +4,9 @@ use standstill_campaign::Estimate;
 
 use crate::answer::Record;
 
-/// Name of the rms error. This measure and [`P95`] are in degrees; `TRIALS` is a count, and all other measures are
-/// shares.
+/// Name of the rms error in degrees.
 pub const RMS: &str = "rms";
+/// Name of the 95th percentile of the error in degrees. All further measures except `TRIALS` are shares.
 pub const P95: &str = "p95";
 
 /// Name of the number of trials, the only measure that is a count.
