@@ -45,13 +45,14 @@ enum Wrong {
     Bound(String, &'static str),
 }
 
-/// Names of the events without a bound; the constant after it has the names of the quantities that need a bound.
+/// Names of the events without a bound.
 const NAMES: [(&str, Event); 4] = [
     ("wrong-pole", Event::WrongPole),
     ("wrong-evidence", Event::WrongEvidence),
     ("undetermined", Event::Undetermined),
     ("failed", Event::Failed),
 ];
+/// Names of the quantities that need a bound to make an event.
 const QUANTITIES: [&str; 3] = ["|e|", "moved", "peak_current"];
 
 impl fmt::Display for EventError {

@@ -62,8 +62,8 @@ pub fn can_move(rotor: RotorState) -> bool {
 }
 
 impl<'a> Control<'a> {
-    /// Sets the rotor's initial motion; `pulled`: whether the play cells of the iron make a torque at the initial
-    /// position as well.
+    /// Sets the rotor's initial motion. `pulled`: true if the play cells of the iron make a torque at the initial
+    /// position, in addition to cogging.
     pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, pulled: bool) {
         let case = &self.case;
         let cogging = case.motor.cogging(case.start_angle);
