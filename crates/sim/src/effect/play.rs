@@ -34,7 +34,7 @@ const PARTS: usize = 4;
 /// because a cell is much softer than the core.
 const SLACK: f64 = 0.1;
 
-/// Multiple of this tolerance by which a cell may miss the end of its mode in a step that was cut to end there.
+/// Multiple of a cell's tolerance by which the cell may miss the end of its mode in a step that was cut to end there.
 const DEEP: f64 = 10.0;
 
 /// The play cells of the machines in the lanes.

@@ -32,8 +32,8 @@ pub struct Floating<V: Wide> {
 /// 0.77 rad.
 pub const SEEN: f64 = 0.6;
 
-/// Replaces [`SEEN`] in machines with both eddy currents and ringing terminals: up to this angle the cubic of the flux
-/// is as exact as the rest of the step.
+/// Square of the largest angle in rad by which an eigenmode may turn in a step of a machine with both eddy currents and
+/// ringing terminals, in place of [`SEEN`]: up to this angle the cubic of the flux is as exact as the rest of the step.
 pub const LAGGED: f64 = 0.09;
 
 impl<V: Wide> Floating<V> {
