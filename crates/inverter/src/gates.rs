@@ -5,12 +5,12 @@ use standstill_interface::Nanos;
 /// The switch of a leg that is on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Gate {
-    /// Neither.
+    /// Neither switch is on.
     #[default]
     Off,
-    /// The lower.
+    /// The lower switch is on.
     Low,
-    /// The upper.
+    /// The upper switch is on.
     High,
 }
 

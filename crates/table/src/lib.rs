@@ -94,7 +94,7 @@ pub enum Cell<'a> {
 }
 
 standstill_interface::choice! {
-    /// Format of a table, by the extension of its file.
+    /// How a table is stored, by the extension of its file.
     pub enum Format {
         /// Text after RFC 4180 with `\n` at the end of lines and a header.
         Csv = "csv",
@@ -102,8 +102,7 @@ standstill_interface::choice! {
         Parquet = "parquet",
         /// A NumPy archive with an array for each column.
         Npz = "npz",
-        /// A MATLAB file of level 5 with a variable for each column; characters that a variable's name cannot have
-        /// become underscores.
+        /// A MATLAB file of level 5 with a variable for each column; what its name cannot have is an underscore.
         Mat = "mat",
     }
 }

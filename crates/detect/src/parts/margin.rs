@@ -19,7 +19,7 @@ impl<T: Real> Margin<T> {
         self.add(value / limit);
     }
 
-    /// Adds a check that `value` is at most `limit`. A value that is not positive keeps the limit by far.
+    /// Adds a check that `value` is at most `limit`. Values that are not positive pass and do not change the margin.
     pub fn at_most(&mut self, value: T, limit: T) {
         if value > T::zero() {
             self.add(limit / value);

@@ -19,7 +19,7 @@ pub struct InjectionSettings<T> {
     pub modulation: ModulationSettings<T>,
     /// Amplitude in V of the injected voltage.
     pub voltage: T,
-    /// Steps per cycle of the injected voltage, each a carrier period, or two of them with windows.
+    /// Number of steps per cycle of the injected voltage. A step is a carrier period; with windows, two carrier periods.
     pub periods: u16,
     /// Cycles before the measurement: over them a rotating vector grows, so that no direct current is left.
     pub ramp: u16,

@@ -1,4 +1,4 @@
-//! Conversion of the numbers as other data sheets, tools and controllers give them.
+//! Conversion of a motor's numbers to the conventions of other data sheets, tools and controllers.
 
 #[cfg(test)]
 mod tests;
