@@ -3,20 +3,13 @@
 //! as `"</script><script>alert(1)</script>"`.
 
 mod charts;
+mod noise;
 mod studies;
 
+use noise::noise;
 use standstill_report::page::{Block, Column, Page, Section, Table, Tone};
 use standstill_report::study::figures;
 use std::path::Path;
-
-/// Numbers that scatter evenly from 0 to 1, the same in every run.
-fn noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f64 / (1u64 << 24) as f64
-    }
-}
 
 const SCENARIO: &str = r#"# Which tolerances of drive and motor still give the right pole?
 [motor]

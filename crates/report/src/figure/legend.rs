@@ -77,29 +77,40 @@ pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
     entries
 }
 
-/// Returns the entries of a panel in rows at most `width` wide.
+/// The entries of a panel in rows at most `width` wide. A label that is wider than a row has several, one for each of its lines.
 pub(super) fn place(panel: &Panel, width: f64) -> Vec<Placed> {
-    let (mut x, mut row) = (0.0, 0);
-    let place = |entry: Entry| {
-        let wide = entry.key_width() + KEY_GAP + text::width(&entry.label, SMALL);
+    // Where the next entry of a row begins, the row, and the first row that is free.
+    let (mut x, mut row, mut next) = (0.0, 0, 0);
+    let place = |mut entry: Entry| {
+        let beside = entry.key_width() + KEY_GAP;
+        let wide = beside + text::width(&entry.label, SMALL);
         if x > 0.0 && x + wide > width {
-            (x, row) = (0.0, row + 1);
+            (x, row) = (0.0, next);
+        }
+        if wide > width {
+            entry.label = text::wrap(&entry.label, SMALL, width - beside).join("\n");
         }
         let at = x;
         x += wide + ENTRY_GAP;
+        next = next.max(row + rows(&entry));
         (entry, at, row)
     };
     entries(panel).into_iter().map(place).collect()
 }
 
+/// The rows of an entry: the lines of its label.
+fn rows(entry: &Entry) -> usize {
+    entry.label.lines().count().max(1)
+}
+
 pub(super) fn height(entries: &[Placed]) -> f64 {
-    entries.last().map_or(0.0, |last| (last.2 + 1) as f64 * ROW)
+    entries.iter().map(|(entry, _, row)| row + rows(entry)).max().unwrap_or(0) as f64 * ROW
 }
 
 /// Draws the entries with their upper left corner at `corner`.
 pub(super) fn draw(sheet: &Sheet, entries: &[Placed], corner: Point) -> Drawn {
     for (entry, x, row) in entries {
-        let (left, middle) = (corner.0 + x, corner.1 + (*row as f64 + 0.5) * ROW);
+        let (left, middle) = (corner.0 + x, corner.1 + (*row as f64 + 0.5 * rows(entry) as f64) * ROW);
         let right = left + entry.key_width();
         for key in &entry.keys {
             draw_key(sheet, *key, (left, right), middle)?;

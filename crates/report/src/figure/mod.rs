@@ -34,6 +34,8 @@ mod chart;
 mod colour;
 mod extent;
 mod heat;
+#[cfg(test)]
+mod labels;
 mod layers;
 mod legend;
 mod number;

@@ -20,11 +20,10 @@ pub(super) fn text_width(tick: &Tick) -> f64 {
 pub(super) fn horizontal(axis: &Axis, x: &Scale, ends: (f64, f64), tall: f64) -> (Vec<Tick>, bool) {
     let apart = |pair: &[Tick]| x.at(pair[1].at, ends) - x.at(pair[0].at, ends);
     let Ticks::Named(names) = &axis.ticks else {
-        let fits = |ticks: &[Tick]| {
-            let room = |pair: &[Tick]| apart(pair) - 0.5 * (text_width(&pair[0]) + text_width(&pair[1]));
-            ticks.windows(2).all(|pair| room(pair) >= APART)
-        };
-        return (numbers(axis, x.range, ((ends.1 - ends.0) / 75.0).clamp(2.0, 12.0), fits), false);
+        let room = |pair: &[Tick]| apart(pair) - 0.5 * (text_width(&pair[0]) + text_width(&pair[1]));
+        let fits = |ticks: &[Tick]| ticks.windows(2).all(|pair| room(pair) >= APART);
+        let most = ((ends.1 - ends.0) / 75.0).clamp(2.0, 12.0);
+        return (without_touching(numbers(axis, x.range, most, fits), |pair| room(pair) >= APART), false);
     };
     let mut named = shown(names, x.range);
     let gap = named.windows(2).map(apart).fold(ends.1 - ends.0, f64::min);
@@ -61,7 +60,23 @@ pub(super) fn vertical(axis: &Axis, range: (f64, f64), height: f64, wide: f64) -
     named
 }
 
-/// Returns the names within a range, in their order along the axis.
+/// Takes away texts that would touch the one before: of numbers with many digits not even two may have room.
+fn without_touching(mut ticks: Vec<Tick>, fits: impl Fn(&[Tick]) -> bool) -> Vec<Tick> {
+    ticks.sort_by(|a, b| a.at.total_cmp(&b.at));
+    let mut last: Option<Tick> = None;
+    for tick in ticks.iter_mut().filter(|tick| !tick.text.is_empty()) {
+        match last.take() {
+            Some(before) if !fits(&[before.clone(), tick.clone()]) => {
+                tick.text.clear();
+                last = Some(before);
+            }
+            _ => last = Some(tick.clone()),
+        }
+    }
+    ticks
+}
+
+/// The names within a range, in their order along the axis.
 fn shown(names: &[(f64, String)], (first, last): (f64, f64)) -> Vec<Tick> {
     let within = names.iter().filter(|(at, _)| (first..=last).contains(at));
     let mut ticks: Vec<Tick> = within.map(|(at, text)| Tick { at: *at, text: text.clone() }).collect();
@@ -158,8 +173,8 @@ fn log_ticks(range: (f64, f64), fits: impl Fn(&[Tick]) -> bool) -> Vec<Tick> {
     let choices = &DECADES[usize::from(decades >= 1.3)..];
     // Less than three marks make no scale: within a small part of a decade, differences do.
     if places(range, choices[0]).len() < 3 {
-        let even = [8.0, 6.0, 4.0, 3.0, 2.0].map(|most| labelled(&round(range, None, most), range));
-        return even.iter().find(|set| fits(set)).unwrap_or(&even[4]).clone();
+        let even = [8.0, 6.0, 4.0, 3.0].map(|most| labelled(&round(range, None, most), range));
+        return even.iter().find(|set| fits(set)).unwrap_or(&even[3]).clone();
     }
     let mut sets = choices.iter().map(|choice| powers(&places(range, *choice)));
     let mut chosen = sets.find(|set| fits(set)).unwrap_or_default();
@@ -235,6 +250,40 @@ mod tests {
     #[test]
     fn law_too_fine_a_step_is_thinned() {
         assert!(texts(&Axis::new("").step(0.001), (0.0, 360.0)).len() <= 13);
+    }
+
+    /// Ranges of any place and extent, on axes from the width of a phone to that of a desk.
+    #[test]
+    fn law_texts_of_numbers_are_apart_on_any_axis() {
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 / (1_u64 << 24) as f64
+        };
+        for number in 0..4000 {
+            let log = number % 2 == 0;
+            let low = 10f64.powf(24.0 * random() - 12.0);
+            let sign = if log || number % 3 == 0 { 1.0 } else { -1.0 };
+            let extent = 10f64.powf(if log { 12.0 * random() - 2.0 } else { 6.0 * random() - 4.0 });
+            let range =
+                if log { (low, low * (1.0 + extent)) } else { (sign * low, sign * low + extent * low) };
+            let axis = if log { Axis::new("").log10() } else { Axis::new("") };
+            let axis = if number % 5 == 0 { axis.step(0.01 * extent * low) } else { axis };
+            let (wide, tall) = (150.0 + 700.0 * random(), 60.0 + 500.0 * random());
+            let scale = Scale::new(range, axis.scale);
+            let apart = |ticks: Vec<Tick>, long: f64, room: &dyn Fn(&Tick) -> f64| {
+                let mut shown: Vec<Tick> = ticks.into_iter().filter(|tick| !tick.text.is_empty()).collect();
+                shown.sort_by(|a, b| a.at.total_cmp(&b.at));
+                assert!(shown.len() <= 28, "{shown:?}");
+                for pair in shown.windows(2) {
+                    let [from, to] = [0, 1].map(|k| scale.at(pair[k].at, (0.0, long)));
+                    let free = to - from - 0.5 * (room(&pair[0]) + room(&pair[1]));
+                    assert!(free >= 3.0, "{pair:?} are {free} apart on {long} px of {range:?}");
+                }
+            };
+            apart(horizontal(&axis, &scale, (0.0, wide), 60.0).0, wide, &text_width);
+            apart(vertical(&axis, range, tall, 100.0), tall, &|_| SMALL);
+        }
     }
 
     fn log_texts(range: (f64, f64), most: usize) -> Vec<String> {

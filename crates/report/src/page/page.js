@@ -247,8 +247,27 @@
       }
       return lines.join('<br>');
     };
+    // Automatic marks of a horizontal axis are fewer where their texts would touch. Fewer marks have shorter texts, so that
+    // in one view their number only falls.
+    const views = new Map();
+    const thinned = axis => {
+      const view = `${axis.range} ${Math.round(axis._length)}`;
+      const isNew = views.get(axis._id) !== view;
+      views.set(axis._id, view);
+      if (isNew && axis.nticks) return 0;
+      const widest = Math.max(0, ...all(`.${axis._id}tick text`, plot).map(text => text.getBBox().width));
+      const places = (axis._vals || []).map(mark => axis.l2p(mark.x)).sort((a, b) => a - b);
+      const isCrowded = places.some((at, i) => i > 0 && at - places[i - 1] < widest + 8);
+      const most = Math.floor(axis._length / (widest + 8));
+      return isCrowded && places.length > 2 ? Math.max(2, Math.min(most, places.length - 1)) : axis.nticks;
+    };
     const adapt = () => {
       const change = {};
+      for (const name of Object.keys(layout).filter(one => one.startsWith('xaxis'))) {
+        const axis = plot._fullLayout[name];
+        const wanted = axis.tickmode === 'auto' ? thinned(axis) : axis.nticks;
+        if (wanted !== axis.nticks) change[`${name}.nticks`] = wanted;
+      }
       for (const name of Object.keys(layout).filter(one => one.startsWith('xaxis') && layout[one].title)) {
         const wanted = titled(name);
         if (plot._fullLayout[name].title.text !== wanted) change[`${name}.title.text`] = wanted;
