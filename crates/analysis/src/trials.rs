@@ -170,12 +170,12 @@ impl<'a> Trials<'a> {
             (Event::WrongPole, _) => (self.share(&odds, lost, watch)?, Alarm::WrongAxes),
             (Event::Failed, Estimator::Subset) => (self.share(&odds, unled, watch)?, Alarm::Unled),
             _ => {
-                odds.doubt(settings);
+                odds.doubt();
                 return Ok(odds);
             }
         };
         odds.tell(share, aside);
-        odds.doubt(settings);
+        odds.doubt();
         Ok(odds)
     }
 

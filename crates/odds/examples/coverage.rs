@@ -54,7 +54,7 @@ impl Counts {
         self.above += u64::from(p.low > truth);
         self.near += u64::from((2.0 / 3.0..=1.5).contains(&(p.value / truth)));
         if !odds.alarms.is_empty() {
-            odds.doubt(&Settings::default());
+            odds.doubt();
             self.alarms += 1;
             self.alarmed[0] += holds(p);
             self.alarmed[1] += holds(odds.probability);
@@ -110,7 +110,7 @@ fn count<S: System<Error = Infallible> + Sync>(
     effort: Effort,
 ) -> Result<(), Halt<Infallible>> {
     let answer = |seed| {
-        let settings = Settings { seed, states: effort.states(), ..Settings::default() };
+        let settings = Settings::of(effort, seed);
         let odds = Odds::of(system, &settings, &AtomicBool::new(false), |_| {})?;
         // Thousands of answers with all their tapes would fill the memory.
         Ok(Odds { failures: Vec::new(), ..odds })

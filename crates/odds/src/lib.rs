@@ -9,5 +9,5 @@ pub mod subset;
 mod system;
 
 pub use alarm::Alarm;
-pub use odds::{Estimator, Odds, PLAIN, RUNS};
+pub use odds::{Estimator, GIVEN_UP, Odds, RUNS};
 pub use system::{Halt, System, Watch, kept};

@@ -38,28 +38,31 @@ choice! {
     /// Cost of an answer.
     #[derive(Default)]
     pub enum Effort {
-        /// 1,000 states: a quarter of the trials, for an interval twice as wide; parts at other angles are lost sooner.
+        /// 1,000 states down to 1e-9: a quarter of the trials, for an interval twice as wide; parts at other angles are lost sooner.
         Quick = "quick",
-        /// 4,000 states: what a trial of simulated motors needs.
+        /// 4,000 states down to 1e-12: what a trial of simulated motors needs.
         Normal = "normal" default,
-        /// 16,000 states: four times the trials, for an interval half as wide.
+        /// 16,000 states down to 1e-15: four times the trials, for an interval half as wide.
         High = "high",
     }
 }
 
 impl Effort {
     /// Returns the number of states of a level.
-    ///
-    /// ```
-    /// use standstill_odds::subset::{Effort, Settings};
-    ///
-    /// assert_eq!(Settings::default().states, Effort::default().states());
-    /// ```
     pub const fn states(self) -> u32 {
         match self {
             Self::Quick => 1000,
             Self::Normal => 4000,
             Self::High => 16_000,
+        }
+    }
+
+    /// Returns the probability below which a run gives up, which bounds the work on an event that is never reached.
+    pub const fn least(self) -> f64 {
+        match self {
+            Self::Quick => 1e-9,
+            Self::Normal => 1e-12,
+            Self::High => 1e-15,
         }
     }
 }
@@ -79,11 +82,30 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { states: Effort::Normal.states(), chain: 10, seed: 1, least: 1e-15 }
+        Self::of(Effort::default(), 1)
     }
 }
 
 impl Settings {
+    /// Returns the settings of an effort.
+    ///
+    /// ```
+    /// use standstill_odds::subset::{Effort, Settings};
+    ///
+    /// let quick = Settings::of(Effort::Quick, 7);
+    /// assert_eq!((quick.states, quick.least, quick.seed), (1000, 1e-9, 7));
+    /// // Where nothing leads to the event, it is counted in a hundred times as many plain trials.
+    /// assert_eq!(quick.counted(), 100_000);
+    /// ```
+    pub const fn of(effort: Effort, seed: u64) -> Self {
+        Self { states: effort.states(), chain: 10, seed, least: effort.least() }
+    }
+
+    /// Returns the number of plain trials in which an event is counted to which no order parameter leads.
+    pub const fn counted(&self) -> u32 {
+        100 * self.states
+    }
+
     /// Returns the number of seeds of a level.
     fn seeds(&self) -> usize {
         (self.states / self.chain) as usize

@@ -10,7 +10,7 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use standstill_numeric::exp;
 use standstill_odds::subset::{Effort, End, Settings, run};
-use standstill_odds::{Alarm, Estimator, Odds, PLAIN, System, Watch};
+use standstill_odds::{Alarm, Estimator, Odds, System, Watch};
 use standstill_sim::{Purpose, Streams, Tape};
 
 #[path = "systems/reliability.rs"]
@@ -58,7 +58,7 @@ fn intervals_hold(effort: Effort, count: u32, least: u32) {
     for truth in [1e-3, 1e-6, 1e-9] {
         let system = TwoVectors::of(truth);
         let of = |seed| {
-            let settings = Settings { seed, states: effort.states(), ..Settings::default() };
+            let settings = Settings::of(effort, seed);
             Odds::of(&Any(&system), &settings, &NEVER, |_| {}).expect("no trial fails")
         };
         let answers: Vec<Odds> = (1..=u64::from(count)).into_par_iter().map(of).collect();
@@ -216,7 +216,7 @@ fn analytic_where_nothing_leads_to_the_event_it_counts_and_says_so() {
         let truth = upper_tail(level);
         assert!(odds.probability.low <= truth && truth <= odds.probability.high, "{:?}", odds.probability);
         assert_eq!(odds.probability.value > 0.0, seen);
-        assert!(odds.trials >= u64::from(PLAIN));
+        assert!(odds.trials >= u64::from(Settings::default().counted()));
     }
 }
 
@@ -235,11 +235,37 @@ fn analytic_what_is_not_rare_is_counted_and_what_never_happens_is_bounded() {
     let bound = 1.0 - exp(LN_0_025 / 32_000.0);
     assert!((never.probability.high / bound - 1.0).abs() < 1e-6, "{:?}", never.probability);
     assert_eq!((never.plain, never.probability.low), (32_000, 0.0));
-    let level = never.alarms.iter().find_map(|alarm| match alarm {
-        Alarm::TooRare { level, .. } => Some(*level),
+    let levels = never.alarms.iter().find_map(|alarm| match alarm {
+        Alarm::TooRare { level, at_most } => Some((*level, *at_most)),
         _ => None,
     });
-    assert!(level.is_some_and(|level| (1e-17..1e-15).contains(&level)), "{level:?}");
+    let (level, at_most) = levels.expect("an alarm");
+    assert!((1e-14..1e-12).contains(&level) && at_most < 20.0 * level, "{level} {at_most}");
+}
+
+/// What nobody finds costs three runs, not eight, and is bounded by what was asked for.
+#[test]
+fn law_an_event_that_is_never_reached_costs_no_more_than_the_effort_asks_for() {
+    for (effort, least, levels) in [(Effort::Quick, 1e-9, 10), (Effort::Normal, 1e-12, 13)] {
+        let settings = Settings::of(effort, 1);
+        let system = TwoVectors { margin: 30.0 };
+        let (mut heard, states) = (Vec::new(), u64::from(settings.states));
+        let odds = Odds::of(&Any(&system), &settings, &NEVER, |run| heard.push(run.end)).expect("runs");
+        assert_eq!((odds.runs.len(), &heard[..], odds.plain), (3, &[End::TooRare; 3][..], 8 * states));
+        // Each level of a run is 2.7 trials a state, and one level is a tenth of the one before, up to ties.
+        assert!(odds.levels.abs_diff(levels) <= 1, "{}", odds.levels);
+        let most = (8 + 3 * 27 * u64::from(levels) / 10) * states;
+        assert!(odds.trials <= most, "{} of {most}", odds.trials);
+        assert!(
+            odds.runs.iter().all(|run| (0.01 * least..=least).contains(&run.probability)),
+            "{:?}",
+            odds.runs
+        );
+    }
+    // An event at the last level of the usual effort is found by all runs.
+    let found = odds(&TwoVectors::of(2e-12), 1);
+    assert_eq!((found.runs.len(), &found.alarms), (8, &Vec::new()), "{:?}", found.probability);
+    assert!((0.5..2.0).contains(&(found.probability.value / 2e-12)), "{:?}", found.probability);
 }
 
 /// A quantity that no draw changes.
@@ -262,7 +288,7 @@ fn analytic_what_no_draw_changes_ends_at_once_with_the_plain_limit() {
     assert_eq!((never.probability.value, &never.alarms[..]), (0.0, &[Alarm::Constant][..]));
     // Here no value says how far a start is from the event. Plain trials can still count it.
     let unknown = odds(&Constant(f64::NEG_INFINITY), 1);
-    assert_eq!((unknown.plain, &unknown.alarms[..]), (u64::from(PLAIN), &[Alarm::Flat][..]));
+    assert_eq!((unknown.plain, &unknown.alarms[..]), (400_000, &[Alarm::Flat][..]));
     assert_eq!(odds(&Constant(1.0), 1).probability.value, 1.0, "always");
 }
 
@@ -300,7 +326,7 @@ fn law_a_likely_event_has_a_curve_on_both_sides_of_it() {
 #[test]
 fn cross_reliability_problems_have_their_probabilities() {
     reliability::PROBLEMS.into_par_iter().for_each(|problem| {
-        let settings = Settings { states: Effort::Quick.states(), ..Settings::default() };
+        let settings = Settings::of(Effort::Quick, 1);
         let odds = Odds::of(&Any(&problem), &settings, &NEVER, |_| {}).expect("no trial fails");
         let ratio = odds.probability.value / problem.probability;
         assert!((2.0 / 3.0..1.5).contains(&ratio), "{}: {ratio}", problem.name);

@@ -95,8 +95,7 @@ pub(super) fn decide(
         let place = asked.unwrap_or(known.len());
         if asked.is_none() {
             let trials = Trials::new(&case.plan)?;
-            let seed = case.plan.file().seed;
-            let settings = Settings { seed, states: effort.states(), ..Settings::default() };
+            let settings = Settings::of(effort, case.plan.file().seed);
             let odds = trials.odds(event, &settings, &watch, |_| {})?;
             let anatomy = Anatomy::of(&trials, event, &odds.failures, &watch)?;
             known.push((event, odds, anatomy.sectors));

@@ -38,7 +38,7 @@ const DECADES: f64 = 0.15;
 
 /// Checks subset simulation on an event of probability 1e-6.
 fn odds() -> Witness {
-    let settings = Settings { states: Effort::Quick.states(), ..Settings::default() };
+    let settings = Settings::of(Effort::Quick, 1);
     let found = Odds::of(&MeanBeyond(MILLIONTH), &settings, &AtomicBool::new(false), |_| {});
     let here = found.map_or(f64::NAN, |odds| log10(odds.probability.value));
     Witness::closed("logarithm of the odds of an event of one in a million", [-6.0, here], DECADES, "")

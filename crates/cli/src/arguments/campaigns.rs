@@ -140,8 +140,8 @@ pub struct Odds {
     /// failed, `|e| > 3 deg` (the axis is off by more; of all starts), `moved > 1 deg`, `peak_current > 8 A`
     #[arg(long, value_name = "EVENT")]
     pub event: Event,
-    /// quick, normal or high: 1,000, 4,000 or 16,000 states of a level. Each step costs four times the trials and halves the interval;
-    /// quick loses parts of the event that lie at other angles sooner
+    /// quick, normal or high: 1,000, 4,000 or 16,000 states of a level, and levels down to 1e-9, 1e-12 or 1e-15. Each step costs four
+    /// times the trials and halves the interval; quick loses parts of the event that lie at other angles sooner
     #[arg(long, value_name = "EFFORT", default_value = "normal", value_parser = choice::<Effort>())]
     pub effort: Effort,
 }

@@ -5,7 +5,7 @@ mod words;
 use std::sync::{Mutex, PoisonError};
 
 use standstill_analysis::subset::{Effort, End, Run, Settings};
-use standstill_analysis::{Anatomy, Event, RUNS, Trials, Watch};
+use standstill_analysis::{Alarm, Anatomy, Event, GIVEN_UP, Odds, RUNS, Trials, Watch};
 use standstill_report::figure::Figure;
 use standstill_sim::Tape;
 
@@ -22,8 +22,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let plan = plan(question)?;
     let trials = Trials::new(&plan)?;
     let effort = (options.effort != Effort::default()).then(|| options.effort.name().to_owned());
-    let settings =
-        Settings { seed: plan.file().seed, states: options.effort.states(), ..Settings::default() };
+    let settings = Settings::of(options.effort, plan.file().seed);
     let named = [("--event", Some(options.event.to_string())), ("--effort", effort)];
     let asked = Asked::new(question, "odds", &plan, named, expected(&settings, &[]))?;
     let bar = &asked.watched.bar;
@@ -32,7 +31,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let answered = asked.run(|| {
         bar.set_message(progress(&SoFar::default()));
         let hear = |run: &Run| {
-            done.push((run.levels, run.probability));
+            done.push((run.end, run.levels));
             bar.set_length(expected(&settings, &done));
             listening.hear(|so_far| {
                 so_far.runs.push((run.end, run.probability));
@@ -49,6 +48,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let setting = setting(plan.file(), trials.scenario());
     let in_sectors = trials.scenario().detector.half_sector().is_some();
     let mut answer = words::answer(setting.clone(), options.event, in_sectors, &odds, &anatomy);
+    if let Some((depth, deeper)) = deeper(options.effort, &odds) {
+        answer = answer.next(
+            format!("levels down to {depth:.0e}"),
+            format!("standstill odds {} --event \"{}\" --effort {deeper}", again(question), options.event),
+        );
+    }
     if !odds.runs.is_empty() {
         let caption =
             "Each run goes down by levels of a tenth; where they meet the event, their mean counts.";
@@ -79,7 +84,18 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     asked.answer(trials.scenario(), answer)
 }
 
-/// Intermediate results of subset simulation.
+/// Returns the next effort, with the probability down to which its runs go, for an event that no run reached.
+fn deeper(effort: Effort, odds: &Odds) -> Option<(f64, &'static str)> {
+    let gave_up = odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::TooRare { .. }));
+    let next = match effort {
+        Effort::Quick => Effort::Normal,
+        Effort::Normal => Effort::High,
+        Effort::High => return None,
+    };
+    gave_up.then_some((next.least(), next.name()))
+}
+
+/// Intermediate results of the subset simulation's runs.
 #[derive(Default)]
 struct SoFar {
     /// How each finished run ended, and the probability that it found.
@@ -154,21 +170,24 @@ fn progress(so_far: &SoFar) -> String {
     known(so_far).map_or_else(|| run.clone(), |known| format!("{run}, {known}"))
 }
 
-/// Estimates the total number of trials from the finished runs.
-fn expected(settings: &Settings, done: &[(u32, f64)]) -> u64 {
-    /// Number of levels assumed before any run has finished.
+/// Estimates the total number of trials, from the ends and levels of the finished runs.
+fn expected(settings: &Settings, done: &[(End, u32)]) -> u64 {
+    /// Number of levels assumed before any run is finished.
     const LEVELS: f64 = 6.0;
     let levels = if done.is_empty() {
         LEVELS
     } else {
-        done.iter().map(|(levels, _)| f64::from(*levels)).sum::<f64>() / done.len() as f64
+        done.iter().map(|(_, levels)| f64::from(*levels)).sum::<f64>() / done.len() as f64
     };
     let states = f64::from(settings.states);
     // Three moves for each state but the seeds.
     let level = 3.0 * states * (1.0 - 1.0 / f64::from(settings.chain));
+    // Where no run comes to the event, the others are plain trials alone.
+    let is_given_up = !done.is_empty() && done.iter().all(|(end, _)| *end == End::TooRare);
+    let runs = if is_given_up { GIVEN_UP } else { RUNS as usize };
     // Some millions.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let trials = (f64::from(RUNS) * (states + (levels - 1.0).max(0.0) * level)) as u64;
+    let trials = (f64::from(RUNS) * states + runs as f64 * (levels - 1.0).max(0.0) * level) as u64;
     trials
 }
 
@@ -210,5 +229,14 @@ mod tests {
         assert_eq!(of(&[rare, reached], Some(1e-2)), "run 3 of 8, so far 1.00e-6");
         assert_eq!(of(&[reached; 8], None), "run 8 of 8, so far 2.00e-6");
         assert!(!of(&[(End::Flat, 1.0)], None).contains("1.0"));
+    }
+
+    #[test]
+    fn law_the_expected_work_is_that_of_three_runs_once_the_first_gave_up() {
+        let settings = Settings::default();
+        // 4,000 trials a run, and 10,800 a level of those that go down.
+        assert_eq!(expected(&settings, &[(End::Reached, 5)]), 8 * (4000 + 4 * 10_800));
+        assert_eq!(expected(&settings, &[(End::TooRare, 13)]), 8 * 4000 + 3 * 12 * 10_800);
+        assert_eq!(expected(&settings, &[(End::TooRare, 13), (End::Reached, 13)]), 8 * (4000 + 12 * 10_800));
     }
 }

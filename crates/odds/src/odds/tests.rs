@@ -65,7 +65,7 @@ fn law_an_alarm_widens_the_interval() {
         let runs = all.iter().map(|p| run(*p, if *p > 0.0 { End::Reached } else { End::TooRare })).collect();
         let mut odds = Odds::of_runs(&settings, runs);
         let before = odds.probability;
-        odds.doubt(&settings);
+        odds.doubt();
         (before, odds.probability, odds.widened)
     };
     // Runs that agree keep their interval.
@@ -83,7 +83,7 @@ fn law_an_alarm_widens_the_interval() {
     // Failures that nothing leads to may be as many as plain trials allow: none in 4,000 twice.
     let mut odds = Odds::of_runs(&settings, vec![run(1e-6, End::Reached), run(1.1e-6, End::Reached)]);
     odds.alarms = vec![Alarm::Unled(0.5)];
-    odds.doubt(&settings);
+    odds.doubt();
     assert!(odds.widened && (odds.probability.high / 4.610e-4 - 1.0).abs() < 1e-3, "{:?}", odds.probability);
 }
 
