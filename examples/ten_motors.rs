@@ -5,13 +5,15 @@
 //! cargo run --release --example ten_motors                     one motor, few starts
 //! cargo run --release --example ten_motors -- 20000            all of examples/motors and three of the library; docs/notes/ten-motors.md keeps this
 //! cargo run --release --example ten_motors -- 20000 hub.toml   sheets of your own
+//! cargo run --release --example ten_motors -- 2000 field quick another error set, another effort
 //! ```
 
 use std::path::{Path, PathBuf};
 
 use standstill_analysis::{Condition, Demands, Effort, Suitability, Suited};
 use standstill_campaign::{Campaign, Summary};
-use standstill_scenario::{Document, Origin};
+use standstill_interface::Choice;
+use standstill_scenario::{Document, ErrorSet, Origin};
 
 type Error = Box<dyn std::error::Error>;
 
@@ -21,7 +23,14 @@ const SEED: &str = "20261124";
 fn main() -> Result<(), Error> {
     let mut arguments = std::env::args().skip(1);
     let starts = arguments.next().map(|text| text.parse::<u64>()).transpose()?;
-    let mut sheets: Vec<PathBuf> = arguments.map(PathBuf::from).collect();
+    let (mut asked, mut sheets) = (Asked::default(), Vec::new());
+    for word in arguments {
+        match (ErrorSet::named(&word), Effort::named(&word)) {
+            (Some(errors), _) => asked.errors = errors,
+            (_, Some(effort)) => asked.effort = effort,
+            _ => sheets.push(PathBuf::from(word)),
+        }
+    }
     if sheets.is_empty() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         for file in std::fs::read_dir(root.join("examples/motors"))? {
@@ -42,18 +51,25 @@ fn main() -> Result<(), Error> {
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     let mut all_hold = true;
     for sheet in &sheets {
-        all_hold &= judged(sheet, starts.unwrap_or(200))?;
+        all_hold &= judged(sheet, asked, starts.unwrap_or(200))?;
     }
     if all_hold { Ok(()) } else { Err("what was said does not hold".into()) }
 }
 
+/// Errors of drive and sensors, and the work of a check.
+#[derive(Clone, Copy, Default)]
+struct Asked {
+    errors: ErrorSet,
+    effort: Effort,
+}
+
 /// One motor: a row of the table.
-fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
-    let text = format!("motor = \"{}\"\n", sheet.display());
+fn judged(sheet: &Path, asked: Asked, starts: u64) -> Result<bool, Error> {
+    let text = format!("motor = \"{}\"\nerrors = \"{}\"\n", sheet.display(), asked.errors.name());
     let document = Document::parse(Path::new("scenario"), &text)?;
     let demands = Demands::default();
     let began = processor_seconds();
-    let found = Suitability::of(&document, &demands, Effort::Normal, |_| {})?;
+    let found = Suitability::of(&document, &demands, asked.effort, |_| {})?;
     let seconds = processor_seconds() - began;
     let name = sheet.file_stem().unwrap_or_default().to_string_lossy();
     let verdict = match (&found.condition, found.suited()) {
@@ -64,6 +80,11 @@ fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
         (Some(Condition::Pole), _) => "axis only".to_owned(),
         (None, _) => "suited".to_owned(),
     };
+    if found.suited() == Suited::Undecided {
+        let untried = found.untried.join("; ");
+        println!("| {name} | {verdict}; not tried: {untried} | | | | | | | | | {seconds:.0} |");
+        return Ok(true);
+    }
     let Some(recommended) = found.document(&document)? else {
         let (tried, suffice) = exhaustive(&document, &demands, starts.min(200))?;
         let helps: Vec<String> =
