@@ -51,6 +51,9 @@ const NEIGHBOURS: usize = 40;
 /// tenths, and the remaining step with it. Fits of the saturated motor in the tests that end in this way have 0.02 to 1.01 left.
 const INTEGRATORS_ERROR: f64 = 2.0;
 
+/// Damping of a step that is hardly damped.
+const LEAST_DAMPING: f64 = 1e-9;
+
 /// Index of an unknown, and the derivative of each row's currents with respect to it.
 pub type Column = (usize, Vec<[f64; CHANNELS]>);
 
@@ -297,6 +300,56 @@ impl Problem {
         moved
     }
 
+    /// Returns the point after a step and its likelihood, if it is no less likely than before.
+    fn better(
+        &self,
+        point: &Point,
+        before: &Sum,
+        step: &DVector<f64>,
+        scatter: &[Scatter; CHANNELS],
+    ) -> Option<(Point, Sum)> {
+        let next = self.moved(point, step);
+        let there = self.sum(&next, scatter, false)?;
+        (there.likelihood >= before.likelihood).then_some((next, there))
+    }
+
+    /// Returns a likelier point by the least damping from `damping` on with which there is one; the next step begins with a tenth of it.
+    fn damped(
+        &self,
+        point: &Point,
+        sum: &Sum,
+        scatter: &[Scatter; CHANNELS],
+        damping: &mut f64,
+    ) -> Option<(Point, Sum)> {
+        while *damping < 1e8 {
+            let found =
+                self.step(point, sum, *damping).and_then(|step| self.better(point, sum, &step, scatter));
+            if found.is_some() {
+                *damping = (*damping * 0.1).max(LEAST_DAMPING);
+                return found;
+            }
+            *damping *= 10.0;
+        }
+        None
+    }
+
+    /// Returns a likelier point on the way of the step without damping. In a direction of which the readings tell little, damping leaves
+    /// nearly nothing of a step: with an eigenvalue of J of 1e-4 of its diagonal, λ = 1e-3 leaves a tenth, whose gain is below the
+    /// integrator's error. A resistance beside the slope of a diode is such a direction behind one shunt.
+    fn undamped(
+        &self,
+        point: &Point,
+        sum: &Sum,
+        scatter: &[Scatter; CHANNELS],
+        damping: &mut f64,
+    ) -> Option<(Point, Sum)> {
+        let step = self.step(point, sum, LEAST_DAMPING)?;
+        let found =
+            [1.0, 0.5, 0.25].iter().find_map(|share| self.better(point, sum, &(&step * *share), scatter))?;
+        *damping = LEAST_DAMPING;
+        Some(found)
+    }
+
     /// Searches the most likely point, with the noise that is most likely there. The search converges if an undamped step would
     /// change no parameter by more than a hundredth of its standard deviation; otherwise it ends after `most` steps. The result
     /// states which.
@@ -321,25 +374,13 @@ impl Problem {
             }
             let sum = self.sum(&point, scatter, true)?;
             // What is left to go without any damping: a small step that large damping made says nothing.
-            let left = self.length(&point, &sum, 1e-9);
+            let left = self.length(&point, &sum, LEAST_DAMPING);
             if left < 1e-4 {
                 converged = true;
                 break;
             }
-            let mut accepted = None;
-            while damping < 1e8 {
-                if let Some(step) = self.step(&point, &sum, damping) {
-                    let next = self.moved(&point, &step);
-                    let there = self.sum(&next, scatter, false);
-                    if let Some(there) = there.filter(|there| there.likelihood >= sum.likelihood) {
-                        accepted = Some((next, there));
-                        damping = (damping * 0.1).max(1e-9);
-                        break;
-                    }
-                }
-                damping *= 10.0;
-            }
-            let Some(next) = accepted else {
+            let damped = self.damped(&point, &sum, scatter, &mut damping);
+            let Some(next) = damped.or_else(|| self.undamped(&point, &sum, scatter, &mut damping)) else {
                 converged = left < INTEGRATORS_ERROR;
                 break;
             };

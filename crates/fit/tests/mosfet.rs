@@ -196,6 +196,21 @@ fn cross_one_shunt_in_the_link_tells_the_motor() {
     assert!(10 * held[0] >= 9 * held[1], "{held:?}");
 }
 
+/// What R gains and the diodes' slope loses hardly changes the readings of one shunt: there damping leaves nothing of a step, and the search
+/// gave up where a whole step makes the readings likelier.
+#[test]
+fn regress_a_search_goes_on_in_a_direction_of_which_the_readings_tell_little() {
+    let bench = Bench::drawn(9, Iron::Series([0.05, 0.02, 0.02]));
+    let interval = 0.5e-6 * (1.0 + 0.08 * (10.0_f64 * 0.618_033_988_75).fract());
+    let scope = Scope { interval, ..SHUNT };
+    let (pulses, fit) = found(&bench, &scope, 9);
+    assert!(fit.converged && fit.widened < 1.1 && fit.pole.identified, "{} {:?}", fit.widened, fit.pole);
+    for name in ["L_d", "L_q", "angle", "resistance_with_switch"] {
+        let off = off(&pulses, &scope, &fit, name);
+        assert!(estimate(&fit, name).identified && off < 2.0, "{name}: {off} half widths");
+    }
+}
+
 /// An amplifier for one direction clips at no current, and shows nothing of what diodes return.
 #[test]
 fn law_an_amplifier_for_one_direction_tells_the_motor_too() {
