@@ -1,6 +1,6 @@
 //! The figures and pages of reports, awkward cases included, drawn from made-up data:
-//! `gallery FOLDER [MOTOR]` writes `page.html`, and every figure as SVG and PNG. The name of the motor may be anything, such
-//! as `"</script><script>alert(1)</script>"`.
+//! `gallery FOLDER [MOTOR [WIDTH]]` writes `page.html`, and every figure as SVG and PNG, this many pixels wide. The name of the motor may
+//! be anything, such as `"</script><script>alert(1)</script>"`.
 
 mod charts;
 mod noise;
@@ -130,8 +130,9 @@ fn page(motor: &str) -> Page {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let folder = arguments.next().ok_or("usage: gallery FOLDER [MOTOR]")?;
+    let folder = arguments.next().ok_or("usage: gallery FOLDER [MOTOR [WIDTH]]")?;
     let motor = arguments.next().unwrap_or_else(|| "paper-5k5".to_owned());
+    let width = arguments.next().map(|text| text.parse::<u32>()).transpose()?;
     std::fs::create_dir_all(&folder)?;
     let html = page(&motor).html()?;
     // Room for two more such sweeps in a mail of 10 MB.
@@ -141,7 +142,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let studies = studies::all().into_iter().flat_map(|(study, of)| {
         figures(&of).into_iter().map(move |(name, figure)| (format!("{study}-{name}"), figure))
     });
-    for (name, figure) in charts.chain(studies) {
+    for (name, mut figure) in charts.chain(studies) {
+        figure.width = width.unwrap_or(figure.width);
         std::fs::write(Path::new(&folder).join(format!("{name}.svg")), figure.svg()?)?;
         std::fs::write(Path::new(&folder).join(format!("{name}.png")), figure.png()?)?;
         println!("{name}");

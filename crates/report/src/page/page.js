@@ -300,6 +300,16 @@
         Plotly.restyle(plot, { text: [text] }, [data.indexOf(trace)]);
       }
     };
+    // Names on a horizontal axis stand upright where one of their lines is wider than its place.
+    const upright = ({ tickvals, ticktext, range }) => {
+      const span = Math.abs(range[1] - range[0]);
+      const apart = Math.min(span, ...tickvals.slice(1).map((at, i) => Math.abs(at - tickvals[i])));
+      const room = (apart / span) * (plot.clientWidth - 90);
+      const lines = ticktext.map(text => text.split('<br>'));
+      const widest = Math.max(...lines.flat().map(line => 6.8 * line.replace(/<.*?>/g, '').length));
+      if (widest + 6 <= room) return {};
+      return { tickangle: -90, ticktext: lines.map(parts => parts.join(15 * parts.length > room ? ' ' : '<br>')) };
+    };
     const draw = () => {
       const traces = data.map(trace => ({ ...translate(trace, ''), visible: !hidden.has(trace.legendgroup) }));
       const look = translate(layout, '');
@@ -310,6 +320,7 @@
       const isNarrow = plot.clientWidth < 520;
       for (const [name, axis] of Object.entries(look).filter(([one]) => /^[xy]axis/.test(one))) {
         if (axis.title) axis.title = { ...axis.title, text: titled(name) };
+        if (isNarrow && name[0] === 'x' && axis.ticktext) Object.assign(axis, upright(axis));
         // Names of keys leave room for what is drawn.
         if (isNarrow && name[0] === 'y' && axis.ticktext) axis.ticktext = axis.ticktext.map(text => text.replace(/\.(?=[a-z])/g, '.<br>'));
       }
