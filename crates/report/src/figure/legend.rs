@@ -77,7 +77,7 @@ pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
     entries
 }
 
-/// The entries of a panel in rows at most `width` wide. A label that is wider than a row has several, one for each of its lines.
+/// Returns the entries of a panel in rows at most `width` wide. A label that is wider than a row has several, one for each of its lines.
 pub(super) fn place(panel: &Panel, width: f64) -> Vec<Placed> {
     // Where the next entry of a row begins, the row, and the first row that is free.
     let (mut x, mut row, mut next) = (0.0, 0, 0);

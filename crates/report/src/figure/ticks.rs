@@ -76,7 +76,7 @@ fn without_touching(mut ticks: Vec<Tick>, fits: impl Fn(&[Tick]) -> bool) -> Vec
     ticks
 }
 
-/// The names within a range, in their order along the axis.
+/// Returns the names within a range, in their order along the axis.
 fn shown(names: &[(f64, String)], (first, last): (f64, f64)) -> Vec<Tick> {
     let within = names.iter().filter(|(at, _)| (first..=last).contains(at));
     let mut ticks: Vec<Tick> = within.map(|(at, text)| Tick { at: *at, text: text.clone() }).collect();
