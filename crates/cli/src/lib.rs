@@ -38,7 +38,7 @@ use shell::{command_line, host, terminal};
 /// Runs the program: carries out the command line of this process.
 #[cfg(feature = "program")]
 pub fn main() -> ExitCode {
-    #[cfg(target_os = "linux")]
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
     standstill_foreign::keep_output();
     let mut words: Vec<OsString> = std::env::args_os().collect();
     if words.len() == 1

@@ -13,9 +13,9 @@ use standstill_interface::abi::{Answer, Command, Drive, Legs, Sample, Table};
 
 /// Defines methods of an image that cannot exist.
 macro_rules! never {
-    ($($name:ident(&$($by:ident)+ $(, _: $type:ty)*) $(-> $answer:ty)?;)*) => {$(
-        pub fn $name(&$($by)+ $(, _: $type)*) $(-> $answer)? {
-            match self.never {}
+    ($($name:ident($this:ident: $own:ty $(, _: $type:ty)*) $(-> $answer:ty)?;)*) => {$(
+        pub fn $name($this: $own $(, _: $type)*) $(-> $answer)? {
+            match $this.never {}
         }
     )*};
 }
@@ -57,17 +57,17 @@ impl Image {
     }
 
     never! {
-        set_back(&mut self);
-        loaded_late(&self) -> bool;
-        table(&self) -> &Table;
-        has(&self) -> [bool; 2];
-        name(&self) -> String;
-        create(&mut self, _: Site, _: &Drive, _: &CString, _: u64) -> Result<NonNull<c_void>, String>;
-        destroy(&mut self, _: Site, _: NonNull<c_void>);
-        reason(&mut self, _: Site, _: u32) -> Option<String>;
-        task(&mut self, _: Site, _: NonNull<c_void>, _: u64);
-        probe(&mut self, _: Site, _: NonNull<c_void>, _: u32) -> Option<(String, f32)>;
-        step(&mut self, _: Site, _: NonNull<c_void>, _: &[Sample]) -> Result<Option<(i32, Command, Answer)>, Beyond>;
-        isr(&mut self, _: Site, _: NonNull<c_void>, _: &[Sample], _: &mut Legs) -> Result<Option<(i32, Answer)>, Beyond>;
+        set_back(self: &mut Self);
+        loaded_late(self: &Self) -> bool;
+        table(self: &Self) -> &Table;
+        has(self: &Self) -> [bool; 2];
+        name(self: &Self) -> String;
+        create(self: &mut Self, _: Site, _: &Drive, _: &CString, _: u64) -> Result<NonNull<c_void>, String>;
+        destroy(self: &mut Self, _: Site, _: NonNull<c_void>);
+        reason(self: &mut Self, _: Site, _: u32) -> Option<String>;
+        task(self: &mut Self, _: Site, _: NonNull<c_void>, _: u64);
+        probe(self: &mut Self, _: Site, _: NonNull<c_void>, _: u32) -> Option<(String, f32)>;
+        step(self: &mut Self, _: Site, _: NonNull<c_void>, _: &[Sample]) -> Result<Option<(i32, Command, Answer)>, Beyond>;
+        isr(self: &mut Self, _: Site, _: NonNull<c_void>, _: &[Sample], _: &mut Legs) -> Result<Option<(i32, Answer)>, Beyond>;
     }
 }

@@ -1,5 +1,8 @@
 //! Guard words around memory that a library writes.
-#![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
+#![cfg_attr(
+    not(all(target_os = "linux", target_env = "gnu")),
+    allow(dead_code, reason = "libraries are loaded on Linux with glibc alone")
+)]
 
 /// A value with guards on both sides, which a library that writes beyond it overwrites.
 #[repr(C)]

@@ -16,10 +16,7 @@ use std::ptr::NonNull;
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
 /// Flag of `dlopen` by which a library's own symbols come before those of the C library with equal names.
-#[cfg(target_env = "gnu")]
 const OWN_FIRST: libc::c_int = libc::RTLD_DEEPBIND;
-#[cfg(not(target_env = "gnu"))]
-const OWN_FIRST: libc::c_int = 0;
 
 use crate::abi1::{Answer1, Command1, DRIVE_BYTES, Legs1, Sample1};
 pub use crate::crash::{Moment, Site};

@@ -32,7 +32,19 @@ impl LoadError {
     }
 
     pub(crate) fn elsewhere() -> Self {
-        Self::new("another system".to_owned(), "Linux: so far libraries are loaded there only".to_owned())
+        let (found, needed) = if cfg!(target_env = "musl") {
+            (
+                "a program that is linked statically (musl), which loads no libraries",
+                concat!(
+                    "that for glibc, of the archive standstill-",
+                    env!("CARGO_PKG_VERSION"),
+                    "-…-unknown-linux-gnu.tar.gz"
+                ),
+            )
+        } else {
+            ("another system", "Linux: so far libraries are loaded there only")
+        };
+        Self::new(found.to_owned(), needed.to_owned())
     }
 
     pub(crate) fn no_entry() -> Self {
@@ -145,7 +157,7 @@ impl Library {
     }
 
     fn load(path: &Path, bytes: &Arc<[u8]>, read: Read) -> Result<Self, LoadError> {
-        if !cfg!(target_os = "linux") {
+        if !cfg!(all(target_os = "linux", target_env = "gnu")) {
             return Err(LoadError::elsewhere());
         }
         let elf = Elf::parse(bytes).map_err(LoadError::because)?;

@@ -80,7 +80,6 @@ impl Random48 {
 }
 
 #[cfg(test)]
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[allow(unsafe_code, reason = "the C library's own numbers are asked for")]
 mod tests {
     use super::*;

@@ -1,5 +1,8 @@
 //! Functions with state between calls that a library takes from elsewhere: those that it cannot have to itself are refused, or named.
-#![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
+#![cfg_attr(
+    not(all(target_os = "linux", target_env = "gnu")),
+    allow(dead_code, reason = "libraries are loaded on Linux with glibc alone")
+)]
 
 use std::path::PathBuf;
 
@@ -83,9 +86,10 @@ pub fn check(parts: &[Part]) -> Result<(), LoadError> {
             "one that does its work within the call: stub what begins them".to_owned(),
         ));
     }
-    let mut allocates = taken(parts, ALLOCATES, &[]);
-    #[cfg(target_os = "linux")]
-    allocates.retain(|name| crate::strings::in_place_of(name).is_none());
+    let allocates = taken(parts, ALLOCATES, &[]);
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    let allocates: Vec<_> =
+        allocates.into_iter().filter(|name| crate::strings::in_place_of(name).is_none()).collect();
     if !allocates.is_empty() && keeps_its_own(parts) {
         return Err(LoadError::new(
             format!("a library with memory that the C library allocates ({})", allocates.join(", ")),

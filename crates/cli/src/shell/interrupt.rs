@@ -49,12 +49,12 @@ pub fn then(act: impl Fn() + Send + 'static) {
 }
 
 /// Longest time that a library's call may take after an interrupt.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(1);
 
 /// Ends the process if a library does not return from a call, because the flag cannot end such work.
 fn end_if_hanging() {
-    #[cfg(target_os = "linux")]
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
     std::thread::spawn(|| {
         let hanging = std::iter::repeat_with(|| standstill_foreign::hanging(PATIENCE)).flatten().next();
         output::abandon();

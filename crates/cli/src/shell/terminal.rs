@@ -68,7 +68,7 @@ pub fn print(text: &str) -> Result<(), Error> {
 
 /// Writes to standard output. If a library was loaded, which may itself print, writes to a copy of it made before.
 pub fn write(text: &str) -> std::io::Result<()> {
-    #[cfg(target_os = "linux")]
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
     if let Some(mut output) = standstill_foreign::output() {
         return output.write_all(text.as_bytes());
     }

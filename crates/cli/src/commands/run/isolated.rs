@@ -290,13 +290,13 @@ impl Worker {
 }
 
 /// Returns the reason of a process's end.
-#[cfg(target_os = "linux")]
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn ending(status: std::process::ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt as _;
     standstill_foreign::ending(status.code(), status.signal())
 }
 
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 fn ending(status: std::process::ExitStatus) -> String {
     status.to_string()
 }
@@ -387,9 +387,9 @@ fn digests(plan: &Plan) -> BTreeMap<String, String> {
 
 /// Makes this process end if the library misbehaves; `limit`: longest time of a call.
 fn isolate(limit: Duration) {
-    #[cfg(target_os = "linux")]
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
     standstill_foreign::isolate(limit);
-    #[cfg(not(target_os = "linux"))]
+    #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
     let _ = limit;
 }
 
