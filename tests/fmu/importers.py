@@ -106,6 +106,47 @@ def by_event_mode(path, folder):
     return np.array(seen)
 
 
+def forked(path, folder):
+    """A run goes on in another instance, from a state in bytes: the bytes' size, and how many samples have the same bits."""
+    description = fmpy.read_model_description(path)
+    reference = {variable.name: variable.valueReference for variable in description.modelVariables}
+    second = description.fmiVersion == "2.0"
+    assert description.coSimulation.canSerializeFMUstate
+    of = {"unzipDirectory": fmpy.extract(path, folder), "guid": description.guid, "instanceName": "forked"}
+    of["modelIdentifier"] = description.coSimulation.modelIdentifier
+
+    def stepped(slave, steps):
+        for n in steps:
+            for phase, (mode, duty) in zip("abc", legs(n)):
+                (slave.setInteger if second else slave.setInt64)([reference[f"mode_{phase}"]], [mode])
+                (slave.setReal if second else slave.setFloat64)([reference[f"duty_{phase}"]], [duty])
+            slave.doStep(currentCommunicationPoint=n * PERIOD, communicationStepSize=PERIOD)
+            yield (slave.getReal if second else slave.getFloat64)([reference[name] for name in OUTPUTS])
+
+    slaves = [(FMU2Slave if second else FMU3Slave)(**of) for _ in range(2)]
+    for slave in slaves:
+        slave.instantiate()
+    first, other = slaves
+    if second:
+        first.setupExperiment(startTime=0.0)
+    (first.setInteger if second else first.setInt32)([reference["trial"]], [SETTINGS["trial"]])
+    first.enterInitializationMode()
+    first.exitInitializationMode()
+    assert len(list(stepped(first, range(15)))) == 15
+    state = first.getFMUState()
+    bytes_of = first.serializeFMUState(state)
+    first.freeFMUState(state)
+    state = other.deserializeFMUState(bytes_of)
+    other.setFMUState(state)
+    other.freeFMUState(state)
+    samples = [list(stepped(slave, range(15, STEPS))) for slave in slaves]
+    assert samples[0] == samples[1], "a run that was forked has other samples"
+    for slave in slaves:
+        slave.terminate()
+        slave.freeInstance()
+    return len(bytes_of), np.size(samples[0])
+
+
 def told(path, folder):
     """How many starts of the description are what an instance has; and that an angle that is set counts."""
     description = fmpy.read_model_description(path)
@@ -225,6 +266,9 @@ def main(standstill):
                 print(f"{path.name}: {path.stat().st_size / 1e6:.1f} MB, no finding of FMPy's validation")
                 print(f"{path.name}: {told(path, folder / f'told-{part}{version}')} starts are what the instance has")
         print(f"{refused(folder / 'drive2.fmu', folder / 'refused')} parameters that cannot be are refused with a message")
+        for version in "23":
+            size, samples = forked(folder / f"drive{version}.fmu", folder / f"forked{version}")
+            print(f"drive{version}.fmu: a run forked from a state of {size} bytes has the bits of the other, {samples} samples")
         second = by_fmpy(folder / "drive2.fmu", folder / "two")
         assert abs(second[:, :3]).max() > 0.3
         others = {"FMPy, FMI 3.0": by_fmpy(folder / "drive3.fmu", folder / "three")}

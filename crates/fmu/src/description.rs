@@ -121,9 +121,11 @@ impl Model {
                 ("canHandleVariableCommunicationStepSize", Some((!drive).to_string())),
                 ("canNotUseMemoryManagementFunctions", Some("true".to_owned())),
                 ("canGetAndSetFMUstate", Some("true".to_owned())),
+                ("canSerializeFMUstate", Some("true".to_owned())),
             ],
             Version::Three => vec![
                 ("canGetAndSetFMUState", Some("true".to_owned())),
+                ("canSerializeFMUState", Some("true".to_owned())),
                 ("canHandleVariableCommunicationStepSize", Some((!drive).to_string())),
                 ("fixedInternalStepSize", drive.then(|| format!("{period:?}"))),
                 ("hasEventMode", Some(drive.to_string())),

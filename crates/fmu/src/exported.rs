@@ -135,13 +135,7 @@ pub unsafe fn get_state<C: Component>(state: *mut *mut State) -> impl FnOnce(&mu
     move |component| {
         let copy = component.instance().state.clone();
         // SAFETY: as the caller promises.
-        let place = unsafe { state.as_mut() }.ok_or("a state: no place for it")?;
-        // SAFETY: as the caller promises.
-        match unsafe { place.as_mut() } {
-            Some(there) => *there = copy,
-            None => *place = Box::into_raw(Box::new(copy)),
-        }
-        Ok(())
+        unsafe { kept(copy, state) }
     }
 }
 
@@ -171,4 +165,74 @@ pub unsafe fn free_state<C: Component>(state: *mut *mut State) -> impl FnOnce(&m
         }
         Ok(())
     }
+}
+
+/// How many bytes a state has.
+///
+/// # Safety
+/// A state of the component, or null; a place, or null.
+pub unsafe fn state_size<C: Component>(
+    state: *const State,
+    size: *mut usize,
+) -> impl FnOnce(&mut C) -> Outcome {
+    move |component| {
+        // SAFETY: as the caller promises.
+        let (state, size) = unsafe { (state.as_ref(), size.as_mut()) };
+        let (Some(state), Some(size)) = (state, size) else {
+            return Err("the size of a state: none is given".to_owned());
+        };
+        *size = component.instance().serialised(state)?.len();
+        Ok(())
+    }
+}
+
+/// A state as bytes.
+///
+/// # Safety
+/// A state of the component, or null; so many bytes, or null.
+pub unsafe fn serialise<C: Component>(
+    state: *const State,
+    (bytes, size): (*mut u8, usize),
+) -> impl FnOnce(&mut C) -> Outcome {
+    move |component| {
+        // SAFETY: as the caller promises.
+        let (state, place) = unsafe { (state.as_ref(), slice_mut(bytes, size)) };
+        let all = component.instance().serialised(state.ok_or("a state as bytes: there is none")?)?;
+        let Some(place) = place.get_mut(..all.len()) else {
+            return Err(format!("a state as bytes: found room for {size} bytes, needed {}", all.len()));
+        };
+        place.copy_from_slice(&all);
+        Ok(())
+    }
+}
+
+/// A state from bytes.
+///
+/// # Safety
+/// So many bytes, or null; a place with null or a state of the component, which is then used again.
+pub unsafe fn deserialise<C: Component>(
+    (bytes, size): (*const u8, usize),
+    state: *mut *mut State,
+) -> impl FnOnce(&mut C) -> Outcome {
+    move |component| {
+        // SAFETY: as the caller promises.
+        let restored = component.instance().deserialised(unsafe { slice(bytes, size) })?;
+        // SAFETY: as the caller promises.
+        unsafe { kept(restored, state) }
+    }
+}
+
+/// Puts a state where the importer keeps it.
+///
+/// # Safety
+/// A place with null or a state of the component, which is then used again.
+unsafe fn kept(state: State, place: *mut *mut State) -> Outcome {
+    // SAFETY: as the caller promises.
+    let place = unsafe { place.as_mut() }.ok_or("a state: no place for it")?;
+    // SAFETY: as the caller promises.
+    match unsafe { place.as_mut() } {
+        Some(there) => *there = state,
+        None => *place = Box::into_raw(Box::new(state)),
+    }
+    Ok(())
 }

@@ -8,7 +8,8 @@ use std::ffi::{c_char, c_int, c_void};
 use std::ptr::null_mut;
 
 use crate::exported::{
-    self, ERROR, OK, exported, free_state, freed, get, get_state, made, set, set_state, whole,
+    self, ERROR, OK, deserialise, exported, free_state, freed, get, get_state, made, serialise, set,
+    set_state, state_size, whole,
 };
 use crate::instance::{Instance, Phase, State};
 use crate::log::{c_text, folder, guarded, text};
@@ -163,4 +164,10 @@ exported! {
     fmi2SetFMUstate(state: *const State) => set_state(state);
     /// The end of a copy.
     fmi2FreeFMUstate(state: *mut *mut State) => free_state(state);
+    /// How many bytes a copy has.
+    fmi2SerializedFMUstateSize(state: *const State, size: *mut usize) => state_size(state, size);
+    /// A copy as bytes, which another instance of the FMU takes, on any machine and on any day.
+    fmi2SerializeFMUstate(state: *const State, bytes: *mut u8, size: usize) => serialise(state, (bytes, size));
+    /// A copy from bytes: what its machine was told is simulated again.
+    fmi2DeSerializeFMUstate(bytes: *const u8, size: usize, state: *mut *mut State) => deserialise((bytes, size), state);
 }

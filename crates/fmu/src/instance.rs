@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use standstill_interface::abi::sensed_code;
 use standstill_interface::choice;
 use standstill_scenario::{Document, FileError, Origin};
 use toml::Value;
 
 use crate::model::{Model, Part};
-use crate::rig::{Legs, Rig};
+use crate::outputs::{sampled, truth};
+use crate::rig::{Legs, Rig, Samples};
 use crate::units::readable;
-use crate::variables::{Kind, Role, Sampled, Truth};
+use crate::variables::{Kind, Role};
 
 /// Largest distance in s between a communication point and the end of the last step: some importers count whole
 /// nanoseconds.
@@ -43,15 +43,15 @@ choice! {
 /// All that changes, as `fmi2GetFMUstate` keeps it.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
-    phase: Phase,
-    /// Values of the variables, by value reference.
-    values: Vec<f64>,
-    rig: Option<Rig>,
+    pub(super) phase: Phase,
+    /// By value reference.
+    pub(super) values: Vec<f64>,
+    pub(super) rig: Option<Rig>,
     /// Relative to the flux at rated current, where the importer wants one.
-    tolerance: Option<f64>,
-    start_time: f64,
+    pub(super) tolerance: Option<f64>,
+    pub(super) start_time: f64,
     /// Time of the importer.
-    time: f64,
+    pub(super) time: f64,
     /// Whether the clock ticks now.
     pub tick: bool,
 }
@@ -59,7 +59,7 @@ pub(crate) struct State {
 /// A running FMU.
 #[derive(Debug)]
 pub(crate) struct Instance {
-    model: Model,
+    pub(super) model: Model,
     pub state: State,
 }
 
@@ -193,7 +193,7 @@ impl Instance {
     pub fn get(&mut self, reference: u32, kinds: &[Kind]) -> Outcome<f64> {
         let (place, variable) = self.variable(reference, kinds)?;
         let role = variable.role.clone();
-        let output = matches!(role, Role::Sampled(_) | Role::True(_));
+        let output = variable.is_output();
         if output && self.state.rig.is_none() {
             self.must_be(&[Phase::Initialising], "outputs")?;
         }
@@ -211,7 +211,8 @@ impl Instance {
         Ok(match role {
             Role::Time => self.state.time,
             Role::Clock => f64::from(u8::from(self.state.tick)),
-            Role::Sampled(of) => sampled(rig, of),
+            Role::Sampled(of) => sampled(rig.reading(usize::MAX), of),
+            Role::Sample(number, of) => sampled(rig.reading(number), of),
             Role::True(of) => truth(rig, of),
             Role::DrawAngle => f64::from(u8::from(self.draws_angle())),
             Role::Angle if self.draws_angle() => rig.start_angle(),
@@ -227,8 +228,8 @@ impl Instance {
         asked && all().any(|(variable, value)| variable.role == Role::Angle && variable.start == Some(*value))
     }
 
-    /// Builds the machine with the present parameters.
-    fn build(&mut self) -> Outcome {
+    /// The machine with the parameters as they are.
+    pub(super) fn build(&mut self) -> Outcome {
         if self.state.rig.is_none() {
             let mut trial = 0;
             let document = self.changed(&mut trial).map_err(|error| error.to_string())?;
@@ -237,12 +238,33 @@ impl Instance {
                 let flux = tolerance.max(FINEST) * self.model.flux;
                 scenario.tolerance.flux = scenario.tolerance.flux.min(flux);
             }
-            self.state.rig = Some(Rig::new(self.model.part, scenario, trial)?);
+            self.state.rig = Some(Rig::new(self.model.part, scenario, trial, self.samples()?)?);
         }
         Ok(())
     }
 
-    /// Returns the scenario with the parameters that were changed.
+    /// When the converters sample in each step.
+    fn samples(&self) -> Outcome<Samples> {
+        let count = self.model.samples;
+        let mut samples = Samples { first: 1.0, every: 0.0, count };
+        for (variable, value) in self.model.variables.iter().zip(&self.state.values) {
+            match variable.role {
+                Role::SampleAt => samples.first = *value,
+                Role::SampleEvery => samples.every = *value,
+                _ => {}
+            }
+        }
+        let Samples { first, every, .. } = samples;
+        let most = (1.0 - first) / f64::from(count.max(2) - 1);
+        if count > 1 && every > most * (1.0 + 1e-9) {
+            return Err(format!(
+                "`sample_every`: found {every}, needed at most {most}: the first of {count} samples is at {first} of a step                  (`sample_at`), and the last one must not be behind its end"
+            ));
+        }
+        Ok(samples)
+    }
+
+    /// The scenario with the parameters that were changed.
     fn changed(&self, trial: &mut u64) -> Result<Document, FileError> {
         const IMPORTER: Origin = Origin::Option("the importer");
         let mut document = self.model.document.clone();
@@ -293,13 +315,13 @@ impl Instance {
             ));
         }
         match inputs {
-            Inputs::Legs(legs, sample_at) => rig.step(&legs, sample_at, length),
+            Inputs::Legs(legs) => rig.step(&legs, length),
             Inputs::Potential(potential) => rig.feed(potential, time + length - *start_time),
         }
     }
 
     fn inputs(&self) -> Inputs {
-        let (mut legs, mut sample_at, mut potential) = (Legs::default(), 1.0, [0.0; 3]);
+        let (mut legs, mut potential) = (Legs::default(), [0.0; 3]);
         for (variable, value) in self.model.variables.iter().zip(&self.state.values) {
             match variable.role {
                 // Whole and from 0 to 3.
@@ -307,12 +329,11 @@ impl Instance {
                 Role::Mode(k) => legs.mode[k] = *value as u8,
                 Role::Duty(k) => legs.duty[k] = *value,
                 Role::Voltage(k) => potential[k] = *value,
-                Role::SampleAt => sample_at = *value,
                 _ => {}
             }
         }
         match self.model.part {
-            Part::Drive => Inputs::Legs(legs, sample_at),
+            Part::Drive => Inputs::Legs(legs),
             Part::Motor => Inputs::Potential(potential),
         }
     }
@@ -334,12 +355,12 @@ impl Instance {
 }
 
 enum Inputs {
-    Legs(Legs, f64),
+    Legs(Legs),
     Potential([f64; 3]),
 }
 
 impl State {
-    fn new(model: &Model) -> Self {
+    pub(super) fn new(model: &Model) -> Self {
         Self {
             phase: Phase::Instantiated,
             values: model.variables.iter().map(|variable| variable.start.unwrap_or(0.0)).collect(),
@@ -349,37 +370,5 @@ impl State {
             time: 0.0,
             tick: false,
         }
-    }
-}
-
-/// Returns the value of the last reading; before the first step, that of the drive at rest.
-fn sampled(rig: &Rig, of: Sampled) -> f64 {
-    let reading = &rig.reading;
-    match of {
-        Sampled::Current(k) => reading.current.0[k],
-        Sampled::Sensed(k) => sensed_code(reading.sensed.0[k]).into(),
-        Sampled::Count(k) => reading.counts.current.0[k].into(),
-        Sampled::Link => reading.dc_link,
-        Sampled::LinkCount => reading.counts.dc_link.into(),
-        Sampled::LinkClipped => f64::from(u8::from(reading.dc_link_clipped)),
-        Sampled::LinkCurrent => reading.link_current,
-        Sampled::LinkCurrentSensed => sensed_code(reading.link_sensed).into(),
-        Sampled::LinkCurrentCount => reading.counts.link_current.into(),
-        Sampled::Terminal(k) => reading.terminal.0[k],
-        Sampled::TerminalSensed(k) => sensed_code(reading.terminal_sensed.0[k]).into(),
-        Sampled::TerminalCount(k) => reading.counts.terminal.0[k].into(),
-    }
-}
-
-fn truth(rig: &Rig, of: Truth) -> f64 {
-    let now = rig.now();
-    match of {
-        Truth::Current(k) => now.current[k],
-        Truth::Potential(k) => now.potential[k],
-        Truth::Link => now.dc_link,
-        Truth::Angle => now.angle,
-        Truth::Speed => now.speed,
-        Truth::Torque => now.torque,
-        Truth::LinkCurrent => now.link_current(),
     }
 }

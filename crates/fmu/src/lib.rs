@@ -23,10 +23,13 @@ mod fmi3;
 mod instance;
 mod log;
 mod model;
+mod outputs;
+mod past;
 mod rig;
+mod serial;
 mod units;
 mod variables;
 
 pub use archive::{Binary, pack};
-pub use model::{Model, ModelError, Part, Version};
+pub use model::{MOST_SAMPLES, Model, ModelError, Part, Version};
 pub use variables::{Kind, Role, Variable};

@@ -8,7 +8,7 @@ use standstill_scenario::{Document, FileError, Packed, Scenario};
 use thiserror::Error;
 
 use crate::units::readable;
-use crate::variables::{Variable, dead_time, variables};
+use crate::variables::{Variable, add_samples, dead_time, variables};
 
 /// Content: a drive or a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +18,12 @@ pub enum Part {
     /// The motor alone; voltages go in.
     Motor,
 }
+
+/// The resource with the number of samples of a step, where there are several.
+const SAMPLES: &str = "samples-of-a-step.txt";
+
+/// Most samples of a step.
+pub const MOST_SAMPLES: u32 = 16;
 
 /// Key of the resolver's error, which an FMU does not have.
 pub(crate) const RESOLVER: &str = "sensors.resolver_error";
@@ -75,6 +81,8 @@ pub struct Model {
     pub variables: Vec<Variable>,
     /// Name of the motor.
     pub motor: String,
+    /// Samples of a communication step.
+    pub(crate) samples: u32,
     /// Period of the PWM carrier.
     period: Nanos,
     /// Flux linkage at rated current in Wb, to which tolerances are relative.
@@ -143,13 +151,45 @@ impl Model {
             tolerance: scenario.tolerance.flux / flux,
             variables: variables(part, &document, &packed, &scenario, &motor),
             packed,
+            samples: 1,
             motor: motor.name.clone(),
             period: scenario.drive.carrier_period,
             document,
         })
     }
 
-    /// Reads a model from the resources of an FMU. No file outside of their folder is read.
+    /// With so many samples in each communication step, from 2 to 16.
+    ///
+    /// ```
+    /// use standstill_fmu::{Model, Part};
+    /// use standstill_scenario::Document;
+    ///
+    /// let document = Document::parse("s.toml".as_ref(), "motor = \"low-inertia\"")?;
+    /// let model = Model::new(&document, Part::Drive)?.with_samples(4)?;
+    /// assert!(model.variables.iter().any(|variable| variable.name == "sampled_4.i_a"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Another number, and a motor alone, which samples nothing.
+    pub fn with_samples(mut self, samples: u32) -> Result<Self, ModelError> {
+        if !(2..=MOST_SAMPLES).contains(&samples) {
+            return Err(ModelError::Value(format!(
+                "samples of a step: found {samples}, needed from 1 to {MOST_SAMPLES}"
+            )));
+        }
+        if self.part == Part::Motor {
+            return Err(ModelError::Value(format!(
+                "samples of a step: found {samples} of a motor alone, which has no converters; needed: `--part drive`, or none"
+            )));
+        }
+        add_samples(&mut self.variables, samples);
+        self.packed.files.push((SAMPLES.to_owned(), samples.to_string().into_bytes().into()));
+        self.samples = samples;
+        Ok(self)
+    }
+
+    /// From the resources of an FMU. Nothing is read from outside their folder.
     ///
     /// # Errors
     /// The resources are missing or of another version.
@@ -168,6 +208,15 @@ impl Model {
                 };
                 let (document, text) = read(&path).map_err(|error| error.to_string())?;
                 let mut model = Self::new(&document, part).map_err(|error| error.to_string())?;
+                // Files of a motor's map have names of their own kind.
+                let samples = resources.join(SAMPLES);
+                if samples.exists() {
+                    let text = Files::default().text(&samples).map_err(|error| error.to_string())?;
+                    let count = text.trim().parse().map_err(|_| {
+                        format!("{}: found {text}, needed from 2 to {MOST_SAMPLES}", samples.display())
+                    })?;
+                    model = model.with_samples(count).map_err(|error| error.to_string())?;
+                }
                 // What is there counts, and not in which order it would be written again.
                 model.packed.text = text;
                 return Ok(model);

@@ -8,6 +8,7 @@ use standstill_scenario::Scenario;
 use standstill_sim::{Case, Driven, RunError, Snapshot};
 
 use crate::model::Part;
+use crate::past::{Move, Past};
 use crate::units::readable;
 
 /// A machine with its scenario. A copy continues independently.
@@ -24,8 +25,33 @@ pub(crate) struct Rig {
     elapsed: Nanos,
     /// Angle of the rotor at the start, in rad.
     start_angle: f64,
-    /// Reading of the last step; before the first one, that of the drive at rest, all switches off.
-    pub reading: Reading<f64>,
+    samples: Samples,
+    /// Readings of the last step, as many as there are samples; before the first one, that of the drive at rest, all switches off.
+    readings: Vec<Reading<f64>>,
+    /// All steps so far.
+    past: Past,
+}
+
+/// When the converters sample in a step, in shares of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Samples {
+    pub first: f64,
+    /// From one to the next.
+    pub every: f64,
+    /// At least one.
+    pub count: u32,
+}
+
+impl Samples {
+    /// The triggers of a step: none after its end.
+    fn within(self, duration: Nanos) -> Sampling {
+        // Shares of at most a tenth of a second.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let of = |share: f64| Nanos((share * duration.0 as f64).round() as u64);
+        let (first, gaps) = (of(self.first), u64::from(self.count - 1));
+        let most = if gaps == 0 { 0 } else { (duration - first).0 / gaps };
+        Sampling { first, interval: Nanos(of(self.every).0.min(most)), count: self.count }
+    }
 }
 
 /// Legs of a drive: the mode of each (0 off, 1 low, 2 high, 3 duty) and its duty.
@@ -45,8 +71,13 @@ impl Rig {
     /// Makes the machine at rest, as trial number `trial` of the scenario.
     ///
     /// # Errors
-    /// The sensors cannot represent the quantities of the machine.
-    pub fn new(part: Part, scenario: Scenario<Method<f64>>, trial: u64) -> Result<Self, String> {
+    /// Sensors that cannot say what is there.
+    pub fn new(
+        part: Part,
+        scenario: Scenario<Method<f64>>,
+        trial: u64,
+        samples: Samples,
+    ) -> Result<Self, String> {
         let scenario = Arc::new(scenario);
         let period = scenario.drive.carrier_period;
         // SAFETY: the scenario lives on the heap and is neither moved nor changed while the `Arc` beside the machine is there;
@@ -69,7 +100,9 @@ impl Rig {
             second_half: false,
             elapsed: Nanos::ZERO,
             start_angle: case.start_angle,
-            reading: reading.ok_or("the sensors read nothing at rest")?,
+            samples,
+            readings: vec![reading.ok_or("the sensors read nothing at rest")?; samples.count as usize],
+            past: Past::default(),
         })
     }
 
@@ -89,48 +122,38 @@ impl Rig {
         if self.second_half { (second, None) } else { (first, Some(first + second)) }
     }
 
-    /// Simulates one communication step of a drive: half a PWM period, or a whole one from its beginning.
+    /// A sample of the last step, by its number.
+    pub fn reading(&self, number: usize) -> &Reading<f64> {
+        &self.readings[number.min(self.readings.len() - 1)]
+    }
+
+    /// All steps so far.
+    pub fn past(&self) -> &Past {
+        &self.past
+    }
+
+    /// One communication step of a drive: half a PWM period or, from its begin on, a whole one.
     ///
     /// # Errors
-    /// The step has another length, or the simulation failed.
-    pub fn step(&mut self, legs: &Legs, sample_at: f64, seconds: f64) -> Result<(), String> {
+    /// A step of another length, and why the machine could not go on.
+    pub fn step(&mut self, legs: &Legs, seconds: f64) -> Result<(), String> {
         let (half, whole) = self.steps();
         let is = |time: Nanos| (seconds - time.seconds()).abs() <= OFF;
-        let stage = |second: bool, duration: Nanos| {
-            let leg = |k: usize| match legs.mode[k] {
-                0 => Leg::Off,
-                1 => Leg::Low,
-                2 => Leg::High,
-                _ => Leg::in_half(legs.duty[k], duration, second),
-            };
-            Stage { legs: Abc([leg(0), leg(1), leg(2)]), duration }
-        };
-        let (duration, stages) = match whole {
-            _ if is(half) => (half, [Some(stage(self.second_half, half)), None]),
-            Some(whole) if is(whole) => {
-                (whole, [Some(stage(false, self.halves[0])), Some(stage(true, self.halves[1]))])
-            }
-            _ => {
-                let [found, half] = [seconds, half.seconds()].map(|time| readable(time, "s"));
-                let whole =
-                    whole.map(|whole| format!(", or {}, a PWM period", readable(whole.seconds(), "s")));
-                return Err(format!(
-                    "communication step: found {found}, needed {half}, half a PWM period{}",
-                    whole.unwrap_or_default()
-                ));
-            }
-        };
-        let [Some(first), then] = stages else { unreachable!("a step has a first stage") };
-        // A share of at most a tenth of a second.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let at = Nanos((sample_at * duration.0 as f64).round() as u64);
-        let command = Command { stage: first, then, sampling: Sampling::once(at), threshold: None };
-        let readings = self.driven.carry_out(&command).map_err(|error| why(&error))?;
-        if let Some(reading) = readings.first() {
-            self.reading = *reading;
+        let is_whole = whole.is_some_and(is) && !is(half);
+        if !is_whole && !is(half) {
+            let [found, half] = [seconds, half.seconds()].map(|time| readable(time, "s"));
+            let whole = whole.map(|whole| format!(", or {}, a PWM period", readable(whole.seconds(), "s")));
+            return Err(format!(
+                "communication step: found {found}, needed {half}, half a PWM period{}",
+                whole.unwrap_or_default()
+            ));
         }
-        self.second_half ^= then.is_none();
-        Ok(())
+        let mut legs = *legs;
+        // What a leg does not look at is not kept.
+        for (duty, _) in legs.duty.iter_mut().zip(legs.mode).filter(|(_, mode)| *mode != 3) {
+            *duty = 0.0;
+        }
+        self.go(&Move::Legs { legs, whole: is_whole })
     }
 
     /// Simulates one communication step of a motor, up to a time in s since the start.
@@ -144,8 +167,44 @@ impl Rig {
             let found = readable(until - self.elapsed.seconds(), "s");
             return Err(format!("communication step: found {found}, needed at least 1 ns"));
         }
-        self.driven.feed(potential, end - self.elapsed).map_err(|error| why(&error))?;
-        self.elapsed = end;
+        self.go(&Move::Fed { potential, duration: end - self.elapsed })
+    }
+
+    /// A step, of this machine or of the one whose steps are done again.
+    ///
+    /// # Errors
+    /// Why the machine could not go on, and a step that it does not have.
+    pub fn go(&mut self, step: &Move) -> Result<(), String> {
+        match step {
+            Move::Legs { legs, whole } => self.switch(legs, *whole)?,
+            Move::Fed { potential, duration } => {
+                self.driven.feed(*potential, *duration).map_err(|error| why(&error))?;
+                self.elapsed = self.elapsed + *duration;
+            }
+        }
+        self.past.push(step);
+        Ok(())
+    }
+
+    fn switch(&mut self, legs: &Legs, whole: bool) -> Result<(), String> {
+        let stage = |second: bool| {
+            let duration = self.halves[usize::from(second)];
+            let leg = |k: usize| match legs.mode[k] {
+                0 => Leg::Off,
+                1 => Leg::Low,
+                2 => Leg::High,
+                _ => Leg::in_half(legs.duty[k], duration, second),
+            };
+            Stage { legs: Abc([leg(0), leg(1), leg(2)]), duration }
+        };
+        let mut command = Command::hold(stage(self.second_half), Sampling::NONE);
+        command.then = whole.then(|| stage(true));
+        command.sampling = self.samples.within(command.duration());
+        let readings = self.driven.carry_out(&command).map_err(|error| why(&error))?;
+        for (kept, reading) in self.readings.iter_mut().zip(readings) {
+            *kept = *reading;
+        }
+        self.second_half ^= !whole;
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! The variables of an FMU. The number of each in the list is its value reference.
 
 mod draws;
+mod samples;
 
 use standstill_detect::{Method, Source, longest_dead_time};
 use standstill_interface::Nanos;
@@ -10,6 +11,7 @@ use standstill_scenario::{Document, Key, Packed, Scenario, Values, keys};
 use standstill_sim::RotorState;
 use toml::Value;
 
+pub(crate) use self::samples::add_samples;
 use crate::model::{Part, RESOLVER};
 use crate::units;
 
@@ -41,16 +43,20 @@ pub enum Role {
     DrawAngle,
     /// Angle of the rotor in rad if it is not drawn.
     Angle,
-    /// Sampling time of the converters within a step.
+    /// Where in a step the converters sample, for the first time.
     SampleAt,
+    /// From one sample of a step to the next.
+    SampleEvery,
     /// Mode of a leg, by its number.
     Mode(usize),
     /// Duty of a leg.
     Duty(usize),
     /// Potential of a motor's terminal.
     Voltage(usize),
-    /// Reading of the last step.
+    /// Reading of the last step, of several the last one.
     Sampled(Sampled),
+    /// One of several readings of the last step, by its number from 0.
+    Sample(usize, Sampled),
     /// Content found at that place.
     True(Truth),
     /// Time, which FMI 3.0 wants among the variables.
@@ -163,7 +169,13 @@ impl Variable {
     pub fn is_parameter(&self) -> bool {
         matches!(
             self.role,
-            Role::Key(_) | Role::Seed | Role::Trial | Role::DrawAngle | Role::Angle | Role::SampleAt
+            Role::Key(_)
+                | Role::Seed
+                | Role::Trial
+                | Role::DrawAngle
+                | Role::Angle
+                | Role::SampleAt
+                | Role::SampleEvery
         )
     }
 
@@ -174,12 +186,12 @@ impl Variable {
 
     /// Returns whether it comes out.
     pub fn is_output(&self) -> bool {
-        matches!(self.role, Role::Sampled(_) | Role::True(_))
+        matches!(self.role, Role::Sampled(_) | Role::Sample(..) | Role::True(_))
     }
 
     /// Returns whether it changes at updates of the legs only, which in FMI 3.0 are ticks of the clock.
     pub fn is_clocked(&self) -> bool {
-        matches!(self.role, Role::Mode(_) | Role::Duty(_) | Role::Sampled(_))
+        matches!(self.role, Role::Mode(_) | Role::Duty(_) | Role::Sampled(_) | Role::Sample(..))
     }
 }
 

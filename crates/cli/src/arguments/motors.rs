@@ -32,6 +32,9 @@ pub struct Fmu {
     /// Version of FMI: 2, which every tool imports, or 3, with a clock for the PWM period
     #[arg(long, value_name = "V", value_parser = ["2", "3"], default_value = "2")]
     pub fmi: String,
+    /// Samples of the converters in each step of a drive, from 1 to 16, evenly spaced; each has outputs of its own
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(standstill_fmu::MOST_SAMPLES)), default_value_t = 1)]
+    pub samples: u32,
     /// File to write
     #[arg(short, long, value_name = "FILE")]
     pub out: PathBuf,

@@ -43,7 +43,11 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
         FmuPart::Motor => Part::Motor,
     };
     let version = if options.fmi == "3" { Version::Three } else { Version::Two };
-    let model = Model::new(&document, part).map_err(|error| Error::Arguments(error.to_string()))?;
+    let model = Model::new(&document, part).and_then(|model| match options.samples {
+        1 => Ok(model),
+        several => model.with_samples(several),
+    });
+    let model = model.map_err(|error| Error::Arguments(error.to_string()))?;
     no_idle_keys(&document, part, &given)?;
     let binaries = binaries(options)?;
     replaces_nothing_else(&options.out)?;

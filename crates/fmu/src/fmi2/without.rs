@@ -1,6 +1,6 @@
 //! Functions that the standard requires but that have no effect here: texts, asynchronous steps, derivatives.
 
-use std::ffi::{c_char, c_int, c_void};
+use std::ffi::{c_char, c_int};
 use std::ptr::null;
 
 use super::{Component, OK};
@@ -21,9 +21,6 @@ fn no_texts(count: usize) -> Outcome {
 }
 
 without! {
-    "states as bytes":
-        fmi2SerializedFMUstateSize(*mut c_void, *mut usize), fmi2SerializeFMUstate(*mut c_void, *mut u8, usize),
-        fmi2DeSerializeFMUstate(*const u8, usize, *mut *mut c_void);
     "derivatives":
         fmi2GetDirectionalDerivative(*const u32, usize, *const u32, usize, *const f64, *mut f64);
     "derivatives of inputs": fmi2SetRealInputDerivatives(*const u32, usize, *const c_int, *const f64);

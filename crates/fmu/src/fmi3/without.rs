@@ -62,10 +62,6 @@ without! {
         fmi3SetShiftDecimal(References, usize, *const f64),
         fmi3SetShiftFraction(References, usize, *const u64, *const u64),
         fmi3ActivateModelPartition(u32, f64);
-    "states as bytes":
-        fmi3SerializedFMUStateSize(*mut c_void, *mut usize),
-        fmi3SerializeFMUState(*mut c_void, *mut u8, usize),
-        fmi3DeserializeFMUState(*const u8, usize, *mut *mut c_void);
     "dependencies that it tells":
         fmi3GetNumberOfVariableDependencies(u32, *mut usize),
         fmi3GetVariableDependencies(u32, *mut usize, *mut u32, *mut usize, *mut c_int, usize);

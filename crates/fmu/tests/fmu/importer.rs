@@ -224,6 +224,38 @@ impl<'u> Slave<'u> {
         unsafe { self.library.get::<Call>(b"fmi2SetFMUstate").expect("there")(self.component, state) }
     }
 
+    /// A state as bytes.
+    pub fn serialised(&self, state: State) -> Option<Vec<u8>> {
+        type Size = unsafe extern "C" fn(*mut c_void, State, *mut usize) -> c_int;
+        let mut size = 0;
+        // SAFETY: the function of the standard's headers.
+        let known = unsafe {
+            let call = self.library.get::<Size>(b"fmi2SerializedFMUstateSize").expect("there");
+            call(self.component, state, &raw mut size)
+        };
+        (known == 0).then_some(())?;
+        let mut bytes = vec![0; size];
+        (self.serialise(state, &mut bytes) == 0).then_some(bytes)
+    }
+
+    pub fn serialise(&self, state: State, bytes: &mut [u8]) -> c_int {
+        type Call = unsafe extern "C" fn(*mut c_void, State, *mut u8, usize) -> c_int;
+        // SAFETY: the function of the standard's headers, with so many bytes.
+        unsafe {
+            let call = self.library.get::<Call>(b"fmi2SerializeFMUstate").expect("there");
+            call(self.component, state, bytes.as_mut_ptr(), bytes.len())
+        }
+    }
+
+    pub fn deserialise(&self, bytes: &[u8], state: &mut State) -> c_int {
+        type Call = unsafe extern "C" fn(*mut c_void, *const u8, usize, *mut State) -> c_int;
+        // SAFETY: the function of the standard's headers, with so many bytes.
+        unsafe {
+            let call = self.library.get::<Call>(b"fmi2DeSerializeFMUstate").expect("there");
+            call(self.component, bytes.as_ptr(), bytes.len(), state)
+        }
+    }
+
     /// The last message.
     pub fn said(&self) -> String {
         self.log.lock().expect("unharmed").last().cloned().unwrap_or_default()

@@ -4,6 +4,8 @@
 
 mod description;
 mod importer;
+mod samples;
+mod serial;
 mod time;
 mod truth;
 
