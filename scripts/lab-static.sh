@@ -20,5 +20,12 @@ cargo build --release --locked --manifest-path crates/lab/wasm/Cargo.toml --targ
 cp crates/lab/page/* "$out/"
 cp crates/lab/wasm/engine.mjs crates/lab/wasm/worker.mjs "$out/"
 rm "$out/server.mjs"
+# All of it is asked for at once, and the engine first.
+links='<link rel="preload" href="engine.wasm" as="fetch" type="application/wasm" crossorigin>'
+for module in engine.mjs decode.mjs $(cd crates/lab/page && ls ./*.mjs | grep -vE '/(engine|decode|server|main)\.mjs'); do
+    links+="<link rel=\"modulepreload\" href=\"${module#./}\">"
+done
+sed -i "s#<script type=\"module\" src=\"main.mjs\">#$links<script type=\"module\" src=\"engine.mjs\"></script>\n&#" "$out/index.html"
+grep -q 'src="engine.mjs"' "$out/index.html" || { echo "lab-static.sh: index.html has no line of main.mjs" >&2; exit 1; }
 cp "${CARGO_TARGET_DIR:-target}/wasm/wasm32-unknown-unknown/release/standstill_lab_wasm.wasm" "$out/engine.wasm"
 du -h "$out/engine.wasm" | cut -f1 | sed "s/^/engine.wasm has /"

@@ -13,6 +13,7 @@ import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'nod
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { advised, broken, phone, stale, undo } from './trouble.mjs';
+import { converter, readiness } from './first.mjs';
 import { browser, children, end, expect, ink, lab, listen, objections, open, rms, settled, site, sleep, state, used } from './desk.mjs';
 
 const words = process.argv.slice(2);
@@ -374,12 +375,12 @@ async function lost() {
   await page.close();
 }
 
-const both = [looks, structure, drag, type, undo, stale, broken, phone, zoom, compare, link, point, filling, numbers];
+const both = [looks, structure, drag, type, undo, stale, broken, phone, zoom, compare, link, point, filling, numbers, one => converter(one, program, picture), one => readiness(one, isStrict)];
 const all = isStatic ? both : [...both, advised, twoTabs, folders, lost];
 try {
   const only = process.env.ONLY?.split(',');
   const started = isStatic ? await site(resolve(place)) : await lab(program);
-  for (const check of all.filter(check => !only || only.includes(check.name))) {
+  for (const check of all.filter(check => !only || only.some(name => check.name === name || check.toString().includes(`${name}(one`)))) {
     try {
       await check(started);
     } catch (error) {

@@ -7,11 +7,13 @@ import { field, keyboard } from './keyboard.mjs';
 import { Faults, leftOut } from './faults.mjs';
 import { Advice } from './advice.mjs';
 import { Controls } from './controls.mjs';
+import { Converter } from './convert.mjs';
 import { Rotor } from './rotor.mjs';
 import { Waves } from './waves.mjs';
 import { Cloud } from './cloud.mjs';
 import { Files } from './folder.mjs';
 import { detection, difference, statistics } from './results.mjs';
+import { theme } from './theme.mjs';
 import { fixed, make } from './words.mjs';
 
 const $ = id => document.getElementById(id);
@@ -36,6 +38,7 @@ class Lab {
       this.asks[side] = { detection: new Newest(() => this.#detection(side)), values: new Newest(() => this.#values(side)) };
     }
     this.advice = new Advice($('advice'), engine, info, this.store);
+    this.converter = new Converter($('convert'), engine, info.convertible);
     this.#buttons();
     if (engine.files && info.folder) this.#folder();
     $('foot').textContent = `Standstill ${info.version}. ${engine.files ? 'Computed on this machine.' : 'Computed in this browser: one thread, no files.'}`;
@@ -125,10 +128,16 @@ class Lab {
       // An answer that comes late must not turn back what the hand has turned on.
       if (side === 'a' && this.state.angle === angle && this.state.trial === trial) this.rotor.stand(found.true_angle);
       this.found = { ...this.found, [side]: found };
+      this.#usable();
       this.#verdicts();
     } catch (error) {
       this.#failed(side, 'detection', question, error);
     }
+  }
+
+  /** Says when waveforms and controls are there for the first time: from then on the page answers a hand. */
+  #usable() {
+    if (this.found?.a && this.values.a && !root.dataset.usable) performance.mark(root.dataset.usable = 'usable');
   }
 
   /** The detections in words, of the sides that are there. */
@@ -159,6 +168,7 @@ class Lab {
       this.faults.set(side, 'values', question, null);
       if (side === 'a') this.rotor.motor(values.motor);
       this.#showValues();
+      this.#usable();
     } catch (error) {
       this.#failed(side, 'values', question, error);
     }
@@ -303,14 +313,7 @@ class Lab {
     for (const button of document.querySelectorAll('[data-copy]')) {
       button.addEventListener('click', () => this.#copy($(button.dataset.copy).textContent, 'Copied.'));
     }
-    on('theme', () => {
-      const dark = matchMedia('(prefers-color-scheme: dark)').matches;
-      const now = root.dataset.theme ?? (dark ? 'dark' : 'light');
-      root.dataset.theme = now === 'dark' ? 'light' : 'dark';
-      try { localStorage.setItem('theme', root.dataset.theme); } catch { /* Not kept. */ }
-      this.#paint();
-    });
-    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#paint());
+    theme($('theme'), () => this.#paint());
     addEventListener('hashchange', () => this.#link());
     keyboard(store);
   }
@@ -379,7 +382,6 @@ class Lab {
   }
 }
 
-try { if (localStorage.getItem('theme')) root.dataset.theme = localStorage.getItem('theme'); } catch { /* As the system has it. */ }
 /** The lab as soon as it answers. */
 async function begin() {
   try {

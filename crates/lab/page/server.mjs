@@ -32,6 +32,7 @@ export async function open() {
     start: () => json('start'),
     setting: body => json('setting', body),
     pair: body => json('pair', body),
+    convert: body => json('convert', body),
     advice: body => json('advice', body),
     folder: () => json('folder'),
     progress: path => json('progress', { path }),

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use standstill_detect::Method;
+use standstill_plant::DataSheet;
 use standstill_scenario::{Document, FileError, Origin, Plan, Scenario, Single};
 
 use crate::advice::{Adviser, Find};
@@ -16,7 +17,7 @@ use crate::detection::{self, DetectionRequest};
 use crate::error::LabError;
 use crate::folder::Folder;
 use crate::setting::Setting;
-use crate::{controls, values};
+use crate::{controls, convert, values};
 
 /// The scenario that the lab is started with.
 #[derive(Clone, Debug)]
@@ -127,8 +128,7 @@ impl Bench {
         self.folder.as_ref()
     }
 
-    /// Returns the answer to a request in JSON: `start`, `setting`, `advice`, `pair`, `folder`, `progress`;
-    /// `detection` has one in bytes.
+    /// The answer to a request in JSON: `start`, `setting`, `advice`, `convert`, `pair`, `folder`, `progress`; `detection` has one in bytes.
     ///
     /// # Errors
     /// Requests that no page makes, and scenarios that cannot be.
@@ -140,6 +140,7 @@ impl Bench {
                 let adviser = self.adviser.as_ref().ok_or_else(|| LabError::of("the lab has no adviser"))?;
                 adviser.answer(self, &body(text)?)?
             }
+            "convert" => convert::answer(&body(text)?)?,
             "pair" => cloud::pair(self, &body::<Pair>(text)?),
             "folder" => json!({ "entries": self.folder.as_ref().map(Folder::entries) }),
             "progress" => {
@@ -173,6 +174,7 @@ impl Bench {
             "version": env!("CARGO_PKG_VERSION"),
             "motors": standstill_plant::built_in_names().collect::<Vec<_>>(),
             "controls": controls::controls(),
+            "convertible": DataSheet::convertible_keys(),
             "has_method": self.given.document.get("detector").is_some(),
             "scenario": self.given.file.as_ref().map(|file| file.display().to_string()),
             "folder": self.folder.as_ref().map(|folder| folder.path().display().to_string()),

@@ -1,5 +1,6 @@
 //! Command lines for the page's settings: they compute the same numbers.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::setting::Setting;
@@ -62,6 +63,12 @@ pub(crate) fn run(written: &Written, setting: &Setting, trials: u64) -> String {
     }
     words.extend(["--trials".to_owned(), trials.to_string()]);
     words.join(" ")
+}
+
+/// `standstill convert` of these numbers.
+pub(crate) fn convert(numbers: &BTreeMap<String, String>) -> String {
+    let numbers = numbers.iter().map(|(key, value)| quoted(&format!("{key}={value}")));
+    ["standstill".to_owned(), "convert".to_owned()].into_iter().chain(numbers).collect::<Vec<_>>().join(" ")
 }
 
 fn keys(written: &Written, setting: &Setting) -> Vec<String> {

@@ -74,6 +74,7 @@ impl Folder {
     ///
     /// # Errors
     /// Those of [`Folder::inside`], for both.
+    #[cfg(feature = "server")]
     pub(crate) fn run(&self, name: &str) -> Result<PathBuf, LabError> {
         let path = self.inside(name)?;
         let own = |name: &str| {

@@ -15,6 +15,7 @@ mod bench;
 mod cloud;
 mod commands;
 mod controls;
+mod convert;
 mod detection;
 mod error;
 mod folder;

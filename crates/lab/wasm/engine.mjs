@@ -1,8 +1,14 @@
 // The engine in a worker of this browser: in the place of the one that asks a server.
 import { frames } from './decode.mjs';
 
+// The page loads this module before all others: while they come, the worker starts, and the engine is compiled as its bytes arrive.
+const worker = new Worker(new URL('worker.mjs', import.meta.url), { type: 'module' });
+const bytes = () => fetch(new URL('engine.wasm', import.meta.url));
+// Where the host names the wrong type of content, it is compiled in one piece.
+WebAssembly.compileStreaming(bytes()).catch(async () => WebAssembly.compile(await (await bytes()).arrayBuffer()))
+  .then(compiled => worker.postMessage({ compiled }), error => worker.postMessage({ failed: String(error) }));
+
 export async function open() {
-  const worker = new Worker(new URL('worker.mjs', import.meta.url), { type: 'module' });
   const open = new Map();
   let next = 0;
   worker.addEventListener('message', ({ data }) => {
@@ -34,6 +40,7 @@ export async function open() {
     start: () => json('start'),
     setting: body => json('setting', body),
     pair: body => json('pair', body),
+    convert: body => json('convert', body),
     detection: body => ask('detection', body),
     cloud: (body, frame, signal) => ask('cloud', body, frames(frame), signal),
   };

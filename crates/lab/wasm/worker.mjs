@@ -23,17 +23,22 @@ function call(name, ...parts) {
   return code === 2 ? null : answer;
 }
 
-/** The module. What libraries would import of a browser, such as its random numbers, nothing that the lab does calls. */
-const ready = fetch('engine.wasm').then(response => response.arrayBuffer()).then(bytes => WebAssembly.compile(bytes)).then(async compiled => {
+/** Makes the module. What libraries would import of a browser, such as its random numbers, nothing that the lab does calls. */
+async function make(compiled) {
   const imports = {};
   for (const { module: from, name, kind } of WebAssembly.Module.imports(compiled)) {
     if (kind === 'function') (imports[from] ??= {})[name] = () => { throw new Error(`the engine has no ${name}`); };
   }
   module = (await WebAssembly.instantiate(compiled, imports)).exports;
-});
+}
+
+let failure = null;
+let known = null;
+const ready = new Promise(done => { known = done; });
 
 function one({ id, name, body }) {
   try {
+    if (failure) throw new Error(failure);
     postMessage({ id, answer: call('answer', name, JSON.stringify(body ?? null)) });
   } catch (error) {
     postMessage({ id, error });
@@ -78,6 +83,11 @@ pulse.port1.onmessage = async () => {
 };
 
 addEventListener('message', ({ data }) => {
+  if (data.compiled || data.failed) {
+    failure = data.failed ? `The engine could not be loaded (${data.failed}): load the page again.` : null;
+    known(data.compiled && make(data.compiled).catch(error => { failure = String(error); }));
+    return;
+  }
   if (data.stop !== undefined) {
     for (const [slot, cloud] of clouds) if (cloud.id === data.stop) clouds.delete(slot);
   } else if (data.name === 'cloud') {

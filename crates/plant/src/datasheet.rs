@@ -16,7 +16,7 @@ use toml::{Table, Value};
 
 pub use self::error::MotorError;
 use self::error::{of_file, wrong};
-pub use self::nameplate::{EqualNumber, NameplateNumber};
+pub use self::nameplate::{ConvertibleKey, EqualNumber, NameplateNumber};
 use crate::{FluxMap, MapReport};
 
 /// A motor as described by its file. Without a `[saturation]` table the core is linear. A `[bridge]` table adds the
@@ -59,7 +59,21 @@ impl DataSheet {
         nameplate::equal_numbers(&nameplate::table(given))
     }
 
-    /// Reads a data sheet from the text of a file; `file`: its name for error messages.
+    /// The keys that [`DataSheet::equal_numbers`] takes, `pole_pairs` first, then those of each quantity together.
+    ///
+    /// ```
+    /// use standstill_plant::DataSheet;
+    ///
+    /// let keys = DataSheet::convertible_keys();
+    /// let way = |key: &str| keys.iter().find(|of| of.key == key).map(|of| of.way);
+    /// assert_eq!(way("L_d"), way("L_q"));
+    /// assert_ne!(way("Kv"), way("Ke_line_rms"));
+    /// ```
+    pub fn convertible_keys() -> Vec<ConvertibleKey> {
+        nameplate::convertible_keys()
+    }
+
+    /// From the text of a file; `file` is its name for error messages.
     ///
     /// ```
     /// use standstill_plant::DataSheet;

@@ -27,7 +27,7 @@ mod survey;
 mod thermal;
 mod winding;
 
-pub use datasheet::{DataSheet, Entry, EqualNumber, MotorError, NameplateNumber};
+pub use datasheet::{ConvertibleKey, DataSheet, Entry, EqualNumber, MotorError, NameplateNumber};
 pub use fluxmap::{
     Continuation, FittedCore, FluxMap, InductanceErrors, MapAxes, MapReport, PoleKnowledge, PoleSpread,
 };

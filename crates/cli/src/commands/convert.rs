@@ -1,6 +1,6 @@
 //! `standstill convert`: a motor's numbers in the forms that other data sheets and controllers use.
 
-use serde_json::{Value, json};
+use serde_json::json;
 use standstill_plant::{DataSheet, EqualNumber};
 use standstill_report::page::{Column, Table};
 
@@ -21,9 +21,7 @@ pub fn run(options: &Convert) -> Result<Report, Error> {
     let given = options.numbers.iter().map(|(key, value)| (key.as_str(), value.as_str()));
     let all = DataSheet::equal_numbers(given).map_err(Error::Motor)?;
     if options.json {
-        let number = |EqualNumber { quantity, key, value, unit, text, meaning }: &EqualNumber| json!({ "quantity": quantity, "key": key, "value": value, "unit": unit, "text": text, "meaning": meaning });
-        let all: Vec<Value> = all.iter().map(number).collect();
-        return Ok(Report { text: format!("{:#}\n", Value::Array(all)), code: 0 });
+        return Ok(Report { text: format!("{:#}\n", json!(all)), code: 0 });
     }
     let is_given = |number: &EqualNumber| options.numbers.iter().any(|(key, _)| number.key == Some(key));
     let stated = |number: &EqualNumber| {

@@ -1,5 +1,6 @@
 //! The lab from outside: what its page asks, and what nobody may.
 
+mod convert;
 mod crowds;
 mod hostile;
 mod modules;

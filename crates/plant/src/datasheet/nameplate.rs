@@ -12,8 +12,8 @@ mod whole;
 use standstill_files::sheet::{Entry, NameplateTable, SharesTable, Source, Sourced, Stated};
 use standstill_quantity::unit::Share;
 
-pub use self::equal::EqualNumber;
-pub(super) use self::equal::{equal_numbers, table};
+pub use self::equal::{ConvertibleKey, EqualNumber};
+pub(super) use self::equal::{convertible_keys, equal_numbers, table};
 pub(super) use self::given::stands_for;
 pub use self::numbers::NameplateNumber;
 pub(super) use self::reader::spelled_out;

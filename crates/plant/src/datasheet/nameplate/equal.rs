@@ -5,6 +5,7 @@ mod tests;
 
 use std::f64::consts::{PI, SQRT_2};
 
+use serde::Serialize;
 use standstill_quantity::unit::{
     Ampere, Henry, Ohm, One, RevolutionsPerMinuteVolt, VoltPerThousandRevolutionsPerMinute, Weber,
 };
@@ -12,12 +13,11 @@ use standstill_quantity::{Scale, Unit, short};
 use toml::{Table, Value};
 
 use super::super::MotorError;
-use super::given::{in_phase_values, instead_of, keys};
+use super::given::{in_phase_values, instead_of, keys, ways};
 use super::reader::Reader;
 
-/// A number of a motor, expressed in one of the ways that data sheets use, see
-/// [`DataSheet::equal_numbers`](crate::DataSheet::equal_numbers).
-#[derive(Clone, Debug, PartialEq)]
+/// One number of a motor in one of the ways in which it is given, see [`DataSheet::equal_numbers`](crate::DataSheet::equal_numbers).
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EqualNumber {
     /// Name of the quantity, such as `resistance`; the same for all ways of giving it.
     pub quantity: &'static str,
@@ -31,6 +31,39 @@ pub struct EqualNumber {
     pub text: String,
     /// Description of this way.
     pub meaning: &'static str,
+}
+
+/// A key by which a number that can be converted is given, see
+/// [`DataSheet::convertible_keys`](crate::DataSheet::convertible_keys).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct ConvertibleKey {
+    /// The key, as in `[nameplate]`.
+    pub key: &'static str,
+    /// Name of the quantity, as in [`EqualNumber::quantity`]; empty of `pole_pairs`, which other numbers need.
+    pub quantity: &'static str,
+    /// Number of the way of giving the quantity: keys of one way, such as `L_d` and `L_q`, are given together.
+    pub way: usize,
+    /// Description of this way.
+    pub meaning: &'static str,
+}
+
+/// All keys of numbers that can be converted.
+pub(in crate::datasheet) fn convertible_keys() -> Vec<ConvertibleKey> {
+    let mut all = Vec::new();
+    of_resistance(1.0, &mut all);
+    of_inductances([1.0; 2], &mut all);
+    of_flux(1.0, Some(1.0), &mut all);
+    of_current(1.0, &mut all);
+    let poles = "half the number of poles";
+    let mut keys = vec![ConvertibleKey { key: "pole_pairs", quantity: "", way: 0, meaning: poles }];
+    for (way, of) in ways().enumerate() {
+        keys.extend(of.iter().filter_map(|key| {
+            let EqualNumber { quantity, meaning, .. } =
+                *all.iter().find(|number| number.key == Some(*key))?;
+            Some(ConvertibleKey { key, quantity, way: way + 1, meaning })
+        }));
+    }
+    keys
 }
 
 fn text(value: f64, symbol: &str) -> String {
@@ -69,6 +102,9 @@ fn of_inductances([d, q]: [f64; 2], all: &mut Vec<EqualNumber>) {
     let mut ways = Ways("inductance", all);
     ways.key::<Henry>("L_d", d, "of a phase, along the magnet");
     ways.key::<Henry>("L_q", q, "of a phase, across the magnet");
+    if d == q {
+        ways.key::<Henry>("L_line_to_line", 2.0 * d, "between two terminals, alike along both axes");
+    }
     // Between two terminals nobody sees which axis the least belongs to: these keys take it for that of the magnet.
     if d <= q {
         let [least, most] = [2.0 * d, 2.0 * q];

@@ -77,9 +77,14 @@ static GROUPS: [Group; 4] = [
     },
 ];
 
-/// Returns all keys that give a number in one of several ways.
+/// All ways of giving a number, each with its keys.
+pub(super) fn ways() -> impl Iterator<Item = &'static [&'static str]> {
+    GROUPS.iter().flat_map(|group| group.ways.iter().copied())
+}
+
+/// All keys that give a number in one of several ways.
 pub(super) fn keys() -> impl Iterator<Item = &'static str> {
-    GROUPS.iter().flat_map(|group| group.ways.iter().copied().flatten().copied())
+    ways().flatten().copied()
 }
 
 /// Returns true if another key of a sheet gives the same number as this key, such as `nameplate.magnet_flux`.

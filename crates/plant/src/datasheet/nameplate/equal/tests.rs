@@ -101,3 +101,21 @@ fn regress_numbers_that_say_nothing_are_refused_by_name() {
         );
     }
 }
+
+/// A form that offers them all: each has words, and each way alone is enough, or needs pole pairs.
+#[test]
+fn law_each_convertible_key_is_taken_with_those_of_its_way_alone() {
+    let keys = convertible_keys();
+    let known: Vec<&str> = super::super::given::keys().collect();
+    assert_eq!(keys.iter().skip(1).map(|of| of.key).collect::<Vec<_>>(), known);
+    for way in 1..=keys.last().expect("keys").way {
+        let own: Vec<&ConvertibleKey> = keys.iter().filter(|of| of.way == way).collect();
+        let mut given: Vec<(&str, &str)> = own.iter().map(|of| (of.key, "1")).collect();
+        given.push(("pole_pairs", "4"));
+        let all = of(&given).expect("numbers");
+        assert!(all.iter().all(|number| number.quantity == own[0].quantity), "{given:?}");
+        for key in own {
+            assert!(all.iter().any(|number| number.key == Some(key.key) && number.meaning == key.meaning));
+        }
+    }
+}
