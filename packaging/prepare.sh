@@ -8,7 +8,7 @@ if [ "$(uname)" = Darwin ]; then
     echo "$(brew --prefix bash)/bin" >>"$GITHUB_PATH"
 else
     rustup toolchain install stable --profile minimal \
-        --target x86_64-unknown-linux-gnu,aarch64-unknown-linux-gnu,x86_64-pc-windows-gnu
+        --target x86_64-unknown-linux-gnu,aarch64-unknown-linux-gnu,x86_64-unknown-linux-musl,aarch64-unknown-linux-musl,x86_64-pc-windows-gnu
     sudo apt-get update
     sudo apt-get install -y --no-install-recommends gcc-mingw-w64-x86-64
     pip install "maturin>=1.9,<2" ziglang cargo-zigbuild

@@ -16,9 +16,11 @@ home=${STANDSTILL_HOME:-@HOME@}
 home=${home%/}
 # The oldest C library of Linux that the program and its wheel ask for.
 glibc=2.28
-# A target, and how its archive ends. None of musl: loading a detector in C needs the loader of glibc.
+# A target, and how its archive ends. Those of musl are static and run on any Linux; a detector in C needs the loader of glibc.
 targets='x86_64-unknown-linux-gnu tar.gz
 aarch64-unknown-linux-gnu tar.gz
+x86_64-unknown-linux-musl tar.gz
+aarch64-unknown-linux-musl tar.gz
 x86_64-apple-darwin tar.gz
 aarch64-apple-darwin tar.gz
 x86_64-pc-windows-gnu zip'
@@ -59,7 +61,7 @@ can() {
     local triple=$1
     if [ ! -d "$(rustc --print target-libdir --target "$triple")" ]; then missing "$triple: rustup target add $triple"; return 1; fi
     case $triple in
-        *-linux-gnu) command -v cargo-zigbuild >/dev/null || { missing "$triple: pip install ziglang cargo-zigbuild"; return 1; } ;;
+        *-linux-*) command -v cargo-zigbuild >/dev/null || { missing "$triple: pip install ziglang cargo-zigbuild"; return 1; } ;;
         *-windows-gnu) command -v x86_64-w64-mingw32-gcc >/dev/null || { missing "$triple: apt-get install gcc-mingw-w64-x86-64"; return 1; } ;;
         *-apple-*) [ "$(uname)" = Darwin ] || { missing "$triple: macOS (the workflow builds it)"; return 1; } ;;
     esac
@@ -71,15 +73,16 @@ compile() {
     shift
     case $triple in
         *-linux-gnu) cargo zigbuild --release --locked --target "$triple.$glibc" "$@" ;;
+        *-linux-musl) cargo zigbuild --release --locked --target "$triple" "$@" ;;
         *) cargo build --release --locked --target "$triple" "$@" ;;
     esac
 }
 
-# The library of FMUs: its file as Cargo names it, and its name among those of other machines.
+# The library of FMUs: its file as Cargo names it, and its name among those of other machines. Importers on Linux have glibc.
 library() {
     case $1 in
-        x86_64-unknown-linux-gnu) echo libstandstill_fmu.so x86_64-linux.so ;;
-        aarch64-unknown-linux-gnu) echo libstandstill_fmu.so aarch64-linux.so ;;
+        x86_64-unknown-linux-*) echo libstandstill_fmu.so x86_64-linux.so ;;
+        aarch64-unknown-linux-*) echo libstandstill_fmu.so aarch64-linux.so ;;
         x86_64-apple-darwin) echo libstandstill_fmu.dylib x86_64-darwin.dylib ;;
         aarch64-apple-darwin) echo libstandstill_fmu.dylib aarch64-darwin.dylib ;;
         x86_64-pc-windows-gnu) echo standstill_fmu.dll x86_64-windows.dll ;;
@@ -137,6 +140,7 @@ wheels() {
             --interpreter python3.11 --manifest-path crates/python/Cargo.toml --out "$out" --quiet
     done <<PLATFORMS
 x86_64-unknown-linux-gnu manylinux_2_28
+aarch64-unknown-linux-gnu manylinux_2_28
 PLATFORMS
     for wheel in "$out"/standstill-"$version"-*.whl; do
         echo "$(basename "$wheel"): $(stat -c %s "$wheel") bytes"
@@ -203,6 +207,7 @@ case $how in
         # Libraries of FMUs first: each archive has them all.
         while read -r triple _; do
             if ! can "$triple"; then continue; fi
+            case $triple in *-musl) continue ;; esac
             wants "$triple" || wants fmu || continue
             read -r file own <<<"$(library "$triple")"
             compile "$triple" -p standstill-fmu

@@ -1,21 +1,71 @@
 #!/usr/bin/env bash
 # The site as a static folder: manual with search, lab without a server, gallery of the figures, Python's reference, rustdoc.
 #
-#     scripts/site.sh FOLDER [--without-rustdoc]
+#     scripts/site.sh FOLDER [--without-rustdoc] [--version NAME]      into FOLDER/NAME; the version of Cargo.toml unless named
+#     scripts/site.sh FOLDER --versions                                lists the versions that are in FOLDER anew, and builds none
 #
-# With STANDSTILL_HOME, the address of the repository, pages link to its files; without it they name them. Needs python3, mdbook (`cargo install mdbook --locked`) and the target wasm32-unknown-unknown (`rustup target add wasm32-unknown-unknown`).
-# Look at it through a server, such as `python3 -m http.server --directory FOLDER`.
+# Versions stand beside each other, with a switch on each page. FOLDER/latest is a link to the newest release (where there is none, to
+# what there is), and FOLDER/index.html goes there. With STANDSTILL_HOME, the address of the repository, pages link to its files;
+# without it they name them. Needs python3, mdbook (`cargo install mdbook --locked`) and the target wasm32-unknown-unknown
+# (`rustup target add wasm32-unknown-unknown`). Look at it through a server, such as `python3 -m http.server --directory FOLDER`.
 set -euo pipefail
-out=${1:?usage: scripts/site.sh FOLDER [--without-rustdoc]}
-rustdoc=${2:-}
-[ -z "$rustdoc" ] || [ "$rustdoc" = --without-rustdoc ] || { echo "site.sh: found $rustdoc, needed --without-rustdoc or nothing" >&2; exit 2; }
-command -v mdbook >/dev/null || { echo "mdbook is missing: cargo install mdbook --locked" >&2; exit 2; }
-if [ -e "$out" ] && [ -n "$(ls -A "$out")" ] && [ ! -e "$out/.standstill-site" ]; then
+usage() { echo "usage: scripts/site.sh FOLDER [--without-rustdoc] [--version NAME], or scripts/site.sh FOLDER --versions" >&2; exit 2; }
+[ $# -ge 1 ] || usage
+case $1 in -*) usage ;; esac
+out=$1
+shift
+rustdoc=
+only=
+cargo_toml=$(dirname "$0")/../Cargo.toml
+version=$(sed -n '/^\[workspace.package\]/,/^version/s/^version = "\(.*\)"$/\1/p' "$cargo_toml")
+while [ $# -gt 0 ]; do
+    case $1 in
+        --without-rustdoc) rustdoc=$1 ;;
+        --versions) only=$1 ;;
+        --version) [ $# -ge 2 ] || usage; version=$2; shift ;;
+        *) usage ;;
+    esac
+    shift
+done
+if ! [[ $version =~ ^[A-Za-z0-9][A-Za-z0-9._-]*$ ]] || [ "$version" = latest ]; then
+    echo "site.sh: found the version \"$version\", needed a name of letters, digits, points and dashes, and not \"latest\"" >&2
+    exit 2
+fi
+# What a host keeps beside the pages stays.
+if [ -e "$out" ] && ls -A "$out" | grep -qvxE '\.git|CNAME' && [ ! -e "$out/.standstill-site" ]; then
     echo "site.sh: $out is not empty and not a site of before; name another folder" >&2
     exit 2
 fi
 mkdir -p "$out"
 out=$(cd "$out" && pwd)
+touch "$out/.standstill-site"
+
+# The list of versions for the switch, releases first and the newest of them before the others; where the site begins.
+list() {
+    python3 - "$out" <<'PY'
+import json, os, pathlib, re, sys
+out = pathlib.Path(sys.argv[1])
+there = [path.name for path in out.iterdir() if path.is_dir() and not path.is_symlink() and (path / "index.html").is_file()]
+number = lambda name: [int(part) for part in re.fullmatch(r"v?(\d+)\.(\d+)\.(\d+)", name).groups()]
+is_release = lambda name: re.fullmatch(r"v?\d+\.\d+\.\d+", name) is not None
+versions = sorted(filter(is_release, there), key=number, reverse=True) + sorted(name for name in there if not is_release(name))
+if not versions:
+    sys.exit(f"site.sh: {out}: found no version, needed a folder with index.html")
+(out / "versions.json").write_text(json.dumps({"latest": versions[0], "versions": versions}) + "\n")
+link = out / "latest"
+if link.is_symlink():
+    link.unlink()
+os.symlink(versions[0], link)
+(out / "index.html").write_text('<!doctype html><html lang="en"><meta charset="utf-8"><title>Standstill</title>'
+    '<meta http-equiv="refresh" content="0; url=latest/"><a href="latest/">Standstill</a></html>\n')
+print(f"versions: {', '.join(versions)}; latest is {versions[0]}")
+PY
+}
+if [ -n "$only" ]; then
+    list
+    exit
+fi
+command -v mdbook >/dev/null || { echo "mdbook is missing: cargo install mdbook --locked" >&2; exit 2; }
 cd "$(dirname "$0")/.."
 target=${CARGO_TARGET_DIR:-target}
 work=$(mktemp -d)
@@ -24,6 +74,8 @@ trap 'rm -rf "$work"' EXIT
 # The pages of the root stand among those of docs/, so links lose one step; what lies elsewhere is linked where the code is.
 cp -r docs "$work/docs"
 cp book.toml "$work/"
+cp packaging/site/versions.js "$work/"
+sed -i 's/^\[output\.html\]$/&\nadditional-js = ["versions.js"]/' "$work/book.toml"
 # Pages for developers are not searched, as those of book.toml.
 for page in CHANGELOG CONTRIBUTING ARCHITECTURE; do
     sed -i "s/^\"mistakes.md\" = .*/&\n\"$page.md\" = { enable = false }/" "$work/book.toml"
@@ -108,8 +160,7 @@ if [ -z "$rustdoc" ]; then
     printf '<meta http-equiv="refresh" content="0; url=standstill_sim/index.html">\n' >"$work/site/rust/index.html"
 fi
 [ "$size" -le 8192 ] || { echo "site.sh: the site has $size kB without rustdoc, needed at most 8192: which files grew?" >&2; exit 1; }
-touch "$work/site/.standstill-site"
-# What a host keeps beside the pages stays.
-find "$out" -mindepth 1 -maxdepth 1 ! -name .git ! -name CNAME -exec rm -rf {} +
-cp -r "$work/site/." "$out/"
-echo "the site is in $out: $size kB without rustdoc"
+rm -rf "${out:?}/$version"
+mv "$work/site" "$out/$version"
+list
+echo "the site is in $out/$version: $size kB without rustdoc"

@@ -145,3 +145,37 @@ fn law_the_workflow_uses_what_the_script_has() {
         }
     }
 }
+
+/// Releases stand by their numbers and not by their letters; what is no release is the latest only where there is none.
+#[test]
+fn law_the_site_knows_its_versions_and_which_is_the_latest() {
+    let folder = folder();
+    let path = folder.path().join("site");
+    let site = |arguments: &[&str]| {
+        let script = root().join("scripts/site.sh");
+        let output = Command::new("bash").arg(script).arg(&path).args(arguments).output().expect("bash");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    assert_ne!(site(&["--versions"]).0, Some(0), "a site without a version");
+    for (added, all) in [
+        ("main", vec!["main"]),
+        ("0.9.0", vec!["0.9.0", "main"]),
+        ("0.10.0", vec!["0.10.0", "0.9.0", "main"]),
+        ("0.2.11", vec!["0.10.0", "0.9.0", "0.2.11", "main"]),
+    ] {
+        fs::create_dir(path.join(added)).expect("made");
+        fs::write(path.join(added).join("index.html"), added).expect("written");
+        assert_eq!(site(&["--versions"]), (Some(0), String::new()));
+        let list = fs::read_to_string(path.join("versions.json")).expect("there");
+        let list: serde_json::Value = serde_json::from_str(&list).expect("JSON");
+        assert_eq!(list, serde_json::json!({ "latest": all[0], "versions": all }));
+        assert_eq!(fs::read_to_string(path.join("latest/index.html")).expect("there"), all[0]);
+        assert!(fs::read_to_string(path.join("index.html")).expect("there").contains("latest/"));
+    }
+    for wrong in [&["--version", "latest"][..], &["--version", "../x"], &["--version"], &["--rustdoc"]] {
+        assert_eq!(site(wrong).0, Some(2), "{wrong:?}");
+    }
+    fs::remove_file(path.join(".standstill-site")).expect("there");
+    let (code, said) = site(&["--versions"]);
+    assert!(code == Some(2) && said.contains("not a site of before"), "{said}");
+}
