@@ -27,7 +27,8 @@ export async function converter({ address }, program, picture) {
     expect(/^\[nameplate\]\n/.test(await page.textContent('#nameplate')), 'no data sheet to copy');
     // Another way of giving the same takes the place of the first.
     await field('vesc_lambda').fill('1 mWb');
-    await page.waitForFunction(() => document.getElementById('convert-Kv').value === '787.476 rpm/V');
+    const other = JSON.parse(execFileSync(resolve(program), ['convert', 'pole_pairs=7', 'vesc_lambda=1 mWb', '--json'], { encoding: 'utf8' }));
+    await page.waitForFunction(text => document.getElementById('convert-Kv').value === text, other.find(of => of.key === 'Kv').text);
     expect(await field('Kv').evaluate(input => !input.classList.contains('given')), 'two ways of giving the flux are given');
     expect(await page.evaluate(() => document.scrollingElement.scrollWidth <= innerWidth), `converter ${width}: wider than the window`);
     await page.locator('section.convert').scrollIntoViewIfNeeded();

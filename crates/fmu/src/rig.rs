@@ -49,7 +49,7 @@ impl Samples {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let of = |share: f64| Nanos((share * duration.0 as f64).round() as u64);
         let (first, gaps) = (of(self.first), u64::from(self.count - 1));
-        let most = if gaps == 0 { 0 } else { (duration - first).0 / gaps };
+        let most = (duration - first).0.checked_div(gaps).unwrap_or(0);
         Sampling { first, interval: Nanos(of(self.every).0.min(most)), count: self.count }
     }
 }
