@@ -120,6 +120,9 @@ cargo run --release --quiet -p standstill-report --example gallery -- "$work/gal
 mkdir -p "$work/theme/fonts"
 : >"$work/theme/fonts/fonts.css"
 mdbook build --dest-dir "$work/site" "$work"
+# An empty one is linked and not copied.
+mkdir -p "$work/site/fonts"
+: >"$work/site/fonts/fonts.css"
 # Half of the index repeats the text under the name of the path to a heading, and weights have sixteen digits.
 python3 - "$work"/site/searchindex-*.js <<'PY'
 import json, re, sys

@@ -12,6 +12,7 @@
   select.id = 'versions';
   select.title = 'Version of the manual';
   select.setAttribute('aria-label', select.title);
+  select.style.cssText = 'margin:.7rem 0;font-size:1.4rem;max-width:10em';
   for (const name of ['latest', ...versions]) {
     const text = name === 'latest' ? `latest (${latest})` : name;
     select.add(new Option(text, name, name === here, name === here));

@@ -2,7 +2,7 @@
 
 import { execFileSync } from 'node:child_process';
 import { resolve } from 'node:path';
-import { browser, expect, open } from './desk.mjs';
+import { browser, expect, open, used } from './desk.mjs';
 
 /** A data sheet's numbers: those of `standstill convert`, in words and in the fields. */
 export async function converter({ address }, program, picture) {
@@ -39,15 +39,18 @@ export async function converter({ address }, program, picture) {
 
 /** How long until waveforms and controls answer: of an address that this browser has not seen before, and again. */
 export async function readiness({ address }, isStrict) {
-  const times = [];
+  const [times, costs] = [[], []];
   for (let k = 0; k < 5; k += 1) {
     const page = await browser.newPage();
+    const before = used();
     await page.goto(address);
     await page.waitForSelector('html[data-usable]', { state: 'attached' });
+    // What the machine's load does not change: processor time of page and engine, of which the first trials have a part.
+    costs.push(used() - before);
     times.push(await page.evaluate(() => performance.getEntriesByName('usable')[0].startTime));
     await page.close();
   }
   const best = Math.min(...times);
-  console.log(`usable after ${times.map(time => time.toFixed(0)).join(', ')} ms`);
+  console.log(`usable after ${times.map(time => time.toFixed(0)).join(', ')} ms, of processor time ${costs.join(', ')} ms`);
   expect(best < (isStrict ? 1000 : 10_000), `usable after ${best.toFixed(0)} ms`);
 }

@@ -208,8 +208,10 @@ mod tests {
         let mut past = Past::default();
         let zero = |zero: f64| Move::Fed { potential: [zero; 3], duration: Nanos(1) };
         (0..1_000_000).for_each(|_| past.push(&zero(0.0)));
-        let one = past.written().expect("few").len();
+        let bytes = past.written().expect("few");
+        let one = bytes.len();
         assert!(one < 40, "{one}");
+        assert_eq!(Past::read(&bytes).collect::<Vec<_>>(), [Some((1_000_000, zero(0.0)))]);
         past.push(&zero(-0.0));
         assert_eq!(past.written().expect("few").len(), 2 * one);
     }
