@@ -21,7 +21,7 @@ use crate::DriveSettings;
 #[allow(clippy::large_enum_variant)]
 pub enum Made<D> {
     /// Detector of the scenario's method.
-    Own(D),
+    Own(Box<D>),
     /// Detector of the scenario's library.
     Foreign(Foreign),
 }

@@ -181,7 +181,9 @@ impl<S: Settings<f64>> Scenario<S> {
     /// Makes the detector of a case. `trial`: number of the trial, which a library receives; none for a check without a
     /// trial.
     fn made(&self, case: &Case, trial: Option<u64>) -> Result<Made<S::Detector>, SettingsError> {
-        let Some(foreign) = &self.foreign else { return self.detector.detector().map(Made::Own) };
+        let Some(foreign) = &self.foreign else {
+            return self.detector.detector().map(Box::new).map(Made::Own);
+        };
         let mut draws = case.streams.open(Purpose::Detector);
         // A draw has 48 bits.
         let [high, low] = [(); 2].map(|()| draws.integer(u64::from(u32::MAX)));

@@ -16,7 +16,7 @@ use standstill_inverter::Modes;
 pub(crate) use comparator::Input;
 pub use comparator::{Comparator, ComparatorSettings, Comparators};
 pub use converter::Adc;
-use converter::Channels;
+use converter::{Channels, Converted};
 pub(crate) use low_pass::LowPass;
 pub use pick_up::PickUp;
 pub(crate) use sampler::{Instant, Sampler};

@@ -182,26 +182,23 @@ impl<'a> Control<'a> {
                 self.make_zero(bank, ends);
                 if ends.iter().filter(|ends| **ends).count() >= 2 {
                     bank.machine.legs.put(self.lane, [Conduction::Blocked; 3]);
-                    return self.begin_to_conduct(bank);
+                    return if self.drives_legs(bank) { self.resolve(bank) } else { Ok(()) };
                 }
             }
         }
         self.resolve(bank)
     }
 
-    /// Makes legs without current conduct if their gates and the machine's voltages require it.
-    pub(super) fn begin_to_conduct<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
+    /// Returns whether a voltage may let legs without current conduct: between terminals, or induced by the rotor. If so, the link
+    /// voltage is brought up to date.
+    pub(super) fn drives_legs<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
         self.found = self.time(bank);
-        // Without a voltage between terminals, and nothing that induces one, they stay as they are.
         let gates = self.gates(bank);
-        let drives = gates.contains(&Gate::High) && gates.contains(&Gate::Low);
-        if !drives && !bank.machine.drifts() {
-            return Ok(());
-        }
-        if self.stale {
+        let drives = gates.contains(&Gate::High) && gates.contains(&Gate::Low) || bank.machine.drifts();
+        if drives && self.stale {
             self.look_at_link(bank);
         }
-        self.resolve(bank)
+        drives
     }
 
     /// Sets the currents of these legs, which are zero within the error of a step, to exactly zero. The flux changes as

@@ -74,9 +74,6 @@ impl Course {
     /// Adds one conversion of all phases to a sample that averages `count` conversions. The next conversion is due
     /// `apart` later, or as soon as the present one is complete. Returns the mean once all conversions are done.
     pub fn averaged(&mut self, reading: Reading<f64>, count: u8, apart: Nanos) -> Option<Reading<f64>> {
-        if count <= 1 {
-            return Some(reading);
-        }
         let sum = self.sum.map_or(reading, |sum| plus(&sum, &reading));
         self.conversions += 1;
         if self.conversions < count {

@@ -5,7 +5,7 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use standstill_interface::{Abc, Command, Nanos, Stage};
+use standstill_interface::{Abc, Command, Leg, Nanos, Stage};
 use standstill_inverter::{Gate, GateTiming};
 use standstill_numeric::Wide;
 
@@ -97,6 +97,11 @@ impl LegSequencer {
         }
     }
 
+    /// Returns whether no request is left.
+    fn is_idle(&self) -> bool {
+        self.ahead.is_none() && self.plan.is_over() && self.left.is_empty()
+    }
+
     /// Returns the time of the last change of the request before `at`, a time of the command that began at `start`.
     fn changed_before(&self, at: Nanos, start: Nanos) -> Option<Nanos> {
         (at > start).then(|| self.plan.changed(self.before, at)).flatten().or(self.changed)
@@ -141,16 +146,28 @@ impl LegSequencer {
     }
 }
 
+/// Returns the gate that a leg keeps throughout a stage; none for a leg that switches or may switch.
+fn kept(leg: &Leg<f64>) -> Option<Gate> {
+    match leg {
+        Leg::Off => Some(Gate::Off),
+        Leg::Low => Some(Gate::Low),
+        Leg::High => Some(Gate::High),
+        Leg::Duty(_) | Leg::Rise(_) | Leg::Fall(_) => None,
+    }
+}
+
 /// The gate sequencer of one inverter.
 #[derive(Clone, Debug)]
 pub struct GateSequencer {
     sequencers: [LegSequencer; 3],
     start: Nanos,
+    /// Whether [`GateSequencer::changed`] is used: the times of the last changes are noted from command to command.
+    notes_changes: bool,
 }
 
 impl GateSequencer {
-    /// Makes a sequencer without requests.
-    pub fn new(timings: [GateTiming; 3]) -> Self {
+    /// Makes a sequencer without requests; `notes_changes`: whether [`GateSequencer::changed`] is used.
+    pub fn new(timings: [GateTiming; 3], notes_changes: bool) -> Self {
         let leg = |timing| LegSequencer {
             timing,
             plan: LegPlan::NONE,
@@ -162,7 +179,7 @@ impl GateSequencer {
             alternates: false,
             faulty: None,
         };
-        Self { sequencers: timings.map(leg), start: Nanos::ZERO }
+        Self { sequencers: timings.map(leg), start: Nanos::ZERO, notes_changes }
     }
 
     /// Prepares the requests of the next command, which starts where the one before ended.
@@ -182,20 +199,22 @@ impl GateSequencer {
         for (k, leg) in self.sequencers.iter_mut().enumerate() {
             let gates = &mut legs.gates[k];
             leg.catch_up(gates, lane);
-            leg.changed = leg.changed_before(start, began);
+            if self.notes_changes {
+                leg.changed = leg.changed_before(start, began);
+            }
+            let tasks = [a[k], b[k]];
+            // Most legs of most commands keep their gates.
+            if leg.is_idle() && tasks.iter().all(|task| kept(task) == Some(leg.requested)) {
+                leg.before = leg.requested;
+                leg.plan = LegPlan::held(leg.requested, start, ends, carrier);
+                continue;
+            }
             while let Some(request) = leg.plan.take() {
                 leg.left.push_back(request);
             }
             let last = leg.left.back().or(leg.ahead.as_ref());
             leg.before = last.map_or(leg.requested, |(_, gate)| *gate);
-            let task = Task::new(a[k], carrier);
-            let tasks = [task, if command.then.is_some() { Task::new(b[k], carrier) } else { task }];
-            leg.plan = LegPlan::new(tasks, start, ends, carrier);
-            // Most legs of most commands keep their gates.
-            if leg.left.is_empty() && leg.ahead.is_none() && leg.plan.keeps(leg.requested) {
-                leg.plan = leg.plan.without_requests();
-                continue;
-            }
+            leg.plan = LegPlan::new(tasks.map(|task| Task::new(task, carrier)), start, ends, carrier);
             match gates.comes_on(lane) {
                 None if gates.waits(lane) => leg.expect_next(gates, lane),
                 Some(on) if leg.loses(on) => {

@@ -85,14 +85,14 @@ impl LegPlan {
         Self { tasks, start, ends, carrier, stage: 0, opens: true, at: start, gate: tasks[0].first() }
     }
 
-    /// Returns the plan without its requests, for a leg that has these gates already.
-    pub fn without_requests(self) -> Self {
-        Self { stage: 2, opens: false, at: NEVER, ..self }
+    /// Makes the plan of a leg that keeps its gate throughout a command: without requests.
+    pub fn held(gate: Gate, start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
+        Self { tasks: [Task::Keep(gate); 2], start, ends, carrier, ..Self::NONE }
     }
 
-    /// Returns whether the leg keeps this gate throughout the command.
-    pub fn keeps(&self, gate: Gate) -> bool {
-        self.tasks.iter().all(|task| matches!(task, Task::Keep(kept) if *kept == gate))
+    /// Returns whether all requests have been taken.
+    pub fn is_over(&self) -> bool {
+        self.at == NEVER
     }
 
     /// Takes the next request and advances to the one after it; none after the last.

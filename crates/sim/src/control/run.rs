@@ -92,12 +92,12 @@ impl<'a> Control<'a> {
         ledger: bool,
         readings: Vec<Reading<f64>>,
     ) -> Self {
-        let settings = case.sensors.settings;
+        let settings = &case.sensors.settings;
         let link = &case.inverter.link;
         let mut control = Self {
             lane,
             probe,
-            sequencer: GateSequencer::new(case.inverter.gates),
+            sequencer: GateSequencer::new(case.inverter.gates, settings.settle > Nanos::ZERO),
             shown: ([Conduction::Blocked; 3], [Gate::Off; 3]),
             motion: Motion::Held,
             sides: case.motor.magnetics.core().kinks().map(f64::from),
@@ -262,6 +262,8 @@ impl<'a> Control<'a> {
         if std::mem::take(&mut self.first) {
             self.show_here(bank);
         }
+        // Whether nothing but an edge of a gate lets legs without current conduct.
+        let mut undriven = false;
         loop {
             let time = self.time(bank);
             if let Some((nominal, at)) = self.course.pending
@@ -274,14 +276,14 @@ impl<'a> Control<'a> {
                 if let Err(error) = self.change_faults(bank, time) {
                     return Want::Over(error);
                 }
-                carried_out = true;
+                (carried_out, undriven) = (true, false);
                 continue;
             }
             let end = self.course.end.0 as f64;
             if time >= end {
                 if self.comparators.as_ref().is_some_and(Watching::goes_on) {
                     self.go_on_after_trip(bank);
-                    carried_out = true;
+                    (carried_out, undriven) = (true, false);
                     continue;
                 }
                 self.show_here(bank);
@@ -294,11 +296,12 @@ impl<'a> Control<'a> {
             let looks = self.accounts.is_some();
             assert!(!looks || (0..3).all(|k| !self.is_carried_out(bank, time, k)), "a request was missed");
             let capacitive = bank.machine.legs.elastance.is_some();
-            if (capacitive || bank.machine.legs.idle_lanes() >> lane & 1 == 1)
-                && self.found < time
-                && let Err(error) = if capacitive { self.resolve(bank) } else { self.begin_to_conduct(bank) }
-            {
-                return Want::Over(error);
+            if (capacitive || bank.machine.legs.idle_lanes() >> lane & 1 == 1) && self.found < time {
+                undriven = !capacitive && !self.drives_legs(bank);
+                let found = if undriven { Ok(()) } else { self.resolve(bank) };
+                if let Err(error) = found {
+                    return Want::Over(error);
+                }
             }
             self.show_change(bank);
             if let Some(watching) = &self.comparators
@@ -307,6 +310,7 @@ impl<'a> Control<'a> {
                 if let Err(error) = self.unblank(bank) {
                     return Want::Over(error);
                 }
+                undriven = false;
                 continue;
             }
             let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
@@ -323,7 +327,10 @@ impl<'a> Control<'a> {
                 let legs = &bank.machine.legs;
                 let edge = (0..3).map(|k| legs.gates[k].next_of(lane, time).0).fold(NEVER, f64::min);
                 self.wait(bank, stop.min(edge));
-                carried_out = true;
+                carried_out = stop >= edge;
+                if undriven && !carried_out {
+                    self.found = stop;
+                }
                 continue;
             }
             if self.stale {

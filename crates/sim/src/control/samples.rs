@@ -135,16 +135,20 @@ impl<'a> Control<'a> {
             self.course.terminal = terminal;
         }
         let mut current = current;
-        if !settings.arrangement.follows_legs() {
+        let open = self.case.inverter.bridge.disconnected;
+        if open != [false; 3] && !settings.arrangement.follows_legs() {
             // Behind an open wire a sensor has nothing to read, though the winding may ring with the cable's capacitance.
-            let open = self.case.inverter.bridge.disconnected;
             current = std::array::from_fn(|k| if open[k] { 0.0 } else { current[k] });
         }
         let Some((current, dc_link)) = self.course.converted(current, dc_link, skew) else { return false };
         let there = Instant { time, current, dc_link, terminal: self.course.terminal, requested, settled };
-        let reading: Reading<f64> = self.sampler.read(nominal, &there);
-        let averaged = self.course.averaged(reading, settings.oversampling, settings.conversion);
-        let Some(mut reading) = averaged else { return true };
+        let mut reading: Reading<f64> = self.sampler.read(nominal, &there);
+        if settings.oversampling > 1 {
+            match self.course.averaged(reading, settings.oversampling, settings.conversion) {
+                Some(mean) => reading = mean,
+                None => return true,
+            }
+        }
         if let Some(watching) = &self.comparators {
             reading.capture = watching.capture();
         }

@@ -122,26 +122,49 @@ impl<const N: usize> Channels<N> {
         (self.low[k] + of * self.step[k], of == 0.0 || of == self.last[k], code)
     }
 
-    /// Returns the readings of these values; `normals`: standard normals for the noise. A reading is the value of the
-    /// nearest code, whether that code is the first or the last, and the code. Without a converter the reading is not
-    /// rounded.
+    /// Returns the readings of these values; `normals`: standard normals for the noise. Without a converter a reading is not rounded.
     #[inline(always)]
-    pub(super) fn read(&self, there: [f64; N], normals: [f64; N]) -> [(f64, bool, u32); N] {
-        let (mut raw, mut code, mut value) = ([0.0; N], [0.0; N], [0.0; N]);
+    pub(super) fn read(&self, there: [f64; N], normals: [f64; N]) -> Converted<N> {
+        let (mut raw, mut code) = ([0.0; N], [0.0; N]);
+        let mut read = Converted { value: [0.0; N], at_end: [false; N], code: [0; N] };
         for k in 0..N {
             raw[k] = self.gain[k] * there[k] + self.offset[k] + self.noise[k] * normals[k];
             code[k] = nearest(((raw[k] - self.low[k]) / self.step[k]).clamp(0.0, self.last[k]));
-            value[k] = self.low[k] + code[k] * self.step[k];
+            read.value[k] = self.low[k] + code[k] * self.step[k];
         }
-        let mut read = [(0.0, false, 0); N];
         for k in 0..N {
-            read[k] = if self.converts[k] {
-                (value[k], code[k] == 0.0 || code[k] == self.last[k], whole(code[k]) & self.counted[k])
-            } else {
-                (raw[k], false, 0)
-            };
+            read.at_end[k] = code[k] == 0.0 || code[k] == self.last[k];
+            read.code[k] = whole(code[k]) & self.counted[k];
+        }
+        if self.converts != [true; N] {
+            for k in (0..N).filter(|k| !self.converts[*k]) {
+                read.put(k, (raw[k], false, 0));
+            }
         }
         read
+    }
+}
+
+/// Readings of sensors side by side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Converted<const N: usize> {
+    /// Values of the nearest codes, in the units measured.
+    pub value: [f64; N],
+    /// Whether each code is the first or the last of its converter.
+    pub at_end: [bool; N],
+    /// Codes of the converters; 0 without rounding.
+    pub code: [u32; N],
+}
+
+impl<const N: usize> Converted<N> {
+    /// Returns the value of one channel, whether its code is the first or the last, and the code.
+    pub fn of(&self, k: usize) -> (f64, bool, u32) {
+        (self.value[k], self.at_end[k], self.code[k])
+    }
+
+    /// Replaces the reading of one channel.
+    pub fn put(&mut self, k: usize, (value, at_end, code): (f64, bool, u32)) {
+        (self.value[k], self.at_end[k], self.code[k]) = (value, at_end, code);
     }
 }
 
@@ -154,7 +177,8 @@ const WHOLE: f64 = 4_503_599_627_370_496.0;
 fn nearest(value: f64) -> f64 {
     // Adding 2^52 rounds, halves to the even number.
     let even = (value + WHOLE) - WHOLE;
-    if value - even >= 0.5 { even + 1.0 } else { even }
+    let up = if value - even >= 0.5 { 1.0 } else { 0.0 };
+    even + up
 }
 
 /// Converts a code from 0 to 2^31, the largest of any converter, to an integer; not-a-number becomes 0.

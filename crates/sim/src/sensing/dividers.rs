@@ -37,7 +37,8 @@ impl<'t> Dividers<'t> {
             self.noise.normals(&mut noise);
         }
         let read = self.channels.read(there, noise);
-        read.map(|(value, at_end, code)| {
+        [0, 1, 2].map(|k| {
+            let (value, at_end, code) = read.of(k);
             (value, if at_end { Sensed::Clipped } else { Sensed::Measured }, code)
         })
     }

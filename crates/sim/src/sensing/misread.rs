@@ -1,6 +1,6 @@
 //! Sensors that read wrongly.
 
-use super::Channels;
+use super::{Channels, Converted};
 use crate::{Broken, Faults, Misreading};
 
 /// The faults of sensors in one run, and the last readings of their channels.
@@ -8,7 +8,7 @@ use crate::{Broken, Faults, Misreading};
 pub(crate) struct Misread {
     faults: Faults,
     /// The last conversion of all channels.
-    last: Option<[(f64, bool, u32); 4]>,
+    last: Option<Converted<4>>,
     /// Last reading of each channel while it was not frozen; none before its first reading.
     held: [Option<f64>; 4],
 }
@@ -34,7 +34,7 @@ impl Misread {
         mut values: [f64; 4],
         normals: [f64; 4],
         time: f64,
-    ) -> [(f64, bool, u32); 4] {
+    ) -> Converted<4> {
         let (mut channels, mut frozen) = (*channels, [false; 4]);
         for fault in self.faults.iter().filter(|fault| fault.is_there(time)) {
             match fault.broken {
@@ -56,12 +56,12 @@ impl Misread {
         let mut read = channels.read(values, normals);
         for k in 0..4 {
             if !frozen[k] || self.held[k].is_none() {
-                self.held[k] = Some(read[k].0);
+                self.held[k] = Some(read.value[k]);
             }
         }
         for broken in self.faults.at(time) {
             if let Broken::Sensor(k, Misreading::Bit(bit, is_set)) = broken {
-                read[k] = channels.with_bit(k, read[k], bit, is_set);
+                read.put(k, channels.with_bit(k, read.of(k), bit, is_set));
             }
         }
         let before = self.last.replace(read);

@@ -1,6 +1,6 @@
 //! Sampling: from physical values to the drive's readings.
 
-use standstill_interface::{Abc, Counts, Nanos, Reading, Real, Sensed};
+use standstill_interface::{Abc, Nanos, Reading, Real, Sensed};
 use standstill_inverter::Gate;
 
 use super::dividers::Dividers;
@@ -11,7 +11,11 @@ use crate::{Draws, Faults, Purpose, Streams};
 /// The sampler of one run: converts physical values to readings.
 #[derive(Clone, Debug)]
 pub struct Sampler<'t> {
-    sensors: Sensors,
+    arrangement: Arrangement,
+    /// Largest deviation and delay of a trigger in ns.
+    late: [u64; 2],
+    /// Whether there is noise in the phases' channels, and in the link's.
+    noisy: [bool; 2],
     channels: Channels<4>,
     noise: Draws<'t>,
     link_noise: Draws<'t>,
@@ -43,14 +47,24 @@ impl<'t> Sampler<'t> {
         let [noise, link_noise, jitter] =
             streams.open_together([Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter]);
         let dividers = Dividers::new(sensors, streams);
-        let (channels, misread) = (Channels::of(sensors), Misread::of(faults));
-        Self { sensors: *sensors, channels, noise, link_noise, jitter, dividers, misread }
+        let settings = &sensors.settings;
+        Self {
+            arrangement: settings.arrangement,
+            late: [settings.jitter.0, settings.sample_delay.0],
+            noisy: [settings.noise > 0.0, settings.dc_link.noise > 0.0],
+            channels: Channels::of(sensors),
+            noise,
+            link_noise,
+            jitter,
+            dividers,
+            misread: Misread::of(faults),
+        }
     }
 
     /// Returns the actual sampling instant of a trigger at `nominal`, with delay and jitter, limited to its command.
     pub fn instant(&mut self, nominal: Nanos, command_start: Nanos, command_end: Nanos) -> Nanos {
-        let jitter = self.sensors.settings.jitter.0;
-        let late = nominal.0 + self.sensors.settings.sample_delay.0;
+        let [jitter, delay] = self.late;
+        let late = nominal.0 + delay;
         let moved =
             if jitter == 0 { late } else { (late + self.jitter.integer(2 * jitter)).saturating_sub(jitter) };
         Nanos(moved.clamp(command_start.0, command_end.0))
@@ -59,12 +73,12 @@ impl<'t> Sampler<'t> {
     /// Takes one sample; `at`: the trigger's nominal time after the start of its command.
     #[inline(always)]
     pub fn read<T: Real>(&mut self, at: Nanos, there: &Instant) -> Reading<T> {
-        let s = &self.sensors.settings;
         let mut noise = [0.0; 4];
-        if s.noise > 0.0 {
+        let [phases_are_noisy, link_is_noisy] = self.noisy;
+        if phases_are_noisy {
             self.noise.normals(&mut noise[..3]);
         }
-        if s.dc_link.noise > 0.0 {
+        if link_is_noisy {
             noise[3] = self.link_noise.normal();
         }
         let [a, b, c] = there.current;
@@ -73,30 +87,58 @@ impl<'t> Sampler<'t> {
             None => self.channels.read(values, noise),
             Some(misread) => misread.read(&self.channels, values, noise, there.time),
         };
-        let measured =
-            |k: usize| (raw[k].0, if raw[k].1 { Sensed::Clipped } else { Sensed::Measured }, raw[k].2);
+        let of_end = |at_end| if at_end { Sensed::Clipped } else { Sensed::Measured };
+        let measured = |k: usize| (raw.value[k], of_end(raw.at_end[k]), raw.code[k]);
+        let mut reading = Reading::measured(at, [0, 1, 2].map(|k| T::of(raw.value[k])), T::of(raw.value[3]));
+        reading.dc_link_clipped = raw.at_end[3];
+        reading.counts.dc_link = raw.code[3];
+        if self.arrangement == Arrangement::ThreeInLine {
+            reading.sensed = Abc([0, 1, 2].map(|k| of_end(raw.at_end[k])));
+            reading.counts.current = Abc([0, 1, 2].map(|k| raw.code[k]));
+        } else {
+            let mut link_current = HIDDEN;
+            if self.arrangement == Arrangement::DcLinkShunt && there.settled == [true; 3] {
+                link_current = measured(0);
+                reading.link_current = T::of(link_current.0);
+                reading.link_sensed = link_current.1;
+                reading.counts.link_current = link_current.2;
+            }
+            let phases = self.phases(there, measured, link_current);
+            reading.current = Abc(phases.map(|(value, ..)| T::of(value)));
+            reading.sensed = Abc(phases.map(|(_, sensed, _)| sensed));
+            reading.counts.current = Abc(phases.map(|(.., code)| code));
+        }
+        if let Some(dividers) = &mut self.dividers {
+            let terminals = dividers.read(there.terminal);
+            reading.terminal = Abc(terminals.map(|(value, ..)| T::of(value)));
+            reading.terminal_sensed = Abc(terminals.map(|(_, sensed, _)| sensed));
+            reading.counts.terminal = Abc(terminals.map(|(.., code)| code));
+        }
+        reading
+    }
+
+    /// Returns the phase currents as a drive without three sensors in line sees them. `measured`: the reading of each channel; `link`:
+    /// the current through the shunt in the DC link.
+    #[inline(never)]
+    fn phases(&self, there: &Instant, measured: impl Fn(usize) -> Shown, link: Shown) -> [Shown; 3] {
         let derived = |k: usize| {
-            let (x, y) = (raw[(k + 1) % 3], raw[(k + 2) % 3]);
-            (-(x.0 + y.0), if x.1 || y.1 { Sensed::Clipped } else { Sensed::Derived }, 0)
+            let (x, y) = (measured((k + 1) % 3), measured((k + 2) % 3));
+            let clipped = x.1 == Sensed::Clipped || y.1 == Sensed::Clipped;
+            (-(x.0 + y.0), if clipped { Sensed::Clipped } else { Sensed::Derived }, 0)
         };
-        let hidden = (0.0, Sensed::Hidden, 0);
         let shown = |k: usize| there.requested[k] != Gate::High && there.settled[k];
-        let mut link_current = hidden;
-        let phases = match s.arrangement {
-            Arrangement::None => [hidden; 3],
+        match self.arrangement {
+            Arrangement::None => [HIDDEN; 3],
             Arrangement::ThreeInLine => [measured(0), measured(1), measured(2)],
             Arrangement::TwoInLine => [measured(0), measured(1), derived(2)],
             Arrangement::LowSideShunts => {
                 [0, 1, 2].map(|k| match (shown(k), shown((k + 1) % 3), shown((k + 2) % 3)) {
                     (true, ..) => measured(k),
                     (false, true, true) => derived(k),
-                    _ => hidden,
+                    _ => HIDDEN,
                 })
             }
             Arrangement::DcLinkShunt => {
-                if there.settled == [true; 3] {
-                    link_current = measured(0);
-                }
                 // Diodes of a leg whose gates are off may carry a part of the current that the drive does not know.
                 let active = !there.requested.contains(&Gate::Off);
                 let alone = |gate, k: usize| {
@@ -104,40 +146,22 @@ impl<'t> Sampler<'t> {
                         && there.requested[k] == gate
                         && there.requested.iter().filter(|of| **of == gate).count() == 1
                 };
-                [0, 1, 2].map(|k| match link_current {
-                    (_, Sensed::Hidden, _) => hidden,
+                [0, 1, 2].map(|k| match link {
+                    (_, Sensed::Hidden, _) => HIDDEN,
                     of if alone(Gate::High, k) => of,
-                    (value, sensed, count) if alone(Gate::Low, k) => (-value, sensed, count),
-                    _ => hidden,
+                    (value, sensed, code) if alone(Gate::Low, k) => (-value, sensed, code),
+                    _ => HIDDEN,
                 })
             }
-        };
-
-        let (dc_link, dc_link_clipped, link_count) = raw[3];
-        let mut terminals = [(0.0, Sensed::Hidden, 0); 3];
-        if let Some(dividers) = &mut self.dividers {
-            terminals = dividers.read(there.terminal);
-        }
-        Reading {
-            at,
-            current: Abc(phases.map(|(value, ..)| T::of(value))),
-            sensed: Abc(phases.map(|(_, sensed, _)| sensed)),
-            dc_link: T::of(dc_link),
-            dc_link_clipped,
-            counts: Counts {
-                current: Abc(phases.map(|(.., count)| count)),
-                dc_link: link_count,
-                link_current: link_current.2,
-                terminal: Abc(terminals.map(|(.., count)| count)),
-            },
-            link_current: T::of(link_current.0),
-            link_sensed: link_current.1,
-            terminal: Abc(terminals.map(|(value, ..)| T::of(value))),
-            terminal_sensed: Abc(terminals.map(|(_, sensed, _)| sensed)),
-            capture: None,
         }
     }
 }
+
+/// A value in A as the drive sees it, its origin, and its converter's code.
+type Shown = (f64, Sensed, u32);
+
+/// A value that the drive does not see.
+const HIDDEN: Shown = (0.0, Sensed::Hidden, 0);
 
 #[cfg(test)]
 #[allow(clippy::large_types_passed_by_value, reason = "settings are made for each test")]
@@ -159,8 +183,9 @@ mod tests {
         let channels = Channels::of(&Sensors::nominal(settings));
         move |value| {
             let read = channels.read([value; 4], [0.0; 4]);
-            assert!(read.iter().all(|one| (one.0.to_bits(), one.1, one.2) == (read[0].0.to_bits(), read[0].1, read[0].2)));
-            read[0]
+            let bits = |k: usize| (read.value[k].to_bits(), read.at_end[k], read.code[k]);
+            assert!((1..4).all(|k| bits(k) == bits(0)));
+            read.of(0)
         }
     }
 
