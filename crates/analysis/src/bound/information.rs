@@ -1,6 +1,7 @@
 //! Fisher information and standard deviation of the angle, from sensitivities and noise.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use standstill_numeric::{ROWS, dots};
 use standstill_sim::{Adc, SensorSettings};
 
 use super::replay::{CHANNELS, LINK, Readings, Sample, TERMINAL, TIME};
@@ -108,6 +109,25 @@ impl Noise {
         if channel == TIME { self.of_time[sample] } else { self.variance[channel] }
     }
 
+    /// Returns the reciprocals of the variances of a sample's readings; zero for a channel without reading or without noise.
+    fn weights(&self, (sample, measured): (usize, &[bool; CHANNELS])) -> Sample {
+        std::array::from_fn(|k| {
+            let variance = self.variance(sample, k);
+            if measured[k] && variance > 0.0 { variance.recip() } else { 0.0 }
+        })
+    }
+
+    /// Returns a parameter's slopes times their weights, reading by reading; and sample by sample the sum of their products with the
+    /// slopes over time, alone and times the share of the jitter.
+    fn rows(&self, weights: &[Sample], shared: &[f64], column: &Column) -> [Vec<f64>; 3] {
+        let flat = weights.as_flattened().iter().zip(column.slope.as_flattened());
+        let weighted = flat.map(|(weight, slope)| weight * slope).collect();
+        let over_time = weights.iter().zip(&column.slope).zip(&self.slope);
+        let along: Vec<f64> = over_time.map(|((weight, slope), time)| dot(weight, slope, time)).collect();
+        let times_shared = along.iter().zip(shared).map(|(along, shared)| along * shared).collect();
+        [weighted, along, times_shared]
+    }
+
     /// Returns two flags: whether any reading is free of additive noise (noise and quantization), and whether all readings are. Jitter of the
     /// sampling instant does not count as noise: it shifts all channels of a sample alike, so combinations of two phases are free of it.
     pub fn exact(&self) -> [bool; 2] {
@@ -170,30 +190,38 @@ impl Information {
         let errors =
             columns.iter().zip(&live).filter(|(_, live)| **live).map(|(column, _)| column.error_of_times());
         let rank = errors.fold(RANK, f64::max).min(MOST_RANK);
+        let weights: Vec<Sample> =
+            noise.readings.measured.iter().enumerate().map(|of| noise.weights(of)).collect();
+        // C⁻¹ of D + τ² s sᵀ with D diagonal, by Sherman and Morrison.
+        let shared: Vec<f64> = weights
+            .iter()
+            .zip(&noise.slope)
+            .map(|(weight, slope)| noise.jitter / (1.0 + noise.jitter * dot(weight, slope, slope)))
+            .collect();
+        // Of each parameter: weighted slopes, and their products with the slopes over time, alone and times what jitter shares.
+        let rows: Vec<[Vec<f64>; 3]> = columns
+            .iter()
+            .zip(&live)
+            .map(
+                |(column, live)| {
+                    if *live { noise.rows(&weights, &shared, column) } else { Default::default() }
+                },
+            )
+            .collect();
+        // A parameter to which no reading responds has a row of zeros.
+        let responds: Vec<usize> = (0..n).filter(|k| live[*k]).collect();
+        let places: Vec<(usize, usize)> =
+            responds.iter().flat_map(|x| responds.iter().map(|y| (*x, *y)).filter(|(x, y)| y <= x)).collect();
         let mut matrix = DMatrix::zeros(n, n);
-        let mut along = vec![0.0; n];
-        let mut rows = vec![[0.0; CHANNELS]; n];
-        for (sample, measured) in noise.readings.measured.iter().enumerate() {
-            let weight: Sample = std::array::from_fn(|k| {
-                let variance = noise.variance(sample, k);
-                if measured[k] && variance > 0.0 { variance.recip() } else { 0.0 }
-            });
-            if weight == [0.0; CHANNELS] {
-                continue;
-            }
-            for ((row, column), live) in rows.iter_mut().zip(columns).zip(&live) {
-                *row = if *live { column.slope[sample] } else { [0.0; CHANNELS] };
-            }
-            let slope = noise.slope.get(sample).copied().unwrap_or_default();
-            // C⁻¹ of D + τ² s sᵀ with D diagonal, by Sherman and Morrison.
-            let shared = noise.jitter / (1.0 + noise.jitter * dot(&weight, &slope, &slope));
-            for (along, row) in along.iter_mut().zip(&rows) {
-                *along = dot(&weight, row, &slope);
-            }
-            for x in 0..n {
-                for y in 0..=x {
-                    matrix[(x, y)] += dot(&weight, &rows[x], &rows[y]) - shared * along[x] * along[y];
-                }
+        for places in places.chunks(ROWS) {
+            // The last pairs may be fewer than are computed side by side.
+            let at = |k: usize| places[k.min(places.len() - 1)];
+            let slopes =
+                [0, 1, 2, 3].map(at).map(|(x, y)| (&rows[x][0][..], columns[y].slope.as_flattened()));
+            let jitter = [0, 1, 2, 3].map(at).map(|(x, y)| (&rows[x][1][..], &rows[y][2][..]));
+            let (slopes, jitter) = (dots(slopes), dots(jitter));
+            for (k, place) in places.iter().enumerate() {
+                matrix[*place] = slopes[k] - jitter[k];
             }
         }
         matrix.fill_upper_triangle_with_lower_triangle();
