@@ -3,6 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
 mod accuracy;
+mod amplifiers;
 mod bench;
 mod convergence;
 mod determinism;
