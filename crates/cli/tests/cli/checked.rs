@@ -58,16 +58,26 @@ fn accepted(answer: &Value, at: &Path) -> Vec<(String, Output)> {
 
 #[test]
 fn regress_each_printed_command_of_an_unsuited_motor_is_accepted() {
+    printed_commands_suffice(&[(&["--movement", "0.002", "-s", "detector.rounds=3"], "rotor.state=locked")]);
+}
+
+#[test]
+#[ignore = "two motors more on drives that do not suffice: scripts/test-all.sh long"]
+fn regress_each_printed_command_of_more_unsuited_motors_is_accepted() {
+    printed_commands_suffice(&[
+        (&["--current", "27"], "--current 60"),
+        (&["-s", "sensors.bits=5", "-s", "rotor.state=free"], "sensors.bits=16"),
+    ]);
+}
+
+/// Each command that `check` prints of a motor with these options is accepted, and suffices if it says so; one of them contains a text.
+fn printed_commands_suffice(cases: &[(&[&str], &str)]) {
     let folder = folder();
     let at = folder.path();
     fs::write(at.join("m48.toml"), sheet(M48)).expect("written");
     let mut held = Vec::new();
-    for (more, expected) in [
-        (&["--current", "27"][..], "--current 60"),
-        (&["-s", "sensors.bits=5", "-s", "rotor.state=free"], "sensors.bits=16"),
-        (&["--movement", "0.002", "-s", "detector.rounds=3"], "rotor.state=locked"),
-    ] {
-        let asked = [&["check", "m48.toml"][..], &BIPOLAR, more].concat();
+    for (more, expected) in cases {
+        let asked = [&["check", "m48.toml"][..], &BIPOLAR, *more].concat();
         let answer = answer(&asked, at);
         assert_eq!(
             (&answer["suited"], &answer["verdict"]),
@@ -110,6 +120,7 @@ fn law_no_verdict_ends_without_a_next_step() {
     // Poles that draw the same current: the axis alone, or a rotor that is turned.
     let asked = [&["check", "linear.toml"][..], &BIPOLAR].concat();
     let alike = answer(&asked, at);
+    assert_eq!((&alike["suited"], &alike["verdict"]), (&false.into(), &"not-suited".into()), "{alike}");
     let ways: Vec<&Value> =
         alike["alternatives"].as_array().expect("a list").iter().map(|of| &of["way"]).collect();
     assert!(ways.contains(&&"axis-alone".into()), "{alike}");

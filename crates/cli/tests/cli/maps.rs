@@ -270,7 +270,8 @@ fn law_a_map_that_is_too_coarse_is_said_to_be_so_wherever_it_is_used() {
     assert!(said(&["run", "s.toml", "--out", "r"]).contains(note));
     said(&["report", "r"]);
     assert!(fs::read_to_string(at.join("r/report/report.html")).expect("readable").contains(note));
-    let few = ["-s", "detector.method=bipolar", "-s", "detector.rounds=3", "-s", "rotor.state=locked"];
+    let few = ["-s", "detector.method=bipolar", "-s", "detector.rounds=3", "-s", "detector.pulse=100us"];
+    let few = [&few[..], &["-s", "rotor.state=locked"]].concat();
     assert!(said(&[&["check", "own.toml"], &few[..]].concat()).contains(note));
     let compare = ["compare", "--motor", "own.toml", "--method", "bipolar", "--errors", "default"];
     let compare = [&compare[..], &["--rotor", "locked", "--trials", "10", "--no-limit"]].concat();
