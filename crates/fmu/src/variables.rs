@@ -167,16 +167,7 @@ impl Variable {
 
     /// Returns whether it is set before the simulation begins, and then stays.
     pub fn is_parameter(&self) -> bool {
-        matches!(
-            self.role,
-            Role::Key(_)
-                | Role::Seed
-                | Role::Trial
-                | Role::DrawAngle
-                | Role::Angle
-                | Role::SampleAt
-                | Role::SampleEvery
-        )
+        !self.is_input() && !self.is_output() && self.role != Role::Time
     }
 
     /// Returns whether it is set from step to step.
