@@ -30,6 +30,8 @@ choice! {
 /// let most = Checks::ALL.without(Check::Turning);
 /// assert!(most.has(Check::Link) && !most.has(Check::Turning));
 /// assert_eq!(most.iter().count() + 1, Check::ALL.len());
+/// assert_eq!(most.with(Check::Turning), Checks::ALL);
+/// assert_eq!(Checks::ALL.beyond(most), Some(Check::Turning));
 /// assert_eq!(Checks::of(most.iter()), most);
 /// // As a number, for languages without such a type: 1 stands for all.
 /// assert_eq!(Checks::numbered(1.0), Some(Checks::ALL));
@@ -55,6 +57,12 @@ impl Checks {
         if on { Self::ALL } else { Self::NONE }
     }
 
+    /// Returns the set with one check more.
+    #[must_use]
+    pub const fn with(self, check: Check) -> Self {
+        Self(self.0 | bit(check))
+    }
+
     /// Returns the set without one check.
     #[must_use]
     pub const fn without(self, check: Check) -> Self {
@@ -64,6 +72,11 @@ impl Checks {
     /// Returns whether a check is on.
     pub const fn has(self, check: Check) -> bool {
         self.0 & bit(check) != 0
+    }
+
+    /// The first of these that is not one of others; none if all are.
+    pub fn beyond(self, others: Self) -> Option<Check> {
+        self.iter().find(|check| !others.has(*check))
     }
 
     /// Iterates over the checks that are on, in the order of [`Check::ALL`].

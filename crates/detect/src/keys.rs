@@ -29,7 +29,7 @@ use core::fmt;
 
 use standstill_interface::{Nanos, Real};
 
-use crate::checks::Checks;
+use crate::checks::{Check, Checks};
 use crate::settings::Source;
 
 /// A value of a key.
@@ -118,6 +118,10 @@ pub trait Keyed: Sized + 'static {
     fn needed_sources(&self) -> &'static [Source] {
         Self::SOURCES
     }
+
+    /// The checks that a list of [`CHECKS`] can name: by default whether the rotor stands. All that the method does not have are without
+    /// effect, so whoever reads a list refuses them.
+    const CHECKS: Checks = Checks::NONE.with(Check::Turning);
 
     /// Whether the method turns the rotor, see [`crate::Settings::turns_rotor`].
     const TURNS_ROTOR: bool = false;

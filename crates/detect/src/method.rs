@@ -15,6 +15,7 @@ use core::fmt;
 
 use standstill_interface::{Angle, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step, choice};
 
+use crate::checks::Checks;
 use crate::keys::{self, Key, Keyed, Lines, Value};
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
@@ -89,6 +90,23 @@ impl MethodName {
             }
             Self::OpenTerminal => OpenTerminalSettings::<f64>::SOURCES,
             Self::SixPulse => SixPulseSettings::<f64>::SOURCES,
+        }
+    }
+
+    /// Returns the checks that a list of the method's key `checks` can name, see [`Keyed::CHECKS`].
+    pub const fn checks(self) -> Checks {
+        match self {
+            Self::LineInductance | Self::LineInductanceFast => LineInductanceSettings::<f64>::CHECKS,
+            Self::Subdivision => SubdivisionSettings::<f64>::CHECKS,
+            Self::HfiRotating => RotatingInjectionSettings::<f64>::CHECKS,
+            Self::HfiPulsating => PulsatingInjectionSettings::<f64>::CHECKS,
+            Self::DcAlignment => AlignmentSettings::<f64>::CHECKS,
+            Self::Bipolar => BipolarSettings::<f64>::CHECKS,
+            Self::MaximumLikelihood | Self::MaximumLikelihoodAdaptive => {
+                MaximumLikelihoodSettings::<f64>::CHECKS
+            }
+            Self::OpenTerminal => OpenTerminalSettings::<f64>::CHECKS,
+            Self::SixPulse => SixPulseSettings::<f64>::CHECKS,
         }
     }
 }

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use standstill_detect::{
-    AnyDetector, Check, Checks, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Place, Sensing,
+    AnyDetector, Checks, Comparing, Dividers, Kind, Method, MethodName, Nameplate, Place, Sensing,
     Settings as _, SettingsError, Signature, Source, Value, keys,
 };
 use standstill_interface::Nanos;
@@ -18,8 +18,8 @@ pub enum Refused<'a> {
     Key(&'a str),
     /// A value of a key, which needs such.
     Value(&'a str, &'static str),
-    /// The value of a key for checks is invalid.
-    Checks(&'a str),
+    /// The value of a key for checks is invalid, of a method that has these.
+    Checks(&'a str, Checks),
     /// The method reads none of the quantities that the drive measures.
     Readings(&'a str),
     /// The method's refusal.
@@ -32,9 +32,10 @@ impl fmt::Display for Refused<'_> {
             Self::Method(name) => write!(f, "no method \"{name}\""),
             Self::Key(key) => write!(f, "no setting `{key}` of this method"),
             Self::Value(key, needed) => write!(f, "setting `{key}` must be {needed}"),
-            Self::Checks(key) => {
-                write!(f, "setting `{key}` must be 0 for none, 1 for all, or a sum of ")?;
-                for (number, check) in Check::ALL.into_iter().enumerate() {
+            Self::Checks(key, has) => {
+                write!(f, "setting `{key}` must be 0 for none, 1 for all, or ")?;
+                f.write_str(if has.iter().count() > 1 { "a sum of " } else { "" })?;
+                for (number, check) in has.iter().enumerate() {
                     let comma = if number == 0 { "" } else { ", " };
                     write!(f, "{comma}{} for {}", Checks::of([check]).number(), check.name())?;
                 }
@@ -136,12 +137,17 @@ pub fn detector<'a>(
     let method = MethodName::ALL.iter().find(|method| method.name() == name).ok_or(Refused::Method(name))?;
     let knows = nameplate(plate);
     knows.check().map_err(Refused::Settings)?;
+    let has = method.checks();
     let mut method = Method::<f32>::suited(*method, &knows);
     for (name, number) in settings {
         let key = keys::ALL.iter().find(|key| key.name == name).ok_or(Refused::Key(name))?;
         let value = match key.kind {
             Kind::Flag => Value::Flag(number != 0.0),
-            Kind::Checks => Value::Checks(Checks::numbered(number).ok_or(Refused::Checks(name))?),
+            Kind::Checks => {
+                let checks = Checks::numbered(number);
+                let known = |checks: &Checks| number == 1.0 || checks.beyond(has).is_none();
+                Value::Checks(checks.filter(known).ok_or(Refused::Checks(name, has))?)
+            }
             Kind::Number { range: [low, high], needed, .. } => {
                 if !(low..=high).contains(&number) {
                     return Err(Refused::Value(name, needed));

@@ -221,7 +221,7 @@ impl Scenario<Method<f64>> {
         match method.and_then(|name| methods::ALL.into_iter().find(|key| key.name == name)) {
             Some(method) => self.detector.get(method).map(|value| match value {
                 methods::Value::Flag(flag) => Value::Boolean(flag),
-                methods::Value::Checks(checks) => CheckList(checks).value(),
+                methods::Value::Checks(checks) => CheckList::of(checks).value(),
                 methods::Value::Number(value) => number(value),
             }),
             None => key(path).filter(|key| (key.applies)(self)).and_then(|key| (key.get)(self)),

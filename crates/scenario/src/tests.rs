@@ -191,7 +191,7 @@ fn law_each_key_of_a_method_is_one_of_scenario_files_with_its_unit() {
                 let within = if key.name == keys::SECTOR.name { 30.0 } else { within };
                 (if whole { "5".to_owned() } else { format!("{within}") }, true)
             }
-            Kind::Checks => ("[\"link\"]".to_owned(), super::unit(&name).is_none()),
+            Kind::Checks => ("[\"turning\"]".to_owned(), super::unit(&name).is_none()),
             // What is no method's own choice.
             Kind::Flag => ((key.name == keys::PAIRS.name).to_string(), super::unit(&name).is_none()),
         };

@@ -123,6 +123,17 @@ fn regress_every_rest_in_the_stated_range_works() {
 }
 
 #[test]
+fn law_methods_with_a_list_of_checks_have_some_and_each_check_is_one_s() {
+    for name in MethodName::ALL {
+        let has_list = Method::<f64>::suited(name, &PLATE).has(&CHECKS);
+        assert_eq!(has_list, name.checks() != Checks::NONE, "{name}");
+    }
+    for check in Check::ALL {
+        assert!(MethodName::ALL.iter().any(|name| name.checks().has(check)), "{}", check.name());
+    }
+}
+
+#[test]
 fn regress_a_number_is_no_list_of_checks() {
     for name in MethodName::ALL {
         let suited = Method::<f64>::suited(name, &PLATE);

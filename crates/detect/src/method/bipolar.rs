@@ -14,6 +14,7 @@ mod tests;
 
 use standstill_interface::{AlphaBeta, Fault, Findings, Nanos, Phase, Reading, Real, Step};
 
+use crate::checks::Checks;
 use crate::keys::{Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::{Nameplate, Place};
@@ -283,6 +284,8 @@ impl<T: Real> Sequence<T> for Bipolar<T> {
 
 impl<T: Real> Keyed for BipolarSettings<T> {
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
+
+    const CHECKS: Checks = Checks::ALL;
 
     const SETTINGS: &'static [Setting<Self>] = &[
         place!(

@@ -7,6 +7,7 @@ use core::marker::PhantomData;
 use standstill_interface::{Fault, Findings, Reading, Real, Step};
 
 use super::Sequence;
+use crate::checks::Checks;
 use crate::keys::{Keyed, Setting};
 use crate::parts::margin::Margin;
 use crate::settings::{SettingsError, Source};
@@ -50,6 +51,8 @@ impl<T: Real> Sequence<T> for Foreign<T> {
 
 impl<T: Real> Keyed for ForeignSettings<T> {
     const SOURCES: &'static [Source] = Source::ALL;
+
+    const CHECKS: Checks = Checks::NONE;
 
     const SETTINGS: &'static [Setting<Self>] = &[];
 }

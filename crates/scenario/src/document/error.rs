@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use standstill_detect::{MethodName, SettingsError};
+use standstill_detect::{Check, MethodName, SettingsError};
 use standstill_files::quoted;
 use standstill_plant::{MotorError, TemperatureError};
 use thiserror::Error;
@@ -36,6 +36,9 @@ impl fmt::Display for Origin {
 
 /// End of the message for a setting that the scenario's method does not have.
 const FOREIGN: &str = "a method that has such a setting";
+
+/// Text of the error for a check that the scenario's method does not have.
+const FOREIGN_CHECK: &str = "or a method that has such a check";
 
 /// Error of a scenario file.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -85,9 +88,18 @@ impl FileError {
         Self::key(&format!("detector.{key}"), &format!("method \"{method}\""), FOREIGN)
     }
 
-    /// Returns true if the error is a setting in `[detector]` that the chosen method does not have.
+    /// Returns the error of a check in a list that the chosen method does not have, among those that it has.
+    pub(crate) fn foreign_check(check: Check, method: MethodName) -> Self {
+        let names: Vec<String> =
+            method.checks().iter().map(|check| format!("\"{}\"", check.name())).collect();
+        let needed = format!("{} of method \"{method}\", {FOREIGN_CHECK}", names.join(", "));
+        Self::key("detector.checks", &format!("\"{}\"", check.name()), &needed)
+    }
+
+    /// Returns true if the error is a setting in `[detector]`, or a check, that the chosen method does not have.
     pub fn is_foreign_setting(&self) -> bool {
-        matches!(self, Self::Key { message, .. } if message.ends_with(FOREIGN))
+        let is_foreign = |message: &String| message.ends_with(FOREIGN) || message.ends_with(FOREIGN_CHECK);
+        matches!(self, Self::Key { message, .. } if is_foreign(message))
     }
 
     /// Converts an error message of serde about the key at `path`.

@@ -5,23 +5,47 @@ use std::fmt;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use standstill_detect::{Check, Checks};
+use standstill_detect::{Check, Checks, MethodName};
 use standstill_interface::Choice;
 use toml::Value;
 
 use super::{Values, Written};
+use crate::document::FileError;
 
 /// The checks of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CheckList(pub Checks);
+pub enum CheckList {
+    /// All that the method has, or none.
+    All(bool),
+    /// Those that are named.
+    Named(Checks),
+}
 
 impl CheckList {
+    /// Makes the list of these checks: true for all, false for none.
+    pub(crate) fn of(checks: Checks) -> Self {
+        match checks {
+            Checks::ALL => Self::All(true),
+            Checks::NONE => Self::All(false),
+            some => Self::Named(some),
+        }
+    }
+
     /// Returns true for all checks, false for none, or the list of their names.
     pub(crate) fn value(self) -> Value {
-        match self.0 {
-            Checks::ALL => true.into(),
-            Checks::NONE => false.into(),
-            some => Value::Array(some.iter().map(|check| check.name().into()).collect()),
+        match self {
+            Self::All(on) => on.into(),
+            Self::Named(some) => Value::Array(some.iter().map(|check| check.name().into()).collect()),
+        }
+    }
+
+    /// Returns an error if a check is named that the method does not have.
+    pub(crate) fn check(self, method: MethodName) -> Result<(), FileError> {
+        match self {
+            Self::Named(some) => some
+                .beyond(method.checks())
+                .map_or(Ok(()), |check| Err(FileError::foreign_check(check, method))),
+            Self::All(_) => Ok(()),
         }
     }
 }
@@ -36,7 +60,7 @@ impl<'de> Visitor<'de> for Read {
     }
 
     fn visit_bool<E: Error>(self, all: bool) -> Result<CheckList, E> {
-        Ok(CheckList(Checks::all(all)))
+        Ok(CheckList::All(all))
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<CheckList, A::Error> {
@@ -45,7 +69,7 @@ impl<'de> Visitor<'de> for Read {
             all.push(name);
         }
         let checks = Checks::named(all.iter().map(String::as_str));
-        checks.map(CheckList).map_err(|wrong| Error::unknown_variant(wrong, <Check as Choice>::NAMES))
+        checks.map(CheckList::Named).map_err(|wrong| Error::unknown_variant(wrong, <Check as Choice>::NAMES))
     }
 }
 
@@ -78,7 +102,10 @@ impl JsonSchema for CheckList {
 
 impl Written for CheckList {
     fn checks(&self) -> Option<Checks> {
-        Some(self.0)
+        Some(match self {
+            Self::All(on) => Checks::all(*on),
+            Self::Named(some) => *some,
+        })
     }
 
     fn values() -> Values {
@@ -96,11 +123,11 @@ mod tests {
             let table: toml::Table = format!("x = {text}").parse().expect("TOML");
             table["x"].clone().try_into::<CheckList>().map_err(|error| error.to_string())
         };
-        let two = CheckList(Checks::of([Check::Link, Check::Turning]));
+        let two = CheckList::Named(Checks::of([Check::Link, Check::Turning]));
         for (text, checks) in [
-            ("true", CheckList(Checks::ALL)),
-            ("false", CheckList(Checks::NONE)),
-            ("[]", CheckList(Checks::NONE)),
+            ("true", CheckList::All(true)),
+            ("false", CheckList::All(false)),
+            ("[]", CheckList::Named(Checks::NONE)),
             ("[\"turning\", \"link\", \"link\"]", two),
         ] {
             assert_eq!(read(text), Ok(checks), "{text}");

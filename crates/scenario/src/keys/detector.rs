@@ -161,6 +161,9 @@ impl DetectorTable {
             let polarity = method.polarity_mut().ok_or_else(|| foreign("polarity"))?;
             polarity.rule = rule.settings(difference);
         }
+        if let Some(checks) = self.checks {
+            checks.check(self.method())?;
+        }
         for (key, value) in self.settings() {
             if !method.set(key, value) {
                 return Err(foreign(key.name));

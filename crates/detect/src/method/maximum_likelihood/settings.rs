@@ -3,6 +3,7 @@
 use standstill_interface::{Nanos, Real};
 
 use super::MOST_SAMPLES;
+use crate::checks::{Check, Checks};
 use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
@@ -130,6 +131,9 @@ pub(super) fn lengthened<T: Real>(
 
 impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
+
+    const CHECKS: Checks =
+        Checks::NONE.with(Check::Link).with(Check::Sensors).with(Check::Inductance).with(Check::Turning);
 
     const SETTINGS: &'static [Setting<Self>] = &[
         place!(PULSE, s => Value::time(s.pulses.train.pulse); value => *s = s.with_pulse(value.nanos())),
