@@ -56,6 +56,7 @@ fn attempt(motor: &Motor, tolerance: f64) -> (f64, Vec<f64>) {
         memory: None,
         load_torque: 0.0,
         start_speed: 0.0,
+        acceleration: 0.0,
         faults: Faults::default(),
         streams: Streams::new(1, 0),
         tolerance: Tolerance { flux: tolerance },

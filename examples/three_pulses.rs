@@ -74,6 +74,7 @@ fn case(motor: &Motor, tolerance: Tolerance) -> Case<'_> {
         memory: None,
         load_torque: 0.0,
         start_speed: 0.0,
+        acceleration: 0.0,
         faults: Faults::default(),
         streams: Streams::new(1, 0),
         tolerance,

@@ -107,6 +107,7 @@ pub fn exact_case(motor: &Motor, inverter: Inverter, angle_deg: f64) -> Case<'_>
         memory: None,
         load_torque: 0.0,
         start_speed: 0.0,
+        acceleration: 0.0,
         faults: Faults::default(),
         streams: Streams::new(1, 0),
         tolerance: Tolerance::default(),

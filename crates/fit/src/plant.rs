@@ -292,6 +292,7 @@ impl Plant {
             memory: None,
             load_torque: 0.0,
             start_speed: 0.0,
+            acceleration: 0.0,
             faults: Faults::default(),
             streams: Streams::new(0, 0),
             tolerance: Tolerance { flux: frame.tolerance * STRETCH },

@@ -89,6 +89,8 @@ units! {
     Hertz = "Hz" { usual: "k" };
     /// Speed of a shaft.
     RevolutionsPerMinute = "rpm" or "1/min" or "min-1" or "min⁻¹" or "U/min" or "r/min" { prefixed: false };
+    /// Acceleration of a shaft.
+    RevolutionsPerMinuteSecond = "rpm/s" or "1/(min s)" { prefixed: false };
     /// Speed per volt.
     RevolutionsPerMinuteVolt = "rpm/V" or "KV" or "1/(min V)" { prefixed: false };
     /// Volts per 1,000 revolutions per minute.

@@ -86,6 +86,7 @@ impl ScenarioFile {
             start_angle: self.rotor.angle.map(|angle| angle.value().to_radians()),
             load_torque: 0.0,
             start_speed: 0.0,
+            acceleration: 0.0,
             memory: self.rotor.memory.is_some_and(|Named(memory)| memory == Memory::Former),
             drive,
             sensors: self.errors.0.sensors(motor.rated_current, drive.link.voltage),
@@ -104,6 +105,14 @@ impl ScenarioFile {
         if scenario.start_speed != 0.0 && !matches!(scenario.rotor, RotorState::Free | RotorState::Driven) {
             let found = "a speed of a rotor that is held";
             return Err(FileError::key("rotor.speed", found, "`rotor.state` \"free\" or \"driven\""));
+        }
+        if scenario.acceleration != 0.0 && scenario.rotor != RotorState::Driven {
+            let found = if scenario.rotor == RotorState::Free {
+                "an acceleration of a rotor that is free, which its torques accelerate"
+            } else {
+                "an acceleration of a rotor that is held"
+            };
+            return Err(FileError::key("rotor.acceleration", found, "`rotor.state` \"driven\""));
         }
         if scenario.load_torque != 0.0 && scenario.rotor == RotorState::Locked {
             let found = "a load on a locked rotor, which it cannot move";

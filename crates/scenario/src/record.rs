@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use standstill_detect::SettingsError;
-use standstill_interface::{Angle, Findings, Outcome, choice};
+use standstill_interface::{Angle, Fault, Findings, Outcome, choice};
 use standstill_sim::{Ended, Run};
 
 /// Record of one trial.
@@ -127,6 +127,11 @@ impl Record {
             Ended::Outcome(outcome) => *outcome.findings(),
             Ended::Error(_) => Findings::default(),
         }
+    }
+
+    /// Returns true if the start ended because its method takes the rotor to turn.
+    pub fn rotor_turns(&self) -> bool {
+        matches!(self.run.ended, Ended::Outcome(Outcome::Failed { fault: Fault::RotorTurns { .. }, .. }))
     }
 
     /// Returns the largest distance of the rotor from its initial angle, in electrical degrees.

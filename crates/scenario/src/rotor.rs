@@ -14,7 +14,7 @@ choice! {
         Free = "free",
         /// Held by a brake that lets it play.
         Brake = "brake",
-        /// Turned at `rotor.speed` by what the motor cannot slow: a vehicle that rolls, a lift that sinks.
+        /// Turned at `rotor.speed`, with `rotor.acceleration`, by what the motor cannot slow: a vehicle that rolls, a lift that sinks.
         Driven = "driven",
     }
 }

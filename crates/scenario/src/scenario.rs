@@ -32,6 +32,8 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub load_torque: f64,
     /// Speed in revolutions per minute at the start, for a rotor that is free or driven.
     pub start_speed: f64,
+    /// Acceleration in revolutions per minute and second of a rotor that is driven.
+    pub acceleration: f64,
     /// True if the stator's iron has remanence from former operation. Each trial then draws its direction.
     pub memory: bool,
     /// Settings of the drive, from which specimens are drawn.
@@ -120,6 +122,7 @@ impl<S: Settings<f64>> Scenario<S> {
             start_angle: None,
             load_torque: 0.0,
             start_speed: 0.0,
+            acceleration: 0.0,
             memory: false,
             drive,
             sensors,
@@ -225,6 +228,8 @@ impl<S: Settings<f64>> Scenario<S> {
             RotorState::Free => angle = self.motor.standing_angle(angle, self.load_torque).unwrap_or(angle),
             RotorState::Braked(play) => *play = self.standing_play(angle, *play, drive),
         }
+        // From rpm to rad/s.
+        let electrical = f64::from(self.motor.pole_pairs) * (TAU / 60.0);
         let mut case = Case {
             motor: &self.motor,
             inverter: self.drive.draw(drive),
@@ -233,7 +238,8 @@ impl<S: Settings<f64>> Scenario<S> {
             rotor,
             memory: self.memory.then(|| drive.open(Purpose::Memory).angle()),
             load_torque: self.load_torque,
-            start_speed: self.start_speed * f64::from(self.motor.pole_pairs) * (TAU / 60.0),
+            start_speed: self.start_speed * electrical,
+            acceleration: self.acceleration * electrical,
             streams: noise,
             tolerance: self.tolerance,
             time_limit: self.time_limit,

@@ -16,7 +16,8 @@ pub enum RotorState {
     Free,
     /// Held by a brake with play.
     Braked(Play),
-    /// Turned at its initial speed by something that the motor cannot slow: a vehicle that rolls, a lift that sinks, a gale.
+    /// Turned by something that the motor cannot slow, at its initial speed or with a constant acceleration: a vehicle that rolls, a lift
+    /// that sinks, a gale.
     Driven,
 }
 
@@ -124,6 +125,8 @@ pub struct Case<'a> {
     pub load_torque: f64,
     /// Initial speed of a rotor that is free or driven, in rad/s electrical.
     pub start_speed: f64,
+    /// Acceleration of a rotor that is driven, in rad/s² electrical: after a time t it is at `start_angle + start_speed t + acceleration t²/2`.
+    pub acceleration: f64,
     /// Faults of wires, switches and sensors.
     pub faults: Faults,
     /// Noise and jitter of the samples.
@@ -149,6 +152,7 @@ impl<'a> Case<'a> {
             memory: None,
             load_torque: 0.0,
             start_speed: 0.0,
+            acceleration: 0.0,
             faults: Faults::default(),
             streams: Streams::new(1, 0),
             tolerance: Tolerance::default(),

@@ -1,7 +1,9 @@
 //! The keys of the rotor.
 
 use standstill_quantity::Quantity;
-use standstill_quantity::unit::{Celsius, Degree, NewtonMetre, RevolutionsPerMinute};
+use standstill_quantity::unit::{
+    Celsius, Degree, NewtonMetre, RevolutionsPerMinute, RevolutionsPerMinuteSecond,
+};
 use standstill_sim::{Purpose, RotorState};
 
 use super::{LARGEST, Range, TEMPERATURE, number, table};
@@ -39,6 +41,12 @@ table! {
             range: Some(Range::new(-1e5, 1e5, "from -100000 rpm to 100000 rpm", "the fastest machines have as much")),
             applies: |scenario| matches!(scenario.rotor, RotorState::Free | RotorState::Driven),
             example: "\"10 rpm\"",
+        };
+        /// Acceleration of the shaft of a rotor that is "driven": `speed` is that at the start.
+        acceleration: Quantity<RevolutionsPerMinuteSecond> [scenario.acceleration] {
+            range: Some(Range::new(-1e7, 1e7, "from -10000000 rpm/s to 10000000 rpm/s", "a rotor of a gram's weight has as much at rated torque")),
+            applies: |scenario| scenario.rotor == RotorState::Driven,
+            example: "\"60 rpm/s\"",
         };
         /// Magnetisation of the stator's iron at the start, of a motor whose data sheet has a `[hysteresis]`.
         memory: Named<Memory> {

@@ -14,6 +14,7 @@ const BESIDE: &[(&str, &str)] = &[
     ),
     ("rotor.load", "rotor.state = \"free\""),
     ("rotor.speed", "rotor.state = \"driven\""),
+    ("rotor.acceleration", "rotor.state = \"driven\""),
     ("inverter.capacitance", "inverter.source_resistance = 0.2"),
     ("inverter.source_resistance", "inverter.capacitance = 1e-3"),
     ("inverter.sag_depth", "inverter.sag_duration = 0.01"),

@@ -31,6 +31,31 @@ fn law_drives_of_at_most_60_volts_have_mosfets_unless_told_otherwise() {
 }
 
 #[test]
+fn law_a_motion_that_the_state_of_the_rotor_cannot_have_is_refused() {
+    for (text, parts) in [
+        ("rotor.speed = \"5 rpm\"", ["`rotor.speed`", "a rotor that is held", "\"driven\""]),
+        ("rotor.acceleration = \"5 rpm/s\"", ["`rotor.acceleration`", "a rotor that is held", "\"driven\""]),
+        (
+            "rotor.state = \"free\"\nrotor.acceleration = \"5 rpm/s\"",
+            ["line 2: `rotor.acceleration`", "a rotor that is free", "\"driven\""],
+        ),
+        (
+            "rotor.state = \"driven\"\nrotor.acceleration = \"5 rpm\"",
+            ["line 2: `rotor.acceleration`", "rpm", "rpm/s"],
+        ),
+    ] {
+        let message = error(text).to_string();
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    }
+    let scenario =
+        scenario("rotor = { state = \"driven\", speed = \"-5 rpm\", acceleration = \"60 rpm/s\" }");
+    let case = scenario.case(0);
+    // Four pole pairs.
+    let rpm = 4.0 * std::f64::consts::TAU / 60.0;
+    assert!((case.start_speed + 5.0 * rpm).abs() < 1e-12 && (case.acceleration - 60.0 * rpm).abs() < 1e-12);
+}
+
+#[test]
 fn law_keys_of_the_other_kind_of_switch_are_refused() {
     for (text, parts) in [
         (

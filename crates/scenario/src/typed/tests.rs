@@ -55,7 +55,7 @@ const MOTORS: [(&str, &str); 9] = [
     ("saturated", "motor = \"paper-5k5\""),
     (
         "hot",
-        "motor = \"paper-5k5\"\nrotor.winding_temperature = \"90 °C\"\nrotor.magnet_temperature = \"80 °C\"",
+        "motor = \"paper-5k5\"\nrotor.state = \"driven\"\nrotor.winding_temperature = \"90 °C\"\nrotor.magnet_temperature = \"80 °C\"",
     ),
     ("with bridges", "motor = \"pm-reluctance\"\nerrors = \"harsh\"\nrotor.magnet_temperature = \"60 °C\""),
     ("without a magnet", "motor = \"reluctance-6k7\"\ninverter.terminal_capacitance = \"1 nF\""),
@@ -82,6 +82,7 @@ fn spread(key: &str) -> &'static str {
         "rotor.magnet_temperature" => "uniform = \"30\", mean = \"50 °C\"",
         "rotor.load" => "normal = \"10 %\", mean = \"50 mN m\"",
         "rotor.speed" => "normal = \"10 %\", mean = \"10 rpm\"",
+        "rotor.acceleration" => "normal = \"10 %\", mean = \"60 rpm/s\"",
         "inverter.dc_link" => "uniform = \"8 %\", mean = \"500 V\"",
         "inverter.ripple" => "uniform = \"0.4 %\", mean = \"0.8 %\"",
         "inverter.ripple_frequency" => "uniform = \"10 Hz\", mean = \"300 Hz\"",
@@ -179,6 +180,8 @@ fn law_each_setter_makes_what_the_document_makes_on_all_kinds_of_motors() {
         let least = match key {
             "motor.rotor.brake_backlash" | "motor.rotor.cogging_torque" | "inverter.channel_resistance" => 1,
             "motor.winding.leakage" | "rotor.load" | "rotor.speed" => 2,
+            // Of a rotor that is driven alone, which one of them has.
+            "rotor.acceleration" => 1,
             key if key.starts_with("motor.nameplate.") => 2,
             _ => 5,
         };

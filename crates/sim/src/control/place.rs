@@ -19,7 +19,7 @@ impl<'a> Control<'a> {
         bank.machine.legs.put_wires(lane, faults.wires());
         bank.machine.put(lane, motor, &inverter.link, *start_angle, *load_torque);
         if let (Some(rotors), RotorState::Driven) = (&mut bank.machine.rotors, self.case.rotor) {
-            rotors.drive(lane);
+            rotors.drive(lane, self.case.acceleration);
         }
         bank.machine.legs.put_bridge(lane, &inverter.bridge);
         (0..3).filter(|k| faults.concern_gates(*k)).for_each(|k| self.sequencer.may_lose(k));

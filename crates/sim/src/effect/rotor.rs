@@ -140,8 +140,9 @@ impl<V: Wide> Effect<V> for Rotors<V> {
         powers.friction_loss += moment.motion.friction(&motor.rotor, speed) * speed;
         powers.load_work += moment.one(&self.load) * speed;
         if moment.case.rotor == RotorState::Driven {
-            // What turns it takes all that the motor does, and gives what friction takes.
-            let left = moment.one(&at.torque) - moment.one(&self.load);
+            // What turns it takes all that the motor does, and gives what friction and the rotor's inertia take.
+            let inert = motor.rotor.inertia * moment.case.acceleration / f64::from(motor.pole_pairs);
+            let left = moment.one(&at.torque) - moment.one(&self.load) - inert;
             powers.load_work += left * speed - moment.motion.friction(&motor.rotor, speed) * speed;
         }
     }

@@ -59,6 +59,8 @@ pub struct Rotors<V: Wide> {
     per_inertia: V,
     /// Viscous friction in N·m per rad/s electrical.
     viscous: V,
+    /// Acceleration in rad/s² electrical of a rotor that is driven, whatever its torque is.
+    imposed: V,
     /// Amplitude of the cogging torque in N·m, and its number of periods in an electrical revolution.
     cogging: [V; 2],
 }
@@ -147,6 +149,7 @@ impl<'a, V: Wide> Machine<'a, V> {
             put(&mut rotors.load, load);
             put(&mut rotors.torque_factor, 1.5 * pole_pairs);
             put(&mut rotors.per_inertia, pole_pairs / motor.rotor.inertia);
+            put(&mut rotors.imposed, 0.0);
             put(&mut rotors.viscous, motor.rotor.friction.viscous / pole_pairs);
             let (torque, periods) = motor
                 .rotor
@@ -338,15 +341,17 @@ fn minus<V: Wide>(a: &Symmetric<V>, b: &Symmetric<V>) -> Symmetric<V> {
 }
 
 impl<V: Wide> Rotors<V> {
-    /// Makes the rotor of a lane keep its speed, whatever its torque.
-    pub fn drive(&mut self, lane: usize) {
+    /// Gives the rotor of a lane this acceleration in rad/s² electrical, whatever its torque is.
+    pub fn drive(&mut self, lane: usize, acceleration: f64) {
         self.per_inertia.put(lane, 0.0);
+        self.imposed.put(lane, acceleration);
     }
 
     /// Returns the acceleration in rad/s² (electrical).
     #[inline(always)]
     pub fn acceleration(&self, torque: V, speed: V) -> V {
         (torque - self.load - self.dry_friction - speed * self.viscous) * self.per_inertia * self.moving
+            + self.imposed
     }
 
     /// Returns the change of the torque in N·m when flux in Wb and current in A are corrected, at constant angle.

@@ -128,12 +128,45 @@ fn analytic_a_free_rotor_coasts_until_its_friction_has_stopped_it() {
     }
 }
 
+/// Without resistance a short holds the stator's flux, which the rotor leaves behind as it turns: `i_d = ψ (cos Δ − 1) / L_d`,
+/// `i_q = −ψ sin Δ / L_q`, whatever its motion was.
+#[test]
+fn analytic_a_prescribed_acceleration_turns_the_rotor_by_a_polynomial_of_time() {
+    let mut motor = motor();
+    motor.resistance = 0.0;
+    motor.rotor.friction = Friction { stiction: 0.2, coulomb: 0.15, viscous: 0.01 };
+    let time: f64 = 2e-3;
+    // From rest, faster and faster backwards, and one that turns round on the way.
+    for (speed, acceleration) in [(0.0, 2e4), (-100.0, -5e4), (60.0, -9e4)] {
+        let case = Case { acceleration, ..ideal(&motor, speed) };
+        let (read, run) = play(&case, &[hold([Low; 3], 2000)]);
+        let turned = speed * time + acceleration * time * time / 2.0;
+        assert!((run.end_angle - 0.7 - turned).abs() < 1e-9, "{}: {turned}", run.end_angle - 0.7);
+        let d = motor.magnet_flux * (turned.cos() - 1.0) / motor.winding.d_axis_inductance();
+        let q = -motor.magnet_flux * turned.sin() / motor.winding.q_axis_inductance();
+        for (k, read) in read[0].current.0.into_iter().enumerate() {
+            let phase = 0.7 + turned - k as f64 * std::f64::consts::TAU / 3.0;
+            let expected = d * phase.cos() - q * phase.sin();
+            assert!(
+                (read - expected).abs() < 2e-6 * d.hypot(q),
+                "{speed} {acceleration}: {read}, not {expected}"
+            );
+        }
+    }
+    // A rotor that nothing drives has no such acceleration.
+    let free = Case { acceleration: 1e4, ..case(&motor, RotorState::Locked, 0.0) };
+    assert_eq!(play(&free, &[hold([Off; 3], 1000)]).1.end_angle, 0.7);
+}
+
 #[test]
 fn law_lanes_have_the_bits_of_a_run_alone() {
     let motor = built_in("paper-5k5").expect("built in");
     let commands =
         [hold([High, Low, Off], 100), hold([Off; 3], 300), hold([Low; 3], 200), hold([Off; 3], 300)];
-    let of = |rotor, speed| (case(&motor, rotor, speed), Script::new(commands));
+    let of = |rotor, speed| {
+        let acceleration = if rotor == RotorState::Driven { 40.0 * speed } else { 0.0 };
+        (Case { acceleration, ..case(&motor, rotor, speed) }, Script::new(commands))
+    };
     same_bits_in_lanes(
         &[0.0, 5.0, -40.0, 900.0, 0.3]
             .map(|speed| [of(RotorState::Driven, speed), of(RotorState::Free, speed)])
