@@ -193,19 +193,38 @@ impl Counts {
     }
 }
 
-/// A fault of the study: its mode, and its size as keys of the scenario.
+/// Faults of the study that a drive has at once: their modes, and their sizes as the scenario's keys have them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The failure mode; none for the drive without a fault.
-    pub mode: Option<FaultMode>,
-    /// Keys of the scenario that add the fault, as on the command line.
+    /// The modes: one or two; none for the drive without a fault.
+    pub modes: Vec<FaultMode>,
+    /// Keys of the scenario that make the faults, as on the command line.
     pub keys: Vec<(String, Value)>,
 }
 
 impl Entry {
     /// Makes the entry of the drive without a fault.
     pub fn whole() -> Self {
-        Self { mode: None, keys: Vec::new() }
+        Self { modes: Vec::new(), keys: Vec::new() }
+    }
+
+    /// Returns the mode of an entry of one fault alone.
+    pub fn single(&self) -> Option<FaultMode> {
+        if let [mode] = self.modes[..] { Some(mode) } else { None }
+    }
+
+    /// Returns the names of the modes; none for the drive without a fault.
+    pub fn name(&self) -> Option<String> {
+        let names: Vec<&str> = self.modes.iter().map(|mode| mode.name()).collect();
+        (!names.is_empty()).then(|| names.join(" + "))
+    }
+
+    /// Makes the entry of two faults in their usual sizes, behind the `before` faults that a scenario has.
+    pub fn pair(modes: [FaultMode; 2], scenario: &Scenario<Method<f64>>, before: usize) -> Self {
+        let [mut first, second] = [0, 1].map(|k| Self::usual(modes[k], scenario, before + k));
+        first.modes.extend(second.modes);
+        first.keys.extend(second.keys);
+        first
     }
 
     /// Makes the entry of a fault with its typical size, after the `before` faults that the scenario already has.
@@ -222,7 +241,7 @@ impl Entry {
             };
             keys.push((key("magnitude"), size));
         }
-        Self { mode: Some(mode), keys }
+        Self { modes: vec![mode], keys }
     }
 
     /// Returns the command-line arguments that put the fault into a scenario.

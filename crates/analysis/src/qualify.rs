@@ -57,7 +57,7 @@ pub struct Case {
 impl Case {
     /// Returns true if the case has these settings and this fault.
     fn is(&self, settings: &[(String, Value)], fault: Option<FaultMode>) -> bool {
-        self.settings == settings && self.fault.as_ref().and_then(|fault| fault.mode) == fault
+        self.settings == settings && self.fault.as_ref().and_then(Entry::single) == fault
     }
 
     /// Adds the claims of a requirement to the case.

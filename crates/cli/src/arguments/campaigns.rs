@@ -153,6 +153,9 @@ pub struct Faults {
     /// Failure mode, such as phase-open; repeat it for several [default: all that the drive can have]
     #[arg(long, value_name = "MODE", value_parser = choice::<FaultMode>())]
     pub mode: Vec<FaultMode>,
+    /// Study each two of the modes at once, too
+    #[arg(long)]
+    pub pairs: bool,
     /// Method; repeat it for several [default: the scenario's]
     #[arg(long, value_name = "METHOD", value_parser = choice::<MethodName>())]
     pub method: Vec<MethodName>,

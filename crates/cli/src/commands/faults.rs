@@ -54,6 +54,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let names = |of: Vec<&str>| (!of.is_empty()).then(|| of.join(", "));
     let named = [
         ("--mode", names(options.mode.iter().map(|mode| mode.name()).collect())),
+        ("--pairs", options.pairs.then(|| "each two modes".to_owned())),
         ("--method", names(options.method.iter().map(|method| method.name()).collect())),
         ("--trials", Some(trials.to_string())),
     ];
@@ -108,6 +109,13 @@ fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
             None => entries.push(Entry::usual(mode, &scenario, before)),
         }
     }
+    if options.pairs {
+        let single: Vec<FaultMode> = entries.iter().filter_map(Entry::single).collect();
+        for (number, first) in single.iter().enumerate() {
+            let pairs = single[number + 1..].iter().map(|second| [*first, *second]);
+            entries.extend(pairs.map(|pair| Entry::pair(pair, &scenario, before)));
+        }
+    }
     (entries, left)
 }
 
@@ -127,8 +135,8 @@ fn with_method(
 }
 
 impl Row {
-    fn fault(&self) -> &'static str {
-        self.entry.mode.map_or("as it is", FaultMode::name)
+    fn fault(&self) -> String {
+        self.entry.name().unwrap_or_else(|| "as it is".to_owned())
     }
 
     /// Returns the most frequent reason why starts have no answer.
@@ -242,7 +250,7 @@ fn answer(
     if errors > 0 {
         details.push(format!("{errors} starts could not be simulated to their end; they count as neither"));
     }
-    let rate = |row: &Row| rates.and_then(|rates| rates.of(row.entry.mode));
+    let rate = |row: &Row| rates.and_then(|rates| rates.of(row.entry.single()));
     let records: Records = rows.iter().map(|row| row.record(rate(row))).collect();
     let json = json!({
         "demand": { "error_deg": allowed.error_deg, "moved_deg": allowed.moved_deg, "current_A": allowed.current },
@@ -297,7 +305,7 @@ fn table(rows: &[Row]) -> Table {
     let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
     let columns = [
         Column::word("method").of(|row: &Row| row.method.clone()),
-        Column::word("fault").of(|row: &Row| row.fault().to_owned()),
+        Column::word("fault").of(Row::fault),
         share("right", |of| of.right),
         share("wrong pole", |of| of.wrong_pole),
         share("beyond", |of| of.beyond),

@@ -61,7 +61,7 @@ impl Rates {
     pub fn weighted(&self, rows: &[Row]) -> Vec<Weighted> {
         let mut all: Vec<Weighted> = Vec::new();
         for row in rows {
-            let Some(rate) = self.of(row.entry.mode) else { continue };
+            let Some(rate) = self.of(row.entry.single()) else { continue };
             let place = all.iter().position(|of| of.method == row.method).unwrap_or_else(|| {
                 let method = row.method.clone();
                 all.push(Weighted { method, total: 0.0, wrong_pole: [0.0; 2], beyond: 0.0, detected: 0.0 });
@@ -80,7 +80,7 @@ impl Rates {
 
     /// Returns two lists of mode names: modes with a rate but without a row, and modes with a row but without a rate.
     pub fn missing(&self, rows: &[Row]) -> [Vec<&'static str>; 2] {
-        let studied = |mode: FaultMode| rows.iter().any(|row| row.entry.mode == Some(mode));
+        let studied = |mode: FaultMode| rows.iter().any(|row| row.entry.single() == Some(mode));
         let unstudied = self.0.iter().filter(|(mode, _)| !studied(*mode)).map(|(mode, _)| mode.name());
         let without =
             FaultMode::ALL.into_iter().filter(|mode| studied(*mode) && self.of(Some(*mode)).is_none());

@@ -1,5 +1,6 @@
 //! Advice on each requirement: how to judge it again, which start to look at, and how many trials would decide it.
 
+use standstill_analysis::faults::Entry;
 use standstill_analysis::qualify::{Case, Claim, Claimed, MOST_TRIALS, Verdict};
 use standstill_report::page::Block;
 
@@ -66,7 +67,7 @@ impl Words<'_> {
             );
         }
         if matches!(claim.claimed, Claimed::Undetected(_)) && claim.seen.of == 0 {
-            let mode = of.fault.as_ref().and_then(|fault| fault.mode).map_or("MODE", |mode| mode.name());
+            let mode = of.fault.as_ref().and_then(Entry::single).map_or("MODE", |mode| mode.name());
             let text = format!(
                 "{id} is not shown: of {} starts none is dangerous even without the checks, so nothing is there to cover; require \
                  `faults.{mode}: P(wrong_pole) <= 0.1 %` in its place",

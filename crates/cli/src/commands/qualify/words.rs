@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
+use standstill_analysis::faults::Entry;
 use standstill_analysis::qualify::{Case, Claim, Claimed, Qualification, Requirement, Verdict};
 use standstill_analysis::witness::Witness;
 use standstill_quantity::magnitude;
@@ -36,7 +37,7 @@ pub const fn word(verdict: Verdict) -> &'static str {
 pub fn case(case: &Case) -> String {
     let text = |value: &toml::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     let settings = case.settings.iter().map(|(key, value)| format!("{key}={}", text(value)));
-    let fault = case.fault.as_ref().and_then(|fault| fault.mode).map(|mode| format!("fault {}", mode.name()));
+    let fault = case.fault.as_ref().and_then(Entry::single).map(|mode| format!("fault {}", mode.name()));
     let all: Vec<String> = settings.chain(fault).collect();
     if all.is_empty() { "the scenario".to_owned() } else { all.join(", ") }
 }
