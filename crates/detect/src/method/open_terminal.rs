@@ -32,13 +32,12 @@
 mod settings;
 #[cfg(test)]
 mod tests;
+mod turning;
 
 use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Dq, Fault, Findings, Leg, Phase, Reading, Real, Sampling, Sensed, Stage,
-    Step,
+    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Phase, Reading, Real, Sampling, Sensed, Stage, Step,
 };
 
-use crate::checks::Check;
 use crate::method::Sequence;
 use crate::parts::complex::{Complex, Turning as _};
 use crate::parts::lines::line_angles;
@@ -47,10 +46,10 @@ use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::{is_reading, link};
 use crate::parts::significance;
 use crate::parts::train::Slot;
-use crate::parts::turning::Standing;
 use crate::settings::SettingsError;
 
 pub use settings::OpenTerminalSettings;
+use turning::Pulses;
 
 /// Least voltage across a line or of an all-high vector, as a share of the link's.
 const LEAST_VOLTAGE: f64 = 0.5;
@@ -104,6 +103,8 @@ pub struct OpenTerminal<T> {
     /// Squares of second differences of successive samples in V², and their number.
     squares: T,
     differences: T,
+    /// Rounds that are given: as set, or a second one.
+    rounds: u8,
     findings: Findings<T>,
     margin: Margin<T>,
 }
@@ -125,6 +126,7 @@ impl<T: Real> OpenTerminal<T> {
             sums: [[Sums { across: zero, apart: zero }; 2]; 3],
             squares: zero,
             differences: zero,
+            rounds: settings.rounds,
             findings: Findings::default(),
             margin: Margin::new(),
         })
@@ -231,7 +233,7 @@ impl<T: Real> OpenTerminal<T> {
             self.under = Under::Comparison;
             return Some(Command::sequence(high, Stage::off(s.rest), s.sampling(s.pulse)));
         }
-        if self.given >= u16::from(s.rounds) * 6 {
+        if self.given >= u16::from(self.rounds) * 6 {
             return None;
         }
         let slot = Slot::of(self.given);
@@ -309,7 +311,7 @@ impl<T: Real> OpenTerminal<T> {
         // Variance of dev by one sample's noise, and of its mean over a line's pulses in one direction, relative to u.
         let noise = self.squares / self.differences.max(one) / T::of(6.0);
         let used = T::of(s.used() as f64);
-        let samples = used * T::of(f64::from(s.rounds));
+        let samples = used * T::of(f64::from(self.rounds));
         let across =
             self.sums.iter().flatten().fold(T::zero(), |sum, of| sum + of.across) / samples / T::of(6.0);
         let voltage = across * across;
@@ -338,21 +340,11 @@ impl<T: Real> OpenTerminal<T> {
         self.findings.angle_deviation = Some((of_axis * across_axis).sqrt() / (two * ratio));
 
         let k = sign * ratio;
-        let rho = (one - k) / (one + k);
         let (mut product, mut square) = (T::zero(), T::zero());
-        let (mut turning, mut turning_square, mut mixed) = (T::zero(), T::zero(), T::zero());
         for (angle, difference) in line_angles::<T>().into_iter().zip(solution.differences) {
-            let (sin, cos) = (angle - axis.radians()).sin_cos();
-            let lines = one + k * (two * cos * cos - one);
-            let along = cos * cos;
-            let cross = s.cross_saturation * rho * (rho * sin * sin - two * along);
-            let template = -sin * (along + cross) / (lines * lines * lines);
+            let [_, template] = self.templates(k, angle - axis.radians());
             product = product + template * difference;
             square = square + template * template;
-            let induced = (one + k) * cos / lines;
-            turning = turning + induced * difference;
-            turning_square = turning_square + induced * induced;
-            mixed = mixed + induced * template;
         }
         let offset = s.offset * s.offset / voltage;
         let offsets = if s.comparison { T::of(1.5) } else { T::of(6.0) };
@@ -361,24 +353,7 @@ impl<T: Real> OpenTerminal<T> {
         let (sin, cos) = axis.radians().sin_cos();
         let direction = AlphaBeta::new(cos * along, sin * along);
         let pointer = Pointer { direction, deviation: (of_line / square).sqrt() };
-        if s.checks.has(Check::Turning) {
-            // Saturation and speed by least squares; the former in what it leaves where the latter leaves as much, so that noise has as
-            // much of each.
-            let left = turning_square - mixed * mixed / square;
-            let across_axis = (turning - mixed * along) / left;
-            let along_axis = (product - mixed * across_axis) / (square * left).sqrt();
-            let shown = Dq::new(along_axis, across_axis);
-            let deviation = (of_line / left).sqrt();
-            let shown = Pointer { direction: shown.unpark(axis), deviation };
-            let standing = Standing {
-                by_volt: T::of(3.0) / across,
-                flux: s.magnet_flux,
-                signature: s.signature,
-                pole_error: s.pole_error,
-            };
-            let of_axis = self.findings.angle_deviation.unwrap_or(T::zero());
-            standing.check(&mut self.margin, &shown, axis, of_axis)?;
-        }
+        self.check_standing(&Pulses { solution: &solution, k, product, square, of_line, across }, axis)?;
         Ok(pointer.read(axis, s.signature, s.pole_error))
     }
 }
@@ -396,10 +371,18 @@ impl<T: Real> Sequence<T> for OpenTerminal<T> {
             self.waits += 1;
             return Ok(Step::Drive(Command::hold(Stage::off(s.rest), Sampling::once(s.rest))));
         }
-        Ok(match self.next_command() {
-            Some(command) => Step::Drive(command),
-            None => Step::Done(self.answer()?.outcome(self.findings)),
-        })
+        if let Some(command) = self.next_command() {
+            return Ok(Step::Drive(command));
+        }
+        let margin = self.margin;
+        match self.answer() {
+            // What its own pulses do to a light rotor cancels in a second round.
+            Err(Fault::RotorTurns { .. }) if self.rounds == 1 => {
+                (self.rounds, self.margin) = (2, margin);
+                self.next_command().map(Step::Drive).ok_or(Fault::UnexpectedReadings)
+            }
+            answer => Ok(Step::Done(answer?.outcome(self.findings))),
+        }
     }
 
     fn so_far(&self) -> (&Findings<T>, Margin<T>) {

@@ -22,6 +22,12 @@ struct Motor {
     noise: Noise,
     /// What the terminals differ by at rest.
     swing: f64,
+    /// Speed in rad/s that lasts, and what pulses along q make of it while both of a pair are sampled.
+    speed: f64,
+    own: f64,
+    /// Pulses so far, and the way of the first one of the pair under way.
+    pulses: u32,
+    begins: f64,
 }
 
 impl Motor {
@@ -38,6 +44,10 @@ impl Motor {
             deviation: 0.0,
             noise: Noise::new(3),
             swing: 0.0,
+            speed: 0.0,
+            own: 0.0,
+            pulses: 0,
+            begins: 1.0,
         }
     }
 
@@ -59,7 +69,9 @@ impl Motor {
         let linear = 3.0_f64.sqrt() / 2.0 * self.k * (2.0 * x).sin() / lines;
         let shared = self.dc_link * t / self.inductance * (1.0 - self.k * self.k) * sin * cos * cos;
         let way = if forward { 1.0 } else { -1.0 };
-        let r = linear - way * self.falls * shared / (2.0 * lines.powi(3));
+        let speed = self.speed + self.begins * self.own * sin / lines;
+        let induced = 1.5 * speed * PLATE.magnet_flux / self.dc_link * (1.0 + self.k) * cos / lines;
+        let r = linear - way * (self.falls * shared / (2.0 * lines.powi(3)) + induced);
         let mut potential = [0.0; 3];
         potential[high as usize] = self.dc_link;
         potential[open] = self.dc_link / 2.0 + way * r * across;
@@ -75,6 +87,15 @@ impl Motor {
             })
         };
         let on = command.stage.duration;
+        let first = legs(&command.stage);
+        if let Some(high) =
+            first.iter().position(|leg| *leg == Leg::High).filter(|_| first.contains(&Leg::Low))
+        {
+            if self.pulses.is_multiple_of(2) {
+                self.begins = if first[(high + 1) % 3] == Leg::Low { 1.0 } else { -1.0 };
+            }
+            self.pulses += 1;
+        }
         let reading = |n| {
             let at = command.sampling.trigger(n);
             let then = command.then.as_ref().filter(|_| at > on);
@@ -156,6 +177,42 @@ fn law_the_pole_follows_saturation_and_its_signature() {
             panic!("a pole without a signature")
         };
     }
+}
+
+/// The pulses of a pair turn a light rotor and stop it again: one round takes that for a rotor that turns, or for the other pole; a second
+/// one, in the opposite order, does without it.
+#[test]
+fn analytic_a_second_round_tells_a_rotor_that_its_own_pulses_turn_from_one_that_turns() {
+    let turns = |outcome: &Outcome<f64>| match *outcome {
+        Outcome::Failed { fault: Fault::RotorTurns { speed, way, .. }, .. } => Some((speed, way)),
+        _ => None,
+    };
+    let run = |mut motor: Motor| motor.outcome(&mut OpenTerminal::new(settings()).expect("settings"));
+    let mut twice = 0;
+    for degrees in (0..360).step_by(7) {
+        let motor = || Motor { falls: 0.01, ..Motor::at(f64::from(degrees)) };
+        let (still, once) = run(motor());
+        assert!(turns(&still).is_none(), "{degrees}");
+        let (found, time) = run(Motor { own: 30.0, ..motor() });
+        assert_eq!(turns(&found), None, "{degrees}");
+        if time > 1.5 * once {
+            twice += 1;
+            let Outcome::Found { angle, findings } = found else { panic!("{degrees}: {found:?}") };
+            let miss = angle.difference(Angle::from_radians(f64::from(degrees).to_radians()));
+            assert!(
+                miss.abs() < 0.02 && findings.fault_margin.is_none_or(|margin| margin > 0.0),
+                "{degrees}"
+            );
+        }
+        for speed in [20.0, -20.0] {
+            let (found, way) = turns(&run(Motor { speed, ..motor() }).0).expect("turns");
+            assert!((found / 20.0 - 1.0).abs() < 0.02, "{degrees}: {found}");
+            let forward = standstill_interface::Rotation::Forward;
+            assert!(way.is_none_or(|way| (way == forward) == (speed > 0.0)), "{degrees} {speed}");
+        }
+        assert!(turns(&run(Motor { own: 30.0, speed: 20.0, ..motor() }).0).is_some(), "{degrees}");
+    }
+    assert!(twice > 26, "{twice} of 52");
 }
 
 #[test]
