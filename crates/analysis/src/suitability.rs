@@ -23,6 +23,7 @@ mod search;
 mod starts;
 #[cfg(test)]
 mod tests;
+mod turning;
 mod work;
 
 use standstill_campaign::{CampaignError, Summary};
@@ -39,6 +40,7 @@ pub use confirm::Confirmed;
 pub use demands::Demands;
 pub use margins::{Demand, Margins};
 pub use standstill_odds::subset::Effort;
+pub use turning::TurningSpeeds;
 pub use work::most as most_work;
 
 use crate::bound::{Bound, BoundError};
@@ -137,6 +139,9 @@ pub struct Suitability {
     pub candidates: Vec<Candidate>,
     /// Index of the recommended candidate, with its results on fresh starts; none if no candidate suits the motor.
     pub recommended: Option<(usize, Confirmed)>,
+    /// Speeds at which the recommended method notices a rotor that turns, and at which its error exceeds the demand. None where no rotor that
+    /// is judged may turn, and if no candidate suits the motor.
+    pub turning: Option<TurningSpeeds>,
     /// Condition on the motor, not stated in its data, under which the verdict is valid.
     pub condition: Option<Condition>,
     /// Changes that were tried because no settings suffice for the unchanged motor and drive.
@@ -275,6 +280,16 @@ impl Suitability {
             }
             (candidates, found, recommended)
         };
+        let turning = match &recommended {
+            Some((place, _)) => {
+                let (turning, cut) = bench.work.within(1.0, || bench.turning(&candidates[*place]));
+                if cut {
+                    untried.push("speeds of a rotor that turns".to_owned());
+                }
+                turning?
+            }
+            None => None,
+        };
         let plain = bench.scenario(&Setting::plain(methods[0]), Rotor::Locked)?;
         let known = plain.nameplate();
         let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
@@ -297,6 +312,7 @@ impl Suitability {
             is_undecided: recommended.is_none() && !untried.is_empty(),
             candidates,
             recommended,
+            turning,
             condition: None,
             advice: Vec::new(),
             alternatives: Vec::new(),

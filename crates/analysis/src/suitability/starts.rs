@@ -19,6 +19,8 @@ pub(super) struct Starts {
     /// Reasons of failed starts, with the number of starts for each reason. Starts with an undetermined pole are not
     /// included.
     pub failures: BTreeMap<String, u64>,
+    /// Number of starts that end because the rotor turns.
+    pub turning: u64,
     /// Time of the longest detection in s.
     pub longest_s: f64,
     /// Pole evidence of each start with an axis, sorted, relative to the evidence that a decision needs; positive for
@@ -85,6 +87,7 @@ impl Starts {
     ) -> Result<Self, Stopped> {
         let (mut statistics, before) = (Statistics::default(), allowance.done());
         let (mut failures, mut evidence, mut longest_s) = (BTreeMap::new(), Vec::new(), 0.0_f64);
+        let mut turning = 0;
         let campaign = Campaign { scenario, trials, threads: None };
         campaign.run(&AtomicBool::new(false), |record| {
             statistics.add(record);
@@ -94,6 +97,7 @@ impl Starts {
                 *failures.entry(reason).or_insert(0) += 1;
             }
             evidence.extend(towards_north(record));
+            turning += u64::from(record.rotor_turns());
             if allowance.spend(of_start(&record.run.work, &scenario.drive.bridge)) {
                 Ok(())
             } else {
@@ -103,7 +107,16 @@ impl Starts {
         evidence.sort_by(f64::total_cmp);
         let spread = Spread::of(scenario.detector);
         let work = allowance.done() - before;
-        Ok(Self { rotor, summary: statistics.summary(), failures, longest_s, evidence, spread, work })
+        Ok(Self {
+            rotor,
+            summary: statistics.summary(),
+            failures,
+            turning,
+            longest_s,
+            evidence,
+            spread,
+            work,
+        })
     }
 
     /// Returns the number of starts without an angle: given up, or not simulated to the end.

@@ -3,6 +3,7 @@
 use std::fs;
 
 use serde_json::Value;
+use standstill_detect::{Check, MethodName};
 
 use super::answers::{answer, has, number};
 use super::{folder, names, standstill};
@@ -86,6 +87,49 @@ fn regress_faults_that_cannot_be_are_refused() {
 }
 
 #[test]
+fn law_pairs_of_faults_are_studied_on_request() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), BIPOLAR).expect("written");
+    fs::write(path.join("rates.toml"), "phase-open = 30\ncurrent-sign = 5\n").expect("written");
+    let modes = ["--mode", "terminals-swapped", "--mode", "sheet-signature", "--mode", "current-sign"];
+    let asked =
+        ["faults", "s.toml", "--trials", "40", "--pairs", "--rates", "rates.toml", "--json", "--out", "f"];
+    let asked: Vec<&str> = asked.into_iter().chain(modes).collect();
+    let found = answer(&asked, 0, path);
+    let named: Vec<&str> = found["rows"]
+        .as_array()
+        .expect("rows")
+        .iter()
+        .filter_map(|row| row["failure_mode"].as_str())
+        .collect();
+    let pairs = [
+        "terminals-swapped + sheet-signature",
+        "terminals-swapped + current-sign",
+        "sheet-signature + current-sign",
+    ];
+    assert_eq!(
+        named,
+        [&["as it is", "terminals-swapped", "sheet-signature", "current-sign"], &pairs[..]].concat()
+    );
+    // The physics: exchanged wires mirror the angle, and the wrong signature turns each answer by half a turn, so it takes those of the
+    // mirrored angle that are right for wrong and the others for right.
+    let [swapped, both] = [named[1], pairs[0]].map(|fault| row(&found, fault));
+    let answered = |row: &Value| 40.0 - number(row, "detected");
+    let wrong = |row: &Value| number(row, "wrong_pole");
+    assert!((wrong(swapped) + wrong(both) - answered(both)).abs() <= 2.0, "{swapped} {both}");
+    assert!(wrong(swapped) > 8.0 && wrong(both) > 8.0, "{swapped} {both}");
+    // A sensor of the wrong sign is noticed, whatever else is wrong.
+    for fault in &pairs[1..] {
+        assert_eq!(number(row(&found, fault), "detected"), 40.0, "{fault}");
+    }
+    // Rates are those of single faults: how often two come together no rate of one tells.
+    assert!(row(&found, pairs[1])["rate"].is_null() && number(row(&found, "current-sign"), "rate") == 5.0);
+    let keys = row(&found, pairs[1])["magnitude"].as_str().expect("keys");
+    assert_eq!(keys, "faults.0.mode=terminals-swapped faults.1.mode=current-sign");
+}
+
+#[test]
 fn law_failure_rates_weigh_what_modes_lead_to() {
     let folder = folder();
     let path = folder.path();
@@ -118,5 +162,24 @@ fn law_failure_rates_weigh_what_modes_lead_to() {
         assert!(wrong.contains("wrong.toml") && wrong.contains(key) && wrong.contains("needed"), "{wrong}");
         let line = if rates.starts_with('\n') { "line 2" } else { "" };
         assert!(wrong.contains(line), "{wrong}");
+    }
+}
+
+/// The table of docs/faults.md names with each check the methods that have it.
+#[test]
+fn golden_the_page_names_the_methods_of_each_check() {
+    let page = include_str!("../../../../docs/faults.md");
+    for check in Check::ALL {
+        let has = |method: &MethodName| method.checks().has(check);
+        let methods: Vec<String> =
+            MethodName::ALL.into_iter().filter(has).map(|method| format!("`{method}`")).collect();
+        let methods = if methods.len() == MethodName::ALL.len() {
+            "all methods".to_owned()
+        } else {
+            methods.join(", ")
+        };
+        let row = page.lines().find(|line| line.starts_with(&format!("| `{}` |", check.name())));
+        let row = row.unwrap_or_else(|| panic!("a row of {}", check.name()));
+        assert!(row.ends_with(&format!("| {methods} |")), "{row}\n{methods}");
     }
 }

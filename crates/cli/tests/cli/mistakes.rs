@@ -27,9 +27,19 @@ const KEYS: &[Case] = &[
         "[detector]\nmethod = \"hfi-rotating\"\npulse = \"80 us\"",
         &["run", "s.toml"],
     ),
+    (
+        "A check that the method does not have",
+        "[detector]\nmethod = \"hfi-rotating\"\nchecks = [\"turning\", \"contact\"]",
+        &["run", "s.toml"],
+    ),
     ("A capacitor that nothing feeds", "[inverter]\ncapacitance = \"500 uF\"", &["run", "s.toml"]),
     ("A sag without an end", "[inverter]\nsag_depth = \"20 %\"\nsag_start = \"2 ms\"", &["run", "s.toml"]),
     ("A load on a locked rotor", "[rotor]\nload = \"3 N m\"", &["run", "s.toml"]),
+    (
+        "An acceleration of a rotor that is free",
+        "[rotor]\nstate = \"free\"\nacceleration = \"60 rpm/s\"",
+        &["run", "s.toml"],
+    ),
     (
         "Comparators of each leg without sensors of each leg",
         "[sensors]\narrangement = \"dc-link-shunt\"\ntimer = \"0.3 us\"\ncomparators = \"per-leg\"",

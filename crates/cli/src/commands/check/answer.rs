@@ -229,6 +229,11 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
             "confirmed": confirmed,
         })
     });
+    let turning = found.turning.map(|speeds| {
+        let mut turning = json!(speeds);
+        turning["notices_in_time"] = speeds.notices_in_time().into();
+        turning
+    });
     let condition = found.condition.as_ref().map(|condition| match condition {
         Condition::Saturation { least, most, minus_d } => {
             json!({ "kind": "saturation", "least": least, "most": most, "minus_d": minus_d, "q": 0.0 })
@@ -267,6 +272,7 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         "pulse_polarity_difference": found.pulse_difference,
         "candidates": candidates,
         "recommended": recommended,
+        "turning": turning,
         "advice": advice,
         "alternatives": alternatives,
         "untried": found.untried,

@@ -1,6 +1,7 @@
 //! The answer of `check` as text and tables.
 
 mod motor;
+mod turning;
 mod unsuited;
 
 use std::fmt::Write as _;
@@ -73,6 +74,7 @@ impl Checked<'_> {
                 self.errors.name()
             );
         }
+        let note = note + &turning::note(self);
         let note = match self.motor.doubtful() {
             Some(doubt) => format!("{note}; if its numbers are meant: {}", doubt.what),
             None => note,
@@ -114,6 +116,7 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
         let settings = settings.into_iter().map(|(name, value)| (name.to_owned(), value));
         blocks.extend([Block::Text(recommendation(candidate)), Block::Facts(settings.collect())]);
         blocks.extend(confirmed(found).map(Block::Text));
+        blocks.extend(turning::said(asked).map(Block::Text));
     }
     blocks.extend(unsuited::blocks(found));
     blocks.extend(untried(asked).map(Block::Text));
