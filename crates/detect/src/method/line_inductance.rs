@@ -8,29 +8,21 @@
 //!
 //! A pulse puts the DC link across two phases for `pulse`; then the current decays. Samples i1 before it, i2 at its end
 //! and i3 in the decay give R and L of the line by equation (10).
-//!
-//! The voltage that a turning magnet induces in a line acts in both intervals and enters the equation's resistive term.
-//! It is read as a resistance that is larger by that voltage over the current. With fast decay this reveals a fast
-//! rotor; the vectors reveal a slow one.
 
 mod settings;
 #[cfg(test)]
 mod tests;
 
-use standstill_interface::{
-    Abc, AlphaBeta, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage, Step,
-};
+use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage, Step};
 
-use crate::checks::Check;
 use crate::method::Sequence;
 use crate::nameplate::Place;
-use crate::parts::lines::{Interval, Saliency, line_directions, line_impedance};
+use crate::parts::lines::{Interval, Saliency, line_impedance};
 use crate::parts::margin::Margin;
-use crate::parts::polarity::{Pointer, PolarityTest, Signature};
+use crate::parts::polarity::PolarityTest;
 use crate::parts::settle::{Settler, link, link_current, seen};
 use crate::parts::significance;
 use crate::parts::train::LINES;
-use crate::parts::turning::{self, Standing};
 use crate::settings::{Decay, SettingsError};
 
 pub use settings::LineInductanceSettings;
@@ -56,8 +48,6 @@ pub struct LineInductance<T> {
     /// Sums over the pulses of each line.
     inductance: Abc<T>,
     resistance: Abc<T>,
-    /// Sums in V, for each line, of its excess resistance times its current.
-    induced: [T; 3],
     /// Sum over the lines of the squares of L in H² that their pulses are away from the line's mean.
     scatter: T,
     /// Sum over the pulses of 2/(i2 − i1)² in 1/A²: the variance that the noise of single readings gives L, relative.
@@ -80,7 +70,6 @@ impl<T: Real> LineInductance<T> {
             initial: zero,
             inductance: zero,
             resistance: zero,
-            induced: [T::zero(); 3],
             scatter: T::zero(),
             by_readings: T::zero(),
             findings: Findings::default(),
@@ -170,10 +159,6 @@ impl<T: Real> LineInductance<T> {
         if inductance <= T::zero() {
             return Err(Fault::NotInductive(phase));
         }
-        let [rises, falls] = [rise.slope(), decay.slope()];
-        let current = (decay.mean() * rises - rise.mean() * falls) / (rises - falls);
-        let more = resistance - T::of(2.0) * s.polarity.resistance;
-        self.induced[line] = self.induced[line] + more * current;
         self.by_readings = self.by_readings + T::of(2.0) / ((i2 - i1) * (i2 - i1));
         let before = T::of(f64::from(pulse));
         if pulse > 0 {
@@ -214,48 +199,7 @@ impl<T: Real> LineInductance<T> {
         self.findings.saliency = Some(saliency.amplitude);
         let (needed, least) = (self.needed(&saliency), self.settings.least_saliency);
         significance::check(&mut self.settler.margin, saliency.ratio(), needed, least)?;
-        self.check_standing(&saliency)?;
         Ok(saliency)
-    }
-
-    /// Checks that the rotor stands still, from the voltages `√3 ωψ` that its magnet would induce across itself in the
-    /// three lines. As a voltage each is half of the part of the link's voltage that the slopes of rise and decay do
-    /// not explain. The drops of the devices are equal in all lines.
-    fn check_standing(&mut self, saliency: &Saliency<T>) -> Result<(), Fault<T>> {
-        let s = &self.settings;
-        let on = s.polarity.checks.has(Check::Turning) && s.place() == Place::InLine;
-        // While the current circulates for milliseconds, its decay is no straight line.
-        if s.decay == Decay::Slow || !on {
-            return Ok(());
-        }
-        // Where the saliency has more flux than the magnet, lines differ by what saturates in them as if by such a resistance.
-        let saliency_flux = T::of(3.0) * saliency.amplitude.abs() * s.polarity.current;
-        if saliency_flux > s.polarity.magnet_flux {
-            return Ok(());
-        }
-        let (half, count) = (T::of(0.5), T::of(f64::from(s.pulses)));
-        let zero = AlphaBeta::new(T::zero(), T::zero());
-        let share = T::of(2.0 / 3.0) / count;
-        let induced = line_directions()
-            .into_iter()
-            .zip(self.induced)
-            .fold(zero, |sum, (direction, induced)| sum + direction * (induced * share));
-        let seconds = |time: Nanos| T::of(time.seconds());
-        let (noise, link) = (&self.settler.noise, self.settler.dc_link);
-        let current =
-            half * T::of(3.0) * saliency.mean / seconds(s.third_sample() - s.pulse) * noise.deviation();
-        let of_link = noise.of_link().0 * link * link * half;
-        let known = (current * current + of_link) / count;
-        let edges = half * link * T::of(significance::DELAY) * seconds(s.dead_time) / seconds(s.pulse);
-        let variance = turning::estimated(known, noise.freedom()) + edges * edges;
-        // In each component of two thirds of the sum over three directions.
-        let deviation = (variance * T::of(2.0 / 3.0)).sqrt();
-        let by_volt = T::of(3.0).sqrt();
-        // The pole is not known yet.
-        let (flux, signature, pole_error) = (s.polarity.magnet_flux, Signature::None, T::zero());
-        let standing = Standing { by_volt, flux, signature, pole_error };
-        let pointer = Pointer { direction: -induced, deviation };
-        standing.check(&mut self.settler.margin, &pointer, saliency.axis, T::zero())
     }
 
     /// Returns the square of |L_B|/L_A that must be exceeded. It allows for noise (from the scatter of pulses, or from

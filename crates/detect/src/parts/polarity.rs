@@ -17,15 +17,14 @@ mod settings;
 mod tests;
 
 use standstill_interface::{
-    Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real, Sensed, Step,
-    Undetermined,
+    Abc, Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real, Sensed,
+    Step, Undetermined,
 };
 
-use crate::checks::Check;
 use crate::nameplate::Place;
 use crate::parts::margin::Margin;
 use crate::parts::settle::{Settler, all_seen, link, link_current};
-use crate::parts::turning::{Across, Winding};
+use crate::parts::turning::{self, Short};
 pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
 pub use settings::{PolarityRule, PolaritySettings, Signature};
@@ -108,6 +107,7 @@ impl<T: Real> PolarityStep<T> {
 enum State {
     Settling { last: bool },
     Pushing,
+    Shorted,
 }
 
 /// The polarity test, once an axis is known.
@@ -128,7 +128,8 @@ pub(crate) struct PolarityTest<T> {
     against: T,
     sum: T,
     squares: T,
-    across: Across<T>,
+    /// Current in A that the magnet drove through shorted terminals, and whether a part of it follows from the rest; none before.
+    driven: Option<(Abc<T>, bool)>,
 }
 
 impl<T: Real> PolarityTest<T> {
@@ -153,7 +154,7 @@ impl<T: Real> PolarityTest<T> {
             against: zero,
             sum: zero,
             squares: zero,
-            across: Across::new(),
+            driven: None,
         }
     }
 
@@ -185,6 +186,10 @@ impl<T: Real> PolarityTest<T> {
         Ok(match self.state {
             State::Settling { last } => match self.settler.step(readings)? {
                 Some(wait) => PolarityStep::Drive(wait),
+                None if last && self.driven.is_none() && self.settings.looks() => {
+                    self.state = State::Shorted;
+                    PolarityStep::Drive(self.settings.short())
+                }
                 None if last => {
                     let pole = self.answer();
                     self.check_standing(&pole)?;
@@ -196,6 +201,11 @@ impl<T: Real> PolarityTest<T> {
                     PolarityStep::Drive(self.settings.command(direction, amplitude, self.settler.dc_link))
                 }
             },
+            State::Shorted => {
+                let [last] = readings else { return Err(Fault::UnexpectedReadings) };
+                self.driven = Some((all_seen(last)?, last.sensed.0.contains(&Sensed::Derived)));
+                PolarityStep::Drive(self.wait(true))
+            }
             State::Pushing => {
                 self.pushed(readings)?;
                 let enough = self.vectors.is_multiple_of(2)
@@ -226,8 +236,6 @@ impl<T: Real> PolarityTest<T> {
             PolaritySettings::returned_current([shown(&readings[0])?, shown(last)?], direction)
         } else {
             let seen = all_seen(last)?;
-            let derived = last.sensed.0.contains(&Sensed::Derived);
-            self.across.add(slot == 1, seen.clarke().park(self.axis).q, derived);
             let current = PolaritySettings::direct_current(seen, direction);
             // What the sensors read without current is their offset.
             if sequential { current - PolaritySettings::direct_current(residual, direction) } else { current }
@@ -291,35 +299,25 @@ impl<T: Real> PolarityTest<T> {
         known && sequential.evidence(mean, variance).is_enough()
     }
 
-    /// Checks that the rotor stands still, from the currents of all vectors across the axis.
+    /// Checks that the rotor stands still, from the current that its magnet drove through the shorted terminals.
     fn check_standing(&mut self, pole: &Pole<T>) -> Result<(), Fault<T>> {
+        let Some((driven, derived)) = self.driven else { return Ok(()) };
         let s = &self.settings;
-        // One shunt in the DC link shows no current across the axis; those below legs settle anew in each period, each from another current.
-        if !s.checks.has(Check::Turning) || s.place != Place::InLine {
-            return Ok(());
-        }
-        let winding = Winding {
+        let short = Short {
             duration: T::of(s.duration().seconds()),
             resistance: s.resistance,
             inductance: s.q_axis_inductance,
             flux: s.magnet_flux,
+            lost: s.lost,
         };
-        let (pairs, two) = (T::of(f64::from(self.pairs())), T::of(2.0));
-        // Where the saliency has more flux than the magnet, what an askew axis leaves across it by saturation is more than what is induced.
-        let along = (self.amplitude / s.current - s.resistance / two) * winding.duration;
-        if (winding.inductance - along).abs() * s.current > winding.flux {
-            return Ok(());
-        }
         let (offset, waits) = self.settler.offset();
-        let across = self.across.without(offset.clarke().park(self.axis).q * pairs);
-        let noise = self.settler.noise.deviation();
-        let square = noise * noise * s.by_reading();
-        // Of a mean of two vectors, and of the offset.
-        let variance = square / two + square * pairs / waits.max(T::one());
-        let north =
-            pole.undetermined.is_none().then(|| pole.angle.difference(self.axis).abs() < T::FRAC_PI_2());
-        let noise = (variance, self.settler.noise.freedom());
-        across.check(&mut self.settler.margin, &winding, (pairs, self.settler.dc_link), noise, north)
+        let current = Abc(core::array::from_fn(|k| driven.0[k] - offset.0[k])).clarke();
+        let noise = &self.settler.noise;
+        // Of a reading and of the mean of those without current.
+        let variance = noise.deviation() * noise.deviation() * s.by_reading() * (T::one() + waits.recip());
+        let deviation = turning::deviation(variance, noise.freedom(), derived);
+        let north = pole.undetermined.is_none().then_some(pole.angle);
+        short.check(&mut self.settler.margin, current, (self.settler.dc_link, deviation), north)
     }
 
     fn answer(&self) -> Pole<T> {

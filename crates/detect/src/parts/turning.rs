@@ -11,7 +11,7 @@
 //! For a rotor at standstill, D_q consists only of noise, of errors that repetition does not reveal, and of an axis or
 //! a saturation that is slightly askew. The sign of D_q gives the direction of rotation once the north pole is known.
 
-use standstill_interface::{Angle, Fault, Real, Rotation};
+use standstill_interface::{AlphaBeta, Angle, Fault, Real, Rotation};
 
 use super::margin::Margin;
 use super::polarity::{Pointer, Signature};
@@ -164,31 +164,26 @@ pub(crate) fn check_speed<T: Real>(
     if speed > allowed { Err(Fault::RotorTurns { speed, allowed, way }) } else { Ok(()) }
 }
 
-/// Currents across an axis, caused by vectors along the axis and against it.
+/// Terminals that are connected with one another for a while, which lets a magnet that turns drive a current: `−ωψ/R (1 − e^(−R t/L_q))`
+/// across itself, `−ωψ t/L_q` without resistance.
 ///
-/// Opposite vectors drive opposite currents, so a current across the axis that both have in the same direction is
-/// induced. Each is `−ωψ/R (1 − e^(−Rt/L_q))`, or `−ωψ t/L_q` without resistance, seen from the north pole. An error of
-/// the axis causes opposite currents.
+/// A rotor that stands leaves none. No device carries a current of which a late edge, a dead time or the charge of a terminal could take a
+/// share, no iron is magnetised, and a sample that is late finds the same; the sensors' noise and their offsets remain, and both are
+/// known from readings without current.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Across<T> {
-    /// Sums in A of the current across the axis, by vectors along it and against it.
-    sums: [T; 2],
-    /// Whether a current was one that no sensor saw.
-    derived: bool,
-}
-
-/// Parameters for [`Across`]: length of the vectors in s, resistance in Ω and inductance in H of the winding across the
-/// magnet, flux in Wb.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Winding<T> {
+pub(crate) struct Short<T> {
+    /// Length in s.
     pub duration: T,
+    /// The winding's resistance in Ω and inductance in H across the magnet, its flux in Wb.
     pub resistance: T,
     pub inductance: T,
     pub flux: T,
+    /// Voltage in V that a switch and a diode take from what drives a current through two phases.
+    pub lost: T,
 }
 
-/// Voltage that legs may leave across the axis in the same direction both ways where the rotor stands, as a share of the link.
-const SAME_WAY: f64 = 0.001;
+/// Voltage that may drive a current where the rotor stands, as a share of the link: offsets that a converter rounds.
+const AT_REST: f64 = 0.001;
 
 /// Share of the opposite currents caused by an error of the axis that may appear as equal currents, because a core has
 /// less inductance across the magnet while a vector along it saturates it.
@@ -197,53 +192,31 @@ pub(crate) const UNEVEN: f64 = 0.05;
 /// Variance of a current vector's components with two sensors in place of three, at most.
 const BY_TWO: f64 = 2.6;
 
-impl<T: Real> Across<T> {
-    pub fn new() -> Self {
-        Self { sums: [T::zero(); 2], derived: false }
-    }
-
-    /// Adds a vector along the axis or against it.
-    pub fn add(&mut self, against: bool, current: T, derived: bool) {
-        let sum = &mut self.sums[usize::from(against)];
-        *sum = *sum + current;
-        self.derived |= derived;
-    }
-
-    /// Returns the sums with this offset subtracted from each.
-    pub fn without(self, offset: T) -> Self {
-        Self { sums: self.sums.map(|sum| sum - offset), ..self }
-    }
-
-    /// Checks `pairs` vectors in each direction at a link of `volts`. `noise`: variance in A² of a component of a
-    /// vector's current, and its degrees of freedom; `north`: whether the pole is at the axis, if that is known.
+impl<T: Real> Short<T> {
+    /// Checks the current vector in A at its end, offsets removed, on a link of so many volts; `deviation` in A of its components. `north`: the
+    /// pole, if it is known.
     pub fn check(
         &self,
         margin: &mut Margin<T>,
-        winding: &Winding<T>,
-        (pairs, volts): (T, T),
-        noise: (T, T),
-        north: Option<bool>,
+        current: AlphaBeta<T>,
+        (volts, deviation): (T, T),
+        north: Option<Angle<T>>,
     ) -> Result<(), Fault<T>> {
-        if winding.flux <= T::zero() || pairs < T::one() {
-            return Ok(());
-        }
-        let (one, two) = (T::one(), T::of(2.0));
-        let [along, against] = self.sums.map(|sum| sum / pairs);
-        let same = (along + against) / two;
-        let x = winding.resistance * winding.duration / winding.inductance;
-        let rises = if x > T::of(1e-3) { -(-x).exp_m1() / x } else { one - x / two };
-        let by_volt = winding.duration / winding.inductance * rises;
-        let by_speed = by_volt * winding.flux;
-        let deviation = deviation(noise.0 / pairs, noise.1, self.derived);
-        let askew = (along - against).abs() / two * T::of(UNEVEN);
-        let allowed = deviation * T::of(DEVIATIONS) + by_volt * volts * T::of(SAME_WAY) + askew;
+        let one = T::one();
+        let x = self.resistance * self.duration / self.inductance;
+        let rises = if x > T::of(1e-3) { -(-x).exp_m1() / x } else { one - x / T::of(2.0) };
+        let by_volt = self.duration / self.inductance * rises;
+        // One phase against two: two thirds of the voltage that devices take of a line.
+        let lost = self.lost * T::of(2.0 / 3.0);
+        let speed = |current: T| (current / by_volt + lost) / self.flux;
+        let allowed = deviation * T::of(DEVIATIONS) + by_volt * volts * T::of(AT_REST);
         let way =
             north.map(
-                |is_axis| {
-                    if (same < T::zero()) == is_axis { Rotation::Forward } else { Rotation::Backward }
+                |north| {
+                    if current.park(north).q < T::zero() { Rotation::Forward } else { Rotation::Backward }
                 },
             );
-        check_speed(margin, same.abs() / by_speed, allowed / by_speed, way)
+        check_speed(margin, speed(current.alpha.hypot(current.beta)), speed(allowed), way)
     }
 }
 

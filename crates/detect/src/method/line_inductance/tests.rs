@@ -8,7 +8,7 @@ use crate::checks::Checks;
 use crate::nameplate::Place;
 use crate::nameplate::Sensing;
 use crate::parts::lines::SaliencySign;
-use crate::parts::polarity::{PolarityRule, PolaritySettings};
+use crate::parts::polarity::{PolarityRule, PolaritySettings, Signature};
 use crate::parts::settle::SettleSettings;
 
 const L_A: f64 = 9.2e-3;
@@ -45,6 +45,7 @@ fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
             rule: PolarityRule::TwoVectors,
             place: Place::InLine,
             checks: Checks::ALL,
+            lost: 0.0,
             magnet_flux: 0.5,
             q_axis_inductance: 18e-3,
             window: Nanos::ZERO,

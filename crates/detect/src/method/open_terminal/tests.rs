@@ -210,7 +210,7 @@ fn analytic_a_second_round_tells_a_rotor_that_its_own_pulses_turn_from_one_that_
             let forward = standstill_interface::Rotation::Forward;
             assert!(way.is_none_or(|way| (way == forward) == (speed > 0.0)), "{degrees} {speed}");
         }
-        assert!(turns(&run(Motor { own: 30.0, speed: 20.0, ..motor() }).0).is_some(), "{degrees}");
+        assert!(turns(&run(Motor { own: 30.0, speed: 60.0, ..motor() }).0).is_some(), "{degrees}");
     }
     assert!(twice > 26, "{twice} of 52");
 }

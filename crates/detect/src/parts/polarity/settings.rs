@@ -5,7 +5,7 @@ use standstill_interface::{
 };
 
 use super::sequential::SequentialSettings;
-use crate::checks::Checks;
+use crate::checks::{Check, Checks};
 use crate::keys::{Lines, Microseconds, Value};
 use crate::nameplate::{Nameplate, Place};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
@@ -81,6 +81,8 @@ pub struct PolaritySettings<T> {
     pub checks: Checks,
     /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
     pub magnet_flux: T,
+    /// Voltage in V that a switch and a diode take of what the magnet drives through shorted terminals.
+    pub lost: T,
     /// L_q in H, a rough value.
     pub q_axis_inductance: T,
     /// Time after a vector, with all gates off, at which that shunt is read first; a second reading follows after the
@@ -111,6 +113,7 @@ impl<T: Real> PolaritySettings<T> {
             place: drive.sensing.place,
             checks: Checks::NONE,
             magnet_flux: drive.magnet_flux,
+            lost: drive.switch_drop[0] + drive.reverse_drop[0],
             q_axis_inductance: drive.q_axis_inductance,
             // No jitter takes the first sample before the edge.
             window: drive.sensing.lead() + Nanos::from_micros(1),
@@ -170,6 +173,7 @@ impl<T: Real> PolaritySettings<T> {
         require_positive(self.least_current, "polarity.least_current")?;
         require_zero_or_more(self.least_margin, "polarity.least_margin")?;
         require_zero_or_more(self.magnet_flux, "polarity.magnet_flux")?;
+        require_zero_or_more(self.lost, "polarity.lost")?;
         require_positive(self.q_axis_inductance, "polarity.q_axis_inductance")?;
         match &self.rule {
             PolarityRule::TwoVectors => Ok(()),
@@ -252,6 +256,18 @@ impl<T: Real> PolaritySettings<T> {
             },
         };
         Command::hold(stage, sampling)
+    }
+
+    /// Whether it looks if the rotor turns. One shunt in the DC link does not see what the terminals exchange among themselves.
+    pub(super) fn looks(&self) -> bool {
+        self.checks.has(Check::Turning) && self.magnet_flux > T::zero() && self.place != Place::InLink
+    }
+
+    /// All terminals on one rail for as long as a vector.
+    pub(super) fn short(&self) -> Command<T> {
+        let duration = self.duration();
+        let legs = Abc::new(Leg::Low, Leg::Low, Leg::Low);
+        Command::hold(Stage { legs, duration }, Sampling::once(duration))
     }
 
     /// Readings of one vector.

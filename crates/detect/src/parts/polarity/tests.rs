@@ -27,6 +27,7 @@ fn settings(sequential: SequentialSettings<f64>) -> PolaritySettings<f64> {
         rule: PolarityRule::Sequential(sequential),
         place: Place::InLine,
         checks: Checks::ALL,
+        lost: 0.0,
         magnet_flux: 0.1,
         q_axis_inductance: 1e-3,
         window: Nanos::ZERO,
