@@ -44,7 +44,7 @@ fn law_a_motion_that_the_state_of_the_rotor_cannot_have_is_refused() {
             ["line 2: `rotor.acceleration`", "rpm", "rpm/s"],
         ),
     ] {
-        let message = error(text).to_string();
+        let message = error(text);
         assert!(parts.iter().all(|part| message.contains(part)), "{message}");
     }
     let scenario =

@@ -178,10 +178,11 @@ fn law_each_setter_makes_what_the_document_makes_on_all_kinds_of_motors() {
             motors += 1;
         }
         let least = match key {
-            "motor.rotor.brake_backlash" | "motor.rotor.cogging_torque" | "inverter.channel_resistance" => 1,
+            "motor.rotor.brake_backlash"
+            | "motor.rotor.cogging_torque"
+            | "inverter.channel_resistance"
+            | "rotor.acceleration" => 1,
             "motor.winding.leakage" | "rotor.load" | "rotor.speed" => 2,
-            // Of a rotor that is driven alone, which one of them has.
-            "rotor.acceleration" => 1,
             key if key.starts_with("motor.nameplate.") => 2,
             _ => 5,
         };
