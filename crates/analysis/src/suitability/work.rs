@@ -101,3 +101,33 @@ impl Allowance {
         self.cut.get()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A part has its share of what is left, and its end ends no other part.
+    #[test]
+    fn law_a_part_of_the_work_has_its_share_and_no_more() {
+        let work = Allowance::new(1000);
+        assert!(work.spend(200));
+        let (done, cut) = work.within(0.5, || {
+            assert!(work.has(399) && !work.has(400) && work.is_cut());
+            let (inner, cut) = work.within(0.25, || work.spend(99) && !work.spend(1));
+            assert!(inner && cut && work.spend(200));
+            !work.spend(100)
+        });
+        assert!(done && cut && work.is_cut() && work.done() == 600 && work.has(399) && !work.has(400));
+        // Where a part of a part is cut, so is the part around it, which had work left.
+        let work = Allowance::new(1000);
+        let ((), cut) = work.within(0.5, || {
+            let (_, inner) = work.within(0.1, || work.spend(60));
+            assert!(inner && work.has(400));
+        });
+        assert!(cut && work.is_cut());
+        // A part that is not cut does not make the whole so.
+        let work = Allowance::new(1000);
+        assert_eq!(work.within(0.1, || work.spend(99)), (true, false));
+        assert!(!work.is_cut());
+    }
+}

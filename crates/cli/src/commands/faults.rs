@@ -11,7 +11,7 @@ use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
 
 use self::rates::Rates;
-use super::question::{Asked, again, document, plan, setting};
+use super::question::{Asked, again, document, plan_of, setting};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Faults as Options;
 use crate::error::Error;
@@ -39,7 +39,8 @@ struct Left {
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
-    let (document, plan) = (document(question)?, plan(question)?);
+    let document = document(question)?;
+    let plan = plan_of(document.clone())?;
     let scenario = plan.scenario(0)?;
     let file = plan.file();
     let trials = options.trials.unwrap_or(TRIALS);
@@ -88,7 +89,15 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         let total = entries.len() * methods.len();
         return Ok(asked.interrupted(&format!("{} of {total} faults were studied", rows.len())));
     }
-    let of_scenario = setting(file, &scenario);
+    let own = setting(file, &scenario);
+    // Where methods are named, the scenario's own is not studied.
+    let names: Vec<&str> = methods.iter().flatten().map(|method| method.name()).collect();
+    let between = |method: &str| format!(", {method}, ");
+    let of_scenario = if names.is_empty() {
+        own
+    } else {
+        own.replacen(&between(file.detector.name()), &between(&names.join(" and ")), 1)
+    };
     let answer = answer(of_scenario, &again(question), (&rows, rates.as_ref()), &left, allowed);
     asked.answer(&scenario, answer)
 }
@@ -234,7 +243,7 @@ fn answer(
         let keys = row.entry.arguments().into_iter().map(|pair| set_pair(&pair));
         let command = format!(
             "standstill trace {asked}{}{} --trial {}",
-            row.by_name.map_or(String::new(), |method| format!(" -s detector.method={}", method.name())),
+            with(row.by_name),
             keys.collect::<String>(),
             worst.trial
         );
@@ -271,10 +280,17 @@ fn answer(
         Some((purpose, command)) => answer.next(purpose, command),
         None => answer,
     };
+    // Of several methods that with the most wrong poles.
+    let asked_about = rows.iter().rev().max_by_key(|row| row.counts.wrong_pole).and_then(|row| row.by_name);
     answer.next(
         "how rare a wrong pole is without a fault",
-        format!("standstill odds {asked} --event wrong-pole"),
+        format!("standstill odds {asked}{} --event wrong-pole", with(asked_about)),
     )
+}
+
+/// Returns the key of a method that was named by an option, for a command line.
+fn with(method: Option<MethodName>) -> String {
+    method.map_or(String::new(), |method| format!(" -s detector.method={}", method.name()))
 }
 
 /// Returns sentences on the weighted sums, on modes without a rate, and on modes that were not studied.

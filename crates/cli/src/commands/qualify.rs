@@ -15,7 +15,7 @@ use standstill_report::page::{Block, Column, Section, Table, Tone};
 use standstill_scenario::quoted as nearest;
 
 use self::words::Words;
-use super::question::{Asked, document, plan, setting};
+use super::question::{Asked, document, plan_of, setting};
 use super::witness;
 use crate::answer::{Answer, verdict};
 use crate::arguments::Qualify as Options;
@@ -29,7 +29,8 @@ const NOT_SHOWN: u8 = 3;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
-    let (document, plan) = (document(question)?, plan(question)?);
+    let document = document(question)?;
+    let plan = plan_of(document.clone())?;
     let path = &options.requirements;
     let text = read_text(path).map_err(|error| Error::Read(path.clone(), error))?;
     let requirements = Requirements::parse(path, &text)?;

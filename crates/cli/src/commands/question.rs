@@ -36,7 +36,11 @@ pub fn document(question: &Question) -> Result<Document, Error> {
 
 /// Returns the plan of a scenario without sweep axes.
 pub fn plan(question: &Question) -> Result<Plan, Error> {
-    let document = document(question)?;
+    plan_of(document(question)?)
+}
+
+/// Returns the plan of a document without sweep axes.
+pub fn plan_of(document: Document) -> Result<Plan, Error> {
     let file = document.load()?;
     if !file.axes.is_empty() {
         let needed = "a scenario without; `-s` sets their keys";

@@ -17,7 +17,7 @@ use standstill_report::page::Tone;
 use standstill_scenario::FileError;
 
 use self::refused::Refused;
-use super::question::{self, Key, document, plan, setting};
+use super::question::{self, Key, document, plan_of, setting};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Require as Options;
 use crate::error::Error;
@@ -95,7 +95,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
     let document = document(question)?;
     // What is wrong with the scenario itself shows first.
-    let plan = plan(question)?;
+    let plan = plan_of(document.clone())?;
     if options.key.len() > 2 {
         return Err(Error::Arguments("--key: one, or two for a trade-off curve".to_owned()));
     }

@@ -12,7 +12,7 @@ use standstill_detect::keys as settings;
 use standstill_report::page::{Block, Tone};
 use standstill_scenario::Document;
 
-use super::question::{self, Key, document, plan, setting};
+use super::question::{self, Key, document, plan_of, setting};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Tune as Options;
 use crate::error::Error;
@@ -40,7 +40,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
     let document = document(question)?;
     // What is wrong with the scenario itself shows first.
-    let plan = plan(question)?;
+    let plan = plan_of(document.clone())?;
     let ranges = ranges(options, &document)?;
     let minimise = options.minimise;
     let against = options.against.unwrap_or(match minimise {

@@ -70,6 +70,27 @@ fn law_each_start_of_a_fault_is_counted_once_and_the_worst_can_be_seen() {
     assert!(trace.contains("fault"), "{trace}");
 }
 
+/// The scenario's own method is `bipolar`: what is said is about the methods that were asked for, and goes on with one of them.
+#[test]
+fn regress_methods_of_an_option_stand_in_the_heading_and_in_what_goes_on() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(
+        path.join("pump.toml"),
+        super::nameplates::sheet(["5", "0.12 Ω", "180 uH", "260 uH", "12 mWb", "20 A", "48 V", "5 %"]),
+    )
+    .expect("written");
+    let asked = ["faults", "pump.toml", "-s", "detector.method=bipolar", "--method", "maximum-likelihood"];
+    let output = standstill(&[&asked[..], &["--mode", "current-gain", "--trials", "6"]].concat(), path);
+    let text = String::from_utf8(output.stdout).expect("text");
+    assert!(text.starts_with("pump, maximum-likelihood, default errors"), "{text}");
+    let next = "standstill odds pump.toml -s detector.method=bipolar -s detector.method=maximum-likelihood --event wrong-pole";
+    assert!(text.contains(next), "{text}");
+    // One file, one note.
+    let notes = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(notes.matches("is a motor, not a scenario").count(), 1, "{notes}");
+}
+
 #[test]
 fn regress_faults_that_cannot_be_are_refused() {
     let folder = folder();

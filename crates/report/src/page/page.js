@@ -259,7 +259,8 @@
       const places = (axis._vals || []).map(mark => axis.l2p(mark.x)).sort((a, b) => a - b);
       const isCrowded = places.some((at, i) => i > 0 && at - places[i - 1] < widest + 8);
       const most = Math.floor(axis._length / (widest + 8));
-      return isCrowded && places.length > 2 ? Math.max(2, Math.min(most, places.length - 1)) : axis.nticks;
+      if (!isCrowded || places.length < 3) return axis.nticks;
+      return Math.max(2, Math.min(most, places.length - 1, axis.nticks || Infinity));
     };
     const adapt = () => {
       const change = {};
