@@ -137,7 +137,7 @@ pub fn detector<'a>(
     let method = MethodName::ALL.iter().find(|method| method.name() == name).ok_or(Refused::Method(name))?;
     let knows = nameplate(plate);
     knows.check().map_err(Refused::Settings)?;
-    let has = method.checks();
+    let checked = method.checks();
     let mut method = Method::<f32>::suited(*method, &knows);
     for (name, number) in settings {
         let key = keys::ALL.iter().find(|key| key.name == name).ok_or(Refused::Key(name))?;
@@ -145,8 +145,9 @@ pub fn detector<'a>(
             Kind::Flag => Value::Flag(number != 0.0),
             Kind::Checks => {
                 let checks = Checks::numbered(number);
-                let known = |checks: &Checks| number == 1.0 || checks.beyond(has).is_none();
-                Value::Checks(checks.filter(known).ok_or(Refused::Checks(name, has))?)
+                // The sum of all checks stands for all that the method has, as 1 does.
+                let is_there = |checks: &Checks| *checks == Checks::ALL || checks.beyond(checked).is_none();
+                Value::Checks(checks.filter(is_there).ok_or(Refused::Checks(name, checked))?)
             }
             Kind::Number { range: [low, high], needed, .. } => {
                 if !(low..=high).contains(&number) {
