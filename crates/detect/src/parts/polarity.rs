@@ -69,6 +69,9 @@ impl<T: Real> Pole<T> {
 
     /// Returns the outcome of a detection with this pole and the earlier findings.
     pub(crate) fn outcome(self, findings: Findings<T>) -> Outcome<T> {
+        if !self.angle.radians().is_finite() || self.error.is_some_and(|error| error.is_nan()) {
+            return Outcome::Failed { fault: Fault::NotANumber, findings };
+        }
         let findings = Findings {
             polarity: self.polarity.or(findings.polarity),
             pole_error: self.error,
@@ -76,7 +79,6 @@ impl<T: Real> Pole<T> {
             ..findings
         };
         match self.undetermined {
-            _ if !self.angle.radians().is_finite() => Outcome::Failed { fault: Fault::NotANumber, findings },
             None => Outcome::Found { angle: self.angle, findings },
             Some(reason) => Outcome::Axis { angle: self.angle, reason, findings },
         }
