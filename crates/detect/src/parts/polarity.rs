@@ -69,7 +69,7 @@ impl<T: Real> Pole<T> {
 
     /// Returns the outcome of a detection with this pole and the earlier findings.
     pub(crate) fn outcome(self, findings: Findings<T>) -> Outcome<T> {
-        if !self.angle.radians().is_finite() || self.error.is_some_and(|error| error.is_nan()) {
+        if !self.angle.radians().is_finite() || self.error.is_some_and(T::is_nan) {
             return Outcome::Failed { fault: Fault::NotANumber, findings };
         }
         let findings = Findings {
