@@ -30,6 +30,7 @@ mod remote;
 mod rotor;
 mod scenario;
 mod seed;
+mod side_by_side;
 mod single;
 mod specimen;
 mod suggestion;

@@ -1,6 +1,5 @@
 //! A scenario: everything that the trials of a campaign have in common.
 
-use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use standstill_detect::{
@@ -11,11 +10,12 @@ use standstill_interface::{Detector, Nanos};
 use standstill_plant::Motor;
 use standstill_sim::{
     Case, Faults, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape, Tolerance,
-    Trace, run, run_side_by_side,
+    Trace, run,
 };
 
 use crate::errors::{dc_link, device_kind};
 use crate::known::{nameplate, sources};
+use crate::side_by_side::side_by_side;
 use crate::{DriveSettings, ErrorSet, FaultSettings, Made, Record, TrialError, faults};
 
 /// A scenario: one motor, one kind of drive, and one method with its settings `S`.
@@ -206,7 +206,7 @@ impl<S: Settings<f64>> Scenario<S> {
         self.case_of(Streams::taped(tape))
     }
 
-    fn case_of<'a>(&'a self, streams: Streams<'a>) -> Case<'a> {
+    pub(crate) fn case_of<'a>(&'a self, streams: Streams<'a>) -> Case<'a> {
         let angle = self.start_angle.unwrap_or_else(|| streams.open(Purpose::Angle).angle());
         self.case_from(angle, streams, streams)
     }
@@ -383,26 +383,4 @@ impl<S: Settings<f64>> Scenario<S> {
     pub fn trial_with(&self, trial: u64, detector: &mut dyn Detector<f64>) -> Record {
         Record { trial, run: run(&self.case(trial), detector, false, &mut NoProbe) }
     }
-}
-
-/// Runs trials with these draws side by side in this thread, each with a detector of its scenario, until all are done
-/// or a detector cannot be made; trials that have begun are completed. `done` receives each record with the index of
-/// its draws.
-pub(crate) fn side_by_side<'a, S: Settings<f64> + 'a>(
-    trials: impl Iterator<Item = (&'a Scenario<S>, Streams<'a>)>,
-    mut done: impl FnMut(usize, Record),
-) -> Result<(), TrialError<SettingsError>> {
-    let (numbers, mut failed) = (RefCell::new(Vec::new()), None);
-    let cases = trials.map_while(|(scenario, streams)| {
-        let trial = streams.index();
-        numbers.borrow_mut().push(trial);
-        let case = scenario.case_of(streams);
-        let detector = scenario.detector_for(&case);
-        Some((case, detector.map_err(|error| failed = Some(TrialError { trial, error })).ok()?))
-    });
-    // Fused: other lanes must not go on behind it.
-    run_side_by_side(cases.fuse(), |number, run| {
-        done(number, Record { trial: numbers.borrow()[number], run });
-    });
-    failed.map_or(Ok(()), Err)
 }

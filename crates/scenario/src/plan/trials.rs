@@ -5,7 +5,7 @@ use standstill_sim::{Streams, Tape};
 
 use super::Plan;
 use crate::document::FileError;
-use crate::scenario::side_by_side;
+use crate::side_by_side::side_by_side;
 use crate::{Record, Scenario, TrialError};
 
 /// Number of trials that are drawn together if each has its own machine: enough to fill the lanes several times.
