@@ -101,7 +101,7 @@ impl Odds {
         mut done: impl FnMut(&Run),
     ) -> Result<Self, Halt<S::Error>> {
         let (system, watch) = (counting.system, counting.watch);
-        let mut runs: Vec<Run> = Vec::new();
+        let (mut runs, mut beside): (Vec<Run>, u64) = (Vec::new(), 0);
         for number in 0..RUNS {
             let key = format!("{name}: run {number} with tapes of {settings:?}");
             let compute = || run(system, settings, number, watch);
@@ -118,7 +118,11 @@ impl Odds {
             }
             if runs.len() == GIVEN_UP && runs.iter().all(|run| run.end == End::TooRare) {
                 let (hits, trials) = others(counting, name, settings)?;
-                return Ok(Self::of_runs(settings, runs).beside(hits, trials));
+                if hits == 0 {
+                    return Ok(Self::of_runs(settings, runs).beside(trials));
+                }
+                // No margin leads to an event that plain trials have: their runs begin from it.
+                beside = trials;
             }
         }
         if runs.iter().filter(|run| run.end == End::Flat).count() * 2 > runs.len() {
@@ -127,7 +131,9 @@ impl Odds {
             odds.trials += spent;
             return Ok(odds);
         }
-        Ok(Self::of_runs(settings, runs))
+        let mut odds = Self::of_runs(settings, runs);
+        odds.trials += beside;
+        Ok(odds)
     }
 
     /// Makes the odds of plain trials, of which `hits` had the event.
@@ -202,12 +208,12 @@ impl Odds {
         }
     }
 
-    /// Adds plain trials to the bound of an event that no run reached.
-    fn beside(mut self, hits: u64, trials: u64) -> Self {
-        let all = self.runs.iter().map(|run| u64::from(run.plain_hits)).sum::<u64>() + hits;
+    /// Adds plain trials without the event to the bound of an event that no run reached.
+    fn beside(mut self, trials: u64) -> Self {
+        let hits = self.runs.iter().map(|run| u64::from(run.plain_hits)).sum();
         self.plain += trials;
         self.trials += trials;
-        self.probability = binomial_interval(all, self.plain);
+        self.probability = binomial_interval(hits, self.plain);
         self
     }
 

@@ -268,6 +268,44 @@ fn law_an_event_that_is_never_reached_costs_no_more_than_the_effort_asks_for() {
     assert!((0.5..2.0).contains(&(found.probability.value / 2e-12)), "{:?}", found.probability);
 }
 
+/// An event of half this probability far from where the values lead, beside one that is never reached.
+struct Unled(f64);
+
+impl System for Unled {
+    type Error = Infallible;
+
+    fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Infallible> {
+        let rare = deviations(self.0);
+        let led = TwoVectors { margin: 30.0 }.values(tapes)?;
+        let hits = tapes.iter().map(|tape| Streams::taped(tape).open(Purpose::Resolver).normal() > rare);
+        // Below the median, where no level goes.
+        Ok(led
+            .into_iter()
+            .zip(hits)
+            .map(|(value, hits)| if hits && value < -30.0 { 1.0 } else { value })
+            .collect())
+    }
+}
+
+/// Plain trials that have the event are no bound of what is never reached: then all runs are done.
+#[test]
+fn regress_a_bound_is_given_of_what_no_plain_trial_reached() {
+    let system = Unled(1.2e-4);
+    let mut given = [0; 2];
+    for seed in 1..=12 {
+        let settings = Settings::of(Effort::Quick, seed);
+        let odds = Odds::of(&Any(&system), &settings, &NEVER, |_| {}).expect("no trial fails");
+        if odds.runs.iter().take(3).any(|run| run.end != End::TooRare) {
+            continue;
+        }
+        let hits = |number| run(&Any(&system), &settings, number, &NEVER).expect("runs").plain_hits;
+        let reached = (3..8).any(|number| hits(number) > 0);
+        assert_eq!(odds.runs.len(), if reached { 8 } else { 3 }, "{seed}: {:?}", odds.alarms);
+        given[usize::from(reached)] += 1;
+    }
+    assert!(given.iter().all(|count| *count > 0), "{given:?}");
+}
+
 /// A quantity that no draw changes.
 struct Constant(f64);
 
