@@ -258,7 +258,7 @@ impl Instance {
         let most = (1.0 - first) / f64::from(count.max(2) - 1);
         if count > 1 && every > most * (1.0 + 1e-9) {
             return Err(format!(
-                "`sample_every`: found {every}, needed at most {most}: the first of {count} samples is at {first} of a step                  (`sample_at`), and the last one must not be behind its end"
+                "`sample_every`: found {every}, needed at most {most}: the first of {count} samples is at {first} of a step (`sample_at`), and the last one must not be behind its end"
             ));
         }
         Ok(samples)

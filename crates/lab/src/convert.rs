@@ -20,11 +20,13 @@ pub(crate) struct Request {
 pub(crate) fn answer(Request { numbers }: &Request) -> Result<Value, LabError> {
     let given = numbers.iter().map(|(key, value)| (key.as_str(), value.as_str()));
     let all = DataSheet::equal_numbers(given).map_err(LabError::of)?;
-    let plain = |text: &str| text.parse::<i64>().is_ok() || text.parse::<f64>().is_ok_and(f64::is_finite);
-    let line = |(key, text): (&String, &String)| match text.trim() {
-        text if plain(text) => format!("{key} = {text}\n"),
-        text => format!("{key} = {}\n", toml::Value::from(text)),
+    // As the file's format writes them: `.36` and `007` are numbers to a reader, not to it.
+    let value = |text: &str| match (text.parse::<i64>(), text.parse::<f64>()) {
+        (Ok(number), _) => toml::Value::from(number),
+        (_, Ok(number)) if number.is_finite() => toml::Value::from(number),
+        _ => toml::Value::from(text),
     };
+    let line = |(key, text): (&String, &String)| format!("{key} = {}\n", value(text.trim()));
     let lines: String = numbers.iter().map(line).collect();
     Ok(json!({
         "numbers": all,

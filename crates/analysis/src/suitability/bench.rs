@@ -142,9 +142,12 @@ impl Bench<'_> {
         let mut document = self.document.clone();
         setting.set_in(&mut document)?;
         document.set("rotor.state", rotor.name(), Origin::CommandLine)?;
+        // What drives a rotor is no state that is judged.
+        document.remove("rotor.acceleration");
         if rotor == Rotor::Locked {
-            // No load moves it.
+            // No load moves it, and nothing turns it.
             document.remove("rotor.load");
+            document.remove("rotor.speed");
         }
         document.unchecked_scenario_of(self.motor)
     }

@@ -143,3 +143,18 @@ fn regress_what_one_number_of_saturation_implies_is_not_laid_at_the_sheets_door(
     let inferred = "along −d L_d grows by 2.24 % at rated current, inferred from its fall along +d by iron that saturates alike either way; the fall of L_q is not given: it is taken as unchanged";
     assert!(text.contains(inferred), "{text}");
 }
+
+/// The states of the rotor that `check` judges are its own: a file in which something drives the rotor is judged all the same.
+#[test]
+fn regress_a_driven_rotor_is_no_reason_to_refuse() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(
+        at.join("driven.toml"),
+        "motor = \"paper-5k5\"\n[rotor]\nstate = \"driven\"\nspeed = \"1 rpm\"\nacceleration = \"60 rpm/s\"\n",
+    )
+    .expect("written");
+    let few = ["-s", "detector.pulse=200us", "-s", "detector.rounds=3"];
+    let answer = answer(&[&["check", "driven.toml"][..], &BIPOLAR, &few].concat(), at);
+    assert_eq!(answer["verdict"], "suited", "{answer}");
+}

@@ -22,6 +22,11 @@ fn law_a_data_sheets_numbers_are_converted_as_by_the_command() {
     let table: toml::Table = plate.parse().expect("TOML");
     assert_eq!(table["nameplate"]["Kv"].as_str(), Some("900 rpm/V"));
     assert_eq!(table["nameplate"]["pole_pairs"].as_integer(), Some(7));
+    // Numbers as nobody writes them in a file of this format.
+    let answer = ask(json!({ "resistance": ".36", "pole_pairs": "007" })).expect("an answer");
+    let answer: Value = serde_json::from_slice(&answer).expect("JSON");
+    let table: toml::Table = answer["nameplate"].as_str().expect("a text").parse().expect("TOML");
+    assert_eq!(table["nameplate"]["resistance"].as_float(), Some(0.36));
     for (numbers, says) in [
         (json!({ "Kv": "900 rpm/V" }), "`pole_pairs` is missing"),
         (json!({ "Ke": "4" }), "Ke_line_rms"),
