@@ -260,8 +260,8 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         Ok(commands)
     }
 
-    /// Returns two standard deviations of the angle in rad from these samples: with the motor's parameters unknown, and
-    /// with the specimen's errors unknown as well. The second is none for readings without noise.
+    /// Returns two standard deviations of the angle in rad from these samples. For the first, the motor's parameters are
+    /// unknown; for the second, the specimen's errors too. Readings without noise have no second one.
     fn deviations(
         &self,
         case: &Case,

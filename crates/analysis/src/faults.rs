@@ -250,8 +250,8 @@ impl Entry {
         self.keys.iter().map(|(key, value)| format!("{key}={}", text(value))).collect()
     }
 
-    /// Makes the plan of a document with the fault, and the same plan without the method's checks; the second is none
-    /// for methods without checks.
+    /// Makes two plans of a document with the fault: one as it is, one without the method's checks. A method without
+    /// checks has no second plan.
     ///
     /// # Errors
     /// The drive cannot have the fault, or is invalid without the checks.

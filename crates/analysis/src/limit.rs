@@ -165,8 +165,8 @@ impl Measure {
         }
     }
 
-    /// Returns the measure over the starts with an answer. If there are none, or if the measure is the share of starts
-    /// without an answer, takes all starts.
+    /// Returns the measure over the starts with an answer. It takes all starts if no start has an answer, or if the
+    /// measure is the share of starts without an answer.
     fn answered(self, values: &[f64]) -> f64 {
         let answered: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         if answered.is_empty() || self == Self::Unanswered {

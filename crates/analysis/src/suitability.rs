@@ -124,7 +124,7 @@ pub struct Suitability {
     pub limit: Option<Bound>,
     /// True if the motor has a magnet, so that it has poles to tell apart.
     pub has_magnet: bool,
-    /// What the motor's data say about which pole draws more current. If they say too little, see
+    /// Knowledge of the pole that draws more current, from the motor's data. If the data do not suffice, see
     /// [`Suitability::condition`].
     pub pole: PoleKnowledge,
     /// The pole that draws more current: near rated current, and in pulses of half of the rated current.

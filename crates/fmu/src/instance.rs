@@ -44,7 +44,7 @@ choice! {
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     pub(super) phase: Phase,
-    /// By value reference.
+    /// Values of the variables, by value reference.
     pub(super) values: Vec<f64>,
     pub(super) rig: Option<Rig>,
     /// Relative to the flux at rated current, where the importer wants one.
@@ -228,7 +228,7 @@ impl Instance {
         asked && all().any(|(variable, value)| variable.role == Role::Angle && variable.start == Some(*value))
     }
 
-    /// The machine with the parameters as they are.
+    /// Builds the machine with the present parameters.
     pub(super) fn build(&mut self) -> Outcome {
         if self.state.rig.is_none() {
             let mut trial = 0;
@@ -264,7 +264,7 @@ impl Instance {
         Ok(samples)
     }
 
-    /// The scenario with the parameters that were changed.
+    /// Returns the scenario with the parameters that were changed.
     fn changed(&self, trial: &mut u64) -> Result<Document, FileError> {
         const IMPORTER: Origin = Origin::Option("the importer");
         let mut document = self.model.document.clone();

@@ -189,7 +189,7 @@ impl Model {
         Ok(self)
     }
 
-    /// From the resources of an FMU. Nothing is read from outside their folder.
+    /// Reads a model from the resources of an FMU. No file outside of their folder is read.
     ///
     /// # Errors
     /// The resources are missing or of another version.

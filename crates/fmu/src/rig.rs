@@ -45,8 +45,11 @@ pub(crate) struct Samples {
 impl Samples {
     /// The triggers of a step: none after its end.
     fn within(self, duration: Nanos) -> Sampling {
-        // Shares of at most a tenth of a second.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "shares of at most a tenth of a second"
+        )]
         let of = |share: f64| Nanos((share * duration.0 as f64).round() as u64);
         let (first, gaps) = (of(self.first), u64::from(self.count - 1));
         let most = (duration - first).0.checked_div(gaps).unwrap_or(0);
@@ -71,7 +74,7 @@ impl Rig {
     /// Makes the machine at rest, as trial number `trial` of the scenario.
     ///
     /// # Errors
-    /// Sensors that cannot say what is there.
+    /// The sensors cannot represent the quantities of the machine.
     pub fn new(
         part: Part,
         scenario: Scenario<Method<f64>>,
@@ -132,10 +135,10 @@ impl Rig {
         &self.past
     }
 
-    /// One communication step of a drive: half a PWM period or, from its begin on, a whole one.
+    /// Returns one communication step of a drive: half a PWM period or, from its begin on, a whole one.
     ///
     /// # Errors
-    /// A step of another length, and why the machine could not go on.
+    /// The step has another length, or the simulation failed.
     pub fn step(&mut self, legs: &Legs, seconds: f64) -> Result<(), String> {
         let (half, whole) = self.steps();
         let is = |time: Nanos| (seconds - time.seconds()).abs() <= OFF;

@@ -32,8 +32,7 @@ impl Instance {
         all.extend_from_slice(token.as_bytes());
         let place = Phase::ALL.iter().position(|phase| *phase == state.phase).unwrap_or_default();
         let flags = [state.tick, state.tolerance.is_some(), state.rig.is_some()];
-        // Less than ten phases.
-        #[allow(clippy::cast_possible_truncation)]
+        #[expect(clippy::cast_possible_truncation, reason = "there are fewer than ten phases")]
         all.push(place as u8);
         all.extend(flags.map(u8::from));
         let times = [state.tolerance.unwrap_or(0.0), state.start_time, state.time];

@@ -73,7 +73,7 @@ impl DataSheet {
         nameplate::convertible_keys()
     }
 
-    /// From the text of a file; `file` is its name for error messages.
+    /// Reads a data sheet from the text of a file; `file`: its name for error messages.
     ///
     /// ```
     /// use standstill_plant::DataSheet;

@@ -117,8 +117,8 @@ impl Noise {
         })
     }
 
-    /// Returns a parameter's slopes times their weights, reading by reading; and sample by sample the sum of their products with the
-    /// slopes over time, alone and times the share of the jitter.
+    /// Returns three rows of a parameter: its slopes times their weights, for each reading; the weighted product of its slopes and the
+    /// slopes over time, for each sample; and this product times `shared`, the jitter's factor of the sample.
     fn rows(&self, weights: &[Sample], shared: &[f64], column: &Column) -> [Vec<f64>; 3] {
         let flat = weights.as_flattened().iter().zip(column.slope.as_flattened());
         let weighted = flat.map(|(weight, slope)| weight * slope).collect();
@@ -198,7 +198,7 @@ impl Information {
             .zip(&noise.slope)
             .map(|(weight, slope)| noise.jitter / (1.0 + noise.jitter * dot(weight, slope, slope)))
             .collect();
-        // Of each parameter: weighted slopes, and their products with the slopes over time, alone and times what jitter shares.
+        // Three rows for each parameter, see `Noise::rows`.
         let rows: Vec<[Vec<f64>; 3]> = columns
             .iter()
             .zip(&live)

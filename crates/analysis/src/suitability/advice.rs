@@ -129,7 +129,7 @@ fn changed(
     Ok(tried.into_iter().map(|(_, advice)| advice).collect())
 }
 
-/// Returns settings that meet the demands after a change; none if there are none.
+/// Returns settings that meet the demands after a change; `None` if no settings do.
 fn of_change(
     bench: &Bench<'_>,
     change: &Change,

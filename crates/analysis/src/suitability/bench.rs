@@ -142,7 +142,7 @@ impl Bench<'_> {
         let mut document = self.document.clone();
         setting.set_in(&mut document)?;
         document.set("rotor.state", rotor.name(), Origin::CommandLine)?;
-        // What drives a rotor is no state that is judged.
+        // A driven rotor is not judged: its acceleration does not apply to a locked or a free one.
         document.remove("rotor.acceleration");
         if rotor == Rotor::Locked {
             // No load moves it, and nothing turns it.

@@ -269,7 +269,7 @@ impl Suitability {
         }
         let smaller = (cut || is_dear)
             .then(|| format!("a saturation of less than {} %", standstill_quantity::rounded(least, 2)));
-        // What few starts let pass may need a little more on many.
+        // Settings that few starts accept may need a little more saturation on many starts.
         for _ in 0..5 {
             let range = [least, most];
             let found = with_range(document, demands, work, range, |bench| {

@@ -64,8 +64,8 @@ struct Strength {
 }
 
 impl Strength {
-    /// Returns settings with the key at a share of its largest value; unchanged if `largest` is none because the user
-    /// set the key.
+    /// Returns the settings with the key at a share of its largest value. If the user set the key, `largest` is none and
+    /// the settings stay as they are.
     fn set(&self, setting: &Setting, largest: Option<f64>, share: f64) -> Setting {
         let text = |largest: f64| (self.text)(self.dead + (largest - self.dead) * share);
         largest.map_or_else(|| setting.clone(), |largest| setting.with(self.key, &text(largest)))

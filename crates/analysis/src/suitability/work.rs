@@ -106,7 +106,7 @@ impl Allowance {
 mod tests {
     use super::*;
 
-    /// A part has its share of what is left, and its end ends no other part.
+    /// A part gets its share of the work that is left. When a part has used its share, the other parts go on.
     #[test]
     fn law_a_part_of_the_work_has_its_share_and_no_more() {
         let work = Allowance::new(1000);

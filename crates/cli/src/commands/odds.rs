@@ -95,7 +95,7 @@ fn deeper(effort: Effort, odds: &Odds) -> Option<(f64, &'static str)> {
     gave_up.then_some((next.least(), next.name()))
 }
 
-/// Intermediate results of the subset simulation's runs.
+/// Intermediate results of subset simulation.
 #[derive(Default)]
 struct SoFar {
     /// How each finished run ended, and the probability that it found.
@@ -172,7 +172,7 @@ fn progress(so_far: &SoFar) -> String {
 
 /// Estimates the total number of trials, from the ends and levels of the finished runs.
 fn expected(settings: &Settings, done: &[(End, u32)]) -> u64 {
-    /// Number of levels assumed before any run is finished.
+    /// Number of levels assumed before any run has finished.
     const LEVELS: f64 = 6.0;
     let levels = if done.is_empty() {
         LEVELS

@@ -16,7 +16,8 @@ use super::super::MotorError;
 use super::given::{in_phase_values, instead_of, keys, ways};
 use super::reader::Reader;
 
-/// One number of a motor in one of the ways in which it is given, see [`DataSheet::equal_numbers`](crate::DataSheet::equal_numbers).
+/// A number of a motor, expressed in one of the ways that data sheets use, see
+/// [`DataSheet::equal_numbers`](crate::DataSheet::equal_numbers).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EqualNumber {
     /// Name of the quantity, such as `resistance`; the same for all ways of giving it.

@@ -82,7 +82,7 @@ pub(super) fn ways() -> impl Iterator<Item = &'static [&'static str]> {
     GROUPS.iter().flat_map(|group| group.ways.iter().copied())
 }
 
-/// All keys that give a number in one of several ways.
+/// Returns all keys that give a number in one of several ways.
 pub(super) fn keys() -> impl Iterator<Item = &'static str> {
     ways().flatten().copied()
 }
