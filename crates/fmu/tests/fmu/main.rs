@@ -2,6 +2,7 @@
 #![allow(unsafe_code, reason = "an importer calls through pointers")]
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
+mod archive;
 mod description;
 mod importer;
 mod samples;

@@ -165,6 +165,14 @@ fn law_a_short_leaves_room_for_noise_and_knows_what_devices_take() {
         panic!("turns")
     };
     assert!((speed - (0.1 * 18.0 + 1.2) / FLUX).abs() < 1e-9 && (allowed - (0.54 + 1.2) / FLUX).abs() < 1e-9);
+    // They are no part of the margin: a third of the allowed current leaves twice as much again.
+    let margin = |lost: f64| {
+        let mut margin = Margin::new();
+        let short = Short { lost, ..SHORT };
+        assert!(short.check(&mut margin, AlphaBeta::new(0.0, 0.01), (VOLTS, 0.0), None).is_ok());
+        margin.smallest().expect("a limit")
+    };
+    assert!((margin(0.0) - 2.0).abs() < 1e-9 && (margin(1.8) - 2.0).abs() < 1e-9, "{}", margin(1.8));
 }
 
 #[test]
