@@ -125,7 +125,10 @@ fn law_no_verdict_ends_without_a_next_step() {
         alike["alternatives"].as_array().expect("a list").iter().map(|of| &of["way"]).collect();
     assert!(ways.contains(&&"axis-alone".into()), "{alike}");
     accepted(&alike, at);
-    let text = said(&standstill(&[&asked, &["-s", "detector.pulse=20us"][..]].concat(), at));
+    let output = standstill(&[&asked, &["-s", "detector.pulse=20us"][..]].concat(), at);
+    let text = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.starts_with("linear: NOT suited to detection of the rotor position"), "{text}");
     assert!(text.contains("Hall sensor") && !text.contains("were tried. Nor"), "{text}");
     // A sixteenth of rated current shows no pole: rated current does.
     let weak = answer(&[&["check", "paper-5k5", "--current", "0.5"][..], &BIPOLAR].concat(), at);
