@@ -2,35 +2,86 @@
 
 use serde_json::Value;
 
+use super::keys::{Range, keys};
 use super::tables::ScenarioFile;
 
 /// Returns the JSON Schema of scenario files.
 ///
-/// Quantities have their SI unit as `x-unit`; `x-share` marks shares among dimensionless numbers.
+/// Quantities have their SI unit as `x-unit`; `x-share` marks shares among dimensionless numbers. Each key with a range
+/// has it in words as `x-range`, and as `minimum` and `maximum` of its plain numbers, by which editors mark a value that
+/// is not allowed.
 pub fn schema() -> Value {
+    let mut schema = unlimited();
+    for (path, range) in keys().filter_map(|key| Some((key.path, key.range.as_ref()?))) {
+        if let Some(place) = pointer(path, &schema).and_then(|pointer| schema.pointer_mut(&pointer)) {
+            place["x-range"] = range.needed.into();
+            limit(place, range);
+        }
+    }
+    schema
+}
+
+/// Returns the schema without ranges, in which paths and units are found.
+fn unlimited() -> Value {
     let mut schema = schemars::schema_for!(ScenarioFile).to_value();
     schema["title"] = "Standstill scenario".into();
     schema
 }
 
+/// Returns the JSON pointer to a key's place in the schema.
+fn pointer(path: &str, schema: &Value) -> Option<String> {
+    path.split('.').try_fold(String::new(), |table, name| {
+        let of = schema.pointer(&table)?.get("$ref").and_then(Value::as_str);
+        let table = of.map_or(table.as_str(), |of| of.trim_start_matches('#'));
+        let place = format!("{table}/properties/{name}");
+        schema.pointer(&place).map(|_| place)
+    })
+}
+
+/// Limits the numbers of a place, among all its alternatives.
+fn limit(place: &mut Value, range: &Range) {
+    let number = |kind: &Value| kind == "number" || kind == "integer";
+    let is_number = place.get("type").is_some_and(|kind| match kind {
+        Value::Array(kinds) => kinds.iter().any(number),
+        kind => number(kind),
+    });
+    if is_number {
+        let above_zero = range.low > 0.0 && range.low < 1e-300;
+        if above_zero {
+            place["exclusiveMinimum"] = 0.into();
+        } else {
+            place["minimum"] = range.low.into();
+        }
+        place["maximum"] = range.high.into();
+        if range.whole {
+            place["multipleOf"] = 1.into();
+        }
+    }
+    for alternatives in ["anyOf", "oneOf"] {
+        for of in place.get_mut(alternatives).and_then(Value::as_array_mut).into_iter().flatten() {
+            limit(of, range);
+        }
+    }
+}
+
 /// Returns the SI unit of a key such as `sensors.noise` or `motor.winding.resistance`; empty for shares and dimensionless
 /// numbers, none if the key's values have no unit.
 pub fn unit(key: &str) -> Option<String> {
-    let schema = schema();
+    let schema = unlimited();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
     find(place, "x-unit", &schema).and_then(|unit| unit.as_str().map(str::to_owned))
 }
 
 /// Returns true if a key's values are shares, which people read in per cent.
 pub fn is_share(key: &str) -> bool {
-    let schema = schema();
+    let schema = unlimited();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema));
     place.and_then(|place| find(place, "x-share", &schema)).and_then(Value::as_bool).unwrap_or(false)
 }
 
 /// Returns true if a key's values are numbers; none if there is no such key.
 pub fn has_numbers(key: &str) -> Option<bool> {
-    let schema = schema();
+    let schema = unlimited();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
     let whole = || {
         find(place, "type", &schema).is_some_and(|kind| match kind {
@@ -43,7 +94,7 @@ pub fn has_numbers(key: &str) -> Option<bool> {
 
 /// Returns the paths of all keys with this name in a scenario, such as `sensors.noise` for `noise`.
 pub(super) fn places(name: &str) -> Vec<String> {
-    let schema = schema();
+    let schema = unlimited();
     let tables = schema["properties"].as_object().into_iter().flatten();
     // A motor's keys are many, and alike those of the scenario.
     let tables = tables.map(|(table, _)| table.as_str()).filter(|table| *table != "motor");
@@ -96,6 +147,26 @@ mod tests {
         assert_eq!(places("dead_time"), ["detector.dead_time", "inverter.dead_time"]);
         assert_eq!(places("trials"), ["trials"]);
         assert_eq!(places("nothing"), [""; 0]);
+    }
+
+    /// The schema allows and refuses the plain numbers that the program does, at both ends of each range.
+    #[test]
+    fn law_the_schema_has_the_range_of_each_key() {
+        let schema = schema();
+        let mut limited = 0;
+        for (path, range) in keys().filter_map(|key| Some((key.path, key.range.as_ref()?))) {
+            let place = pointer(path, &schema).and_then(|pointer| schema.pointer(&pointer));
+            let place = place.unwrap_or_else(|| panic!("{path} is not in the schema"));
+            assert_eq!(place["x-range"], range.needed, "{path}");
+            let least = find(place, "minimum", &schema).or_else(|| find(place, "exclusiveMinimum", &schema));
+            let most = find(place, "maximum", &schema).and_then(Value::as_f64);
+            let (least, most) = (least.and_then(Value::as_f64).expect(path), most.expect(path));
+            let just = |value: f64| (value - range.low).abs() < 1e-300;
+            assert!(just(least) && most == range.high, "{path}: {least} to {most}");
+            assert!(find(place, "exclusiveMinimum", &schema).is_none() || !range.contains(0.0), "{path}");
+            limited += 1;
+        }
+        assert!(limited > 60, "{limited}");
     }
 
     #[test]

@@ -1,6 +1,11 @@
 //! `standstill completions` and `standstill man`: shell completions and manual pages of the command line.
 
+use std::fmt::Write as _;
+
 use clap::CommandFactory as _;
+use clap_complete::Shell;
+use standstill_plant::built_in_names;
+use standstill_scenario::{Values, keys};
 
 use crate::arguments::{Arguments, Completions, Man};
 use crate::error::Error;
@@ -10,7 +15,150 @@ use crate::shell::output::{Output, file_list};
 pub fn completions(options: &Completions) -> Report {
     let mut script = Vec::new();
     clap_complete::generate(options.shell, &mut Arguments::command(), "standstill", &mut script);
-    Report { text: String::from_utf8_lossy(&script).into_owned(), code: 0 }
+    let script = String::from_utf8_lossy(&script).into_owned();
+    let text = match options.shell {
+        Shell::Bash => script + &bash(),
+        Shell::Zsh => zsh(&script),
+        Shell::Fish => fish(&script),
+        _ => script,
+    };
+    Report { text, code: 0 }
+}
+
+/// Returns the settings that `-s` takes, each with its description: `KEY=` where the value is a number or a text,
+/// `KEY=VALUE` where the values have names.
+fn settings() -> Vec<(String, &'static str)> {
+    let of = |key: &'static standstill_scenario::Key| -> Vec<(String, &'static str)> {
+        let named = |values: Vec<(&'static str, &'static str)>| {
+            values.into_iter().map(|(value, about)| (format!("{}={value}", key.path), about)).collect()
+        };
+        match key.values() {
+            Values::Choice(values) => named(values),
+            Values::Flag => named(vec![("true", key.about), ("false", key.about)]),
+            _ => vec![(format!("{}=", key.path), key.about)],
+        }
+    };
+    let motors = built_in_names().map(|name| (format!("motor={name}"), "A motor of the library"));
+    keys().flat_map(of).chain(motors).collect()
+}
+
+/// Returns the names of the commands whose argument is a scenario file or a motor.
+fn of_scenarios() -> Vec<String> {
+    let command = Arguments::command();
+    let takes = |command: &&clap::Command| {
+        let mut ids = command.get_positionals().map(|argument| argument.get_id().as_str());
+        ids.any(|id| ["scenario", "motor"].contains(&id))
+    };
+    command.get_subcommands().filter(takes).map(|command| command.get_name().to_owned()).collect()
+}
+
+/// Returns a word that every shell takes as it stands.
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', ""))
+}
+
+/// Returns the part of bash's script that completes settings and motors. Bash breaks words at `=`, so a value is
+/// completed by the words before it.
+fn bash() -> String {
+    let settings: Vec<String> = settings().into_iter().map(|(setting, _)| setting).collect();
+    let motors: Vec<&str> = built_in_names().collect();
+    format!(
+        r#"
+_standstill_settings="{}"
+_standstill_keys="{}"
+_standstill_motors="{}"
+_standstill_or_setting() {{
+    local current="${{COMP_WORDS[COMP_CWORD]}}" at=$COMP_CWORD key="" option
+    if [[ $current == "=" ]]; then current=""; at=$((at + 1)); fi
+    if [[ ${{COMP_WORDS[at - 1]}} == "=" ]]; then key="${{COMP_WORDS[at - 2]}}="; at=$((at - 2)); fi
+    option="${{COMP_WORDS[at - 1]}}"
+    if [[ $option == "=" ]]; then option="${{COMP_WORDS[at - 2]}}"; elif [[ $key == --set= ]]; then option=--set; key=""; fi
+    if [[ $option == --key ]]; then
+        COMPREPLY=($(compgen -W "$_standstill_keys" -- "$current"))
+        return 0
+    fi
+    if [[ $option == --motor ]]; then
+        COMPREPLY=($(compgen -W "$_standstill_motors" -- "$current") $(compgen -f -- "$current"))
+        return 0
+    fi
+    if [[ $option == -s || $option == --set || $option == --vary ]]; then
+        COMPREPLY=($(compgen -W "$_standstill_settings" -- "$key$current"))
+        COMPREPLY=("${{COMPREPLY[@]#"$key"}}")
+        [[ ${{#COMPREPLY[@]}} -eq 1 && ${{COMPREPLY[0]}} == *= ]] && compopt -o nospace
+        return 0
+    fi
+    _standstill "$@"
+    case " {} " in
+        *" ${{COMP_WORDS[1]}} "*)
+            if [[ $current != -* && $COMP_CWORD -eq 2 ]]; then
+                COMPREPLY+=($(compgen -W "$_standstill_motors" -- "$current") $(compgen -f -- "$current"))
+            fi ;;
+    esac
+}}
+complete -F _standstill_or_setting -o bashdefault -o default standstill
+"#,
+        settings.join(" "),
+        keys().map(|key| key.path).collect::<Vec<_>>().join(" "),
+        motors.join(" "),
+        of_scenarios().join(" "),
+    )
+}
+
+/// Returns zsh's script with settings and motors, each with its description.
+fn zsh(script: &str) -> String {
+    let mut lists = String::from("\n_standstill_settings() {\n    local settings=(\n");
+    for (setting, about) in settings() {
+        let _ = writeln!(lists, "        {}", quoted(&format!("{setting}:{about}")));
+    }
+    lists += "    )\n    _describe -t settings setting settings -S ''\n}\n";
+    let motors: Vec<&str> = built_in_names().collect();
+    let _ = writeln!(
+        lists,
+        "_standstill_motors() {{\n    _alternative 'motors:motor:({})' 'files:scenario or data sheet:_files'\n}}",
+        motors.join(" ")
+    );
+    let motor = |line: &str| {
+        [":scenario -- ", ":motor -- "].iter().any(|id| line.contains(id)) || line.contains(":MOTOR:_default")
+    };
+    let mut text = String::new();
+    for line in script.lines() {
+        let line = line.replace(":KEY=VALUE:_default", ":KEY=VALUE:_standstill_settings");
+        let line = if motor(&line) {
+            line.replace(":_files'", ":_standstill_motors'").replace(":_default'", ":_standstill_motors'")
+        } else {
+            line
+        };
+        text += &line;
+        text.push('\n');
+        if line.starts_with("autoload") {
+            text += &lists;
+        }
+    }
+    text
+}
+
+/// Returns fish's script with settings and motors, each with its description.
+fn fish(script: &str) -> String {
+    let mut text = String::from("function __standstill_settings\n");
+    for (setting, about) in settings() {
+        let _ = writeln!(text, "    printf '%s\\t%s\\n' {} {}", quoted(&setting), quoted(about));
+    }
+    text += "end\n";
+    for line in script.lines() {
+        text += line;
+        if line.contains(" -s s -l set ") {
+            text += " -f -a '(__standstill_settings)'";
+        }
+        text.push('\n');
+    }
+    let motors: Vec<&str> = built_in_names().collect();
+    let _ = writeln!(
+        text,
+        "complete -c standstill -n '__fish_seen_subcommand_from {}' -a '{}' -d 'A motor of the library'",
+        of_scenarios().join(" "),
+        motors.join(" ")
+    );
+    text
 }
 
 /// Writes one manual page for each command, as `git` does.

@@ -9,6 +9,7 @@ mod changed;
 mod checked;
 mod clusters;
 mod compared;
+mod completed;
 #[cfg(unix)]
 mod endless;
 mod explained;

@@ -33,7 +33,7 @@ impl Range {
         Self { gap: least, ..self }
     }
 
-    pub(super) fn contains(&self, value: f64) -> bool {
+    pub(crate) fn contains(&self, value: f64) -> bool {
         let within = (self.low..=self.high).contains(&value) && (value == 0.0 || value >= self.gap);
         within && !(self.whole && value.fract() != 0.0)
     }

@@ -1,0 +1,60 @@
+//! Completion of settings and motors by shells, as their scripts do it.
+
+use std::process::Command;
+
+use super::{folder, standstill};
+
+/// Returns the words that bash would offer for the last of these words, as it breaks them: `=` is a word of its own.
+fn offered(words: &[&str]) -> Vec<String> {
+    let folder = folder();
+    let script = standstill(&["completions", "bash"], folder.path());
+    let line = "source ./words; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); COMPREPLY=()
+        _standstill_or_setting standstill \"${COMP_WORDS[COMP_CWORD]}\" \"${COMP_WORDS[COMP_CWORD - 1]}\" 2>/dev/null
+        printf '%s\\n' \"${COMPREPLY[@]}\"";
+    std::fs::write(folder.path().join("words"), &script.stdout).expect("written");
+    let mut bash = Command::new("bash");
+    let bash = bash.args(["-c", line, "bash", "standstill"]).args(words).current_dir(folder.path());
+    let output = bash.output().expect("bash");
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text").lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn law_bash_completes_keys_their_values_and_motors() {
+    for (words, expected) in [
+        (&["run", "-s", "sensors.noi"][..], &["sensors.noise="][..]),
+        (&["check", "paper-5k5", "--set", "=", "sensors.noi"], &["sensors.noise="]),
+        (&["run", "-s", "detector.method", "=", "bip"], &["bipolar"]),
+        (&["run", "--set", "=", "errors", "=", "fi"], &["field"]),
+        (&["run", "-s", "errors", "="], &["none", "noise", "default", "harsh", "field"]),
+        (&["require", "s.toml", "--key", "sensors.noi"], &["sensors.noise"]),
+        (&["tune", "s.toml", "--vary", "detector.thresh"], &["detector.threshold="]),
+        (&["check", "pap"], &["paper-5k5"]),
+        (&["compare", "--motor", "pap"], &["paper-5k5"]),
+        (&["check", "--eff"], &["--effort"]),
+        (&["report", "wor"], &[""]),
+        (&["run", "wor"], &["words"]),
+    ] {
+        assert_eq!(offered(words), expected, "{words:?}");
+    }
+}
+
+#[test]
+fn law_zsh_and_fish_have_each_setting_with_its_description() {
+    let folder = folder();
+    for (shell, noise, method) in [
+        ("zsh", "'sensors.noise=:Noise of each sample, rms.'", "'detector.method=bipolar:"),
+        ("fish", "'sensors.noise=' 'Noise of each sample, rms.'", "'detector.method=bipolar' '"),
+    ] {
+        let script = standstill(&["completions", shell], folder.path());
+        let script = String::from_utf8(script.stdout).expect("text");
+        let settings = script.matches(noise).count();
+        assert_eq!((settings, script.matches(method).count()), (1, 1), "{shell}");
+        // Each option that sets a key offers them, and each place of a motor the library's.
+        let options = script.lines().filter(|line| line.contains("Set a key of the scenario")).count();
+        let offers =
+            script.lines().filter(|line| line.contains("_settings") && line.contains("Set a key")).count();
+        assert!(options > 10 && offers == options, "{shell}: {offers} of {options}");
+        assert!(script.contains("paper-5k5"), "{shell}");
+    }
+}
