@@ -108,6 +108,65 @@ fn law_a_turn_that_counts_before_the_current_has_settled_names_many_times_the_wr
     assert_eq!(wrong_of("none", "begin = \"back\"\nignore = 0\n"), 0);
 }
 
+/// The scenario of the pole tests with this saturation along d.
+fn pole_test(errors: &str, saturation: &str, config: &str) -> String {
+    rotating("light-vehicle", errors, config)
+        .replace("motor = \"light-vehicle\"", "motor.base = \"light-vehicle\"")
+        .replacen('\n', &format!("\nmotor.nameplate.saturation.d = \"{saturation}\"\n"), 1)
+}
+
+/// An ideal drive finds the pole of a motor that gains little: by both signs of a current, whatever end of the axis comes first; and by
+/// one pulse, if the threshold lies below the gain.
+#[test]
+fn law_pole_tests_of_firmware_name_no_wrong_pole_on_an_ideal_drive() {
+    let (folder, _) = example("pole_test.c");
+    for (saturation, config) in [
+        ("2 %", "test = \"both\"\nbias = 20\n"),
+        ("17 %", "test = \"both\"\n"),
+        ("17 %", "test = \"single\"\nthreshold = 0.05\n"),
+    ] {
+        let plan = plan(&folder, &pole_test("none", saturation, config)).expect("valid");
+        let all = records(&plan, 0..60);
+        assert!(all.iter().all(|record| record.verdict() == Verdict::Found), "{}", all[0].reason());
+        assert_eq!(wrong(&all), 0, "{saturation} {config}");
+        assert!(worst_axis(&all) < 2.0, "{}", worst_axis(&all));
+    }
+}
+
+/// A single pulse that looks at one end names the other wherever the threshold is not exceeded: with a threshold above the gain that is
+/// half of all positions, with one below what drops and dead time take it is the other half.
+#[test]
+fn law_a_single_pulse_with_a_threshold_beyond_the_gain_names_half_of_the_poles_wrongly() {
+    let (folder, _) = example("pole_test.c");
+    let share = |saturation: &str, threshold: f64| {
+        let config = format!("test = \"single\"\nthreshold = {threshold}\n");
+        let plan = plan(&folder, &pole_test("default", saturation, &config)).expect("valid");
+        wrong(&records(&plan, 0..400)) as f64 / 400.0
+    };
+    // 400 coins: ± 5 % is two standard deviations.
+    let (above, below) = (share("6.8 %", 0.15), share("6.8 %", -0.15));
+    assert!((0.42..0.58).contains(&above) && (0.42..0.58).contains(&below), "{above} {below}");
+    // The two halves are each other's complement.
+    assert!((above + below - 1.0).abs() < 1e-12, "{above} {below}");
+    assert!(share("6.8 %", -0.03) < 0.01);
+}
+
+/// Noise in proportion to nothing: the ripples' difference grows with the bias, and who asks for four deviations is seldom wrong.
+#[test]
+fn law_both_signs_of_a_current_guess_where_the_bias_is_small_and_say_so_if_they_are_asked() {
+    let (folder, _) = example("pole_test.c");
+    let all = |config: &str| {
+        let plan = plan(&folder, &pole_test("default", "2 %", config)).expect("valid");
+        records(&plan, 0..300)
+    };
+    let small = wrong(&all("test = \"both\"\nbias = 10\n"));
+    let large = wrong(&all("test = \"both\"\nbias = 40\n"));
+    assert!(small > 30 && large < 5, "{small} {large}");
+    let asked = all("test = \"both\"\nbias = 10\nleast = 4\n");
+    let open = asked.iter().filter(|record| record.verdict() == Verdict::Undetermined).count();
+    assert!(wrong(&asked) < 3 && open > 200, "{} {open}", wrong(&asked));
+}
+
 /// Both take the same trials: motors, comparators, timers and noise are the same, and the same currents flow.
 #[test]
 fn cross_six_pulses_as_an_application_note_writes_them_agree_with_the_method() {
