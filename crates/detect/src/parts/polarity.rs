@@ -23,7 +23,7 @@ use standstill_interface::{
 
 use crate::nameplate::Place;
 use crate::parts::margin::Margin;
-use crate::parts::settle::{Settler, all_seen, link, link_current};
+use crate::parts::settle::{Settler, all_seen, is_reading, link, link_current, seen};
 use crate::parts::turning::{self, Short};
 pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
@@ -130,8 +130,36 @@ pub(crate) struct PolarityTest<T> {
     against: T,
     sum: T,
     squares: T,
-    /// Current in A that the magnet drove through shorted terminals, and whether a part of it follows from the rest; none before.
-    driven: Option<(Abc<T>, bool)>,
+    /// What the magnet drove through shorted terminals; none before.
+    driven: Option<Driven<T>>,
+}
+
+/// Current through shorted terminals, as the sensors show it.
+#[derive(Clone, Copy, Debug)]
+struct Driven<T> {
+    /// Current in A; where it is beyond a sensor's range, the end of the range.
+    current: Abc<T>,
+    /// Whether a part of it follows from the rest.
+    is_derived: bool,
+    /// The first phase whose current is beyond its sensor's range.
+    clipped: Option<Phase>,
+}
+
+impl<T: Real> Driven<T> {
+    fn of(reading: &Reading<T>) -> Result<Self, Fault<T>> {
+        let mut clipped = None;
+        for phase in Phase::ALL {
+            match seen(reading, phase) {
+                // At least as much flows.
+                Err(Fault::Clipped(_)) if is_reading(reading.current[phase]) => {
+                    clipped = clipped.or(Some(phase));
+                }
+                other => drop(other?),
+            }
+        }
+        let is_derived = reading.sensed.0.contains(&Sensed::Derived);
+        Ok(Self { current: reading.current, is_derived, clipped })
+    }
 }
 
 impl<T: Real> PolarityTest<T> {
@@ -205,7 +233,7 @@ impl<T: Real> PolarityTest<T> {
             },
             State::Shorted => {
                 let [last] = readings else { return Err(Fault::UnexpectedReadings) };
-                self.driven = Some((all_seen(last)?, last.sensed.0.contains(&Sensed::Derived)));
+                self.driven = Some(Driven::of(last)?);
                 PolarityStep::Drive(self.wait(true))
             }
             State::Pushing => {
@@ -303,7 +331,7 @@ impl<T: Real> PolarityTest<T> {
 
     /// Checks that the rotor stands still, from the current that its magnet drove through the shorted terminals.
     fn check_standing(&mut self, pole: &Pole<T>) -> Result<(), Fault<T>> {
-        let Some((driven, derived)) = self.driven else { return Ok(()) };
+        let Some(driven) = self.driven else { return Ok(()) };
         let s = &self.settings;
         let short = Short {
             duration: T::of(s.duration().seconds()),
@@ -313,13 +341,14 @@ impl<T: Real> PolarityTest<T> {
             lost: s.lost,
         };
         let (offset, waits) = self.settler.offset();
-        let current = Abc(core::array::from_fn(|k| driven.0[k] - offset.0[k])).clarke();
+        let current = Abc(core::array::from_fn(|k| driven.current.0[k] - offset.0[k])).clarke();
         let noise = &self.settler.noise;
         // Of a reading and of the mean of those without current.
         let variance = noise.deviation() * noise.deviation() * s.by_reading() * (T::one() + waits.recip());
-        let deviation = turning::deviation(variance, noise.freedom(), derived);
+        let deviation = turning::deviation(variance, noise.freedom(), driven.is_derived);
         let north = pole.undetermined.is_none().then_some(pole.angle);
-        short.check(&mut self.settler.margin, current, (self.settler.dc_link, deviation), north)
+        short.check(&mut self.settler.margin, current, (self.settler.dc_link, deviation), north)?;
+        driven.clipped.map_or(Ok(()), |phase| Err(Fault::Clipped(phase)))
     }
 
     fn answer(&self) -> Pole<T> {

@@ -76,18 +76,56 @@ impl Motor {
     }
 
     fn decide(&mut self, settings: PolaritySettings<f64>) -> (Pole<f64>, PolarityTest<f64>) {
+        self.shorted(settings, |_| {}).expect("current")
+    }
+
+    /// Decides with readings of the shorted terminals that are changed.
+    fn shorted(
+        &mut self,
+        settings: PolaritySettings<f64>,
+        change: impl Fn(&mut Reading<f64>),
+    ) -> Result<(Pole<f64>, PolarityTest<f64>), Fault<f64>> {
         let settle = SettleSettings { wait: Nanos(1000), threshold: 5.0, attempts: 3, place: Place::InLine };
         let axis = Angle::from_degrees(50.0);
         let mut test = PolarityTest::new(settings, Settler::new(settle, true), axis, 1e-3);
         let mut command = test.begin();
         loop {
-            let readings = self.readings(&test, &command);
-            match test.step(&readings).expect("current") {
+            let mut readings = self.readings(&test, &command);
+            if test.state == State::Shorted {
+                readings.iter_mut().for_each(&change);
+            }
+            match test.step(&readings)? {
                 PolarityStep::Drive(next) => command = next,
-                PolarityStep::Decided(pole) => return (pole, test),
+                PolarityStep::Decided(pole) => return Ok((pole, test)),
             }
         }
     }
+}
+
+/// A magnet of 0.1 Wb drives `ω · 0.1 Wb · 100 µs / 1 mH` through the shorted terminals: 20 A at 2000 rad/s. Sensors that end at 15 A show at least that.
+#[test]
+fn regress_a_short_beyond_the_sensors_range_tells_a_rotor_that_turns() {
+    let shorted = |current: [f64; 3], clipped: &[Phase]| {
+        let change = |reading: &mut Reading<f64>| {
+            reading.current = Abc(current);
+            for phase in clipped {
+                reading.sensed[*phase] = Sensed::Clipped;
+            }
+        };
+        Motor::of(1, 0.05, 1e-3, 0.0).shorted(settings(LOOSE), change).map(|(pole, _)| pole.undetermined)
+    };
+    let Err(Fault::RotorTurns { speed, .. }) = shorted([20.0, -10.0, -10.0], &[]) else { panic!("it turns") };
+    assert!((speed / 2000.0 - 1.0).abs() < 0.01, "{speed}");
+    for clipped in [&[Phase::A][..], &[Phase::B, Phase::A]] {
+        let Err(Fault::RotorTurns { speed, .. }) = shorted([15.0, -10.0, -10.0], clipped) else {
+            panic!("it turns")
+        };
+        assert!((1000.0..2000.0).contains(&speed), "{speed}");
+    }
+    // Clipped without a current, it says nothing of the rotor; what is no number says nothing at all.
+    assert_eq!(shorted([0.0; 3], &[]), Ok(None));
+    assert_eq!(shorted([0.0; 3], &[Phase::C, Phase::B]), Err(Fault::Clipped(Phase::B)));
+    assert_eq!(shorted([f64::NAN, 0.0, 0.0], &[Phase::A]), Err(Fault::Clipped(Phase::A)));
 }
 
 const LOOSE: SequentialSettings<f64> =
