@@ -48,6 +48,15 @@ choice! {
 }
 
 impl Effort {
+    /// Returns the next higher effort; none if there is none.
+    pub const fn deeper(self) -> Option<Self> {
+        match self {
+            Self::Quick => Some(Self::Normal),
+            Self::Normal => Some(Self::High),
+            Self::High => None,
+        }
+    }
+
     /// Returns the number of states of a level.
     pub const fn states(self) -> u32 {
         match self {

@@ -9,6 +9,7 @@ use standstill_campaign::Estimate;
 use standstill_detect::MethodName;
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::{Document, FaultMode, Origin, Plan, ScenarioFile};
+use standstill_sim::MOST_FAULTS;
 
 use self::rates::Rates;
 use super::question::{Asked, again, document, plan_of, setting};
@@ -50,6 +51,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         [] => vec![None],
         given => each_once(given.iter().copied()).into_iter().map(Some).collect(),
     };
+    has_room(options, &plan)?;
     let (entries, left) = entries(options, &plan);
     let count = (entries.len() * methods.len()) as u64 * trials;
     let names = |of: Vec<&str>| (!of.is_empty()).then(|| of.join(", "));
@@ -100,6 +102,28 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     };
     let answer = answer(of_scenario, &again(question), (&rows, rates.as_ref()), &left, allowed);
     asked.answer(&scenario, answer)
+}
+
+/// Checks that the faults to study have room beside those of the scenario.
+fn has_room(options: &Options, plan: &Plan) -> Result<(), Error> {
+    let own = &plan.file().faults;
+    let (more, asked) = if options.pairs { (2, "two more by --pairs") } else { (1, "one more") };
+    if own.len() + more <= MOST_FAULTS {
+        return Ok(());
+    }
+    let keys: Vec<String> = own
+        .iter()
+        .enumerate()
+        .map(|(k, fault)| format!("faults.{k}.mode = {}", fault.mode.0.name()))
+        .collect();
+    let without =
+        if options.pairs && own.len() < MOST_FAULTS { "; without --pairs one more has room" } else { "" };
+    Err(Error::Arguments(format!(
+        "faults: found {} of the scenario ({}) and {asked}, needed {MOST_FAULTS} at most: take out {}{without}",
+        own.len(),
+        keys.join(", "),
+        own.len() + more - MOST_FAULTS
+    )))
 }
 
 /// Returns the faults to study, beginning with the drive without a fault, and the faults that the drive cannot have.

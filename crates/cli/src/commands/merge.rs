@@ -14,7 +14,7 @@ pub fn run(options: &Merge) -> Result<Report, Error> {
     let shards = Shards::collect(&options.shards)?;
     guard(&options.results, &shards.identity().whole(), true)?;
     match Results::write(&options.results, &shards, &stop)? {
-        Some(results) => Ok(results.report(&options.results)),
+        Some(results) => Ok(results.report(&options.results, None)),
         None => Ok(Report {
             text: "Interrupted: nothing was written; the shards are as they were.\n".to_owned(),
             code: INTERRUPTED,

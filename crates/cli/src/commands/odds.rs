@@ -87,11 +87,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 /// Returns the next effort, with the probability down to which its runs go, for an event that no run reached.
 fn deeper(effort: Effort, odds: &Odds) -> Option<(f64, &'static str)> {
     let gave_up = odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::TooRare { .. }));
-    let next = match effort {
-        Effort::Quick => Effort::Normal,
-        Effort::Normal => Effort::High,
-        Effort::High => return None,
-    };
+    let next = effort.deeper()?;
     gave_up.then_some((next.least(), next.name()))
 }
 

@@ -15,10 +15,11 @@ use standstill_campaign::store::{
 };
 use standstill_files::read_text;
 use standstill_quantity::Quantity;
-use standstill_scenario::{Document, Origin, Plan};
+use standstill_scenario::{Document, Origin, Plan, Rotor, ScenarioFile};
 
 use self::earlier::Found;
 use self::results::Results;
+use super::question::given;
 use crate::arguments::{Amount, Keys, Results as Options, Rows, Run, Sweep};
 use crate::doubts;
 use crate::error::Error;
@@ -96,6 +97,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     guard(&options.results, &identity.whole(), options.resume)?;
     doubts::warn(&plan.scenario(0)?);
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;
+    let check = check(options, plan.file());
     let mut statistics = Statistics::default();
     let mut found = if options.resume { Found::of(out, &identity)? } else { Found::default() };
     // The journal stays locked until its rows are in the files.
@@ -104,7 +106,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             let mut journal = journal(&path, &identity, &mut statistics)?;
             say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut journal, statistics, &stop)
-                .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
+                .and_then(|done| if done { write(options, &path, &stop, check.as_deref()) } else { Ok(None) })
         }
         Rows::None => {
             let limit = plan.file().limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
@@ -114,7 +116,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             }
             say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut tally, statistics, &stop)
-                .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
+                .and_then(|done| if done { write(options, &path, &stop, check.as_deref()) } else { Ok(None) })
         }
     };
     match outcome {
@@ -136,6 +138,19 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             Err(error)
         }
     }
+}
+
+/// Returns the command that looks for a method and settings that answer under the conditions of the run; none if what the run is about is a
+/// fault, a rotor that is driven or a detector of the user's own, which that command does not judge.
+fn check(options: &Run, file: &ScenarioFile) -> Option<String> {
+    let has_own = file.detector.library.is_some() || host::current().is_some();
+    if has_own || !file.faults.is_empty() || !file.axes.is_empty() || file.rotor.state() == Rotor::Driven {
+        return None;
+    }
+    // Settings that are set are not searched.
+    let set = options.keys.set.iter().filter(|(key, _)| !key.starts_with("detector.")).cloned().collect();
+    let (scenario, keys) = (options.scenario.to_string_lossy(), Keys { set, detector: None });
+    Some(format!("standstill check {}", given(&scenario, &keys, options.amount.seed)))
 }
 
 /// Prints what will be simulated, after all checks have passed.
@@ -169,7 +184,12 @@ fn remove_if_empty(folder: &Path) {
 }
 
 /// Writes the files of a run from its complete journal; none if interrupted.
-fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>, Error> {
+fn write(
+    options: &Run,
+    path: &Path,
+    stop: &AtomicBool,
+    check: Option<&str>,
+) -> Result<Option<Report>, Error> {
     if options.shard != Shard::WHOLE {
         if options.results.json {
             let json =
@@ -193,7 +213,7 @@ fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>
     } else {
         std::fs::remove_file(path).map_err(Error::writing(path))?;
     }
-    Ok(Some(results.report(&options.results)))
+    Ok(Some(results.report(&options.results, check)))
 }
 
 /// Runs the missing trials. Returns false if it was interrupted.

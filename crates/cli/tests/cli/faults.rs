@@ -107,6 +107,55 @@ fn regress_faults_that_cannot_be_are_refused() {
     assert!(wrong.contains("faults[0].magnitude") && wrong.contains("a resistance"), "{wrong}");
 }
 
+/// A drive has four faults at once: two of the scenario leave room for pairs, three for single modes, four for none.
+#[test]
+fn regress_faults_without_room_beside_those_of_the_scenario_are_refused_by_their_keys() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), BIPOLAR).expect("written");
+    let own = ["magnet-weak", "sheet-signature", "dead-time-long", "terminals-swapped"];
+    let sizes = ["20 %", "", "1.5", ""];
+    let keys = |count: usize| -> Vec<String> {
+        let key = |k: usize| {
+            let size = (!sizes[k].is_empty()).then(|| format!("faults.{k}.magnitude={}", sizes[k]));
+            [Some(format!("faults.{k}.mode={}", own[k])), size].into_iter().flatten()
+        };
+        (0..count).flat_map(key).flat_map(|pair| ["-s".to_owned(), pair]).collect()
+    };
+    let asked = |count: usize, more: &[&'static str]| -> Vec<String> {
+        let modes =
+            ["faults", "s.toml", "--mode", "current-sign", "--mode", "currents-swapped", "--trials", "4"];
+        modes.iter().chain(more).map(|word| (*word).to_owned()).chain(keys(count)).collect()
+    };
+    let refused = |count: usize, more: &[&'static str]| {
+        let all = asked(count, more);
+        super::mistake(&all.iter().map(String::as_str).collect::<Vec<_>>(), path)
+    };
+    let three = refused(3, &["--pairs"]);
+    for part in [
+        "3 of the scenario",
+        "faults.2.mode = dead-time-long",
+        "two more by --pairs",
+        "4 at most",
+        "take out 1",
+        "without --pairs",
+    ] {
+        assert!(three.contains(part), "{part}: {three}");
+    }
+    let four = refused(4, &[]);
+    assert!(
+        four.contains("4 of the scenario") && four.contains("one more") && !four.contains("--pairs"),
+        "{four}"
+    );
+    for (count, more, rows) in
+        [(2, &["--pairs", "--json", "--out", "two"][..], 4), (3, &["--json", "--out", "three"], 3)]
+    {
+        let all = asked(count, more);
+        let found = answer(&all.iter().map(String::as_str).collect::<Vec<_>>(), 0, path);
+        assert_eq!(found["rows"].as_array().expect("rows").len(), rows, "{found}");
+    }
+}
+
 #[test]
 fn law_pairs_of_faults_are_studied_on_request() {
     let folder = folder();

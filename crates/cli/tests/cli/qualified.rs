@@ -186,6 +186,22 @@ fn law_exit_codes_say_whether_all_passed() {
     }
 }
 
+/// Odds whose interval has the limit inside decide nothing; those of four times as many states have half of it.
+#[test]
+fn regress_odds_that_decide_nothing_name_their_next_effort() {
+    let folder = folder();
+    let path = folder.path();
+    // 1.4 % of the starts draw more.
+    let list = "odds = \"quick\"\ntrials = 64\n[[requirement]]\nid = \"A\"\ntext = \"…\"\nlimit = \"P(current > 5.15 A) <= 1.2 %\"\n";
+    write(path, list);
+    let found = answer(&["qualify", "s.toml", "r.toml", "--no-witness", "--json", "--out", "q"], 3, path);
+    let of = requirement(&found, "A");
+    assert_eq!(of["verdict"], "not shown", "{of}");
+    let (next, command) = (of["next"].as_str().expect("text"), of["next_command"].as_str().expect("text"));
+    assert!(next.contains("with more effort (odds = \"normal\" in r.toml judges by them)"), "{next}");
+    assert_eq!(command, "standstill odds s.toml --event 'peak_current > 5.15 A' --effort normal");
+}
+
 #[test]
 fn regress_lists_with_mistakes_are_refused_by_line() {
     let folder = folder();

@@ -1,5 +1,6 @@
 //! Advice on each requirement: how to judge it again, which start to look at, and how many trials would decide it.
 
+use standstill_analysis::Effort;
 use standstill_analysis::faults::Entry;
 use standstill_analysis::qualify::{Case, Claim, Claimed, MOST_TRIALS, Verdict};
 use standstill_report::page::Block;
@@ -44,15 +45,19 @@ impl Words<'_> {
                         format!("standstill trace {scenario}{more} --trial {trial} --out trace-{}", slug(id));
                     (format!("{id} failed; a start that counts against it:"), Some(command))
                 }
-                _ => (format!("{id} failed; to see what such a start looks like:"), self.odds(of, claim)),
+                _ => {
+                    let command = self.odds(of, claim, Effort::High);
+                    (format!("{id} failed; to see what such a start looks like:"), command)
+                }
             },
             Verdict::NotShown => self.open(id, of, claim),
         }
     }
 
-    fn odds(&self, of: &Case, claim: &Claim) -> Option<String> {
+    fn odds(&self, of: &Case, claim: &Claim, effort: Effort) -> Option<String> {
         let event = claim.rare.as_ref()?.event.to_string();
-        Some(format!("standstill odds {} --event {} --effort high", self.scenario(of), quoted(&event)))
+        let (scenario, effort) = (self.scenario(of), effort.name());
+        Some(format!("standstill odds {scenario} --event {} --effort {effort}", quoted(&event)))
     }
 
     /// Returns advice on a requirement that was neither passed nor failed.
@@ -76,14 +81,19 @@ impl Words<'_> {
             return (text, None);
         }
         let text = format!("{id} is not shown by {} trials; {}", claim.trials, self.more(claim));
-        match claim.rare.as_ref().and_then(|rare| rare.alarms.first()) {
-            Some(alarm) => {
-                let text = format!(
-                    "{text}; odds have an alarm ({alarm}), with which nothing is passed; with more effort:"
-                );
-                (text, self.odds(of, claim))
-            }
-            None => (text, None),
+        let Some(rare) = &claim.rare else { return (text, None) };
+        let alarm = |alarm| format!("; odds have an alarm ({alarm}), with which nothing is passed");
+        let alarm = rare.alarms.first().map_or_else(String::new, alarm);
+        let file = self.requirements.display();
+        match self.found.requirements.odds.and_then(Effort::deeper) {
+            Some(deeper) => (
+                format!(
+                    "{text}{alarm}; odds with more effort (odds = \"{}\" in {file} judges by them):",
+                    deeper.name()
+                ),
+                self.odds(of, claim, deeper),
+            ),
+            None => (format!("{text}{alarm}"), None),
         }
     }
 

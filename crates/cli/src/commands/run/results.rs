@@ -195,8 +195,21 @@ impl Results {
         Ok(Self { summary, json, files })
     }
 
-    /// Returns the report, as text or as JSON.
-    pub fn report(self, options: &Options) -> Report {
+    /// Returns the number of starts without an answer, and the most frequent reason, in words. None if at most one in a hundred is without.
+    fn unanswered(&self) -> Option<String> {
+        let all = self.summary.summary.as_ref()?;
+        let without = all.undetermined + all.failed;
+        if without * 100 <= all.trials {
+            return None;
+        }
+        let (reason, most) = all.reasons.iter().max_by_key(|(_, of)| of.count)?;
+        let most = if most.count == without { String::new() } else { format!(" in {}", most.count) };
+        Some(format!("{without} of {} starts have no answer ({reason}{most}).", all.trials))
+    }
+
+    /// Returns the report, as text or as JSON; `check`: the command that looks for settings with which starts have an answer.
+    pub fn report(self, options: &Options, check: Option<&str>) -> Report {
+        let unanswered = self.unanswered();
         let Self { summary: file, json, files } = self;
         let code = u8::from(file.errors() > 0);
         if options.json {
@@ -217,12 +230,23 @@ impl Results {
         }
         text += "\n";
         text += &file_list(&options.out, &files);
-        if [trials_name(Format::Csv), trials_name(Format::Parquet)]
+        let has_rows = [trials_name(Format::Csv), trials_name(Format::Parquet)]
             .iter()
-            .any(|name| files.iter().any(|file| file == name))
-        {
-            let folder = quoted(&options.out.to_string_lossy());
+            .any(|name| files.iter().any(|file| file == name));
+        let folder = quoted(&options.out.to_string_lossy());
+        if has_rows {
             let _ = writeln!(text, "A page of them:\n  standstill report {folder}");
+        }
+        match (unanswered, check) {
+            (Some(said), Some(check)) => {
+                text += &paragraph("", &format!("{said} Method, pulses and rounds with which they do:"));
+                let _ = writeln!(text, "  {check}");
+            }
+            (Some(said), None) if has_rows => {
+                text += &paragraph("", &format!("{said} Why:"));
+                let _ = writeln!(text, "  standstill explain {folder}");
+            }
+            _ => {}
         }
         Report { text, code }
     }
