@@ -26,15 +26,15 @@ mod tests;
 mod turning;
 mod work;
 
-use standstill_campaign::{CampaignError, Summary};
-use standstill_detect::{Method, MethodName, Signature};
+use standstill_campaign::CampaignError;
+use standstill_detect::{MethodName, Signature};
 use standstill_interface::choice;
 use standstill_plant::{Motor, PolarityPoint, PoleKnowledge};
 use standstill_scenario::{Document, FileError, Origin, Rotor};
 
 pub use advice::{Advice, Alternative, Way};
 pub use bench::Setting;
-pub use candidate::CANDIDATES;
+pub use candidate::{CANDIDATES, Candidate, LeftOut};
 pub use condition::Condition;
 pub use confirm::Confirmed;
 pub use demands::Demands;
@@ -48,40 +48,6 @@ use bench::Bench;
 use search::Found;
 use thiserror::Error;
 use work::Allowance;
-
-/// A method with the best settings that were found for it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Candidate {
-    /// The method with the keys that are set for it.
-    pub setting: Setting,
-    /// All settings of the method for this motor.
-    pub settings: Method<f64>,
-    /// Results with the rotor locked; without starts if a locked rotor is not judged.
-    pub locked: Summary,
-    /// Results with the rotor free, or in the only judged state; without starts if that state is `locked`.
-    pub free: Summary,
-    /// Reasons why the method does not suit the motor; empty if it does.
-    pub objections: Vec<String>,
-    /// Margins by which the demands are met; none if the method cannot be set up.
-    pub margins: Option<Margins>,
-    /// The binding demand: for a method that suits the motor, the demand with the smallest margin; for another method, the demand
-    /// that forbids stronger pulses. None if the DC-link voltage limits the current instead.
-    pub binding: Option<Demand>,
-    /// Number of settings that were tried.
-    pub looks: usize,
-}
-
-impl Candidate {
-    /// Returns the candidate's method.
-    pub const fn method(&self) -> MethodName {
-        self.setting.method
-    }
-
-    /// Returns the smaller of the margins of error and movement: 1 is just enough, 0 if no angle was found.
-    pub fn margin(&self) -> f64 {
-        self.margins.map_or(0.0, |margins| margins.spare())
-    }
-}
 
 /// Progress of the search, with results so far.
 #[derive(Clone, Copy, Debug)]
@@ -137,6 +103,8 @@ pub struct Suitability {
     pub most_current_a: f64,
     /// The methods tried, in the order of [`CANDIDATES`].
     pub candidates: Vec<Candidate>,
+    /// The methods not tried because they do not have all settings of the detector that the scenario sets.
+    pub left_out: Vec<LeftOut>,
     /// Index of the recommended candidate, with its results on fresh starts; none if no candidate suits the motor.
     pub recommended: Option<(usize, Confirmed)>,
     /// Speeds at which the recommended method notices a rotor that turns, and at which its error exceeds the demand. None where no rotor that
@@ -200,17 +168,30 @@ impl Suitability {
     ) -> Result<Self, SuitabilityError> {
         let motor = document.motor()?;
         let work = Allowance::new(most);
-        let methods = candidate::methods(document, &motor, demands, &work)?;
+        let (methods, left_out) = candidate::methods(document, &motor, demands, &work)?;
+        let found = Self::by(&methods, document, &motor, demands, &work, hear)?;
+        Ok(Self { left_out, work: work.done(), ..found })
+    }
+
+    /// Carries out the check with these methods.
+    fn by(
+        methods: &[MethodName],
+        document: &Document,
+        motor: &Motor,
+        demands: &Demands,
+        work: &Allowance,
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Self, SuitabilityError> {
         let mut untried = Vec::new();
         let open = motor.has_magnet() && motor.pole_knowledge().is_open();
-        let is_salient = saliency_ratio(&motor) >= LEAST_SALIENCY;
+        let is_salient = saliency_ratio(motor) >= LEAST_SALIENCY;
         if open && is_salient && condition::saturating(document, 0.1).is_some() {
-            let methods = condition::quick(&methods);
+            let methods = condition::quick(methods);
             for (number, most) in condition::LARGEST.into_iter().enumerate() {
                 // The first range that is tried is the likeliest; the last part is for the axis alone.
                 let share = if number == 0 { 0.9 } else { 0.4 };
                 let (found, cut) = work
-                    .within(share, || Self::with_saturation(document, demands, &work, &methods, most, hear));
+                    .within(share, || Self::with_saturation(document, demands, work, &methods, most, hear));
                 if let Some(mut found) = found? {
                     if found.is_undecided {
                         // A larger range does not help where a smaller one suffices on few starts.
@@ -219,18 +200,18 @@ impl Suitability {
                             .push(format!("other ranges of saturation than up to {:.0} %", 100.0 * most));
                         found.untried.push("changes of drive and demands".to_owned());
                     }
-                    return Ok(Self { work: work.done(), ..found });
+                    return Ok(found);
                 }
                 if cut {
                     untried.push(format!("a saturation of up to {:.0} %", 100.0 * most));
                 }
             }
         }
-        let bench = Bench::new(document, &motor, demands, &work);
-        let (mut found, searched) = Self::judged(&bench, &methods, None, hear)?;
+        let bench = Bench::new(document, motor, demands, work);
+        let (mut found, searched) = Self::judged(&bench, methods, None, hear)?;
         untried.append(&mut found.untried);
         if found.recommended.is_none() {
-            let methods: Vec<_> = methods.into_iter().zip(&searched).collect();
+            let methods: Vec<_> = methods.iter().copied().zip(&searched).collect();
             found.advice = advice::tried(&bench, &methods, &found, &mut untried, hear)?;
             if found.advice.iter().all(|advice| advice.helps.is_none()) {
                 let (alternatives, cut) = work.within(1.0, || advice::alternatives(&bench, &methods));
@@ -241,7 +222,7 @@ impl Suitability {
             }
         }
         found.condition = open.then_some(Condition::Pole);
-        Ok(Self { untried, work: work.done(), ..found })
+        Ok(Self { untried, ..found })
     }
 
     /// Judges the best settings of each method. `likely`: settings that suffice on few starts. They are confirmed
@@ -311,6 +292,7 @@ impl Suitability {
             most_current_a: bench.most_current,
             is_undecided: recommended.is_none() && !untried.is_empty(),
             candidates,
+            left_out: Vec::new(),
             recommended,
             turning,
             condition: None,

@@ -1,16 +1,16 @@
 //! Candidates: the methods that are tried, each with its best settings, and the choice of the recommended method.
 
-use standstill_campaign::Statistics;
-use standstill_detect::{MethodName, Source};
+use standstill_campaign::{Statistics, Summary};
+use standstill_detect::{Method, MethodName, Source};
 use standstill_plant::Motor;
 use standstill_scenario::{Document, Rotor};
 
 use super::bench::{Bench, SEARCH, Setting};
-use super::margins::Demand;
+use super::margins::{Demand, Margins};
 use super::search::{Found, is_slow};
 use super::starts::{Spread, Starts};
 use super::work::Allowance;
-use super::{Candidate, Confirmed, Demands, Progress, SuitabilityError};
+use super::{Confirmed, Demands, Progress, SuitabilityError};
 
 /// Methods that are tried if the drive has the readings that they need. They need no separate test bench and finish
 /// within a fraction of a second. Six pulses are tried only if a timer captures times: with sampled currents they
@@ -25,6 +25,49 @@ pub const CANDIDATES: [MethodName; 7] = [
     MethodName::SixPulse,
 ];
 
+/// A method with the best settings that were found for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// The method with the keys that are set for it.
+    pub setting: Setting,
+    /// All settings of the method for this motor.
+    pub settings: Method<f64>,
+    /// Results with the rotor locked; without starts if a locked rotor is not judged.
+    pub locked: Summary,
+    /// Results with the rotor free, or in the only judged state; without starts if that state is `locked`.
+    pub free: Summary,
+    /// Reasons why the method does not suit the motor; empty if it does.
+    pub objections: Vec<String>,
+    /// Margins by which the demands are met; none if the method cannot be set up.
+    pub margins: Option<Margins>,
+    /// The binding demand: for a method that suits the motor, the demand with the smallest margin; for another method, the demand
+    /// that forbids stronger pulses. None if the DC-link voltage limits the current instead.
+    pub binding: Option<Demand>,
+    /// Number of settings that were tried.
+    pub looks: usize,
+}
+
+impl Candidate {
+    /// Returns the candidate's method.
+    pub const fn method(&self) -> MethodName {
+        self.setting.method
+    }
+
+    /// Returns the smaller of the margins of error and movement: 1 is just enough, 0 if no angle was found.
+    pub fn margin(&self) -> f64 {
+        self.margins.map_or(0.0, |margins| margins.spare())
+    }
+}
+
+/// A method that is not a candidate because it does not have a setting of the detector that the scenario sets.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// The method.
+    pub method: MethodName,
+    /// What the method does not have, in words: the key, and of a list the value.
+    pub lacks: String,
+}
+
 /// Number of starts of a candidate in each state of the rotor.
 const TRIALS: u64 = 200;
 /// Number of starts of a candidate with continuous injection, which takes a hundred times as long.
@@ -36,37 +79,52 @@ const TRIED: usize = 3;
 /// Share of a method's work for the search of settings; the rest is for the starts of the best settings.
 const LOOKS: f64 = 0.8;
 
-/// Returns the candidate methods of a document.
+/// Returns the candidate methods of a document, and those that are left out.
 pub(super) fn methods(
     document: &Document,
     motor: &Motor,
     demands: &Demands,
     work: &Allowance,
-) -> Result<Vec<MethodName>, SuitabilityError> {
+) -> Result<(Vec<MethodName>, Vec<LeftOut>), SuitabilityError> {
+    let only = |document: &Document| Ok((vec![document.load()?.detector.method()], Vec::new()));
     if document.origin("detector.method").is_some() {
-        return Ok(vec![document.load()?.detector.method()]);
+        return only(document);
     }
     let bench = Bench::new(document, motor, demands, work);
-    let (mut methods, mut unsuitable) = (Vec::new(), None);
+    let (mut methods, mut left_out, mut unsuitable) = (Vec::new(), Vec::<LeftOut>::new(), None);
+    let mut sources = Vec::new();
     for method in CANDIDATES {
         for rotor in &bench.rotors {
             match bench.scenario(&Setting::plain(method), *rotor) {
-                Err(error) if error.is_foreign_setting() => unsuitable = Some(error),
-                Err(error) => return Err(error.into()),
+                Err(error) => match error.foreign_setting_in_words() {
+                    Some(lacks) => {
+                        if left_out.last().is_none_or(|last| last.method != method) {
+                            left_out.push(LeftOut { method, lacks });
+                        }
+                        unsuitable = Some(error);
+                    }
+                    None => return Err(error.into()),
+                },
                 Ok(_) if methods.last() == Some(&method) => {}
-                Ok(scenario) if is_tried(method, &scenario.sources()) => methods.push(method),
-                Ok(_) => {}
+                Ok(scenario) => {
+                    sources = scenario.sources();
+                    if is_tried(method, &sources) {
+                        methods.push(method);
+                    }
+                }
             }
         }
     }
+    // Without that setting, those that do not find their readings on the drive are no candidates either.
+    left_out.retain(|of| is_tried(of.method, &sources));
     match unsuitable {
         Some(error) if methods.is_empty() => Err(error.into()),
         _ if methods.is_empty() => {
             // On a drive that reads nothing the document's method says what it needs.
             document.scenario_of(motor)?;
-            Ok(vec![document.load()?.detector.method()])
+            only(document)
         }
-        _ => Ok(methods),
+        _ => Ok((methods, left_out)),
     }
 }
 

@@ -279,7 +279,8 @@ fn law_only_methods_whose_readings_the_drive_has_are_tried() {
         let motor = document.motor().expect("a motor");
         candidate::methods(&document, &motor, &Demands::default(), &unbounded())
     };
-    let names = |keys: &[(&str, &str)]| tried(keys).unwrap_or_else(|error| panic!("{error}"));
+    let both = |keys: &[(&str, &str)]| tried(keys).unwrap_or_else(|error| panic!("{error}"));
+    let names = |keys: &[(&str, &str)]| both(keys).0;
     assert_eq!(names(&[]), CANDIDATES[..5]);
     assert_eq!(names(&[TERMINALS, TIMER]), CANDIDATES);
     let one_shunt = [("sensors.arrangement", "dc-link-shunt")];
@@ -289,6 +290,15 @@ fn law_only_methods_whose_readings_the_drive_has_are_tried() {
     assert_eq!(names(&[NO_CURRENTS, TIMER]), [SixPulse]);
     let message = tried(&[NO_CURRENTS]).expect_err("nothing is read").to_string();
     assert!(message.contains("neither currents nor voltages") && message.contains("needed"), "{message}");
+    // Those that lack a check are named, and no others.
+    for (more, last) in [(None, 5), (Some(TERMINALS), 6)] {
+        let keys: Vec<_> = more.into_iter().chain([("detector.checks", "[\"contact\"]")]).collect();
+        let (candidates, left_out) = both(&keys);
+        let left: Vec<MethodName> = left_out.iter().map(|of| of.method).collect();
+        let others: Vec<MethodName> =
+            CANDIDATES[..last].iter().copied().filter(|of| *of != MethodName::Bipolar).collect();
+        assert_eq!((candidates, left), (vec![MethodName::Bipolar], others));
+    }
     // The one method that the drive serves has no use for the key.
     let refused = tried(&[NO_CURRENTS, TIMER, ("detector.pulse", "100 us")]).expect_err("no pulse");
     assert!(refused.to_string().contains("detector.pulse"), "{refused}");

@@ -21,6 +21,9 @@ pub struct TurningSpeeds {
     /// Speed from which on the 95th percentile of the error exceeds what is demanded, where the method does not look; none if it does not up
     /// to the highest speed.
     pub exceeds_rpm: Option<f64>,
+    /// Smallest share of starts with an angle at a speed up to `exceeds_rpm`, where the method does not look; without that speed, at any speed
+    /// that was tried. The percentile is of the starts that have one.
+    pub answered: f64,
     /// Highest speed that was tried.
     pub highest_rpm: f64,
     /// Number of starts at each speed, half of them in each direction.
@@ -103,16 +106,29 @@ impl Bench<'_> {
         // Without a magnet nothing is induced that shows it.
         let is_checked = self.motor.has_magnet() && checks.has(Check::Turning);
         let notices_rpm = if is_checked {
-            self.least(&scenario, highest_rpm, &|starts| {
+            self.least(&scenario, highest_rpm, &mut |_, starts| {
                 starts.turning as f64 >= NOTICED * starts.summary.trials as f64
             })?
         } else {
             None
         };
         scenario.detector.set(&keys::CHECKS, Value::Checks(checks.without(Check::Turning)));
-        let exceeds_rpm = self
-            .least(&scenario, highest_rpm, &|starts| starts.summary.p95_deg.value > self.demands.error_deg)?;
-        Ok(TurningSpeeds { is_checked, notices_rpm, exceeds_rpm, highest_rpm, starts: 2 * EACH_WAY })
+        let mut shares = Vec::new();
+        let exceeds_rpm = self.least(&scenario, highest_rpm, &mut |rpm, starts| {
+            let trials = starts.summary.trials;
+            shares.push((rpm.abs(), (trials - starts.failed()) as f64 / trials as f64));
+            starts.summary.p95_deg.value > self.demands.error_deg
+        })?;
+        shares.retain(|(rpm, _)| exceeds_rpm.is_none_or(|exceeds| *rpm <= exceeds));
+        let answered = shares.iter().map(|(_, share)| *share).fold(1.0, f64::min);
+        Ok(TurningSpeeds {
+            is_checked,
+            notices_rpm,
+            exceeds_rpm,
+            answered,
+            highest_rpm,
+            starts: 2 * EACH_WAY,
+        })
     }
 
     /// Returns the least speed in rpm at which starts in both directions show something, within 9 %; none if they do not up to the highest.
@@ -120,13 +136,13 @@ impl Bench<'_> {
         &self,
         scenario: &Scenario<Method<f64>>,
         highest: f64,
-        shows: &dyn Fn(&Starts) -> bool,
+        shows: &mut dyn FnMut(f64, &Starts) -> bool,
     ) -> Result<Option<f64>, Unknown> {
         let mut scenario = scenario.clone();
         let mut at = |rpm: f64| -> Result<bool, Unknown> {
             for rpm in [rpm, -rpm] {
                 scenario.start_speed = rpm;
-                if !shows(&Starts::of(&scenario, Rotor::Driven, EACH_WAY, self.work)?) {
+                if !shows(rpm, &Starts::of(&scenario, Rotor::Driven, EACH_WAY, self.work)?) {
                     return Ok(false);
                 }
             }

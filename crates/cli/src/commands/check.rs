@@ -5,8 +5,10 @@ mod file;
 mod words;
 
 use standstill_analysis::{Demands, Progress, Suitability, Suited};
+use standstill_detect::Method;
 use standstill_interface::Choice;
-use standstill_scenario::Document;
+use standstill_plant::Motor;
+use standstill_scenario::{Document, FileError, Scenario};
 
 use crate::answer::{Answer, Made, verdict};
 use crate::arguments::{Check, Temperatures};
@@ -38,11 +40,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     let motor = document.motor()?;
     // A method that was asked for must find its readings on the drive; of the others those that do are tried.
     let asked_for = document.origin("detector.method").is_some();
-    doubts::warn(&if asked_for {
-        document.scenario_of(&motor)?
-    } else {
-        document.unchecked_scenario_of(&motor)?
-    });
+    doubts::warn(&if asked_for { document.scenario_of(&motor)? } else { of_any_method(&document, &motor)? });
     let demands = Demands {
         error_deg: options.tolerance,
         movement_deg: options.movement,
@@ -92,6 +90,18 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         report.text = report.text.replacen(word, &painted(tone, word), 1);
     }
     Ok(report)
+}
+
+/// Returns the scenario of a document whose own method is not asked for, and need not have the settings of the detector.
+fn of_any_method(document: &Document, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
+    match document.unchecked_scenario_of(motor) {
+        Err(error) if error.is_foreign_setting() => {
+            let mut document = document.clone();
+            document.remove("detector");
+            document.unchecked_scenario_of(motor)
+        }
+        scenario => scenario,
+    }
 }
 
 /// Returns the scenario keys that the options set.

@@ -21,6 +21,8 @@ use crate::error::Error;
 use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
+use crate::shell::terminal::tell;
+use crate::shell::values::without_setting;
 use crate::shell::{Report, progress};
 use crate::summary::{good, good_heading, good_interval, right, sectors_in_words};
 use crate::{doubts, figures};
@@ -195,7 +197,7 @@ fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<E
 }
 
 pub fn run(options: &Compare) -> Result<Report, Error> {
-    let Comparison { motor, seed, cells, .. } = Comparison::new(options)?;
+    let Comparison { motor, seed, cells, left_out, .. } = Comparison::new(options)?;
     if let Some(cell) = cells.first() {
         doubts::warn(&cell.scenario);
     }
@@ -216,7 +218,12 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     let failed = entries.iter().any(|entry| entry.summary.errors > 0);
     let code = if interrupted { INTERRUPTED } else { u8::from(failed) };
     let records: Records = entries.iter().map(|entry| record(entry, &motor)).collect();
+    let left_out = left_out.iter().map(|(method, setting)| (method.name(), &setting[..]));
+    let left_out = without_setting(left_out);
     if options.json {
+        for sentence in &left_out {
+            tell(sentence);
+        }
         let json = serde_json::to_string_pretty(&records);
         let json = json.map_err(|error| Error::Write("standard output".into(), error.into()))?;
         return Ok(Report { text: json + "\n", code });
@@ -225,6 +232,7 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
         return Ok(Report { text: "Interrupted before the first method was done.\n".to_owned(), code });
     }
     let mut blocks = blocks(&entries, &motor);
+    blocks.extend(left_out.into_iter().map(Block::Text));
     if interrupted {
         let said = format!("Interrupted: {} of {} rows are in these files.", entries.len(), cells.len());
         blocks.push(Block::Text(said));

@@ -51,6 +51,24 @@ pub fn each_once<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     })
 }
 
+/// Returns a sentence for each setting on the methods that were left out because they do not have it; pairs of method and setting.
+pub fn without_setting<'a>(left_out: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<String> {
+    let mut all: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (method, setting) in left_out {
+        match all.iter_mut().find(|(other, _)| *other == setting) {
+            Some((_, methods)) => methods.push(method),
+            None => all.push((setting, vec![method])),
+        }
+    }
+    let said = |(setting, methods): (&str, Vec<&str>)| {
+        format!(
+            "Left out, as methods without {setting}: {}. If that is not set, they are tried too.",
+            methods.join(", ")
+        )
+    };
+    all.into_iter().map(said).collect()
+}
+
 /// Describes a point by its values on the axes.
 pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
     let values = shown.iter().zip(point.values.values());

@@ -161,3 +161,70 @@ fn regress_a_driven_rotor_is_no_reason_to_refuse() {
     let answer = answer(&[&["check", "driven.toml"][..], &BIPOLAR, &few].concat(), at);
     assert_eq!(answer["verdict"], "suited", "{answer}");
 }
+
+/// Of all methods `bipolar` alone looks at contacts.
+const CONTACT: [&str; 2] = ["-s", "detector.checks=[\"contact\"]"];
+
+#[test]
+fn regress_methods_without_a_setting_are_named_where_they_are_left_out() {
+    let folder = folder();
+    let at = folder.path();
+    let few = ["-s", "detector.pulse=200us", "-s", "detector.rounds=3", "--effort", "quick"];
+    let asked = [&["check", "paper-5k5"][..], &CONTACT, &few].concat();
+    let found = answer(&asked, at);
+    let left: Vec<(&str, &str)> = found["left_out"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|of| (of["method"].as_str().expect("a name"), of["lacks"].as_str().expect("text")))
+        .collect();
+    // Those that find no readings on this drive, whatever is checked, are not named.
+    let names: Vec<&str> = left.iter().map(|(method, _)| *method).collect();
+    let others =
+        ["maximum-likelihood", "maximum-likelihood-adaptive", "line-inductance-fast", "hfi-rotating"];
+    assert_eq!(names, others, "{found}");
+    assert!(left.contains(&("maximum-likelihood", "the check \"contact\" of `detector.checks`")), "{left:?}");
+    let text = said(&standstill(&asked, at));
+    let sentence =
+        "Left out, as methods without the check \"contact\" of `detector.checks`: maximum-likelihood";
+    assert!(text.contains(sentence), "{text}");
+    // The same of a comparison, beside its table and beside its JSON.
+    let asked =
+        ["compare", "--trials", "4", "--rotor", "locked", "--errors", "none", "--no-limit", "--out", "c"];
+    let text = said(&standstill(&[&asked[..], &CONTACT].concat(), at));
+    let sentence =
+        "Left out, as methods without the check \"contact\" of `detector.checks`: line-inductance,";
+    assert!(text.contains(sentence) && text.contains("If that is not set, they are tried too."), "{text}");
+    let output = standstill(&[&asked[..8], &CONTACT, &["--json"]].concat(), at);
+    let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(rows.as_array().expect("rows").iter().all(|row| row["method"] == "bipolar"), "{rows}");
+    let told = String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains(sentence), "{told}");
+    // Where nothing is set, nothing is left out.
+    let output = standstill(&[&asked[..], &["--method", "bipolar", "--force"]].concat(), at);
+    assert!(!said(&output).contains("Left out"), "{}", said(&output));
+}
+
+/// In a third of its starts a motor of little saliency has no angle by this method as it is set.
+#[test]
+fn regress_a_run_whose_starts_have_no_answer_says_what_to_do_next() {
+    let folder = folder();
+    let at = folder.path();
+    let asked = ["run", "drone-u8", "--trials", "60", "-s", "detector.method=bipolar", "-s", "seed=1"];
+    let text = said(&standstill(&asked, at));
+    let next = "of 60 starts have no answer (no saliency";
+    assert!(text.contains(next), "{text}");
+    assert!(text.ends_with("with which they do: standstill check drone-u8 -s seed=1"), "{text}");
+    // With a fault the answer lies in the starts themselves.
+    let broken = [&asked[..], &["-s", "faults.0.mode=phase-open", "--out", "broken"]].concat();
+    let text = said(&standstill(&broken, at));
+    assert!(
+        text.contains("60 of 60 starts have no answer (too little current). Why: standstill explain broken"),
+        "{text}"
+    );
+    assert!(standstill(&["explain", "broken"], at).status.success());
+    // One that answers has nothing to look for.
+    let text =
+        said(&standstill(&["run", "paper-5k5", "--trials", "60", "-s", "detector.method=bipolar"], at));
+    assert!(!text.contains("no answer"), "{text}");
+}

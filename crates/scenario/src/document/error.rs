@@ -98,8 +98,18 @@ impl FileError {
 
     /// Returns true if the error is a setting in `[detector]`, or a check, that the chosen method does not have.
     pub fn is_foreign_setting(&self) -> bool {
-        let is_foreign = |message: &String| message.ends_with(FOREIGN) || message.ends_with(FOREIGN_CHECK);
-        matches!(self, Self::Key { message, .. } if is_foreign(message))
+        self.foreign_setting_in_words().is_some()
+    }
+
+    /// Returns the setting in `[detector]`, or the check, that the chosen method does not have: its key, and the check's name. None for
+    /// other errors.
+    pub fn foreign_setting_in_words(&self) -> Option<String> {
+        let Self::Key { key, message, .. } = self else { return None };
+        if message.ends_with(FOREIGN) {
+            return Some(format!("`{key}`"));
+        }
+        let found = message.strip_prefix("found ")?.split_once(", needed ")?.0;
+        message.ends_with(FOREIGN_CHECK).then(|| format!("the check {found} of `{key}`"))
     }
 
     /// Converts an error message of serde about the key at `path`.

@@ -94,10 +94,7 @@ fn changed(asked: &Checked<'_>, advice: &Advice) -> String {
 /// Returns the command line of this `check` with more effort. If there is no more, returns the command line that checks
 /// only the method that came nearest.
 fn further(asked: &Checked<'_>) -> String {
-    let more = match asked.effort {
-        Effort::Quick => Effort::Normal,
-        Effort::Normal | Effort::High => Effort::High,
-    };
+    let more = asked.effort.deeper().unwrap_or(asked.effort);
     let worst = |candidate: &&Candidate| candidate.margins.map_or(0.0, |margins| margins.binding().1);
     let nearest = asked.found.candidates.iter().max_by(|a, b| worst(a).total_cmp(&worst(b)));
     let keys: Vec<_> = nearest
@@ -240,6 +237,8 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         }
         Condition::Pole => json!({ "kind": "pole" }),
     });
+    let left_out: Vec<Value> =
+        found.left_out.iter().map(|of| json!({ "method": of.method.name(), "lacks": of.lacks })).collect();
     let advice: Vec<Value> = found
         .advice
         .iter()
@@ -271,6 +270,7 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         "polarity_difference": found.polarity_difference,
         "pulse_polarity_difference": found.pulse_difference,
         "candidates": candidates,
+        "left_out": left_out,
         "recommended": recommended,
         "turning": turning,
         "advice": advice,

@@ -12,6 +12,8 @@ use standstill_plant::{DataSheet, Motor};
 use standstill_report::page::{Block, Column, Table, Tone};
 use standstill_scenario::ErrorSet;
 
+use crate::shell::values::without_setting;
+
 use self::motor::{assumptions, condition, poles, published, saliency, single};
 
 /// The question of `check`, with its answer.
@@ -120,6 +122,8 @@ pub fn blocks(asked: &Checked<'_>, next: &[String]) -> Vec<Block> {
     }
     blocks.extend(unsuited::blocks(found));
     blocks.extend(untried(asked).map(Block::Text));
+    let left_out = found.left_out.iter().map(|of| (of.method.name(), &of.lacks[..]));
+    blocks.extend(without_setting(left_out).into_iter().map(Block::Text));
     let caption = "How to go on".to_owned();
     blocks.push(Block::Code { caption, text: next.join("\n").trim_start().to_owned() + "\n" });
     blocks

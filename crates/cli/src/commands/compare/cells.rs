@@ -50,13 +50,16 @@ pub struct Comparison {
     pub motor: Motor,
     pub seed: u64,
     pub cells: Vec<Cell>,
+    /// Methods that are left out, each with the setting that it does not have.
+    pub left_out: Vec<(MethodName, String)>,
 }
 
 impl Comparison {
     pub fn new(options: &Compare) -> Result<Self, Error> {
         let document = document(options)?;
         let file = document.load_single()?;
-        let mut comparison = Self { motor: document.motor()?, seed: file.seed, document, cells: Vec::new() };
+        let (motor, seed, cells, left_out) = (document.motor()?, file.seed, Vec::new(), Vec::new());
+        let mut comparison = Self { document, motor, seed, cells, left_out };
         // A scenario's conditions are those of all methods. Which method it is about by itself does not matter.
         let is_set = |key: &str| comparison.document.get(key).is_some();
         let rotors = match &options.rotor[..] {
@@ -94,17 +97,23 @@ impl Comparison {
                         }
                         // Of all methods, those that have no use for a setting are left out; one that was asked for is a
                         // mistake.
-                        Err(error) if error.is_foreign_setting() && method.is_some() => {
-                            if asked.is_some() {
-                                return Err(comparison.no_use(method));
-                            }
-                        }
-                        Err(error) => return Err(error.into()),
+                        Err(error) => match (method, error.foreign_setting_in_words()) {
+                            (Some(_), Some(_)) if asked.is_some() => return Err(comparison.no_use(method)),
+                            (Some(method), Some(setting)) => comparison.leave_out(method, setting),
+                            _ => return Err(error.into()),
+                        },
                     }
                 }
             }
         }
         if comparison.cells.is_empty() { Err(comparison.no_use(None)) } else { Ok(comparison) }
+    }
+
+    /// Notes a method that is left out, once whatever the conditions.
+    fn leave_out(&mut self, method: MethodName, setting: String) {
+        if self.left_out.last().is_none_or(|(last, _)| *last != method) {
+            self.left_out.push((method, setting));
+        }
     }
 
     fn scenario(

@@ -42,8 +42,15 @@ pub fn said(asked: &Checked<'_>) -> Option<String> {
             "without that 95 of 100 errors are within {demanded}° up to {highest} rpm, the fastest tried"
         ),
     };
+    // Without an angle there is no error, and nothing that starts the motor wrongly.
+    let answered = if speeds.answered < 1.0 {
+        let share = (100.0 * speeds.answered).floor();
+        format!("; errors are of those that have an angle, at one of these speeds only {share} %")
+    } else {
+        String::new()
+    };
     Some(format!(
-        "Of a rotor that turns, {notices}; {exceeds} ({} starts at each speed, both ways).",
+        "Of a rotor that turns, {notices}; {exceeds} ({} starts at each speed, both ways{answered}).",
         speeds.starts
     ))
 }
