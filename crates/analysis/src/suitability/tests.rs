@@ -1,3 +1,5 @@
+mod fresh;
+
 use std::path::Path;
 
 use standstill_sim::{Purpose, Streams};

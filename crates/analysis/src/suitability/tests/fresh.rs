@@ -1,0 +1,68 @@
+//! Fresh starts, and the order in which a check says what it knows.
+
+use super::super::starts::Spread;
+use super::*;
+
+#[test]
+fn law_what_is_confirmed_was_seen_by_no_search() {
+    let document = sheet("saturation = \"5 %\"", &[BIPOLAR]);
+    let motor = document.motor().expect("a motor");
+    let (demands, work) = (Demands::default(), unbounded());
+    let bench = Bench::new(&document, &motor, &demands, &work);
+    let setting = Setting::plain(MethodName::Bipolar).with("pulse", "30 us");
+    let seed = bench.scenario(&setting, Rotor::Locked).expect("a scenario").seed;
+    let starts = |draws, trials| {
+        [Rotor::Locked, Rotor::Free]
+            .map(|rotor| bench.starts(&setting, rotor, draws, trials).expect("runs").expect("set up").summary)
+    };
+    let peak = |of: &[standstill_campaign::Summary; 2]| of[0].peak_current_a.max(of[1].peak_current_a);
+    let mut peaks = vec![peak(&starts(0, 500)), peak(&starts(1, 500))];
+    for failed in [0, 1, 2] {
+        let fresh = bench.confirm(&setting, failed).expect("runs").expect("holds");
+        // The seed that is said is that of the starts, and no other attempt had it: not the search, not the sifting, not one before.
+        let seen = starts(fresh.seed - seed, 500);
+        assert_eq!((fresh.starts, fresh.peak_current_a), (1000, peak(&seen)), "{fresh:?}");
+        assert!(!peaks.contains(&peak(&seen)), "{peaks:?} {fresh:?}");
+        peaks.push(peak(&seen));
+        assert_eq!(fresh.p95_at_most_deg, seen[0].p95_deg.high.max(seen[1].p95_deg.high));
+        assert_eq!(fresh.moved_deg, seen[1].max_moved_deg);
+        // Each attempt before it takes 5 % of the confidence.
+        assert!((fresh.confidence - (0.95 - 0.05 * failed as f64)).abs() < 1e-12, "{fresh:?}");
+    }
+    // A demand within the interval is not shown, however many starts keep it.
+    let [few, many] = [500, 2000].map(|trials| starts(2, trials).map(|of| of.p95_deg));
+    let value = few.iter().chain(&many).map(|p95| p95.value).fold(0.0, f64::max);
+    let high = many.iter().map(|p95| p95.high).fold(0.0, f64::max);
+    assert!(value < high, "{few:?} {many:?}");
+    let strict = Demands { error_deg: 0.5 * (value + high), ..demands };
+    let bench = Bench::new(&document, &motor, &strict, &work);
+    let why = bench.confirm(&setting, 0).expect("runs").expect_err("not shown").join("; ");
+    assert!(why.contains("2000 fresh starts leave room for a p95"), "{why}");
+}
+
+/// What is found of a method is said before anything is confirmed, and the recommended one is of those.
+#[test]
+fn law_a_check_says_of_each_method_what_it_found_before_it_confirms_one() {
+    let text = "motor = \"paper-5k5\"\nerrors = \"default\"\n[detector]\npulse = \"200 us\"\nrounds = 3\n";
+    let document = Document::parse(Path::new("scenario"), text).expect("TOML");
+    let (mut found, mut confirming) = (Vec::new(), None);
+    let suitability =
+        Suitability::of(&document, &Demands::default(), Effort::Quick, |progress| match progress {
+            Progress::Found(candidate) => found.push((candidate.method(), candidate.objections.clone())),
+            Progress::Confirming(_) => confirming = confirming.or(Some(found.len())),
+            _ => {}
+        })
+        .unwrap_or_else(|error| panic!("{error}"));
+    let all: Vec<MethodName> = suitability.candidates.iter().map(Candidate::method).collect();
+    assert!(all.len() > 1 && confirming == Some(all.len()), "{confirming:?} {found:?}");
+    assert!(all.iter().all(|method| found.iter().any(|(of, _)| of == method)), "{all:?} {found:?}");
+    let recommended = suitability.recommended().expect("suited");
+    let (best, others): (Vec<_>, Vec<_>) =
+        suitability.candidates.iter().partition(|of| of.method() == recommended.method());
+    assert!(best[0].objections.is_empty() && found.contains(&(best[0].method(), Vec::new())), "{found:?}");
+    // Of those that suit it is the one that exceeds the demands by most.
+    for other in others.iter().filter(|of| of.objections.is_empty()) {
+        let counted = |of: &Candidate| Spread::of(of.settings).is_counted();
+        assert!(counted(other) || other.margin() <= recommended.margin(), "{suitability:?}");
+    }
+}
