@@ -50,8 +50,8 @@ def read_cases(path):
             commands = []
             sequences[rest[0]] = {"first": ns(rest[1]), "interval": ns(rest[2]), "commands": commands}
         elif kind == "case":
-            keys = ["name", "sequence", "angle", "motor", "devices", "timing", "capacitance", "resistance"]
-            missing = ["0", "0"][: len(keys) - len(rest)]
+            keys = ["name", "sequence", "angle", "motor", "devices", "timing", "capacitance", "resistance", "load"]
+            missing = ["0"] * (len(keys) - len(rest))
             cases.append(dict(zip(keys, [*rest, *missing], strict=True)))
         else:
             stages = [(ns(words[k]), words[k + 1 : k + 4]) for k in range(0, len(words), 4)]
@@ -211,8 +211,13 @@ def netlist(case, tables, sequences, step, reltol):
         # A potential that rings shows the turn that is too little, a current hardly.
         if sensed(case):
             step /= 2
-    # Half the link's voltage before the first switch comes on.
-    terminals = "".join(f"C{leg} {leg} 0 {capacitance:g}n ic={DC_LINK / 2:g}\n" for leg in "abc")
+    # Before the first switch comes on, half the link's voltage, or what dividers hold the terminals at.
+    load = float(case["load"])
+    held = 0 if load else DC_LINK / 2
+    terminals = "".join(f"C{leg} {leg} 0 {capacitance:g}n ic={held:g}\n" for leg in "abc")
+    if load:
+        assert capacitance, case["name"]
+        terminals += "".join(f"Rload{leg} {leg} 0 {load:g}k\n" for leg in "abc")
     damped, windings = float(case["resistance"]), "abc"
     if damped:
         assert capacitance, case["name"]

@@ -266,12 +266,15 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
 const MOST_LOAD: f64 = 1e-3;
 
 /// Checks that dividers draw a negligible current, because the equations of the winding leave it out. Also checks that
-/// they draw none from terminals with a capacitance, because their discharge is not simulated.
+/// terminals with a capacitance ring beside them, because a solution without oscillation is not simulated.
 fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<(), FileError> {
     let Some(load) = scenario.sensors.terminal.and_then(|of| of.resistance) else { return Ok(()) };
     let least = scenario.drive.link.voltage / (MOST_LOAD * rated_current);
-    let needed = if scenario.drive.bridge.terminal_capacitance > 0.0 {
-        "0 where terminals have a capacitance, as those of \"field\" do unless `inverter.terminal_capacitance` is 0: its discharge through a divider is not simulated".to_owned()
+    let least_that_rings = super::terminals::slowest_impedance(&scenario.drive.bridge, &scenario.motor);
+    let needed = if load < least_that_rings {
+        format!(
+            "at least {least_that_rings:.0} Ω, √(3 L/C) of winding and `inverter.terminal_capacitance`: with less nothing rings"
+        )
     } else if load < least {
         format!(
             "at least {least:.0} Ω, through which the link drives a thousandth of the rated current: a divider's current is left out of the winding's"

@@ -240,7 +240,8 @@ impl ErrorSet {
 
     /// Returns the dividers that this drive would have at its terminals, for this rated current in A. Their range is
     /// 1.8 times the link's voltage. At this voltage they draw 0.55 mA, or half a thousandth of the rated current if
-    /// that is less. They draw nothing from terminals with a capacitance, whose discharge is not simulated.
+    /// that is less. From terminals with a capacitance they draw nothing unless
+    /// `sensors.terminal_load` is set.
     pub fn dividers(self, rated_current: f64, drive: &DriveSettings) -> TerminalSensor {
         let dc_link = drive.link.voltage;
         let scale = dc_link / DC_LINK;

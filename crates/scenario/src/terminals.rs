@@ -22,6 +22,17 @@ fn impedance(bridge: &Bridge, motor: &Motor) -> f64 {
     (1.5 * inductance / bridge.terminal_capacitance).sqrt()
 }
 
+/// Returns √(3 L/C) in Ω, with the larger of L_d and L_q: the characteristic impedance of the slowest ringing, of two
+/// terminals along the third's axis. Zero without a capacitance.
+pub(super) fn slowest_impedance(bridge: &Bridge, motor: &Motor) -> f64 {
+    if bridge.terminal_capacitance == 0.0 {
+        return 0.0;
+    }
+    let winding = &motor.winding;
+    let inductance = winding.d_axis_inductance().max(winding.q_axis_inductance());
+    (3.0 * inductance / bridge.terminal_capacitance).sqrt()
+}
+
 /// Sets the assumed resistance that damps the terminals' ringing; zero without capacitance.
 pub(crate) fn damp(bridge: &mut Bridge, motor: &Motor) {
     bridge.terminal_resistance =

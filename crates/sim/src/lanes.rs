@@ -75,8 +75,12 @@ fn has_kinks(case: &Case) -> bool {
 
 /// Returns whether a case can run in this bank: its machine has the same form of equations.
 fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
-    bank.machine.fits(case.motor, &case.inverter, can_move(case.rotor))
-        && bank.bounds.sides.is_some() == has_kinks(case)
+    bank.machine.fits(
+        case.motor,
+        &case.inverter,
+        can_move(case.rotor),
+        case.sensors.settings.load().is_some(),
+    ) && bank.bounds.sides.is_some() == has_kinks(case)
         && bank.bounds.levels.is_some() == case.sensors.settings.comparator.any()
         && Sensed::fits(bank.sensed.as_ref(), &case.sensors.settings)
         && (bank.control.follow || !is_followed(case))

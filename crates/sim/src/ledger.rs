@@ -13,6 +13,8 @@ pub struct Ledger {
     pub device_loss: f64,
     /// Energy lost in the winding's resistance, including the loss of the winding's ringing with the terminals.
     pub copper_loss: f64,
+    /// Energy lost in the dividers of terminals with a capacitance.
+    pub divider_loss: f64,
     /// Energy lost in eddy currents.
     pub eddy_loss: f64,
     /// Energy lost by hysteresis, while play cells of the stator's iron slide.
@@ -46,7 +48,7 @@ impl Ledger {
             }};
         }
         each!(
-            source source_loss device_loss copper_loss eddy_loss hysteresis_loss shaft_work
+            source source_loss device_loss copper_loss divider_loss eddy_loss hysteresis_loss shaft_work
             friction_loss load_work impact_loss link_change terminal_change field_change
             kinetic_change
         );
@@ -74,6 +76,7 @@ impl Ledger {
             - self.source_loss
             - self.device_loss
             - self.copper_loss
+            - self.divider_loss
             - self.eddy_loss
             - self.hysteresis_loss
             - self.shaft_work

@@ -91,7 +91,7 @@ pub struct TerminalSensor {
     /// The converters; none: exact.
     pub adc: Option<Adc>,
     /// Resistance in Ω of each divider, which pulls an idle terminal to the negative rail; none: the dividers draw no
-    /// current. Terminals with a capacitance are not discharged by it.
+    /// current. It discharges terminals with a capacitance C, which must ring: |R_t/L − 1/(R C)| < 2/√(L C).
     pub resistance: Option<f64>,
 }
 
@@ -168,6 +168,11 @@ impl SensorSettings {
     /// Returns whether shunts have amplifiers with a slew rate.
     pub fn slews(&self) -> bool {
         self.slew > 0.0 && self.arrangement.follows_legs()
+    }
+
+    /// Returns the resistance in Ω of the dividers, if they draw a current from the terminals.
+    pub fn load(&self) -> Option<f64> {
+        self.terminal.and_then(|of| of.resistance)
     }
 
     /// Returns the time from the first conversion of a sample to its last one, without skew.

@@ -24,6 +24,8 @@ pub struct Spice {
     pub capacitance: f64,
     /// What one phase against the two others resists to what rings, in Ω.
     pub resistance: f64,
+    /// Of the divider at each terminal, in Ω.
+    pub load: Option<f64>,
     pub commands: Vec<Command<f64>>,
 }
 
@@ -123,6 +125,7 @@ pub fn cases() -> Vec<Spice> {
                 timing: timings[timing],
                 capacitance: terminals.first().map_or(0.0, |word| number(word) * 1e-9),
                 resistance: terminals.get(1).map_or(0.0, |word| number(word)),
+                load: terminals.get(2).map(|word| number(word) * 1e3),
                 commands: sequences[sequence].clone(),
             }),
             stages => {

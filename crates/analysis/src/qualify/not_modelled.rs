@@ -1,7 +1,7 @@
 //! Effects outside of the simulation. This is the only list; the manual's page repeats it.
 
 /// Effects that the simulation does not model, so that no verdict covers them.
-pub const NOT_MODELLED: [&str; 11] = [
+pub const NOT_MODELLED: [&str; 10] = [
     "switches that are shorted or stuck on, a missing dead time, an open body diode: what shorts the link or leaves a current without a path",
     "shorts between turns of a phase, shorts to the frame, single weak pole pairs, parallel branches of a winding",
     "the arc of a wire that opens: its current ends at once",
@@ -11,7 +11,6 @@ pub const NOT_MODELLED: [&str; 11] = [
      eddy currents reach, which are one branch for each axis",
     "shafts and gears that twist: the rotor is one inertia with friction, load, cogging and the play of a brake",
     "disturbances from outside of the drive, and what parts of it do to each other beyond the keys of the scenario",
-    "the load of dividers beside a capacitance of the terminals",
     "faults of the processor: memory, clock tree, program flow; a program that is built for another processor than the one that ran here",
     "anything after the angle is named: the start itself, sensors of position, brakes, the driven machine",
 ];

@@ -254,7 +254,7 @@ table! {
             range: Some(BITS), applies: has_dividers,
             get: |scenario| scenario.sensors.terminal.map(|of| bits(of.adc)), example: "12",
         };
-        /// Resistance of each divider, which loads its terminal: it pulls idle terminals to the negative rail. 0: it loads nothing, and terminals with a capacitance allow no other value.
+        /// Resistance of each divider, which loads its terminal: it pulls idle terminals to the negative rail, and discharges their capacitance. 0: it loads nothing.
         terminal_load: Quantity<Ohm> {
             range: Some(Range::new(0.0, 1e12, LOAD, "less would carry a motor's current").or_from(1.0)),
             get: |scenario| of_dividers(scenario, |of| of.resistance.unwrap_or(0.0)), applies: has_dividers,

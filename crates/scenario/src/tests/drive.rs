@@ -171,3 +171,24 @@ fn law_terminals_with_a_capacitance_have_diodes_and_what_damps_them() {
         }
     }
 }
+
+#[test]
+fn law_dividers_load_terminals_with_a_capacitance_that_ring() {
+    let text = |load: &str| {
+        format!(
+            "errors = \"field\"\n[inverter]\nterminal_capacitance = \"1 nF\"\n[sensors]\nterminals = true\nterminal_load = \"{load}\""
+        )
+    };
+    let built = scenario(&text("1 MΩ"));
+    assert_eq!((built.sensors.load(), built.drive.bridge.terminal_capacitance), (Some(1e6), 1e-9));
+    // The dividers of an error set load no such terminal by themselves.
+    assert_eq!(scenario("errors = \"field\"\n[sensors]\nterminals = true").sensors.load(), None);
+    // √(3 L/C), and with less capacitance a thousandth of the rated current.
+    let message = error(&text("4 kΩ"));
+    for part in ["line 6", "`sensors.terminal_load`", "4000 Ω", "at least 7", "√(3 L/C)", "nothing rings"]
+    {
+        assert!(message.contains(part), "{message}");
+    }
+    let message = error(&text("20 kΩ"));
+    assert!(message.contains("a thousandth of the rated current"), "{message}");
+}

@@ -101,6 +101,8 @@ struct Way {
     square: f64,
     /// Capacitance of a terminal in F.
     capacitance: f64,
+    /// Rate in 1/s at which dividers discharge the terminals.
+    leak: f64,
 }
 
 impl Way {
@@ -113,23 +115,36 @@ impl Way {
         let charging = of_legs(&axes, &each(1.0 / capacitance), Symmetric::new(0.0, 0.0, 0.0));
         let met = of_legs(&axes, &each(bridge.terminal_resistance), one.resistance);
         let gamma = one.inverse_inductance;
-        // i″ = −Γ (K i + R i′).
-        let bend = |current: Plane, rise: Plane| {
-            (current.through(charging) + rise.through(met)).through(gamma) * -1.0
+        // i″ = −Γ (K i + R i′ + γ w), w′ = −K i − γ w.
+        let bend = |current: Plane, rise: Plane, leaks: Plane| {
+            (current.through(charging) + rise.through(met) + leaks).through(gamma) * -1.0
         };
-        let second = bend(one.current, rise);
-        let third = bend(rise, second);
+        let leak = bank.machine.legs.leak.map_or(0.0, |leak| leak.get(control.lane));
+        let mut floating = Plane::default();
+        for k in (0..3).filter(|k| floats[*k]) {
+            floating = floating + axes[k] * (bank.here.state.potential[k].get(control.lane) * (2.0 / 3.0));
+        }
+        let falls = (one.current.through(charging) + floating * leak) * -1.0;
+        let second = bend(one.current, rise, floating * leak);
+        let third = bend(rise, second, falls * leak);
         let mut square = 0.0;
         for k in (0..3).filter(|k| floats[*k]) {
             square += axes[k].through(gamma).dot(axes[k]) * (2.0 / 3.0) / capacitance;
         }
-        Self { axes, current: [one.current, rise, second, third], square, capacitance }
+        Self { axes, current: [one.current, rise, second, third], square, capacitance, leak }
     }
 
     /// Returns the times in s in which the current charges terminal `k` from a potential in V to a bound: first for a
     /// constant current, then for the Taylor series. The second time is infinite where the series is not exact enough.
     fn carries(&self, k: usize, potential: f64, [low, high]: [f64; 2]) -> (f64, f64) {
         let [mut i, mut a, mut b, mut c] = self.current.map(|of| self.axes[k].dot(of));
+        if self.leak > 0.0 {
+            // Of the current that discharges the terminal, with its divider's: j = i + C γ v, C v′ = −j.
+            i += potential * self.capacitance * self.leak;
+            a -= self.leak * i;
+            b -= self.leak * a;
+            c -= self.leak * b;
+        }
         let mut room = (potential - low) * self.capacitance;
         if i < 0.0 {
             [i, a, b, c] = [-i, -a, -b, -c];

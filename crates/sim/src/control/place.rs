@@ -22,6 +22,7 @@ impl<'a> Control<'a> {
             rotors.drive(lane, self.case.acceleration);
         }
         bank.machine.legs.put_bridge(lane, &inverter.bridge);
+        bank.machine.legs.put_load(lane, self.case.sensors.settings.load());
         (0..3).filter(|k| faults.concern_gates(*k)).for_each(|k| self.sequencer.may_lose(k));
         if let Some(sensed) = &mut bank.sensed {
             sensed.put(lane, &self.case.sensors);

@@ -23,7 +23,7 @@ impl<'a> Control<'a> {
     pub(super) fn is_at_end<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> bool {
         let direction = bank.machine.legs.direction(self.lane, leg);
         if direction != 0.0 || bank.machine.legs.elastance.is_none() {
-            let shift = self.following(bank, direction, leg);
+            let shift = self.beside(bank, direction, leg);
             return direction * (self.currents(bank)[leg] + shift) <= bank.bounds.ended.get(self.lane);
         }
         let [low, high] = self.band(bank, leg);
@@ -37,6 +37,25 @@ impl<'a> Control<'a> {
     pub(super) fn shortest<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
         let time = self.time(bank);
         if self.found == time { (time.next_up() - time) * 1e-9 } else { 0.0 }
+    }
+
+    /// Returns the current in A through a divider at a terminal with this potential in V.
+    fn taken(&self, potential: f64) -> f64 {
+        self.case.sensors.settings.load().map_or(0.0, |resistance| potential / resistance)
+    }
+
+    /// Returns the current in A that a leg's device carries beside the leg's own: of the terminal that follows the
+    /// link's voltage, and of its divider.
+    fn beside<V: Wide>(&self, bank: &Bank<'a, V>, direction: f64, leg: usize) -> f64 {
+        let following = self.following(bank, direction, leg);
+        if bank.machine.legs.leak.is_none() {
+            return following;
+        }
+        let devices = &self.case.inverter.bridge.devices;
+        let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
+        let mode = if direction > 0.0 { devices.kind.outflow(gate) } else { devices.kind.inflow(gate) };
+        let (link, current) = (bank.here.state.link.get(self.lane), self.currents(bank)[leg]);
+        following + devices.clamp(mode).map_or(0.0, |clamp| self.taken(clamp.potential(link, current)))
     }
 
     /// Returns the capacitive current in A through a leg's device, by which its terminal follows the link's voltage.
@@ -91,7 +110,8 @@ impl<'a> Control<'a> {
     fn near<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> f64 {
         let mut near = bank.bounds.slack.blocked.get(self.lane) * POTENTIAL_DEEP;
         if shortest > 0.0 {
-            let charge = self.currents(bank)[leg].abs() * shortest;
+            let potential = bank.here.state.potential[leg].get(self.lane);
+            let charge = (self.currents(bank)[leg] + self.taken(potential)).abs() * shortest;
             near += charge / self.case.inverter.bridge.terminal_capacitance;
         }
         near
@@ -130,10 +150,10 @@ impl<'a> Control<'a> {
         });
         let bridge = self.case.inverter.bridge;
         let kind = bridge.devices.kind;
-        // A leg's current, with what its terminal takes to follow the link, decides; where there is none, how it changes. A way that a
+        // A leg's current, with what its terminal takes to follow the link and its divider, decides; where there is none, how it changes. A way that a
         // current does not flow yet would end before it began, over and over up to the next edge.
         let carried: [[f64; 2]; 3] =
-            std::array::from_fn(|k| [1.0, -1.0].map(|way| current[k] + self.following(bank, way, k)));
+            std::array::from_fn(|k| [1.0, -1.0].map(|way| current[k] + self.beside(bank, way, k)));
         let is_one = |k: usize| bands[k][1] - bands[k][0] <= ONE_BOUND * link;
         let again = shortest > 0.0;
         let is_none = |k: usize, way: usize, slope: f64| {

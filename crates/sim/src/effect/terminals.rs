@@ -29,10 +29,11 @@ use crate::step::two_derivative::{Here, Tried};
 impl<V: Wide> Effect<V> for Legs<V> {
     type Step = ();
 
-    /// Sets the potentials to half the link's voltage: equal leakages of both switches hold them there.
+    /// Sets the potentials to half the link's voltage, where equal leakages of both switches hold them, or to the
+    /// negative rail, where dividers do.
     fn rest(&self, lane: usize, case: &Case<'_>, _: Dq<f64>, state: &mut State<V>) {
-        let half = case.inverter.link.source(0.0) / 2.0;
-        state.potential.iter_mut().for_each(|potential| potential.put(lane, half));
+        let held = if self.leak.is_some() { 0.0 } else { case.inverter.link.source(0.0) / 2.0 };
+        state.potential.iter_mut().for_each(|potential| potential.put(lane, held));
     }
 
     #[inline(always)]
@@ -45,7 +46,7 @@ impl<V: Wide> Effect<V> for Legs<V> {
     }
 
     fn slope(&self, legs: &Conducting<V>, here: &Here<V>, slope: &mut State<V>) {
-        slope.potential = self.charged(legs, here.at.current);
+        slope.potential = self.rise(legs, here, V::of(1.0));
     }
 
     fn energy(&self, moment: &Moment<'_, '_, V>, stored: &mut Ledger) {
@@ -53,7 +54,7 @@ impl<V: Wide> Effect<V> for Legs<V> {
         stored.terminal_change += moment.case.inverter.bridge.terminal_capacitance * squares / 2.0;
     }
 
-    /// Adds the losses of devices and of the ringing. The voltage drop of a conducting leg is −offset + resistance · i.
+    /// Adds the losses of devices, of the ringing and of the dividers. The voltage drop of a conducting leg is −offset + resistance · i.
     /// A leg in which no device conducts carries no current, or charges its terminal through the winding's ringing
     /// resistance.
     fn power(&self, moment: &Moment<'_, '_, V>, span: &Span<'_, '_, V>, powers: &mut Ledger) {
@@ -65,6 +66,17 @@ impl<V: Wide> Effect<V> for Legs<V> {
         let floats = (0..3).filter(|k| moment.one(&legs[*k].direction) == 0.0);
         let squares: f64 = floats.map(|k| current[k] * current[k]).sum();
         powers.copper_loss += moment.case.inverter.bridge.terminal_resistance * squares;
+        let potential = &moment.here.state.potential;
+        let Some(taken) = self.taken(potential) else { return };
+        for k in 0..3 {
+            let (taken, potential) = (moment.one(&taken[k]), moment.one(&potential[k]));
+            powers.divider_loss += taken * potential;
+            if moment.one(&legs[k].direction) != 0.0 {
+                // The device carries it from its rail; too small to matter in the link's capacitor.
+                let rail = moment.one(&legs[k].rail) * moment.one(&moment.here.state.link);
+                powers.charge(rail * taken, potential * taken, true);
+            }
+        }
     }
 
     /// Adds the energy that charges a terminal following its device's potential. The currents through the device are
@@ -99,9 +111,24 @@ pub struct TerminalStep<V> {
     pub ringing: Ringing<V>,
 }
 
+/// Returns the potentials in V after this charge in A·s; `fallen`: share by which dividers have lowered the common
+/// potential of three floating terminals, about which the winding says nothing.
 #[inline(always)]
-fn add<V: Wide>(a: [V; 3], b: [V; 3]) -> [V; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+fn later<V: Wide>(
+    machine: &Machine<V>,
+    legs: &Conducting<V>,
+    from: &Here<V>,
+    charge: Plane<V>,
+    fallen: Option<V>,
+) -> [V; 3] {
+    let (before, change) = (&from.state.potential, machine.legs.charged(legs, charge));
+    let mut potential = three!(k => before[k] + change[k]);
+    if let Some(fallen) = fallen {
+        let all_float = !(legs.flows[0] | legs.flows[1] | legs.flows[2]);
+        let lost = V::only(all_float, (before[0] + before[1] + before[2]) * (1.0 / 3.0) * fallen);
+        potential = three!(k => potential[k] - lost);
+    }
+    potential
 }
 
 impl<V: Wide> TerminalStep<V> {
@@ -115,7 +142,7 @@ impl<V: Wide> TerminalStep<V> {
         let modes = Modes::of(here.at.inverse_inductance, machine.legs.charging(legs), &terminals.resistance);
         let floating = machine.legs.floating(legs, &here.state.potential);
         let end = End::of(terminals, &here.at, change, link.at(0), none);
-        let ringing = Ringing::ahead(modes, h, floating, &end);
+        let ringing = Ringing::ahead(modes, h, floating, machine.legs.leak, &end);
         Some(Self { begin: end, floating, surplus: link.surplus(h), ringing })
     }
 
@@ -125,7 +152,7 @@ impl<V: Wide> TerminalStep<V> {
         let Begin { h, machine, legs, here, .. } = *begin;
         let [moved, mean] = self.ringing.after(V::of(1.0));
         there.state.flux = here.state.flux + moved + legs.terminals.rail * self.surplus[0];
-        there.state.potential = add(here.state.potential, machine.legs.charged(legs, mean * h));
+        there.state.potential = later(machine, legs, here, mean * h, self.ringing.fallen(V::of(1.0)));
     }
 
     /// Solves the oscillators between both ends, with the slopes at the end, and corrects the potentials. Returns the
@@ -149,9 +176,9 @@ impl<V: Wide> TerminalStep<V> {
         let [from, to] = [here.at.inverse_inductance, looked.gamma];
         let mean = Symmetric::new((from.xx + to.xx) * 0.5, (from.xy + to.xy) * 0.5, (from.yy + to.yy) * 0.5);
         let modes = Modes::of(mean, machine.legs.charging(legs), &terminals.resistance);
-        self.ringing = Ringing::between(modes, h, self.floating, [&self.begin, &end]);
+        self.ringing = Ringing::between(modes, h, self.floating, machine.legs.leak, [&self.begin, &end]);
         let [moved, mean] = self.ringing.at_end();
-        there.state.potential = add(here.state.potential, machine.legs.charged(legs, mean * h));
+        there.state.potential = later(machine, legs, here, mean * h, self.ringing.fallen(V::of(1.0)));
         let missing = here.state.flux + moved + surplus - predicted;
         (missing, self.ringing.left_to_cubics(&terminals.resistance, h))
     }
@@ -161,7 +188,8 @@ impl<V: Wide> TerminalStep<V> {
         let begin = end.begin;
         let way = there.state.flux - begin.here.state.flux;
         let last = End::of(&begin.legs.terminals, &there.at, end.change, link.at(1), way);
-        Ringing::between(self.ringing.modes, begin.h, self.floating, [&self.begin, &last])
+        let leak = begin.machine.legs.leak;
+        Ringing::between(self.ringing.modes, begin.h, self.floating, leak, [&self.begin, &last])
     }
 
     /// Returns the terminals' contribution to the step's error, relative to the tolerance; `off`: distance in Wb
@@ -180,7 +208,7 @@ pub fn within<V: Wide>(span: &Span<'_, '_, V>, ringing: &Ringing<V>, area: V, th
     let [moved, mean] = ringing.after(share);
     let known = stored(span).area(share) * *h;
     there.state.flux = from.state.flux + moved + legs.terminals.rail * (area - known);
-    there.state.potential = add(from.state.potential, machine.legs.charged(legs, mean * (*h * share)));
+    there.state.potential = later(machine, legs, from, mean * (*h * share), ringing.fallen(share));
 }
 
 /// Sets the potentials of conducting legs to the potentials of their devices.

@@ -136,7 +136,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         follow: bool,
     ) -> Self {
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        let machine = Machine::like(motor, inverter, free);
+        let machine = Machine::like(motor, inverter, free, sensors.load().is_some());
         let at = Operating { inverse_inductance: Symmetric::new(one, zero, one), ..Operating::default() };
         let source = Source { voltage: zero, rise: zero };
         let here = Here { time: zero, state: State::default(), at, source };

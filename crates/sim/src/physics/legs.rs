@@ -33,6 +33,9 @@ pub struct Legs<V: Wide> {
     /// Inverse capacitance of each terminal in 1/F, if terminals have a capacitance. A leg in which no device conducts
     /// then carries the current that charges its terminal, and no leg is blocked.
     pub elastance: Option<V>,
+    /// Rate in 1/s at which the dividers discharge the terminals, 1/(R C); none without capacitance, or if no divider
+    /// draws a current.
+    pub leak: Option<V>,
     /// Resistance in Ω that damps the charging current of terminals, defined as the resistance of one phase against the
     /// two others. Each terminal has its own resistance, so that no voltage jumps when a device begins or ceases to
     /// conduct: at that time the current of its leg, and with it the voltage drop, is zero. With an isotropic
@@ -109,11 +112,12 @@ impl<V: Lane> Range<V> {
 
 impl<V: Wide> Legs<V> {
     /// Makes legs that are all blocked and off, for rotors at zero; `capacitive`: whether terminals have a
-    /// capacitance.
-    pub fn idle(capacitive: bool) -> Self {
+    /// capacitance, `leaky`: whether dividers discharge it.
+    pub fn idle(capacitive: bool, leaky: bool) -> Self {
         let elastance = capacitive.then_some(V::of(0.0));
+        let leak = (capacitive && leaky).then_some(V::of(0.0));
         let wires = [[0, 1, 2]; MOST_LANES];
-        let mut legs = Self { elastance, gates: [LegGates::new(); 3], wires, ..Self::default() };
+        let mut legs = Self { elastance, leak, gates: [LegGates::new(); 3], wires, ..Self::default() };
         for lane in 0..V::LANES {
             legs.put_axes(lane, Heading::ZERO);
         }
@@ -150,6 +154,14 @@ impl<V: Wide> Legs<V> {
             return alone;
         }
         of_legs(&self.axes.each_ref().map(|axis| axis.get(lane)), &contact, alone)
+    }
+
+    /// Connects the terminals of a lane to the negative rail by dividers of this resistance in Ω, after its bridge.
+    pub fn put_load(&mut self, lane: usize, resistance: Option<f64>) {
+        if let (Some(leak), Some(elastance), Some(resistance)) = (&mut self.leak, &self.elastance, resistance)
+        {
+            leak.put(lane, elastance.get(lane) / resistance);
+        }
     }
 
     /// Sets how far the legs of a lane may float beyond the rails: without limit if their wire is open or the bridge has

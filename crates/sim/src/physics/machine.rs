@@ -6,7 +6,7 @@
 //!   dθ/dt = ω,   J/p dω/dt = T − T_load − friction
 //!   C dU/dt = (E − U)/R_s − i_dc
 //!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
-//!   C dv_k/dt = −i_k         the potential of a terminal in whose leg no device conducts
+//!   C dv_k/dt = −i_k − v_k/R the potential of a terminal in whose leg no device conducts, with a divider of R
 //! ```
 //! The parallel branch of play cells has its own equations (`effect.rs`).
 
@@ -105,8 +105,8 @@ pub struct Change<T> {
 
 impl<'a, V: Wide> Machine<'a, V> {
     /// Makes machines of the same kind as this motor and inverter, with the motor's values in all lanes; `free`:
-    /// whether rotors can move.
-    pub fn like(motor: &'a Motor, inverter: &Inverter, free: bool) -> Self {
+    /// whether rotors can move, `loaded`: whether dividers draw a current from the terminals.
+    pub fn like(motor: &'a Motor, inverter: &Inverter, free: bool, loaded: bool) -> Self {
         let link = &inverter.link;
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let mut machine = Self {
@@ -114,7 +114,7 @@ impl<'a, V: Wide> Machine<'a, V> {
             cores: [&motor.magnetics; MOST_LANES],
             resistance: zero,
             links: Links::like(link),
-            legs: Legs::idle(inverter.bridge.terminal_capacitance > 0.0),
+            legs: Legs::idle(inverter.bridge.terminal_capacitance > 0.0, loaded),
             start: Heading { sin: zero, cos: one },
             branch: Branch::like(motor),
             rotors: free.then(Rotors::default),
@@ -161,11 +161,12 @@ impl<'a, V: Wide> Machine<'a, V> {
     }
 
     /// Returns whether a machine is of the same kind.
-    pub fn fits(&self, motor: &Motor, inverter: &Inverter, free: bool) -> bool {
+    pub fn fits(&self, motor: &Motor, inverter: &Inverter, free: bool, loaded: bool) -> bool {
         self.circuits.fits(&motor.magnetics)
             && self.links.fits(&inverter.link)
             && self.rotors.is_some() == free
             && self.legs.elastance.is_some() == (inverter.bridge.terminal_capacitance > 0.0)
+            && self.legs.leak.is_some() == (loaded && self.legs.elastance.is_some())
     }
 
     /// Returns the angle by which rotors have turned, as a heading.

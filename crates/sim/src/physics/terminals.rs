@@ -1,13 +1,14 @@
 //! Terminals with a capacitance, of several machines side by side.
 //!
 //! While no device of a leg conducts, the leg's current charges its terminal's capacitance against the negative rail,
-//! and the terminal's potential is a state variable. While a device conducts, it determines the potential. No leg is
-//! blocked, and no equation is implicit.
+//! and the terminal's potential is a state variable. A divider between terminal and negative rail discharges it. While
+//! a device conducts, it determines the potential. No leg is blocked, and no equation is implicit.
 
 use standstill_numeric::{Symmetric, Wide};
 
 use super::legs::{Conducting, Legs};
 use super::plane::Plane;
+use crate::step::two_derivative::Here;
 
 /// Returns the matrix in the winding's plane that three legs' resistances in Ω, or their terminals' inverse
 /// capacitances in 1/F, make together: `Σ ⅔ w a ⊗ a` over the legs' axes a, plus the matrix `beside`.
@@ -59,6 +60,25 @@ impl<V: Wide> Legs<V> {
         let Some(elastance) = self.elastance else { return [zero; 3] };
         let charge = self.phases(charge);
         three!(k => V::choose(legs.flows[k], zero, -(charge[k] * elastance)))
+    }
+
+    /// Returns the slopes in V per `h` seconds of the potentials of the legs without a conducting device; zero for the
+    /// other legs.
+    #[inline(always)]
+    pub fn rise(&self, legs: &Conducting<V>, here: &Here<V>, h: V) -> [V; 3] {
+        let mut rise = self.charged(legs, here.at.current * h);
+        if let Some(leak) = self.leak {
+            let (potential, rate) = (&here.state.potential, leak * h);
+            rise = three!(k => rise[k] - V::choose(legs.flows[k], V::of(0.0), potential[k] * rate));
+        }
+        rise
+    }
+
+    /// Returns the currents in A through the dividers of terminals with these potentials in V.
+    #[inline(always)]
+    pub fn taken(&self, potential: &[V; 3]) -> Option<[V; 3]> {
+        let conductance = self.leak? / self.elastance?;
+        Some(three!(k => potential[k] * conductance))
     }
 
     /// Returns the potentials in V, with those of conducting legs recomputed from their devices, for a link voltage in

@@ -192,6 +192,12 @@ impl<V: Wide> Tried<V> {
                     phases[k] = phases[k] + legs.leg[k].rail * rise * capacitance;
                 }
             }
+            // And what its divider takes.
+            for (phases, state) in phases.iter_mut().zip([&here.state, &end.state]) {
+                if let Some(taken) = machine.legs.taken(&state.potential) {
+                    *phases = three!(k => phases[k] + V::choose(legs.flows[k], taken[k], zero));
+                }
+            }
         }
         let mut floating = None;
         if RARE && let Some(ringing) = ringing {

@@ -9,6 +9,7 @@ use standstill_sim::{
 };
 
 mod late;
+mod loads;
 mod mosfets;
 mod sensors;
 

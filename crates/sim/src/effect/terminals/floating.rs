@@ -59,7 +59,10 @@ impl<V: Wide> Floating<V> {
         for e in 0..2_usize {
             let here = places[e];
             let axes = &machine.legs.axes;
-            let swing = ringing.modes.swing(axes, elastance, here.at.current, change[e].current, h);
+            let [current, rise] = [here.at.current, change[e].current];
+            let leak =
+                some!(machine.legs.leak, leak => (leak, machine.legs.floating(legs, &here.state.potential)));
+            let swing = ringing.modes.swing(axes, elastance, [current, rise], leak, h);
             let per_quarter = V::of(4.0) / here.state.link;
             for k in 0..3_usize {
                 size = size.greatest(swing.potential[k] * per_quarter);
@@ -131,5 +134,5 @@ fn change_of_potential<V: Wide>(
     places: [&Here<V>; 2],
     h: V,
 ) -> [[V; 3]; 2] {
-    pair!(e => machine.legs.charged(legs, places[e].at.current * h))
+    pair!(e => machine.legs.rise(legs, places[e], h))
 }

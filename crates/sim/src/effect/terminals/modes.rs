@@ -65,25 +65,34 @@ impl<V: Wide> Modes<V> {
 
     /// Returns bounds on the oscillation of the phase currents and of the terminal potentials in the next `h` seconds,
     /// and the present values of that oscillation. `current` and `rise` are the winding's current in A and its slope in
-    /// A/s; `elastance` is the inverse capacitance of the terminals in 1/F.
+    /// A/s; `elastance` is the inverse capacitance of the terminals in 1/F; `leak` is the rate in 1/s at which dividers
+    /// discharge them, with the voltage in V that they put on the winding.
     ///
     /// With the modal current I and η = I′ + D I, the amplitude of a mode is the root of I² + η²/ω². Resistance reduces
     /// the sum of both squared amplitudes, so neither amplitude exceeds the root of that sum. The coupling D₁₂ makes an
-    /// amplitude grow by at most h |D₁₂| times that root.
+    /// amplitude grow by at most h |D₁₂| times that root. A divider reduces the sum, too; the winding's current oscillates
+    /// about the divider's, `−γ η/ω²` of the slow part of η.
     #[inline(always)]
     pub fn swing(
         &self,
         axes: &[Plane<V>; 3],
         elastance: V,
-        current: Plane<V>,
-        rise: Plane<V>,
+        [current, rise]: [Plane<V>; 2],
+        leak: Option<(V, Plane<V>)>,
         h: V,
     ) -> Swing<V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let none = [zero; 3];
         let rings = pair!(m => self.square[m].above(zero));
         let per_square = pair!(m => V::only(rings[m], one / V::choose(rings[m], self.square[m], one)));
-        let now = pair!(m => V::only(rings[m], self.back[m].dot(current)));
+        let mut now = pair!(m => V::only(rings[m], self.back[m].dot(current)));
+        if let Some((rate, floating)) = leak {
+            let slow = pair!(m => {
+                let met = self.damping[m][0] * now[0] + self.damping[m][1] * now[1];
+                (self.back[m].dot(rise) + met - self.to[m].dot(floating)) * per_square[m] * rate
+            });
+            now = pair!(m => now[m] - slow[m]);
+        }
         // η/ω²: the charge.
         let charge = pair!(m => {
             let met = self.damping[m][0] * now[0] + self.damping[m][1] * now[1];

@@ -13,9 +13,13 @@
 //! The oscillators are solved exactly for cubics f and J with the values and slopes at both ends. Where ω is zero, the
 //! solution is the quadrature of any other step. The winding's resistance damps them: `f = f* − 2δ I`. The damped
 //! oscillator is solved exactly as well in steps that are too long for cubics to contain the damping.
+//! Dividers at the terminals make other numbers of the same oscillators: `ringing/leak.rs`.
+
+mod leak;
 
 use standstill_numeric::{Symmetric, Wide, sin_cos};
 
+use self::leak::Leak;
 use super::modes::Modes;
 use super::stumpff::stumpff;
 use super::swing::{Far, Near, Powers, about, decayed, over, scaled};
@@ -106,6 +110,8 @@ pub struct Ringing<V> {
     across: V,
     /// Rotation of the modes at the end of the step; unset if only the step's beginning is known.
     turn: [Turn<V>; 2],
+    /// The terminals' discharge by dividers; none without them.
+    leak: Option<Leak<V>>,
 }
 
 /// Rotation of a mode over a step or a share of it.
@@ -119,21 +125,27 @@ struct Turn<V> {
 
 impl<V: Wide> Ringing<V> {
     /// Extrapolates the solution over a step of `h` seconds from the force and the remainder at its beginning. `w`:
-    /// voltage in V of the floating terminals at the beginning.
+    /// voltage in V of the floating terminals at the beginning; `leak`: rate in 1/s at which dividers discharge them.
     #[inline(always)]
-    pub fn ahead(modes: Modes<V>, h: V, w: Plane<V>, begin: &End<V>) -> Self {
-        Self::new::<false>(modes, h, w, [begin, begin])
+    pub fn ahead(modes: Modes<V>, h: V, w: Plane<V>, leak: Option<V>, begin: &End<V>) -> Self {
+        Self::new::<false>(modes, h, w, leak, [begin, begin])
     }
 
     /// Returns the solution for a step of `h` seconds from one end to the other; `w`: voltage in V of the floating
-    /// terminals at the beginning.
+    /// terminals at the beginning; `leak`: rate in 1/s at which dividers discharge them.
     #[inline(always)]
-    pub fn between(modes: Modes<V>, h: V, w: Plane<V>, ends: [&End<V>; 2]) -> Self {
-        Self::new::<true>(modes, h, w, ends)
+    pub fn between(modes: Modes<V>, h: V, w: Plane<V>, leak: Option<V>, ends: [&End<V>; 2]) -> Self {
+        Self::new::<true>(modes, h, w, leak, ends)
     }
 
     #[inline(always)]
-    fn new<const CUBIC: bool>(modes: Modes<V>, h: V, w: Plane<V>, ends: [&End<V>; 2]) -> Self {
+    fn new<const CUBIC: bool>(
+        modes: Modes<V>,
+        h: V,
+        w: Plane<V>,
+        leak: Option<V>,
+        ends: [&End<V>; 2],
+    ) -> Self {
         let zero = V::of(0.0);
         let none: Powers<V> = [zero; 4];
         let mut step = Self {
@@ -145,6 +157,7 @@ impl<V: Wide> Ringing<V> {
             damping: [zero; 2],
             across: zero,
             turn: [Turn { stumpff: [zero; 6], decay: zero }; 2],
+            leak: some!(leak, leak => Leak::of(leak * h)),
         };
         let second_is_slow = !modes.square[1].above(zero);
         for m in 0..2_usize {
@@ -173,6 +186,9 @@ impl<V: Wide> Ringing<V> {
             step.force[m] = over::<V, CUBIC>(force, force_rise);
             step.remainder[m] = over::<V, CUBIC>(remainder, remainder_rise);
             step.damping[m] = half;
+            if step.leak.is_some() {
+                step.discharge(m);
+            }
             if CUBIC {
                 step.turn[m] = step.turn_after(m, V::of(1.0));
             }
@@ -187,13 +203,13 @@ impl<V: Wide> Ringing<V> {
         Turn { stumpff: stumpff(turned - damping * damping), decay: decayed(damping) }
     }
 
-    /// Returns ψ − ψ₀ in Wb at the end of the step, and the mean of the current in A.
+    /// Returns ψ − ψ₀ in Wb at the end of the step, and the mean of the current in A that charges the terminals.
     #[inline(always)]
     pub fn at_end(&self) -> [Plane<V>; 2] {
         self.turned_by(V::of(1.0), &self.turn)
     }
 
-    /// Returns ψ − ψ₀ in Wb and the mean current in A after a share of the step.
+    /// Returns ψ − ψ₀ in Wb and the mean current in A that charges the terminals, after a share of the step.
     #[inline(always)]
     pub fn after(&self, share: V) -> [Plane<V>; 2] {
         self.turned_by(share, &pair!(m => self.turn_after(m, share)))
@@ -201,13 +217,15 @@ impl<V: Wide> Ringing<V> {
 
     #[inline(always)]
     fn turned_by(&self, share: V, turn: &[Turn<V>; 2]) -> [Plane<V>; 2] {
-        let (first, mean_first) = self.mode(0, share, V::of(0.0), &turn[0]);
-        let (second, mean_second) = self.mode(1, share, mean_first * self.across * share, &turn[1]);
+        let (first, mean) = self.mode(0, share, V::of(0.0), &turn[0]);
+        let [mean, charging_first] = self.means(0, share, first, mean);
+        let (second, mean) = self.mode(1, share, mean * self.across * share, &turn[1]);
+        let [_, charging_second] = self.means(1, share, second, mean);
         let [to, back] = [&self.modes.to, &self.modes.back];
-        [back[0] * first + back[1] * second, to[0] * mean_first + to[1] * mean_second]
+        [back[0] * first + back[1] * second, to[0] * charging_first + to[1] * charging_second]
     }
 
-    /// Returns ξ and the mean of I of a mode after a share of the step; `dropped`: drop caused by the other mode's
+    /// Returns ξ and the mean of ξ + J of a mode after a share of the step; `dropped`: drop caused by the other mode's
     /// current.
     #[inline(always)]
     fn mode(&self, m: usize, share: V, dropped: V, turn: &Turn<V>) -> (V, V) {
@@ -238,7 +256,10 @@ impl<V: Wide> Ringing<V> {
         let per_length = V::of(2.0) / h.greatest(V::of(1e-30));
         let mut left = *resistance;
         for m in 0..2_usize {
-            let (axis, solved) = (self.modes.back[m], self.damping[m] * per_length);
+            let (axis, mut solved) = (self.modes.back[m], self.damping[m] * per_length);
+            if let Some(leak) = &self.leak {
+                solved = solved - leak.damping(m) * per_length;
+            }
             left.xx = left.xx - solved * axis.x * axis.x;
             left.xy = left.xy - solved * axis.x * axis.y;
             left.yy = left.yy - solved * axis.y * axis.y;

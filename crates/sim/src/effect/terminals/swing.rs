@@ -36,6 +36,12 @@ pub fn sum<V: Wide>(of: &Powers<V>, with: &[V; 4]) -> V {
     of[0] * with[0] + of[1] * with[1] + of[2] * with[2] + of[3] * with[3]
 }
 
+/// Returns the mean of a cubic over its step.
+#[inline(always)]
+pub fn mean_of<V: Wide>(of: &Powers<V>) -> V {
+    of[0] + of[1] * 0.5 + of[2] * (1.0 / 3.0) + of[3] * 0.25
+}
+
 #[inline(always)]
 pub fn at_end<V: Wide>(of: &Powers<V>) -> V {
     of[0] + of[1] + of[2] + of[3]

@@ -21,7 +21,7 @@ const BRIDGE: Bridge = Bridge {
 
 /// Legs with these gates, conducting so, of a rotor at 0.7 rad.
 fn legs(bridge: &Bridge, gates: [Gate; 3], modes: Modes) -> Legs<f64> {
-    let mut legs = Legs::idle(false);
+    let mut legs = Legs::idle(false, false);
     legs.put_axes(0, Heading::of(0.7));
     legs.put_bridge(0, bridge);
     for (leg, gate) in legs.gates.iter_mut().zip(gates) {

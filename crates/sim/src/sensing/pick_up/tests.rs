@@ -29,7 +29,7 @@ impl Course {
     fn follow(&mut self, time: f64, gates: [Gate; 3], modes: [Conduction; 3]) {
         self.picked_up.advance(true, (time - self.time) * 1e-9, None);
         self.time = time;
-        let mut legs: Legs<f64> = Legs::idle(false);
+        let mut legs: Legs<f64> = Legs::idle(false, false);
         legs.put_bridge(0, &Bridge::default());
         for (to, gate) in legs.gates.iter_mut().zip(gates) {
             to.expect(0, Some((-2.0, -1.0, gate)));

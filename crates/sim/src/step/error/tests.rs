@@ -92,7 +92,7 @@ fn ringing(x: f64, angle: f64, of_force: bool) -> f64 {
             End { current: value, current_rise: rise, ..still }
         }
     };
-    let step = Ringing::between(modes, 1.0, NONE, [&end(0.0), &end(1.0)]);
+    let step = Ringing::between(modes, 1.0, NONE, None, [&end(0.0), &end(1.0)]);
     // ∫ e^(iθ(1 − s)) e^(−x s) ds = (e^(iθ) − e^(−x))/(x + iθ).
     let (real, imaginary) = (angle.cos() - (-x).exp(), angle.sin());
     let square = x * x + angle * angle;

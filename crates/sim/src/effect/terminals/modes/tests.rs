@@ -54,7 +54,7 @@ fn law_currents_and_potentials_never_swing_farther_than_is_said() {
         let modes = Modes::of(gamma, charging, &resistance);
         let h = 6.0 / (ELASTANCE * 30.0 / 3.0).sqrt();
         let [rise, _] = slope(now);
-        let swing = modes.swing(&axes, ELASTANCE, now[0], rise, h);
+        let swing = modes.swing(&axes, ELASTANCE, [now[0], rise], None, h);
         let (mut charge, mut farthest) = (zero, 0.0_f64);
         let parts = 2000;
         for _ in 0..parts {

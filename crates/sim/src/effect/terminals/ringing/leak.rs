@@ -1,0 +1,81 @@
+//! Dividers that discharge terminals that ring, within a step.
+//!
+//! A divider at each terminal discharges it at the rate γ (`dw/dt = −K i − γ w`). With `η̂ = η + γ ξ` this is again an
+//! oscillator of `ringing.rs`, with other numbers:
+//! ```text
+//!   ξ′ = η̂ + f* − 2δ I − γ ξ,   η̂′ = −(ω² + 2δγ) (ξ + Ĵ),   (ω² + 2δγ) Ĵ = ω² J − γ f
+//! ```
+
+use standstill_numeric::Wide;
+
+use super::Ringing;
+use crate::effect::terminals::swing::{Powers, decayed, mean_of, scaled};
+
+/// Discharge of the terminals by dividers over a step. With it, the numbers of [`Ringing`] are those of η̂ and Ĵ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leak<V> {
+    /// Rate γ times the step's length.
+    rate: V,
+    /// Squared angles of the modes without it.
+    turned: [V; 2],
+    /// J − Ĵ of the first mode.
+    aside: Powers<V>,
+}
+
+impl<V: Wide> Leak<V> {
+    /// Makes the discharge at this rate times the step's length, before the modes are known.
+    #[inline(always)]
+    pub fn of(rate: V) -> Self {
+        Self { rate, turned: [V::of(0.0); 2], aside: [V::of(0.0); 4] }
+    }
+
+    /// Returns the part of a mode's damping over the step that the dividers cause.
+    #[inline(always)]
+    pub fn damping(&self, m: usize) -> V {
+        V::only(self.turned[m].above(V::of(0.0)), self.rate) * 0.5
+    }
+}
+
+impl<V: Wide> Ringing<V> {
+    /// Turns the numbers of a mode into those of η̂ and Ĵ. A mode that does not ring has no terminal to discharge.
+    #[inline(always)]
+    pub(super) fn discharge(&mut self, m: usize) {
+        let Some(leak) = &mut self.leak else { return };
+        let (turned, force, one) = (self.turned[m], self.force[m], V::of(1.0));
+        let rings = turned.above(V::of(0.0));
+        let rate = V::only(rings, leak.rate);
+        let faster = turned + self.damping[m] * (rate + rate);
+        let per_square = one / V::choose(rings, faster, one);
+        let before = self.remainder[m];
+        for n in 0..4_usize {
+            let discharged = (before[n] * turned - force[n] * rate) * per_square;
+            self.remainder[m][n] = V::choose(rings, discharged, before[n]);
+            if m == 0 {
+                leak.aside[n] = before[n] - self.remainder[m][n];
+            }
+        }
+        leak.turned[m] = turned;
+        self.turned[m] = faster;
+        self.damping[m] = self.damping[m] + rate * 0.5;
+    }
+
+    /// Returns the mean of a mode's current after a share of the step, and the mean of the current that would have
+    /// changed η as much without dividers, from ξ and the mean of ξ + Ĵ.
+    #[inline(always)]
+    pub(super) fn means(&self, m: usize, share: V, flux: V, mean: V) -> [V; 2] {
+        let Some(leak) = &self.leak else { return [mean; 2] };
+        let turned = leak.turned[m] * share * share;
+        let rings = turned.above(V::of(0.0));
+        let gone = self.turned[m] * share * share * mean + leak.rate * share * flux;
+        let charging = V::choose(rings, gone / V::choose(rings, turned, V::of(1.0)), mean);
+        let aside = mean_of(&scaled(&leak.aside, share, V::of(1.0)));
+        [if m == 0 { mean + aside } else { mean }, charging]
+    }
+
+    /// Returns the share by which the common potential of floating terminals falls in a share of the step; none without
+    /// dividers.
+    #[inline(always)]
+    pub(in crate::effect::terminals) fn fallen(&self, share: V) -> Option<V> {
+        some!(&self.leak, leak => V::of(1.0) - decayed(leak.rate * share))
+    }
+}
