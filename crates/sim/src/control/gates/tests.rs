@@ -39,7 +39,7 @@ fn analytic_pwm_is_centred() {
     ];
     assert_eq!(requests(&command, 0), rises_and_falls);
     let (mut lines, mut gates) =
-        (GateSequencer::new([GateTiming::default(); 3], true), Legs::<f64>::idle(false));
+        (GateSequencer::new([GateTiming::default(); 3], true), Legs::<f64>::idle(false, false));
     lines.begin(&mut gates, 0, &command, Nanos(1000), CARRIER);
     for (at, expected) in [
         (1000, Gate::Off),
@@ -179,7 +179,7 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
             turn_on_delay: Nanos(dice.below(400)),
             dead_time: Nanos(dead),
         });
-        let (mut lines, mut legs) = (GateSequencer::new(timings, true), Legs::<f64>::idle(false));
+        let (mut lines, mut legs) = (GateSequencer::new(timings, true), Legs::<f64>::idle(false, false));
         let mut drivers = timings.map(|timing| Driver { timing, ..Driver::default() });
         let mut requested = [Gate::Off; 3];
         let mut changed = [None; 3];
