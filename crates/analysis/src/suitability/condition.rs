@@ -148,13 +148,13 @@ pub(super) fn least_saturation(
 }
 
 /// Settings that are being tried. `evidence`: the saturation at their last look, and the pole evidence there.
-struct Tried {
+pub(super) struct Tried {
     setting: Setting,
     evidence: Option<(f64, f64)>,
 }
 
 impl Tried {
-    const fn new(setting: Setting) -> Self {
+    pub(super) const fn new(setting: Setting) -> Self {
         Self { setting, evidence: None }
     }
 
@@ -167,9 +167,9 @@ impl Tried {
 
 /// Result of trying settings at one saturation.
 #[derive(Default)]
-struct Sufficiency {
+pub(super) struct Sufficiency {
     /// Settings that suffice; none if no settings do.
-    sufficing: Option<Setting>,
+    pub sufficing: Option<Setting>,
     /// Largest pole evidence of the settings that were tried; a decision needs 1.
     evidence: f64,
 }
@@ -209,7 +209,11 @@ impl Bench<'_> {
     /// Finds settings that meet the demands at a saturation, trying the most promising ones first. Settings are dropped
     /// after few starts if their pole evidence is far too small, or clearly below the evidence of settings that did not
     /// suffice.
-    fn answers(&self, settings: &mut [Tried], share: f64) -> Result<Sufficiency, SuitabilityError> {
+    pub(super) fn answers(
+        &self,
+        settings: &mut [Tried],
+        share: f64,
+    ) -> Result<Sufficiency, SuitabilityError> {
         let enough = |margins: &Margins| margins.is_kept() && margins.pole.is_none_or(|pole| pole > ENOUGH);
         settings.sort_by(|a, b| b.expected(share).total_cmp(&a.expected(share)));
         let mut seen = Sufficiency::default();

@@ -1,5 +1,6 @@
 //! Fresh starts, and the order in which a check says what it knows.
 
+use super::super::condition::{Tried, with_range};
 use super::super::starts::Spread;
 use super::*;
 
@@ -65,4 +66,46 @@ fn law_a_check_says_of_each_method_what_it_found_before_it_confirms_one() {
         let counted = |of: &Candidate| Spread::of(of.settings).is_counted();
         assert!(counted(other) || other.margin() <= recommended.margin(), "{suitability:?}");
     }
+}
+
+/// What no few starts suit is not tried on many: the confidence of what is confirmed later is not spent on it.
+#[test]
+fn law_settings_with_an_objection_are_not_confirmed() {
+    let weak = Demands { current_a: Some(27.0), ..Demands::default() };
+    let (mut confirmed, mut changed) = (0, false);
+    let document = sheet("saturation = \"5 %\"", &[BIPOLAR]);
+    let suitability = Suitability::of(&document, &weak, Effort::Quick, |progress| match progress {
+        Progress::Change(_) => changed = true,
+        Progress::Confirming(_) if !changed => confirmed += 1,
+        _ => {}
+    })
+    .unwrap_or_else(|error| panic!("{error}"));
+    assert!(!suitability.candidates[0].objections.is_empty() && changed, "{suitability:?}");
+    assert_eq!(confirmed, 0);
+}
+
+/// The same pulses draw more current the more the core saturates: those of a range suffice at both of its ends.
+#[test]
+fn law_settings_of_a_range_of_saturation_suffice_at_both_ends() {
+    let document = sheet("", &[BIPOLAR]);
+    let setting = Setting::plain(MethodName::Bipolar).with("pulse", "30 us");
+    let work = unbounded();
+    let peak = |share| {
+        with_range(&document, &Demands::default(), &work, [share; 2], |bench| {
+            let starts = bench.starts(&setting, Rotor::Free, 0, 64)?.expect("set up");
+            Ok(starts.summary.peak_current_a)
+        })
+    };
+    let [least, most] = [0.05, 0.15].map(|share| peak(share).expect("runs").expect("a key"));
+    assert!(most > 1.02 * least, "{least} {most}");
+    let suffices = |range: [f64; 2], current_a| {
+        let demands = Demands { current_a: Some(current_a), ..Demands::default() };
+        let found = with_range(&document, &demands, &work, range, |bench| {
+            bench.answers(&mut [Tried::new(setting.clone())], range[0])
+        });
+        found.expect("runs").expect("a key").sufficing.is_some()
+    };
+    let between = 0.5 * (least + most);
+    assert!(suffices([0.05, 0.05], between) && suffices([0.05, 0.15], 60.0));
+    assert!(!suffices([0.05, 0.15], between));
 }
