@@ -35,7 +35,7 @@ def ns(text):
 
 def read_cases(path):
     """Motors, devices, timings and sequences by name; cases in order."""
-    tables = {"motor": {}, "devices": {}, "timing": {}}
+    tables = {"motor": {}, "devices": {}, "timing": {}, "short": {}}
     sequences, cases = {}, []
     for line in path.read_text().splitlines():
         words = line.split("#")[0].split()
@@ -44,14 +44,16 @@ def read_cases(path):
         kind, rest = words[0], words[1:]
         if kind == "devices":
             tables[kind][rest[0]] = [float(x) for x in rest[1:5]] + rest[5:]
+        elif kind == "short":
+            tables[kind][rest[0]] = [rest[1]] + [float(x) for x in rest[2:]]
         elif kind in tables:
             tables[kind][rest[0]] = [float(x) for x in rest[1:]]
         elif kind == "sequence":
             commands = []
             sequences[rest[0]] = {"first": ns(rest[1]), "interval": ns(rest[2]), "commands": commands}
         elif kind == "case":
-            keys = ["name", "sequence", "angle", "motor", "devices", "timing", "capacitance", "resistance", "load"]
-            missing = ["0"] * (len(keys) - len(rest))
+            keys = ["name", "sequence", "angle", "motor", "devices", "timing", "capacitance", "resistance", "load", "short"]
+            missing = ["0", "0", "0", ""][len(rest) - len(keys) :] if len(rest) < len(keys) else []
             cases.append(dict(zip(keys, [*rest, *missing], strict=True)))
         else:
             stages = [(ns(words[k]), words[k + 1 : k + 4]) for k in range(0, len(words), 4)]
@@ -174,6 +176,49 @@ def met_by_ringing(resistance, switch_drop, diode_drop, mosfets):
     return "\n".join(lines)
 
 
+def winding(phase, terminal, resistance):
+    """A phase from its terminal to the star point."""
+    return f"""L{phase} {terminal} x{phase} {{l{phase * 2}}}
+R{phase} x{phase} star {resistance:g}"""
+
+
+def coupled(phases):
+    """What couples the windings of whole phases."""
+    return "\n".join(
+        f"K{m}{n} L{m} L{n} {{m{m}{n}/sqrt(l{m * 2}*l{n * 2})}}" for m, n in phases
+    )
+
+
+def with_short(short, terminals, resistance):
+    """The three windings, of which one has turns that a resistance shorts: two coils in series. Beyond their shares of
+    the phase's inductance both have what the coupling of the shorted one with the whole phase leaves, against each other."""
+    phase, share, fault, coupling = short
+    others = [other for other in "abc" if other != phase]
+    mutual = {frozenset(pair): "m" + pair for pair in ("ab", "bc", "ca")}
+    l, own = f"l{phase * 2}", "beyond"
+    lines = [
+        f"* {share:g} of the turns of phase {phase}, whose coupling with the phase is {coupling:g}, shorted by {fault:g} Ohm.",
+        f".param share={share:g} beyond={{share*share*(la+ls)*(1/{coupling:g}/{coupling:g}-1)}}",
+        f".param lwhole={{(1-share)*(1-share)*{l}+{own}}} lshort={{share*share*{l}+{own}}} mshort={{share*(1-share)*{l}-{own}}}",
+        f"L{phase} {terminals['abc'.index(phase)]} x{phase} {{lwhole}}",
+        f"R{phase} x{phase} tap {{{resistance:g}*(1-share)}}",
+        "Lshort tap xshort {lshort}",
+        f"Rshort xshort star {{{resistance:g}*share}}",
+        f"Rfault tap star {max(fault, 1e-6):g}",
+        f"Kshort L{phase} Lshort {{mshort/sqrt(lwhole*lshort)}}",
+    ]
+    for other in others:
+        m = mutual[frozenset((phase, other))]
+        lines += [
+            winding(other, terminals["abc".index(other)], resistance),
+            f"Kwhole{other} L{phase} L{other} {{(1-share)*{m}/sqrt(lwhole*l{other * 2})}}",
+            f"Kshort{other} Lshort L{other} {{share*{m}/sqrt(lshort*l{other * 2})}}",
+        ]
+    both = next(pair for pair in ("ab", "bc", "ca") if set(pair) == set(others))
+    lines.append(coupled([both]))
+    return "\n".join(lines)
+
+
 def sensed(case):
     """Whether terminals' potentials and the link's current are written."""
     return case["name"].startswith("sensed_")
@@ -223,6 +268,11 @@ def netlist(case, tables, sequences, step, reltol):
         assert capacitance, case["name"]
         terminals += met_by_ringing(damped, switch_drop, diode_drop, mosfets)
         windings = ["wa", "wb", "wc"]
+    if case["short"]:
+        phases = with_short(tables["short"][case["short"]], windings, resistance)
+    else:
+        inductors = [f"L{leg} {windings[k]} x{leg} {{l{leg * 2}}}" for k, leg in enumerate("abc")]
+        phases = "\n".join([*inductors, coupled(["ab", "bc", "ca"]), *(f"R{leg} x{leg} star {resistance:g}" for leg in "abc")])
     # Between link capacitor and bridge, without a resistance.
     shunt = "Vdc link 0 {0}\nVshunt link p 0" if sensed(case) else "Vdc p 0 {0}"
     seen = " v(a) v(b) v(c) i(Vshunt)" if sensed(case) else ""
@@ -242,15 +292,7 @@ def netlist(case, tables, sequences, step, reltol):
 .param mab={{-la/2+lb*cos(2*theta-third)}}
 .param mbc={{-la/2+lb*cos(2*theta)}}
 .param mca={{-la/2+lb*cos(2*theta+third)}}
-La {windings[0]} xa {{laa}}
-Lb {windings[1]} xb {{lbb}}
-Lc {windings[2]} xc {{lcc}}
-Kab La Lb {{mab/sqrt(laa*lbb)}}
-Kbc Lb Lc {{mbc/sqrt(lbb*lcc)}}
-Kca Lc La {{mca/sqrt(lcc*laa)}}
-Ra xa star {resistance:g}
-Rb xb star {resistance:g}
-Rc xc star {resistance:g}
+{phases}
 * Gives the star point a potential while no leg conducts.
 Rstar star 0 1g
 

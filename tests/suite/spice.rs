@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use standstill_interface::{Command, Leg, Nanos, Phase, Sampling};
 use standstill_inverter::{Bridge, DeviceKind, Devices, Gate, GateTiming, Inverter, OpenLeg};
-use standstill_sim::{Event, NoProbe, Probe, Trace, run};
+use standstill_sim::{Broken, Event, Fault, NoProbe, Probe, Trace, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter};
 
@@ -50,7 +50,10 @@ impl Spice {
     /// Plays the case; what the probe sees is kept by the caller.
     fn play(&self, open_leg: OpenLeg, probe: &mut impl Probe) -> Script {
         let mut script = Script::new(self.commands.clone());
-        let case = exact_case(&self.motor, self.inverter(open_leg), self.angle_deg);
+        let mut case = exact_case(&self.motor, self.inverter(open_leg), self.angle_deg);
+        if let Some(short) = self.short {
+            assert!(case.faults.push(Fault::lasting(short)));
+        }
         run(&case, &mut script, false, probe);
         script
     }
@@ -272,6 +275,20 @@ fn cross_terminals_whose_ringing_is_damped_against_ngspice() {
 }
 
 #[test]
+fn cross_shorted_turns_against_ngspice() {
+    let cases = compared("shorted_");
+    assert_eq!(cases.len(), 7);
+    for case in cases {
+        // Without the short, and in the next phase, the run differs.
+        let Some(Broken::Shorted(phase, of)) = case.short else { panic!("{}: no short", case.name) };
+        for short in [None, Some(Broken::Shorted((phase + 1) % 3, of))] {
+            let worst = Spice { short, ..case.clone() }.deviation(OpenLeg::Diodes);
+            assert!(worst > 10.0 * BOUND, "{}: {worst:e} with {short:?}", case.name);
+        }
+    }
+}
+
+#[test]
 fn cross_mosfets_against_ngspice() {
     let cases = compared("mosfet_");
     assert_eq!(cases.len(), 3);
@@ -322,7 +339,7 @@ fn cross_no_case_of_ngspice_is_left_out() {
     // The tests above go by the beginning of the name; motors are fitted to `pulses_` in crates/fit/tests/fit.rs.
     let known = [
         "slow_", "fast_", "vectors_", "turning_", "opened_", "mosfet_", "pulses_", "charged_", "damped_",
-        "sensed_",
+        "sensed_", "shorted_",
     ];
     assert!(named.iter().all(|name| known.iter().any(|known| name.starts_with(known))), "{named:?}");
 }

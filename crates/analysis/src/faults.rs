@@ -241,6 +241,10 @@ impl Entry {
             };
             keys.push((key("magnitude"), size));
         }
+        for (name, size) in mode.further() {
+            let both = (size.typical)(scenario).map(|number| Value::Float(significant(number)));
+            keys.push((key(name), Value::Array(both.to_vec())));
+        }
         Self { modes: vec![mode], keys }
     }
 

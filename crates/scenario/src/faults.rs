@@ -13,7 +13,7 @@ use standstill_detect::Method;
 use standstill_interface::{Nanos, choice};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
-use standstill_sim::{Arrangement, MOST_FAULTS};
+use standstill_sim::{Arrangement, MOST_FAULTS, Short};
 use toml::Value;
 
 pub(crate) use self::apply::{apply, demagnetise, misinform};
@@ -73,6 +73,12 @@ pub struct FaultTable {
     /// The size, such as `"2 Ω"`, or a list of two between which each trial draws one. Its unit is that of the mode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub magnitude: Option<Between>,
+    /// Resistance in the path of `turns-shorted`, or a list of two between which each trial draws one; 0 Ω without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resistance: Option<Between>,
+    /// Coupling of the turns of `turns-shorted` with their phase, or a list of two between which each trial draws one; 0.9 without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coupling: Option<Between>,
     /// Number of the detection's command, from 1, from whose begin `onset` counts, or a list of two between which each trial draws one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<Between>,
@@ -93,6 +99,8 @@ pub struct FaultSettings {
     pub at: FaultPlace,
     /// Smallest and largest size, in SI units; zero for a fault without a size.
     pub size: [f64; 2],
+    /// Smallest and largest further sizes of `turns-shorted`: the resistance in Ω, and the coupling.
+    pub further: [[f64; 2]; 2],
     /// First and last command from whose begin the onset may count; none: the onset counts from the start of the
     /// detection.
     pub command: Option<[u32; 2]>,
@@ -101,6 +109,9 @@ pub struct FaultSettings {
     /// Time in s after which the part works again; infinite if it stays broken.
     pub lasts: f64,
 }
+
+/// Smallest time constant in s of shorted turns: steps follow them, and the shorter it is, the more of them.
+const SHORTEST_CONSTANT: f64 = 2e-7;
 
 /// Latest time in s at which a fault may begin, and longest time for which it may last.
 const LONGEST: f64 = 20.0;
@@ -153,6 +164,29 @@ impl FaultTable {
                 [low, high]
             }
         };
+        let mut further = [[0.0; 2]; 2];
+        for (n, (key, found)) in
+            [("resistance", &self.resistance), ("coupling", &self.coupling)].iter().enumerate()
+        {
+            let of_mode = mode.further().iter().find(|(name, _)| name == key);
+            further[n] = match (of_mode, found) {
+                (None, None) => continue,
+                (None, Some(_)) => {
+                    let needed = format!("no such key: it belongs to \"{}\"", FaultMode::TurnsShorted.name());
+                    return wrong(key, "a value", &needed);
+                }
+                (Some((_, size)), None) => [size.without; 2],
+                (Some((_, size)), Some(between)) => {
+                    between.numbers(size.read, size.range).map_err(|found| {
+                        error(
+                            key,
+                            &found,
+                            &format!("{}, or two of them, the smaller one first", size.allowed),
+                        )
+                    })?
+                }
+            };
+        }
         let time = |value: &Value| value.clone().try_into::<Quantity<Second>>().ok().map(Quantity::value);
         let onset = match &self.onset {
             None => [0.0; 2],
@@ -192,13 +226,13 @@ impl FaultTable {
         };
         let lasts = match self.lasts.map(Quantity::value) {
             None => f64::INFINITY,
-            Some(_) if !mode.may_begin() => {
+            Some(_) if !mode.may_pass() => {
                 return wrong("lasts", "a time", &format!("no such key: \"{name}\" does not pass"));
             }
             Some(lasts) if (1e-9..=LONGEST).contains(&lasts) => lasts,
             Some(lasts) => return wrong("lasts", &format!("{lasts} s"), "a time from 1 ns to 20 s"),
         };
-        Ok(FaultSettings { mode, at, size, command, onset, lasts })
+        Ok(FaultSettings { mode, at, size, further, command, onset, lasts })
     }
 }
 
@@ -240,6 +274,25 @@ pub(crate) fn settings(
         if let Some(needed) = fault.mode.lacks(scenario) {
             let found = format!("\"{}\"", fault.mode.name());
             return Err(FileError::key(&format!("faults[{number}].mode"), &found, needed));
+        }
+        if fault.mode == FaultMode::TurnsShorted && all.iter().any(|of: &FaultSettings| of.mode == fault.mode)
+        {
+            let found = format!("\"{}\" a second time", fault.mode.name());
+            return Err(FileError::key(
+                &format!("faults[{number}].mode"),
+                &found,
+                "one short of turns at most",
+            ));
+        }
+        if fault.mode == FaultMode::TurnsShorted {
+            // The drawn short that settles fastest.
+            let ([share, _], [[_, resistance], [_, coupling]]) = (fault.size, fault.further);
+            let constant = Short { share, resistance, coupling }.time_constant(&scenario.motor);
+            if constant < SHORTEST_CONSTANT {
+                let found = format!("a short that settles within {:.3} µs", constant * 1e6);
+                let needed = "at least 0.2 µs, by more turns, less `resistance` or less `coupling`: what settles faster limits its own current, and is no short";
+                return Err(FileError::key(&format!("faults[{number}].magnitude"), &found, needed));
+            }
         }
         let places = fault.mode.places(scenario.sensors.arrangement);
         if fault.at != FaultPlace::Any

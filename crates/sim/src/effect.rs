@@ -6,6 +6,7 @@
 //! | rotor | angle and speed | `rotor.rs` |
 //! | DC link | voltage of the capacitor | `link.rs` |
 //! | eddy currents | flux χ that lags behind | `eddies.rs` |
+//! | shorted turns | flux χ that lags behind in a phase | `shorted.rs` |
 //! | hysteresis | elastic flux of each play cell | `play.rs` |
 //! | terminals with a capacitance | potentials | `terminals.rs` |
 //!
@@ -21,6 +22,7 @@ pub mod eddies;
 pub mod link;
 pub mod play;
 pub mod rotor;
+pub mod shorted;
 pub mod terminals;
 pub mod winding;
 
@@ -70,9 +72,10 @@ impl<V: Wide> BranchPoint<V> {
 macro_rules! each_effect {
     ($machine:expr, $branch:expr, $effect:ident => $do:expr) => {{
         let machine = $machine;
-        let (rotors, eddies) = (machine.rotors.as_ref(), machine.circuits.eddies());
+        let (rotors, eddies, shorted) =
+            (machine.rotors.as_ref(), machine.circuits.eddies(), machine.shorted.as_ref());
         let winding = $crate::effect::winding::Winding;
-        each_effect!(@ $effect => $do; rotors, machine.links, winding, eddies, machine.legs, $branch);
+        each_effect!(@ $effect => $do; rotors, machine.links, winding, eddies, shorted, machine.legs, $branch);
     }};
     (@ $effect:ident => $do:expr; $($each:expr),*) => {$({
         let $effect = &$each;

@@ -7,6 +7,7 @@ use std::fmt;
 
 use standstill_interface::Nanos;
 use standstill_inverter::Gate;
+use standstill_plant::Motor;
 
 use crate::trace::Health;
 
@@ -21,6 +22,8 @@ pub enum Broken {
     Wire(usize),
     /// A resistance in Ω in series with a phase, as of a weak contact in the motor's terminal box.
     Contact(usize, f64),
+    /// Turns of a phase of the motor are shorted. They stay shorted.
+    Shorted(usize, Short),
     /// Motor wires are exchanged: leg k feeds phase `[k]`. Possible only from the start of the run on.
     Wires([usize; 3]),
     /// This switch of a leg never turns on; [`Gate::Off`] stands for both switches. The diodes still work.
@@ -40,6 +43,32 @@ pub enum Broken {
     Late(Nanos),
     /// Duty cycles are limited to this share.
     Duty(f64),
+}
+
+/// A short between turns of a phase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Short {
+    /// Share of the phase's turns that are shorted, above 0 and at most 1.
+    pub share: f64,
+    /// Resistance of the fault in Ω, zero or more.
+    pub resistance: f64,
+    /// Coupling of the shorted turns with their phase, above 0 and below 1.
+    pub coupling: f64,
+}
+
+impl Short {
+    /// Returns the leakage in H that the shorted turns have beyond their share of their phase's.
+    pub(crate) fn leakage(&self, motor: &Motor) -> f64 {
+        let winding = &motor.winding;
+        let phase = winding.mean_inductance + winding.leakage;
+        let mean = 1.5 * winding.mean_inductance + winding.leakage;
+        self.share * self.share * (phase / (self.coupling * self.coupling) - 2.0 / 3.0 * mean)
+    }
+
+    /// Returns the time constant in s with which the current of the shorted turns settles while the flux of their phase is held.
+    pub fn time_constant(&self, motor: &Motor) -> f64 {
+        self.leakage(motor) / (self.share * motor.resistance + self.resistance)
+    }
 }
 
 /// How a sensor reads wrongly.
@@ -91,6 +120,14 @@ impl fmt::Display for Broken {
         match *self {
             Self::Wire(k) => write!(f, "wire to phase {} open", phase(k)),
             Self::Contact(k, ohms) => write!(f, "{ohms:.4} Ω in series with phase {}", phase(k)),
+            Self::Shorted(k, Short { share, resistance, .. }) => {
+                write!(
+                    f,
+                    "{:.2} % of the turns of phase {} shorted by {resistance:.4} Ω",
+                    share * 100.0,
+                    phase(k)
+                )
+            }
             Self::Wires(wires) => write!(f, "legs a, b, c feed phases {}", wires.map(phase).join(", ")),
             Self::Switch(k, Gate::High) => write!(f, "upper switch of leg {} stays off", phase(k)),
             Self::Switch(k, Gate::Low) => write!(f, "lower switch of leg {} stays off", phase(k)),
@@ -218,6 +255,17 @@ impl Faults {
         self.at(time)
             .map(|broken| if let Broken::Duty(most) = broken { most } else { 1.0 })
             .fold(1.0, f64::min)
+    }
+
+    /// Returns the shorted turns at a time in ns, with their phase; none if there are none.
+    pub(crate) fn short(&self, time: f64) -> Option<(usize, Short)> {
+        self.at(time)
+            .find_map(|broken| if let Broken::Shorted(k, short) = broken { Some((k, short)) } else { None })
+    }
+
+    /// Returns whether turns are shorted at any time.
+    pub(crate) fn short_turns(&self) -> bool {
+        self.iter().any(|fault| matches!(fault.broken, Broken::Shorted(..)))
     }
 
     /// Returns the phase that each leg feeds.

@@ -80,7 +80,8 @@ fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
         &case.inverter,
         can_move(case.rotor),
         case.sensors.settings.load().is_some(),
-    ) && bank.bounds.sides.is_some() == has_kinks(case)
+    ) && bank.machine.shorted.is_some() == case.faults.short_turns()
+        && bank.bounds.sides.is_some() == has_kinks(case)
         && bank.bounds.levels.is_some() == case.sensors.settings.comparator.any()
         && Sensed::fits(bank.sensed.as_ref(), &case.sensors.settings)
         && (bank.control.follow || !is_followed(case))
@@ -277,13 +278,7 @@ impl OnWidest for Work<'_, '_> {
 
     fn with<V: Wide>(self) {
         let Self { first, host } = self;
-        let bank: Bank<'_, V> = Bank::like(
-            first.motor,
-            &first.inverter,
-            &first.sensors.settings,
-            can_move(first.rotor),
-            is_followed(&first),
-        );
+        let bank: Bank<'_, V> = Bank::of(&first, is_followed(&first));
         let mut side_by_side = SideBySide::new(bank);
         let control = Control::new(first, &mut side_by_side.bank, 0, None, false, Vec::new());
         if let Some(finished) = side_by_side.begin(0, control, &mut |readings| host.step(0, readings)) {

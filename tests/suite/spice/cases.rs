@@ -7,6 +7,8 @@ use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
 use standstill_inverter::{DeviceKind, Devices, GateTiming};
 use standstill_plant::{Motor, Winding};
 
+use standstill_sim::{Broken, Short};
+
 use crate::bench::paper_motor;
 
 /// What a junction of the netlists drops, in V.
@@ -26,6 +28,8 @@ pub struct Spice {
     pub resistance: f64,
     /// Of the divider at each terminal, in Ω.
     pub load: Option<f64>,
+    /// Turns that are shorted.
+    pub short: Option<Broken>,
     pub commands: Vec<Command<f64>>,
 }
 
@@ -81,6 +85,13 @@ fn devices(values: &[&str]) -> Devices {
     }
 }
 
+fn short(values: &[&str]) -> Broken {
+    let &[phase, share, resistance, coupling] = values else { panic!("short: {values:?}") };
+    let phase = "abc".find(phase).unwrap_or_else(|| panic!("not a phase: {phase}"));
+    let short = Short { share: number(share), resistance: number(resistance), coupling: number(coupling) };
+    Broken::Shorted(phase, short)
+}
+
 fn timing(values: &[&str]) -> GateTiming {
     let &[dead, off, on] = values else { panic!("timing: {values:?}") };
     GateTiming { dead_time: micros(dead), turn_off_delay: micros(off), turn_on_delay: micros(on) }
@@ -106,6 +117,7 @@ fn command(words: &[&str], first: Nanos, interval: Nanos) -> Command<f64> {
 pub fn cases() -> Vec<Spice> {
     let text = std::fs::read_to_string(folder().join("cases.txt")).expect("cases.txt");
     let (mut motors, mut drops, mut timings) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+    let mut shorts = BTreeMap::new();
     let mut sequences: BTreeMap<&str, Vec<Command<f64>>> = BTreeMap::new();
     let mut sampled = ("", Nanos::ZERO, Nanos::ZERO);
     let mut cases = Vec::new();
@@ -115,6 +127,7 @@ pub fn cases() -> Vec<Spice> {
             [] => {}
             ["motor", name, values @ ..] => drop(motors.insert(*name, motor(values))),
             ["devices", name, values @ ..] => drop(drops.insert(*name, devices(values))),
+            ["short", name, values @ ..] => drop(shorts.insert(*name, short(values))),
             ["timing", name, values @ ..] => drop(timings.insert(*name, timing(values))),
             ["sequence", name, first, interval] => sampled = (*name, micros(first), micros(interval)),
             ["case", name, sequence, angle, motor, devices, timing, terminals @ ..] => cases.push(Spice {
@@ -125,7 +138,8 @@ pub fn cases() -> Vec<Spice> {
                 timing: timings[timing],
                 capacitance: terminals.first().map_or(0.0, |word| number(word) * 1e-9),
                 resistance: terminals.get(1).map_or(0.0, |word| number(word)),
-                load: terminals.get(2).map(|word| number(word) * 1e3),
+                load: terminals.get(2).map(|word| number(word) * 1e3).filter(|load| *load > 0.0),
+                short: terminals.get(3).map(|word| shorts[word]),
                 commands: sequences[sequence].clone(),
             }),
             stages => {

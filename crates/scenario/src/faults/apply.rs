@@ -4,7 +4,7 @@ use standstill_detect::{Nameplate, Signature};
 use standstill_interface::Nanos;
 use standstill_inverter::{Gate, Storage};
 use standstill_plant::Motor;
-use standstill_sim::{Broken, Case, Fault, Misreading, Purpose, Streams};
+use standstill_sim::{Broken, Case, Fault, Misreading, Purpose, Short, Streams};
 
 use super::{FaultMode, FaultPlace, FaultSettings};
 use crate::document::FileError;
@@ -52,8 +52,14 @@ pub(crate) fn demagnetise(faults: &[FaultSettings], motor: Motor) -> Result<Moto
 
 impl FaultSettings {
     /// Adds the fault to a trial's case. The array has uniform draws for place, size, sign and onset; `command`: the
-    /// drawn number of the command from whose begin the onset counts.
-    fn apply(&self, case: &mut Case<'_>, [place, size, sign, onset]: [f64; 4], command: Option<u32>) {
+    /// drawn number of the command from whose begin the onset counts; `further`: uniform draws of further sizes.
+    fn apply(
+        &self,
+        case: &mut Case<'_>,
+        [place, size, sign, onset]: [f64; 4],
+        command: Option<u32>,
+        further: [f64; 2],
+    ) {
         let between = |[low, high]: [f64; 2], share: f64| low + (high - low) * share;
         let size = between(self.size, size);
         let way = if sign < 0.5 { 1.0 } else { -1.0 };
@@ -78,6 +84,10 @@ impl FaultSettings {
         let broken = match self.mode {
             FaultMode::PhaseOpen => Broken::Wire(k),
             FaultMode::ContactResistance => Broken::Contact(k, size),
+            FaultMode::TurnsShorted => {
+                let [resistance, coupling] = [0, 1].map(|n: usize| between(self.further[n], further[n]));
+                Broken::Shorted(k, Short { share: size, resistance, coupling })
+            }
             FaultMode::TerminalsSwapped => {
                 let mut wires = [0, 1, 2];
                 wires.swap(m, n);
@@ -161,6 +171,10 @@ pub(crate) fn apply(faults: &[FaultSettings], case: &mut Case<'_>, streams: Stre
             let later = (draws.uniform() * count) as u32;
             (first + later).min(last)
         });
-        fault.apply(case, drawn, command);
+        let further = match fault.mode.further() {
+            [] => [0.0; 2],
+            _ => [(); 2].map(|()| draws.uniform()),
+        };
+        fault.apply(case, drawn, command, further);
     }
 }

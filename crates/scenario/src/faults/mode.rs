@@ -15,6 +15,8 @@ choice! {
         PhaseOpen = "phase-open",
         /// A contact adds its resistance to a phase.
         ContactResistance = "contact-resistance",
+        /// A share of the turns of a phase is closed on itself.
+        TurnsShorted = "turns-shorted",
         /// Two wires are exchanged: `at` names the phase whose wire is right.
         TerminalsSwapped = "terminals-swapped",
         /// All three wires are moved on by one terminal, or by two.
@@ -92,14 +94,32 @@ pub struct Size {
     pub typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
 }
 
+/// A further size of a fault, in a key of its own that may be left out.
+#[derive(Clone, Copy)]
+pub struct Further {
+    /// Function that returns a value in SI units; none if the value is not of the right quantity.
+    pub(super) read: fn(&Value) -> Option<f64>,
+    /// Smallest and largest value allowed, in SI units.
+    pub(super) range: [f64; 2],
+    /// The allowed values, described in words.
+    pub(super) allowed: &'static str,
+    /// The value without the key.
+    pub(super) without: f64,
+    /// Function that returns the smallest and largest typical value for the drive of a scenario, in SI units.
+    pub typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
+}
+
+fn read<U: Unit>(value: &Value) -> Option<f64> {
+    value.clone().try_into::<Quantity<U>>().ok().map(Quantity::value)
+}
+
 /// Makes a size in the unit `U`.
 fn sized<U: Unit>(
     range: [f64; 2],
     allowed: &'static str,
     typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
 ) -> Size {
-    let read = |value: &Value| value.clone().try_into::<Quantity<U>>().ok().map(Quantity::value);
-    Size { read, range, allowed, typical }
+    Size { read: read::<U>, range, allowed, typical }
 }
 
 impl FaultMode {
@@ -111,6 +131,11 @@ impl FaultMode {
             Self::ContactResistance => {
                 sized::<Ohm>([0.0, 1e4], "a resistance from 0 to 10 kΩ (above, `phase-open`)", |scenario| {
                     [0.5, 10.0].map(|times| times * scenario.motor.resistance)
+                })
+            }
+            Self::TurnsShorted => {
+                sized::<Share>([0.001, 1.0], "a share of the phase's turns, from 0.1 to 100 %", |_| {
+                    [0.05, 0.5]
                 })
             }
             Self::MagnetWeak => sized::<Share>([0.0, 0.9], "a lost share from 0 to 90 %", |_| [0.1, 0.3]),
@@ -151,7 +176,41 @@ impl FaultMode {
         })
     }
 
-    /// Returns whether this kind of fault may begin and end during the detection.
+    /// Returns the further sizes of this kind of fault, each with the name of its key.
+    pub fn further(self) -> &'static [(&'static str, Further)] {
+        match self {
+            Self::TurnsShorted => &[
+                (
+                    "resistance",
+                    Further {
+                        read: read::<Ohm>,
+                        range: [0.0, 1e4],
+                        allowed: "a resistance from 0 to 10 kΩ",
+                        without: 0.0,
+                        typical: |scenario| [0.0, 0.5 * scenario.motor.resistance],
+                    },
+                ),
+                (
+                    "coupling",
+                    Further {
+                        read: read::<One>,
+                        range: [0.1, 0.99],
+                        allowed: "a coupling from 0.1 to 0.99",
+                        without: 0.9,
+                        typical: |_| [0.7, 0.95],
+                    },
+                ),
+            ],
+            _ => &[],
+        }
+    }
+
+    /// Returns whether this kind of fault may end during the detection.
+    pub fn may_pass(self) -> bool {
+        self.may_begin() && self != Self::TurnsShorted
+    }
+
+    /// Returns whether this kind of fault may begin during the detection.
     pub fn may_begin(self) -> bool {
         !matches!(
             self,
@@ -177,6 +236,7 @@ impl FaultMode {
             self,
             Self::PhaseOpen
                 | Self::ContactResistance
+                | Self::TurnsShorted
                 | Self::TerminalsSwapped
                 | Self::UpperSwitchOpen
                 | Self::LowerSwitchOpen

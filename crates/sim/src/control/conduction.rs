@@ -26,6 +26,8 @@ pub struct One {
     pub inverse_inductance: Symmetric,
     /// Slope of the currents in A/s at constant flux, caused by eddy currents and by the rotor's rotation.
     pub drift: Plane,
+    /// Voltage in V by which the winding's resistance drops less than the current says, because turns are shorted.
+    pub pull: Plane,
     /// Voltage of the DC link in V.
     pub dc_link: f64,
     /// Heading of the run's plane in the stator's plane.
@@ -49,6 +51,7 @@ impl One {
             current: here.at.current.get(lane),
             inverse_inductance: Symmetric::new(one(&gamma.xx), one(&gamma.xy), one(&gamma.yy)),
             drift,
+            pull: bank.machine.shorted.as_ref().map_or(Plane::default(), |of| of.pull(&here.state).get(lane)),
             dc_link: one(&here.state.link),
             start: Heading { sin: one(&bank.machine.start.sin), cos: one(&bank.machine.start.cos) },
             resistance: bank.machine.legs.resistance(lane, one(&bank.machine.resistance)),
@@ -59,8 +62,9 @@ impl One {
     /// Returns the machine's electrical state at its terminals, from which the bridge finds the conducting devices;
     /// `current`: currents of the legs in A.
     pub fn port(&self, current: [f64; 3]) -> Port {
-        let held =
-            self.current.through(self.resistance) - self.drift.through(self.inverse_inductance.inverse());
+        let held = self.current.through(self.resistance)
+            - self.pull
+            - self.drift.through(self.inverse_inductance.inverse());
         let holding: AlphaBeta<f64> = held.to_stator(self.start);
         let inverse_inductance = self.inverse_inductance.unpark_by(self.start.sin, self.start.cos);
         let port = Port { current, inverse_inductance, holding, dc_link: self.dc_link };

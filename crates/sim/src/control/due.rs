@@ -46,6 +46,7 @@ impl<'a> Control<'a> {
         bank.machine.legs.idle_lanes() >> self.lane & 1 == 1
             && !self.motion.moves()
             && bank.machine.circuits.eddies().is_none()
+            && bank.machine.shorted.is_none()
             && bank.machine.links.storage.is_none()
             && self.case.inverter.link.sag.is_none()
     }

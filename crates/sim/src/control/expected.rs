@@ -32,7 +32,7 @@ impl<'a> Control<'a> {
     /// Returns the slope of the current in A/s with these potentials in V at the winding.
     pub(super) fn rise<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> Plane {
         let one = One::of(bank, &bank.here, self.lane);
-        let mut voltage = one.current.through(one.resistance) * -1.0;
+        let mut voltage = one.pull - one.current.through(one.resistance);
         for (axis, potential) in self.axes(bank).iter().zip(potential) {
             voltage = voltage + *axis * (potential * (2.0 / 3.0));
         }

@@ -1,13 +1,15 @@
 //! Changes of a run at the instant at which a part breaks, or is whole again.
 
 use standstill_interface::{Abc, Command, Leg, Stage};
-use standstill_numeric::Wide;
+use standstill_inverter::AXES;
+use standstill_numeric::{Heading, Wide};
 
 use super::conduction::NO_CURRENT;
 use super::run::Control;
 use crate::Broken;
 use crate::case::RunError;
 use crate::lanes::bank::Bank;
+use crate::physics::plane::Plane;
 use crate::trace::{ComparatorState, Event};
 
 impl<'a> Control<'a> {
@@ -29,6 +31,17 @@ impl<'a> Control<'a> {
         }
         let legs = &mut bank.machine.legs;
         legs.put_contacts(lane, faults.contacts(time));
+        if let (Some(shorted), Some((phase, short))) = (&mut bank.machine.shorted, faults.short(time))
+            && !shorted.is_there(lane)
+        {
+            let start = Heading::of(self.case.start_angle);
+            let flux = bank.here.state.flux.get(lane);
+            let lagging =
+                shorted.put(lane, self.case.motor, &short, Plane::from_stator(AXES[phase], start), flux);
+            bank.here.state.shorted.put(lane, lagging);
+            bank.look(lane);
+        }
+        let legs = &mut bank.machine.legs;
         for k in (0..3).filter(|k| faults.concern_gates(*k)) {
             self.sequencer.lose(legs, lane, k, faults.lost(k, time));
         }

@@ -4,6 +4,7 @@
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, Wide};
 
+use super::shorted::{ShortPoint, Shorted};
 use super::{Branch, BranchPoint, Effect, each_effect};
 use crate::case::Case;
 use crate::ledger::Ledger;
@@ -23,6 +24,8 @@ pub struct Begin<'s, 'a, V: Wide> {
     pub machine: &'s Machine<'a, V>,
     /// The parallel branch of the play cells; none in code for machines without hysteresis.
     pub branch: Option<&'s Branch<V>>,
+    /// Shorted turns; none in code for machines without them.
+    pub short: Option<&'s Shorted<V>>,
     /// The conducting legs during the step.
     pub legs: &'s Conducting<V>,
     /// State and operating point at the beginning.
@@ -51,6 +54,8 @@ pub struct Looked<V: Wide> {
     pub current: Plane<V>,
     /// The parallel branch at that flux.
     pub branch: Option<BranchPoint<V>>,
+    /// The branch of shorted turns at that flux.
+    pub short: Option<ShortPoint<V>>,
     /// Inverse incremental inductance Γ in 1/H at that flux.
     pub gamma: Symmetric<V>,
     /// Change of the current in A per V·s of a voltage impulse at the blocked leg's terminal.
@@ -64,7 +69,12 @@ pub struct Looked<V: Wide> {
 impl<V: Wide> Looked<V> {
     /// Records the point `there` at which the core was just evaluated, with this value of the parallel branch.
     #[inline(always)]
-    pub fn at(there: &Here<V>, branch: Option<BranchPoint<V>>, legs: &Conducting<V>) -> Self {
+    pub fn at(
+        there: &Here<V>,
+        branch: Option<BranchPoint<V>>,
+        short: Option<&Shorted<V>>,
+        legs: &Conducting<V>,
+    ) -> Self {
         let (terminals, gamma) = (&legs.terminals, there.at.inverse_inductance);
         let across = terminals.blocked.through(gamma);
         let per_impulse = V::of(1.0) / (across.dot(terminals.blocked) + terminals.none_blocked);
@@ -73,6 +83,7 @@ impl<V: Wide> Looked<V> {
             flux: there.state.flux,
             current: there.at.current,
             branch,
+            short: some!(short, short => short.point(&there.state)),
             gamma,
             across,
             per_impulse,
@@ -95,6 +106,17 @@ impl<V: Wide> Looked<V> {
         at.current = at.current - change;
     }
 
+    /// Returns the flux in Wb that blocked legs add where the current falls by `change` in A.
+    #[inline(always)]
+    pub fn follows(&self, legs: &Conducting<V>, change: Plane<V>) -> Plane<V> {
+        let blocked = legs.terminals.blocked;
+        let one = blocked * (blocked.dot(change) * self.per_impulse);
+        if !self.any_idle {
+            return one;
+        }
+        Plane::choose(legs.idle, change.through(self.gamma.inverse()), one)
+    }
+
     /// Returns a flux in Wb corrected by the voltage impulse that keeps the blocked leg's current unchanged.
     #[inline(always)]
     pub fn held(&self, legs: &Conducting<V>, flux: Plane<V>) -> Plane<V> {
@@ -102,13 +124,33 @@ impl<V: Wide> Looked<V> {
     }
 
     /// Returns the flux in Wb and the current in A that make the torque: the core's, without the current of the
-    /// parallel branch.
+    /// parallel branches. `lagging`: flux χ of shorted turns in Wb.
     #[inline(always)]
-    pub fn core(&self, flux: Plane<V>, current: Plane<V>) -> [Plane<V>; 2] {
+    pub fn core(&self, flux: Plane<V>, mut current: Plane<V>, lagging: V) -> [Plane<V>; 2] {
+        if let Some(short) = &self.short {
+            current = short.core(flux, current, lagging);
+        }
         match &self.branch {
             Some(branch) => [flux, current - branch.current - (flux - self.flux).through(branch.stiffness)],
             None => [flux, current],
         }
+    }
+
+    /// Returns the flux χ of shorted turns in Wb at which the core was evaluated; `there`: without them.
+    #[inline(always)]
+    fn lagging(&self, there: V) -> V {
+        match &self.short {
+            Some(short) => short.lagging,
+            None => there,
+        }
+    }
+
+    /// Returns flux and current that make the torque, as [`Self::core`] does, first for flux and current before the corrections of a
+    /// step, then for those of `there`.
+    #[inline(always)]
+    pub fn cores(&self, [flux, current]: [Plane<V>; 2], there: &Here<V>) -> [[Plane<V>; 2]; 2] {
+        let (state, lagging) = (&there.state, self.lagging(there.state.shorted));
+        [self.core(flux, current, lagging), self.core(state.flux, there.at.current, state.shorted)]
     }
 }
 

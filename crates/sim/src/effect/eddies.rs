@@ -1,5 +1,7 @@
 //! Eddy currents within a step: the lagging flux χ.
 
+use std::ops::{Add, Mul, Sub};
+
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Wide};
 use standstill_plant::Eddies;
@@ -99,12 +101,15 @@ impl<V: Wide> Effect<V> for Eddies<V> {
     }
 }
 
-/// The winding's flux in the rotor's plane in Wb at an end of a step, and its slope in Wb per step.
+/// The flux in Wb at an end of a step that another one lags behind, and its slope in Wb per step.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct RotorFlux<T> {
-    pub(crate) flux: Dq<T>,
-    pub(crate) rise: Dq<T>,
+pub(crate) struct Driving<F> {
+    pub(crate) flux: F,
+    pub(crate) rise: F,
 }
+
+/// The winding's flux in the rotor's plane.
+pub(crate) type RotorFlux<T> = Driving<Dq<T>>;
 
 impl<V: Wide> RotorFlux<V> {
     /// Computes the flux at a state, with slopes `flux_rise` in Wb per step in the run's plane and `angle_rise` in
@@ -126,7 +131,10 @@ impl<V: Wide> RotorFlux<V> {
 /// Returns the lagging flux χ in Wb at the end of a step of `x` time constants, by the two-derivative rule, which is
 /// linear in χ.
 #[inline(always)]
-pub(crate) fn lag_behind<V: Wide>(x: V, lagging: Dq<V>, begin: &RotorFlux<V>, end: &RotorFlux<V>) -> Dq<V> {
+pub(crate) fn lag_behind<V: Wide, F>(x: V, lagging: F, begin: &Driving<F>, end: &Driving<F>) -> F
+where
+    F: Copy + Add<Output = F> + Sub<Output = F> + Mul<V, Output = F>,
+{
     let (half, twelfth, square) = (x * 0.5, x * (1.0 / 12.0), x * x * (1.0 / 12.0));
     let denominator = V::of(1.0) / (square + half + 1.0);
     let decay = (square - half + 1.0) * denominator;

@@ -50,7 +50,7 @@ impl<V: Wide> Effect<V> for Rotors<V> {
         let (h, half, here, state) = (begin.h, begin.h * 0.5, begin.here, &begin.here.state);
         let acceleration = self.acceleration(here.at.torque, state.speed);
         let branch = some!(begin.branch, branch => branch.at(state.flux, None));
-        let torque_rise = self.torque_rise(state, &here.at, begin.change, branch.as_ref());
+        let torque_rise = self.torque_rise(state, &here.at, begin.change, branch.as_ref(), begin.short);
         let jerk = self.jerk(torque_rise, acceleration);
         there.state.speed = state.speed + h * (acceleration + half * jerk);
         there.state.turned =
@@ -71,7 +71,8 @@ impl<V: Wide> Effect<V> for Rotors<V> {
             current: branch.current_after(state.flux - end.looked.flux),
             ..branch
         });
-        step.torque_rise[1] = self.torque_rise(state, &there.at, end.change, branch.as_ref());
+        step.torque_rise[1] =
+            self.torque_rise(state, &there.at, end.change, branch.as_ref(), end.begin.short);
         step.jerk[1] = self.jerk(step.torque_rise[1], step.acceleration[1]);
         let speed = from.speed + hermite_area(h, step.acceleration, step.jerk);
         let turned =
@@ -94,8 +95,14 @@ impl<V: Wide> Effect<V> for Rotors<V> {
         RotorStep {
             acceleration: [here, there].map(|at| self.acceleration(at.at.torque, at.state.speed)),
             torque_rise: [
-                self.torque_rise(&here.state, &here.at, end.begin.change, first.as_ref()),
-                self.torque_rise(&there.state, &there.at, end.change, end.looked.branch.as_ref()),
+                self.torque_rise(&here.state, &here.at, end.begin.change, first.as_ref(), end.begin.short),
+                self.torque_rise(
+                    &there.state,
+                    &there.at,
+                    end.change,
+                    end.looked.branch.as_ref(),
+                    end.begin.short,
+                ),
             ],
             ..RotorStep::default()
         }
@@ -152,7 +159,7 @@ impl<V: Wide> Rotors<V> {
     /// Updates the torque after flux and current were corrected from the values `from`.
     #[inline(always)]
     pub fn follow(&self, looked: &Looked<V>, from: [Plane<V>; 2], there: &mut Here<V>) {
-        let change = [looked.core(from[0], from[1]), looked.core(there.state.flux, there.at.current)];
+        let change = looked.cores(from, there);
         there.at.torque = there.at.torque + self.torque_change(&there.at, change[0], change[1]);
     }
 

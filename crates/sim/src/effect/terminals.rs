@@ -141,7 +141,8 @@ impl<V: Wide> TerminalStep<V> {
         let none = Plane::new(V::of(0.0), V::of(0.0));
         let modes = Modes::of(here.at.inverse_inductance, machine.legs.charging(legs), &terminals.resistance);
         let floating = machine.legs.floating(legs, &here.state.potential);
-        let end = End::of(terminals, &here.at, change, link.at(0), none);
+        let pull = some!(begin.short, short => short.pulling(&here.state, &here.at, change));
+        let end = End::of(terminals, &here.at, change, link.at(0), pull, none);
         let ringing = Ringing::ahead(modes, h, floating, machine.legs.leak, &end);
         Some(Self { begin: end, floating, surplus: link.surplus(h), ringing })
     }
@@ -167,11 +168,12 @@ impl<V: Wide> TerminalStep<V> {
         there: &mut Here<V>,
     ) -> (Plane<V>, Symmetric<V>) {
         let (looked, change) = (end.looked, end.change);
-        let Begin { h, machine, legs, here, .. } = *end.begin;
+        let Begin { h, machine, legs, here, short, .. } = *end.begin;
         let terminals = &legs.terminals;
         let surplus = terminals.rail * self.surplus[1];
         let way = predicted - here.state.flux - surplus;
-        let end = End::of(terminals, &there.at, change, link.at(1), way);
+        let pull = some!(short, short => short.pulling(&there.state, &there.at, change));
+        let end = End::of(terminals, &there.at, change, link.at(1), pull, way);
         // The mean of both ends: what turns faster and slower by turns is then right to the next order.
         let [from, to] = [here.at.inverse_inductance, looked.gamma];
         let mean = Symmetric::new((from.xx + to.xx) * 0.5, (from.xy + to.xy) * 0.5, (from.yy + to.yy) * 0.5);
@@ -187,7 +189,8 @@ impl<V: Wide> TerminalStep<V> {
     pub fn between(&self, end: &super::End<'_, '_, V>, link: &LinkStep<V>, there: &Here<V>) -> Ringing<V> {
         let begin = end.begin;
         let way = there.state.flux - begin.here.state.flux;
-        let last = End::of(&begin.legs.terminals, &there.at, end.change, link.at(1), way);
+        let pull = some!(begin.short, short => short.pulling(&there.state, &there.at, end.change));
+        let last = End::of(&begin.legs.terminals, &there.at, end.change, link.at(1), pull, way);
         let leak = begin.machine.legs.leak;
         Ringing::between(self.ringing.modes, begin.h, self.floating, leak, [&self.begin, &last])
     }

@@ -50,8 +50,8 @@ impl<V: Wide> Bounds<V> {
         // Where nothing changes what drives them, idle legs stay idle.
         let blocked = V::choose(legs.idle | all_flow, far, (potential - low).least(high - potential));
         margins.blocked = blocked;
-        if (machine.drifts() || machine.links.vary()) && V::any(legs.idle) {
-            let idle = room_of_idle(machine, legs, state, change);
+        if (machine.drifts_if::<RARE>() || machine.links.vary()) && V::any(legs.idle) {
+            let idle = room_of_idle::<RARE, _>(machine, legs, state, change);
             margins.blocked = V::choose(legs.idle, idle, blocked);
         }
     }
@@ -60,13 +60,17 @@ impl<V: Wide> Bounds<V> {
 /// Returns the margin in V of machines whose legs are all blocked. The induced voltages give the differences of the
 /// potentials; their common part is taken halfway between the bounds.
 #[inline(always)]
-fn room_of_idle<V: Wide>(
+fn room_of_idle<const RARE: bool, V: Wide>(
     machine: &Machine<V>,
     legs: &Conducting<V>,
     state: &State<V>,
     change: &Change<V>,
 ) -> V {
-    let held = machine.legs.phases(change.flux);
+    let mut induced = change.flux;
+    if let Some(short) = machine.shorted_if::<RARE>() {
+        induced = induced - short.pull(state);
+    }
+    let held = machine.legs.phases(induced);
     let (mut down, mut up) = (V::of(f64::INFINITY), V::of(f64::INFINITY));
     for (k, held) in held.into_iter().enumerate() {
         let [low, high] = machine.legs.range(k, &legs.on[k]).at(state.link);

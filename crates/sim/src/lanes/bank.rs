@@ -8,7 +8,9 @@ use standstill_plant::{Magnetics, Motor};
 
 use self::stepping::{StepOf, take};
 use super::lanes_of;
-use crate::case::RunError;
+use crate::case::{Case, RunError};
+use crate::control::can_move;
+use crate::effect::shorted::Shorted;
 use crate::effect::{Branch, Span};
 use crate::guard::{Bounds, Guard};
 use crate::physics::gates::NEVER;
@@ -173,6 +175,14 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
     }
 
+    /// Makes a bank for machines of the same kind as that of a case; `follow`: whether values inside steps are needed.
+    pub fn of(case: &Case<'a>, follow: bool) -> Self {
+        let sensors = &case.sensors.settings;
+        let mut bank = Self::like(case.motor, &case.inverter, sensors, can_move(case.rotor), follow);
+        bank.machine.shorted = case.faults.short_turns().then(Shorted::default);
+        bank
+    }
+
     /// Tries one step of each live machine. If a mode ends within the step, the step is rejected and the next one ends
     /// at the end of the mode.
     pub fn step(&mut self) {
@@ -230,7 +240,8 @@ impl<V: Wide> Compute for LookAt<'_, '_, V> {
         let (bank, of) = (self.0, V::Mask::of_bits(self.1));
         let state = &bank.here.state;
         let point = some!(&bank.machine.branch, branch => branch.at(state.flux, None));
-        let there = Here { at: bank.machine.operating(state, point.as_ref()), ..bank.here };
+        let short = bank.machine.shorted.as_ref();
+        let there = Here { at: bank.machine.operating(state, point.as_ref(), short), ..bank.here };
         if let (Some(branch), Some(point)) = (&mut bank.machine.branch, &point) {
             branch.set_stiffness(of, point.stiffness);
         }

@@ -6,7 +6,7 @@ use standstill_inverter::DcLink;
 use super::bank::{Bank, Served};
 use super::is_followed;
 use crate::case::{Case, Finished, RunError};
-use crate::control::{Control, Want, can_move};
+use crate::control::{Control, Want};
 use crate::physics::plane::Plane;
 use crate::sensing::{SensorSettings, Sensors};
 use crate::trace::{Probe, Snapshot};
@@ -80,8 +80,7 @@ impl<'a> Driven<'a> {
     ) -> Self {
         let resolution = probe.as_ref().and_then(|probe| probe.resolution());
         let follow = resolution.is_some() || ledger || is_followed(case);
-        let sensors = &case.sensors.settings;
-        let mut bank = Bank::like(case.motor, &case.inverter, sensors, can_move(case.rotor), follow);
+        let mut bank = Bank::of(case, follow);
         bank.control.refereed = refereed;
         let control = Control::new(case.clone(), &mut bank, 0, probe, ledger, Vec::new());
         Self { bank, control }

@@ -8,7 +8,7 @@
 //!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
 //!   C dv_k/dt = −i_k − v_k/R the potential of a terminal in whose leg no device conducts, with a divider of R
 //! ```
-//! The parallel branch of play cells has its own equations (`effect.rs`).
+//! The parallel branches of play cells and of shorted turns have their own equations (`effect.rs`, `effect/shorted.rs`).
 
 use standstill_interface::Dq;
 use standstill_inverter::Inverter;
@@ -19,6 +19,7 @@ use super::legs::{Conducting, Legs};
 use super::links::Links;
 use super::plane::Plane;
 use super::state::State;
+use crate::effect::shorted::Shorted;
 use crate::effect::{Branch, BranchPoint, keep_symmetric};
 
 /// Machines of one kind, each with its own parameters.
@@ -38,6 +39,8 @@ pub struct Machine<'a, V: Wide> {
     pub start: Heading<V>,
     /// The play cells in parallel to the machines' cores; none without hysteresis.
     pub branch: Option<Branch<V>>,
+    /// Shorted turns; none if no machine has them.
+    pub shorted: Option<Shorted<V>>,
     /// The rotors; none if all are locked.
     pub rotors: Option<Rotors<V>>,
 }
@@ -117,6 +120,7 @@ impl<'a, V: Wide> Machine<'a, V> {
             legs: Legs::idle(inverter.bridge.terminal_capacitance > 0.0, loaded),
             start: Heading { sin: zero, cos: one },
             branch: Branch::like(motor),
+            shorted: None,
             rotors: free.then(Rotors::default),
         };
         for lane in 0..V::LANES {
@@ -179,9 +183,14 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Returns currents, inductances and torque at a state, with this value of the parallel branch.
+    /// Returns currents, inductances and torque at a state, with this value of the parallel branch and these shorted turns.
     #[inline(always)]
-    pub fn operating(&self, state: &State<V>, branch: Option<&BranchPoint<V>>) -> Operating<V> {
+    pub fn operating(
+        &self,
+        state: &State<V>,
+        branch: Option<&BranchPoint<V>>,
+        short: Option<&Shorted<V>>,
+    ) -> Operating<V> {
         let zero = V::of(0.0);
         let turned = self.turned(state);
         let (flux, at) = if self.rotors.is_some() {
@@ -241,6 +250,9 @@ impl<'a, V: Wide> Machine<'a, V> {
             at_state.current = at_state.current + branch.current;
             *gamma = plus(gamma, &branch.stiffness);
         }
+        if let Some(short) = short {
+            short.join(state, &mut at_state);
+        }
         at_state
     }
 
@@ -249,6 +261,12 @@ impl<'a, V: Wide> Machine<'a, V> {
     #[inline(always)]
     pub fn branch_if<const RARE: bool>(&self) -> Option<&Branch<V>> {
         if RARE { self.branch.as_ref() } else { None }
+    }
+
+    /// Returns [`Self::shorted`] in code for rare kinds of machines, else none.
+    #[inline(always)]
+    pub fn shorted_if<const RARE: bool>(&self) -> Option<&Shorted<V>> {
+        if RARE { self.shorted.as_ref() } else { None }
     }
 
     /// Finds which play cells of the selected machines slide at the beginning of a step.
@@ -288,10 +306,14 @@ impl<'a, V: Wide> Machine<'a, V> {
         if self.legs.elastance_if::<RARE>().is_some() {
             driven = driven + self.legs.floating(legs, &state.potential);
         }
+        if let Some(short) = self.shorted_if::<RARE>() {
+            driven = driven + short.pull(state);
+        }
         // Its potential u is where its current stays: b · (Γ (driven + ⅔ u b) + drift) = 0.
         let across = terminals.blocked.through(gamma);
         let mut rising = across.dot(driven);
-        if self.drifts() {
+        let drifts = self.drifts_if::<RARE>();
+        if drifts {
             rising = rising + terminals.blocked.dot(self.drift(at, speed));
         }
         let short = rising / (across.dot(terminals.blocked) + terminals.none_blocked);
@@ -299,35 +321,41 @@ impl<'a, V: Wide> Machine<'a, V> {
         if V::any(legs.idle) {
             // All currents stay.
             let mut holding = Plane::new(V::of(0.0), V::of(0.0));
-            if self.drifts() {
+            if drifts {
                 holding = holding - self.drift(at, speed).through(gamma.inverse());
             }
             flux = Plane::choose(legs.idle, holding, flux);
         }
         let mut current = flux.through(gamma);
-        if self.drifts() {
+        if drifts {
             current = current + self.drift(at, speed);
         }
         Change { flux, current, blocked_potential: short * -1.5 }
     }
 
-    /// Returns whether eddy currents or play cells react to the flux. Steps with ringing terminals do not contain this
+    /// Returns whether eddy currents, shorted turns or play cells react to the flux. Steps with ringing terminals do not contain this
     /// reaction in the solution of the oscillation.
     #[inline(always)]
     pub fn lags(&self) -> bool {
-        self.circuits.eddies().is_some() || self.branch.is_some()
+        self.circuits.eddies().is_some() || self.branch.is_some() || self.shorted.is_some()
     }
 
-    /// Returns whether the machines have terminals with a capacitance, or play cells. Only the code for rare kinds of
+    /// Returns whether the machines have terminals with a capacitance, play cells or shorted turns. Only the code for rare kinds of
     /// machines can step them.
     pub fn is_rare(&self) -> bool {
-        self.legs.elastance.is_some() || self.branch.is_some()
+        self.legs.elastance.is_some() || self.branch.is_some() || self.shorted.is_some()
     }
 
-    /// Returns whether the currents can change without a voltage: by rotation or by eddy currents.
+    /// Returns whether the currents can change without a voltage: by rotation, by eddy currents or by shorted turns.
     #[inline(always)]
     pub fn drifts(&self) -> bool {
-        self.rotors.is_some() || self.circuits.eddies().is_some()
+        self.drifts_if::<true>()
+    }
+
+    /// Returns [`Self::drifts`]; code for machines that are not rare asks for no shorted turns.
+    #[inline(always)]
+    pub fn drifts_if<const RARE: bool>(&self) -> bool {
+        self.rotors.is_some() || self.circuits.eddies().is_some() || RARE && self.shorted.is_some()
     }
 }
 
@@ -373,7 +401,7 @@ impl<V: Wide> Rotors<V> {
         (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// Returns the slope of the torque in N·m/s. The parallel branch makes no torque and is left out.
+    /// Returns the slope of the torque in N·m/s. Parallel branches make no torque and are left out.
     #[inline(always)]
     pub fn torque_rise(
         &self,
@@ -381,6 +409,7 @@ impl<V: Wide> Rotors<V> {
         at: &Operating<V>,
         change: &Change<V>,
         branch: Option<&BranchPoint<V>>,
+        short: Option<&Shorted<V>>,
     ) -> V {
         let speed = state.speed;
         let in_rotor = change.flux - state.flux.quarter_turn() * speed;
@@ -388,6 +417,10 @@ impl<V: Wide> Rotors<V> {
         if let Some(branch) = branch {
             current = current - branch.current;
             rise = rise - change.flux.through(branch.stiffness);
+        }
+        if let Some(short) = short {
+            let [of_short, slope] = short.flowing(state, at, change);
+            (current, rise) = (current - of_short, rise - slope);
         }
         (change.flux.cross(current) + state.flux.cross(rise)
             - at.energy_turn.dot(in_rotor)

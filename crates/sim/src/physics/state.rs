@@ -17,6 +17,8 @@ pub struct State<T = f64> {
     pub link: T,
     /// The lagging flux χ of the eddy currents in Wb, in the rotor's plane.
     pub lagging: Dq<T>,
+    /// The lagging flux χ of shorted turns in Wb, along the axis of their phase; else unused.
+    pub shorted: T,
     /// Potentials of the terminals in V against the negative rail, if terminals have a capacitance; else unused.
     pub potential: [T; 3],
 }

@@ -18,14 +18,19 @@ impl<V: Wide> Span<'_, '_, V> {
         machine.links.within(self, &mut there);
         let area = machine.links.area_within(self, &there);
         there.state.flux = flux_within(self, area);
+        let short = machine.shorted.as_ref();
+        if let Some(short) = short {
+            there.state.flux = there.state.flux + short.pulled_within(self);
+        }
         if let Some(floating) = &step.floating {
             terminals::within(self, &floating.ringing, area, &mut there);
         }
         machine.circuits.eddies().within(self, &mut there);
+        short.within(self, &mut there);
         let along = step.change[0].flux * (step.h * share);
         let point = some!(branch, branch => branch.at(there.state.flux, Some(along)));
-        there.at = machine.operating(&there.state, point.as_ref());
-        let looked = Looked::at(&there, point, &step.legs);
+        there.at = machine.operating(&there.state, point.as_ref(), short);
+        let looked = Looked::at(&there, point, short, &step.legs);
         looked.settle(&step.legs, &mut there);
         if let Some(rotors) = &machine.rotors {
             rotors.follow(&looked, [looked.flux, looked.current], &mut there);

@@ -75,6 +75,14 @@ pub(crate) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
     most * (x * x) * (x * x) * x * RELAXING
 }
 
+/// Returns the error in Wb of a lagging flux over a step of `x` time constants whose lag settles; `most`: largest distance in Wb of
+/// the lag from the one at which it settles. An even lag is exact, and the rule amplifies no distance.
+#[inline(always)]
+pub(crate) fn settling_error<V: Wide>(most: V, x: V) -> V {
+    let square = x * x;
+    most * (square * square * x * RELAXING).least(V::of(2.0))
+}
+
 /// Returns the error of a step with ringing terminals, relative to the tolerance. It has three parts: the error of the
 /// step's cubics in Wb; the distance `off` in Wb between the end and the point at which the core was evaluated; and, if
 /// filters follow the currents, the error of the currents within the step.

@@ -18,7 +18,7 @@ use crate::physics::state::State;
 use crate::step::dormand_prince::Attempt;
 
 /// Number of values of a state, without the pinned fluxes of the play cells.
-const OWN: usize = 10;
+const OWN: usize = 11;
 /// Number of values of a state, with the pinned fluxes.
 const NUMBERS: usize = OWN + size_of::<BranchState<f64>>() / size_of::<f64>();
 
@@ -27,8 +27,8 @@ const NUMBERS: usize = OWN + size_of::<BranchState<f64>>() / size_of::<f64>();
 const PER_SECOND: f64 = 1e4;
 
 fn numbers<V: Wide>(state: &State<V>, pinned: &BranchState<V>) -> [V; NUMBERS] {
-    let State { flux, turned, speed, link, lagging, potential: [a, b, c] } = *state;
-    let own = [flux.x, flux.y, turned, speed, link, lagging.d, lagging.q, a, b, c];
+    let State { flux, turned, speed, link, lagging, shorted, potential: [a, b, c] } = *state;
+    let own = [flux.x, flux.y, turned, speed, link, lagging.d, lagging.q, shorted, a, b, c];
     std::array::from_fn(|n| match n.checked_sub(OWN) {
         None => own[n],
         Some(n) if n % 2 == 0 => pinned[n / 2].x,
@@ -47,7 +47,7 @@ impl<V: Wide> Tried<V> {
         accuracy: &Accuracy<V>,
     ) -> Self {
         let h = (until - here.time) * 1e-9;
-        let branch = machine.branch.as_ref();
+        let (branch, short) = (machine.branch.as_ref(), machine.shorted.as_ref());
         let mut pinned = BranchState::default();
         if let Some(branch) = branch {
             pinned = branch.at(here.state.flux, None).elastic.map(|elastic| here.state.flux - elastic);
@@ -61,9 +61,9 @@ impl<V: Wide> Tried<V> {
         );
         let state = state_of(machine, until * 1e-9, &attempt.end);
         let point = branch.map(|branch| branch.pinned_at(state.flux, &pinned_of(&attempt.end)));
-        let at = machine.operating(&state, point.as_ref());
+        let at = machine.operating(&state, point.as_ref(), short);
         let mut there = Here { time: until, state, at, source: machine.links.source(until * 1e-9) };
-        let looked = Looked::at(&there, point, legs);
+        let looked = Looked::at(&there, point, short, legs);
         looked.settle(legs, &mut there);
         let change = [
             machine.change::<true>(legs, &here.at, &here.state),
@@ -72,7 +72,7 @@ impl<V: Wide> Tried<V> {
         if let Some(rotors) = &machine.rotors {
             rotors.follow(&looked, [looked.flux, looked.current], &mut there);
         }
-        let begin = Begin { h, machine, branch, legs, here, change: &change[0] };
+        let begin = Begin { h, machine, branch, short, legs, here, change: &change[0] };
         let end = End { begin: &begin, looked: &looked, change: &change[1] };
         let rotor = machine.rotors.as_ref().between(&end, &there);
         if machine.legs.elastance.is_some() {
@@ -90,18 +90,18 @@ impl<V: Wide> Tried<V> {
 fn tolerances<V: Wide>(accuracy: &Accuracy<V>) -> [f64; NUMBERS] {
     let (flux, angle) = (1.0 / accuracy.per_flux.get(0), 1.0 / accuracy.per_angle.get(0));
     let (speed, volt) = (angle * PER_SECOND, flux * PER_SECOND);
-    let own = [flux, flux, angle, speed, volt, flux, flux, volt, volt, volt];
+    let own = [flux, flux, angle, speed, volt, flux, flux, flux, volt, volt, volt];
     std::array::from_fn(|n| own.get(n).copied().unwrap_or(flux))
 }
 
 /// Returns the state with these values at a time in s. Without a capacitor the link's voltage is the source's.
 fn state_of<V: Wide>(machine: &Machine<V>, time: V, y: &[V; NUMBERS]) -> State<V> {
-    let [x, y, turned, speed, mut link, d, q, a, b, c, ..] = *y;
+    let [x, y, turned, speed, mut link, d, q, shorted, a, b, c, ..] = *y;
     if machine.links.storage.is_none() {
         link = machine.links.source(time).voltage;
     }
     let lagging = Dq::new(d, q);
-    State { flux: Plane::new(x, y), turned, speed, link, lagging, potential: [a, b, c] }
+    State { flux: Plane::new(x, y), turned, speed, link, lagging, shorted, potential: [a, b, c] }
 }
 
 /// Returns the pinned fluxes of the play cells in Wb.
@@ -118,7 +118,7 @@ fn slope<V: Wide>(
     pinned: &BranchState<V>,
 ) -> (State<V>, BranchState<V>) {
     let point = machine.branch.as_ref().map(|branch| branch.pinned_at(state.flux, pinned));
-    let at = machine.operating(state, point.as_ref());
+    let at = machine.operating(state, point.as_ref(), machine.shorted.as_ref());
     let here = Here { time, state: *state, at, source: machine.links.source(time) };
     let flux = machine.change::<true>(legs, &at, state).flux;
     let mut slope = State { flux, ..State::default() };

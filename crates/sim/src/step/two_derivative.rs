@@ -105,8 +105,8 @@ impl<V: Wide> Tried<V> {
     ) -> Self {
         let h = (until - here.time) * 1e-9;
         let first = machine.change::<RARE>(legs, &here.at, &here.state);
-        let branch = machine.branch_if::<RARE>();
-        let begin = Begin { h, machine, branch, legs, here, change: &first };
+        let (branch, short) = (machine.branch_if::<RARE>(), machine.shorted_if::<RARE>());
+        let begin = Begin { h, machine, branch, short, legs, here, change: &first };
         let (rotors, links, eddies) = (machine.rotors.as_ref(), &machine.links, machine.circuits.eddies());
         let mut there = Here { time: until, ..*here };
 
@@ -122,30 +122,40 @@ impl<V: Wide> Tried<V> {
             terminals.predict(&begin, &mut there);
         }
         let mut eddy = eddies.predict(&begin, &mut there);
+        let mut shorted = short.predict(&begin, &mut there);
         let mut branched = branch.predict(&begin, &mut there);
 
         // Evaluate the core.
         let point = some!(branch, branch => branch.at(there.state.flux, Some(first.flux * h)));
-        there.at = machine.operating(&there.state, point.as_ref());
-        let looked = Looked::at(&there, point, legs);
+        there.at = machine.operating(&there.state, point.as_ref(), short);
+        let looked = Looked::at(&there, point, short, legs);
         looked.settle(legs, &mut there);
         winding.predicted = [there.state.flux, there.at.current];
         if let Some(rotors) = rotors {
             rotors.follow(&looked, [looked.flux, looked.current], &mut there);
         }
-        let last = machine.change::<RARE>(legs, &there.at, &there.state);
+        let mut last = machine.change::<RARE>(legs, &there.at, &there.state);
+        if RARE && short.is_some() {
+            // Its flux bends where the winding's does not: the slopes at the end are those with it corrected.
+            short.correct(&End { begin: &begin, looked: &looked, change: &last }, &mut there, &mut shorted);
+            last = machine.change::<RARE>(legs, &there.at, &there.state);
+        }
 
         // Correct.
         let end = End { begin: &begin, looked: &looked, change: &last };
         links.correct(&end, &mut there, &mut link);
         rotors.correct(&end, &mut there, &mut rotor);
         let mut missing = winding.missing(&end, &there, &link);
+        if let Some(short) = short {
+            missing = missing + short.missing(&end, &there);
+        }
         let mut resistance = legs.terminals.resistance;
         if RARE && let Some(terminals) = &mut terminals {
             (missing, resistance) = terminals.correct(&end, &link, winding.predicted[0], &mut there);
         }
         WindingStep::correct(&end, missing, resistance, &mut there);
         eddies.correct(&end, &mut there, &mut eddy);
+        short.correct(&end, &mut there, &mut shorted);
         looked.settle(legs, &mut there);
         if let (Some(rotors), Some(rotor)) = (rotors, &mut rotor) {
             rotors.finish(&end, winding.predicted, &mut there, rotor);
@@ -164,6 +174,7 @@ impl<V: Wide> Tried<V> {
         error = error
             + rotors.error(&rotor, accuracy)
             + eddies.error(&eddy, accuracy)
+            + short.error(&shorted, accuracy)
             + links.error(&link, accuracy)
             + branch.error(&branched, accuracy);
         let ringing = some!(terminals, terminals => terminals.ringing);

@@ -6,5 +6,6 @@ mod driven;
 mod faults;
 mod hysteresis;
 mod script;
+mod shorted;
 mod terminals;
 mod turning;

@@ -71,18 +71,24 @@ pub struct End<V> {
 
 impl<V: Wide> End<V> {
     /// Computes force and current from the slopes of the machines. `[link, link_rise]`: the link's voltage in V and its
-    /// slope in V/s; `flux`: ψ − ψ₀ in Wb.
+    /// slope in V/s; `pull`: voltage in V that shorted turns add, and its slope in V/s; `flux`: ψ − ψ₀ in Wb.
     #[inline(always)]
     pub(super) fn of(
         terminals: &Terminals<V>,
         at: &Operating<V>,
         change: &Change<V>,
         [link, link_rise]: [V; 2],
+        pull: Option<[Plane<V>; 2]>,
         flux: Plane<V>,
     ) -> Self {
+        let mut force = terminals.rail * link + terminals.offset - at.current.through(terminals.resistance);
+        let mut force_rise = terminals.rail * link_rise - change.current.through(terminals.resistance);
+        if let Some([pull, rise]) = pull {
+            (force, force_rise) = (force + pull, force_rise + rise);
+        }
         Self {
-            force: terminals.rail * link + terminals.offset - at.current.through(terminals.resistance),
-            force_rise: terminals.rail * link_rise - change.current.through(terminals.resistance),
+            force,
+            force_rise,
             current: at.current,
             current_rise: change.current,
             flux_rise: change.flux,
