@@ -164,29 +164,7 @@ impl FaultTable {
                 [low, high]
             }
         };
-        let mut further = [[0.0; 2]; 2];
-        for (n, (key, found)) in
-            [("resistance", &self.resistance), ("coupling", &self.coupling)].iter().enumerate()
-        {
-            let of_mode = mode.further().iter().find(|(name, _)| name == key);
-            further[n] = match (of_mode, found) {
-                (None, None) => continue,
-                (None, Some(_)) => {
-                    let needed = format!("no such key: it belongs to \"{}\"", FaultMode::TurnsShorted.name());
-                    return wrong(key, "a value", &needed);
-                }
-                (Some((_, size)), None) => [size.without; 2],
-                (Some((_, size)), Some(between)) => {
-                    between.numbers(size.read, size.range).map_err(|found| {
-                        error(
-                            key,
-                            &found,
-                            &format!("{}, or two of them, the smaller one first", size.allowed),
-                        )
-                    })?
-                }
-            };
-        }
+        let further = self.further(number)?;
         let time = |value: &Value| value.clone().try_into::<Quantity<Second>>().ok().map(Quantity::value);
         let onset = match &self.onset {
             None => [0.0; 2],
@@ -233,6 +211,38 @@ impl FaultTable {
             Some(lasts) => return wrong("lasts", &format!("{lasts} s"), "a time from 1 ns to 20 s"),
         };
         Ok(FaultSettings { mode, at, size, further, command, onset, lasts })
+    }
+
+    /// Checks the further sizes of the fault with this number, counted from 0.
+    fn further(&self, number: usize) -> Result<[[f64; 2]; 2], FileError> {
+        let mode = self.mode.0;
+        let error = |key: &str, found: &str, needed: &str| {
+            FileError::key(&format!("faults[{number}].{key}"), found, needed)
+        };
+        let mut further = [[0.0; 2]; 2];
+        for (n, (key, found)) in
+            [("resistance", &self.resistance), ("coupling", &self.coupling)].iter().enumerate()
+        {
+            let of_mode = mode.further().iter().find(|(name, _)| name == key);
+            further[n] = match (of_mode, found) {
+                (None, None) => continue,
+                (None, Some(_)) => {
+                    let needed = format!("no such key: it belongs to \"{}\"", FaultMode::TurnsShorted.name());
+                    return Err(error(key, "a value", &needed));
+                }
+                (Some((_, size)), None) => [size.without; 2],
+                (Some((_, size)), Some(between)) => {
+                    between.numbers(size.read, size.range).map_err(|found| {
+                        error(
+                            key,
+                            &found,
+                            &format!("{}, or two of them, the smaller one first", size.allowed),
+                        )
+                    })?
+                }
+            };
+        }
+        Ok(further)
     }
 }
 

@@ -10,6 +10,8 @@
 //! ```
 //! The parallel branches of play cells and of shorted turns have their own equations (`effect.rs`, `effect/shorted.rs`).
 
+mod rotors;
+
 use standstill_interface::Dq;
 use standstill_inverter::Inverter;
 use standstill_numeric::{Heading, MOST_LANES, Symmetric, Wide, sin_cos};
@@ -367,65 +369,4 @@ fn plus<V: Wide>(a: &Symmetric<V>, b: &Symmetric<V>) -> Symmetric<V> {
 #[inline(always)]
 fn minus<V: Wide>(a: &Symmetric<V>, b: &Symmetric<V>) -> Symmetric<V> {
     Symmetric::new(a.xx - b.xx, a.xy - b.xy, a.yy - b.yy)
-}
-
-impl<V: Wide> Rotors<V> {
-    /// Gives the rotor of a lane this acceleration in rad/s² electrical, whatever its torque is.
-    pub fn drive(&mut self, lane: usize, acceleration: f64) {
-        self.per_inertia.put(lane, 0.0);
-        self.imposed.put(lane, acceleration);
-    }
-
-    /// Returns the acceleration in rad/s² (electrical).
-    #[inline(always)]
-    pub fn acceleration(&self, torque: V, speed: V) -> V {
-        (torque - self.load - self.dry_friction - speed * self.viscous) * self.per_inertia * self.moving
-            + self.imposed
-    }
-
-    /// Returns the change of the torque in N·m when flux in Wb and current in A are corrected, at constant angle.
-    #[inline(always)]
-    pub fn torque_change(
-        &self,
-        at: &Operating<V>,
-        [flux, current]: [Plane<V>; 2],
-        [new_flux, new_current]: [Plane<V>; 2],
-    ) -> V {
-        (new_flux.cross(new_current) - flux.cross(current) - at.energy_turn.dot(new_flux - flux))
-            * self.torque_factor
-    }
-
-    /// Returns the slope of the acceleration in rad/s³ for a slope of the torque in N·m/s.
-    #[inline(always)]
-    pub fn jerk(&self, torque_rise: V, acceleration: V) -> V {
-        (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
-    }
-
-    /// Returns the slope of the torque in N·m/s. Parallel branches make no torque and are left out.
-    #[inline(always)]
-    pub fn torque_rise(
-        &self,
-        state: &State<V>,
-        at: &Operating<V>,
-        change: &Change<V>,
-        branch: Option<&BranchPoint<V>>,
-        short: Option<&Shorted<V>>,
-    ) -> V {
-        let speed = state.speed;
-        let in_rotor = change.flux - state.flux.quarter_turn() * speed;
-        let (mut current, mut rise) = (at.current, change.current);
-        if let Some(branch) = branch {
-            current = current - branch.current;
-            rise = rise - change.flux.through(branch.stiffness);
-        }
-        if let Some(short) = short {
-            let [of_short, slope] = short.flowing(state, at, change);
-            (current, rise) = (current - of_short, rise - slope);
-        }
-        (change.flux.cross(current) + state.flux.cross(rise)
-            - at.energy_turn.dot(in_rotor)
-            - at.energy_bend * speed)
-            * self.torque_factor
-            + at.cogging_slope * speed
-    }
 }

@@ -21,7 +21,15 @@ fn along_x(value: f64) -> Plane<f64> {
 /// A place where this current flows along x.
 fn place(current: f64) -> Here<f64> {
     let dq = Dq::new(0.0, 0.0);
-    let state = State { flux: NONE, turned: 0.0, speed: 0.0, link: 0.0, lagging: dq, potential: [0.0; 3] };
+    let state = State {
+        flux: NONE,
+        turned: 0.0,
+        speed: 0.0,
+        link: 0.0,
+        lagging: dq,
+        shorted: 0.0,
+        potential: [0.0; 3],
+    };
     let at = Operating {
         current: along_x(current),
         inverse_inductance: Symmetric::new(1.0, 0.0, 1.0),
