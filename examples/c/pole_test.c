@@ -13,10 +13,13 @@
  *   test=single   one pulse along the axis, as long as a motor that does not saturate takes to reach `current`. More than that by
  *                 `threshold`, a share: north is there. Otherwise it is the other end: nothing else was looked at.
  *
+ * Then the axis once more: a rotor that has moved by 10 degrees is a failure. It needs a brake: at i_d < 0 the rotor stands on its head.
+ *
  * Build: cc -O2 -shared -fPIC -o pole_test.so pole_test.c -lm
  * Config: test=both or single, voltage=… V of the injection, bias=… A and least=… (standard deviations that the ripples must
- *         differ by; 0: any difference decides), settle=… and count=… halves for each sign, current=… A, threshold=… (a share),
- *         halves=… that the single pulse lasts. What is left out follows from what the drive knows.
+ *         differ by; 0: any difference decides), floor=… (what drive and sensors make of the ripples, unlike for both signs, as a
+ *         share), settle=… and count=… halves for each sign, current=… A, threshold=… (a share), halves=… that the single pulse
+ *         lasts. What is left out follows from what the drive knows.
  */
 #include "standstill.h"
 
@@ -26,22 +29,30 @@
 
 #define DIRECTIONS 16
 #define TURNS 3                      /* the first does not count */
+#define BATCH 10                     /* halves whose mean is one number: neighbouring rises share a sample */
+#define MOVED 0.17f                  /* rad that the axis may have moved */
 #define PI 3.14159265f
 
-enum stage { AXIS, REST, FORTH_BIAS, BACK_BIAS, PULSE };
+enum stage { AXIS, REST, FORTH_BIAS, BACK_BIAS, PULSE, AXIS_AGAIN };
+enum reasons { CLIPPED = 1, ALIKE, NO_POLES, HIDDEN, TURNED };
 
 typedef struct test {
     sts_drive drive;
     float half_s;                    /* of a half period, s */
-    float voltage, bias, least, current, threshold;
+    float voltage, bias, least, floor, current, threshold;
     int settle, count, halves, single;
     enum stage stage;
     uint32_t tick, begun;            /* interrupts so far; the one at which the stage began */
     float before[2];                 /* current at the last interrupt, A */
     float second[2];                 /* second harmonic of the rises */
     float axis, integral;
-    float ripple[2], square[2];      /* sums over the halves that count, for each sign of the bias */
+    float first;                     /* the first ripple, from which the others are counted: no digits are lost */
+    double batch, sum[2], square[2]; /* of the batch so far; over the batches, for each sign of the bias */
+    int opposite, tested;            /* north is the other end; the pole test is done */
+    float evidence;
 } test;
+
+static const char *const KEYS[] = { "test", "voltage", "bias", "least", "floor", "settle", "count", "current", "threshold", "halves" };
 
 static const char *text(const char *config, const char *key)
 {
@@ -57,16 +68,46 @@ static const char *text(const char *config, const char *key)
     return NULL;
 }
 
-static float number(const char *config, const char *key, float usual)
+/* A number, within its range; not a number where it is none or beyond. */
+static float number(const char *config, const char *key, float usual, float low, float high)
 {
     const char *found = text(config, key);
-    return found == NULL ? usual : strtof(found, NULL);
+    char *end;
+    float value = usual;
+    if (found != NULL) {
+        value = strtof(found, &end);
+        if (end == found || (*end != '\n' && *end != '\0')) {
+            return NAN;
+        }
+    }
+    return value >= low && value <= high ? value : NAN;
+}
+
+/* Whether each line of the configuration has a key that there is. */
+static int known(const char *config)
+{
+    const char *line = config;
+    while (line != NULL && *line != '\0') {
+        size_t k, length = strcspn(line, "=\n");
+        for (k = 0; k < sizeof KEYS / sizeof KEYS[0]; k++) {
+            if (strlen(KEYS[k]) == length && strncmp(line, KEYS[k], length) == 0) {
+                break;
+            }
+        }
+        if (k == sizeof KEYS / sizeof KEYS[0]) {
+            return 0;
+        }
+        line = strchr(line, '\n');
+        line = line == NULL ? NULL : line + 1;
+    }
+    return 1;
 }
 
 static void *create(const sts_drive *drive, const char *config, uint64_t seed, const char **refused)
 {
     const char *kind = text(config, "test");
-    float l = fminf(drive->ld, drive->lq), most = 0.577f * drive->dc_link;
+    float l = fminf(drive->ld, drive->lq), most = 0.577f * drive->dc_link, rated = drive->rated_current;
+    float settle, count, halves;
     test *of = calloc(1, sizeof *of);
     (void)seed;
     if (of == NULL) {
@@ -76,23 +117,35 @@ static void *create(const sts_drive *drive, const char *config, uint64_t seed, c
     of->drive = *drive;
     of->half_s = 0.5e-9f * (float)drive->period_ns;
     of->single = kind != NULL && strncmp(kind, "single", 6) == 0;
-    of->voltage = number(config, "voltage", fminf(0.4f * drive->dc_link, 0.2f * drive->rated_current * l / of->half_s));
-    of->bias = number(config, "bias", 0.5f * drive->rated_current);
-    of->least = number(config, "least", 0.0f);
-    of->settle = (int)number(config, "settle", 100.0f);
-    of->count = (int)number(config, "count", 100.0f);
-    of->current = number(config, "current", drive->rated_current);
-    of->threshold = number(config, "threshold", 0.05f);
-    of->halves = (int)number(config, "halves", ceilf(drive->ld * of->current / (0.9f * most * of->half_s)));
-    if (kind != NULL && !of->single && strncmp(kind, "both", 4) != 0) {
+    of->voltage = number(config, "voltage", fminf(0.4f * drive->dc_link, 0.2f * rated * l / of->half_s), 0.0f, 0.5f * drive->dc_link);
+    of->bias = number(config, "bias", 0.5f * rated, 1e-3f * rated, 2.0f * rated);
+    of->least = number(config, "least", 0.0f, 0.0f, 1000.0f);
+    of->floor = number(config, "floor", 0.001f, 0.0f, 1.0f);
+    settle = number(config, "settle", 100.0f, 1.0f, 10000.0f);
+    count = number(config, "count", 100.0f, 2.0f * BATCH, 10000.0f);
+    of->current = number(config, "current", rated, 1e-3f * rated, 10.0f * rated);
+    of->threshold = number(config, "threshold", 0.05f, -1.0f, 1.0f);
+    halves = number(config, "halves", ceilf(drive->ld * of->current / (0.9f * most * of->half_s)), 1.0f, 10000.0f);
+    if (!known(config)) {
+        *refused = "keys are test, voltage, bias, least, floor, settle, count, current, threshold and halves";
+    } else if (kind != NULL && !of->single && strncmp(kind, "both", 4) != 0) {
         *refused = "test must be both or single";
-    } else if (!(of->voltage > 0.0f && of->voltage <= most)) {
-        *refused = "voltage must be more than 0 and at most 0.577 of the DC link";
-    } else if (of->settle < 1 || of->count < 2 || of->count > 10000 || of->settle > 10000) {
-        *refused = "settle must be from 1 to 10000, count from 2 to 10000";
-    } else if (of->halves < 1 || drive->ld * of->current > most * of->half_s * (float)of->halves) {
-        *refused = "the pulse's voltage would be more than 0.577 of the DC link: more halves, or less current";
+    } else if (isnan(of->voltage)) {
+        *refused = "voltage must be a number from 0 to half the DC link: beyond, its pulses are as short as the dead time";
+    } else if (isnan(of->bias) || isnan(of->least) || isnan(of->floor)) {
+        *refused = "bias must be from 0.001 to 2 times the rated current, least from 0 to 1000, floor from 0 to 1";
+    } else if (isnan(settle) || isnan(count) || fmodf(count, BATCH) != 0.0f) {
+        *refused = "settle must be from 1 to 10000, count a multiple of 10 from 20 to 10000";
+    } else if (isnan(of->current) || isnan(of->threshold)) {
+        *refused = "current must be from 0.001 to 10 times the rated one, threshold from -1 to 1";
+    } else if (isnan(halves) || drive->ld * of->current > most * of->half_s * halves) {
+        *refused = "halves must be from 1 to 10000, and so many that the pulse takes no more than 0.577 of the DC link";
+    } else if (of->voltage * of->half_s / l < 8.0f * drive->amps_per_count) {
+        *refused = "a vector of this voltage raises the current by less than 8 counts of the converters: more voltage";
     } else {
+        of->settle = (int)settle;
+        of->count = (int)count;
+        of->halves = (int)halves;
         return of;
     }
     free(of);
@@ -119,25 +172,37 @@ static void modulate(const test *of, float alpha, float beta, sts_legs *legs)
     }
 }
 
-static void enter(test *of, enum stage stage)
+static void enter(test *of, enum stage stage, uint32_t begun)
 {
     of->stage = stage;
-    of->begun = of->tick;
+    of->begun = begun;
     of->integral = 0.0f;
+    of->second[0] = of->second[1] = 0.0f;
 }
 
-/* The pole from both ripples. */
-static int32_t decided(const test *of, sts_result *result)
+/* The pole from both ripples. What the mean of so many batches scatters by counts, and the floor that no mean takes away. */
+static void decide(test *of)
 {
-    float n = (float)of->count, plus = of->ripple[0] / n, minus = of->ripple[1] / n;
-    float variance = (of->square[0] / n - plus * plus + of->square[1] / n - minus * minus) / (n - 1.0f);
-    float difference = of->drive.stronger_pole < 0 ? minus - plus : plus - minus;
-    result->angle = difference < 0.0f ? of->axis + PI : of->axis;
-    result->pole_evidence = variance > 0.0f ? fabsf(difference) / sqrtf(variance) : 0.0f;
-    result->pole_needed = of->least;
-    if (variance > 0.0f && result->pole_evidence < of->least) {
-        result->reason = 2;
-        return STS_AXIS;
+    double n = (double)(of->count / BATCH), plus = of->sum[0] / n, minus = of->sum[1] / n;
+    double scatter = (of->square[0] / n - plus * plus + of->square[1] / n - minus * minus) / (n - 1.0);
+    double floor = of->floor * (of->first + 0.5 * (plus + minus));
+    double difference = of->drive.stronger_pole < 0 ? minus - plus : plus - minus;
+    double deviation = sqrt(fmax(scatter, 0.0) + floor * floor);
+    of->opposite = difference < 0.0;
+    of->evidence = deviation > 0.0 ? (float)(fabs(difference) / deviation) : 0.0f;
+}
+
+/* The angle of north, or of one end of the axis. */
+static int32_t answer(const test *of, sts_result *result)
+{
+    result->angle = of->opposite ? of->axis + PI : of->axis;
+    if (!of->single) {
+        result->pole_evidence = of->evidence;
+        result->pole_needed = of->least;
+        if (of->evidence < of->least) {
+            result->reason = ALIKE;
+            return STS_AXIS;
+        }
     }
     return STS_FOUND;
 }
@@ -152,10 +217,14 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
     /* Interrupts since the stage began. What the first of them orders lasts from the next update to the one after it. */
     uint32_t since = of->tick - of->begun;
     if (sample->sensed[0] == STS_CLIPPED || sample->sensed[1] == STS_CLIPPED || sample->sensed[2] == STS_CLIPPED) {
-        result->reason = 1;
+        result->reason = CLIPPED;
         return STS_FAILED;
     }
-    if (of->stage == AXIS) {
+    if (sample->sensed[0] == STS_HIDDEN || sample->sensed[1] == STS_HIDDEN || sample->sensed[2] == STS_HIDDEN) {
+        result->reason = HIDDEN;
+        return STS_FAILED;
+    }
+    if (of->stage == AXIS || of->stage == AXIS_AGAIN) {
         float angle;
         if (since >= 2 && since % 2 == 0) {
             /* The forth half that ended now. */
@@ -171,13 +240,24 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
             }
         }
         if (since == 2 * DIRECTIONS * TURNS) {
-            of->axis = 0.5f * atan2f(of->second[1], of->second[0]) + (of->drive.ld > of->drive.lq ? 0.5f * PI : 0.0f);
+            float axis = 0.5f * atan2f(of->second[1], of->second[0]) + (of->drive.ld > of->drive.lq ? 0.5f * PI : 0.0f);
+            if (of->stage == AXIS_AGAIN) {
+                /* Half turns are the other end of the same axis. */
+                float by = remainderf(axis - of->axis, PI);
+                if (fabsf(by) > MOVED) {
+                    result->reason = TURNED;
+                    return STS_FAILED;
+                }
+                of->axis += by;
+                return answer(of, result);
+            }
+            of->axis = axis;
             if (of->drive.stronger_pole == 0) {
                 result->angle = of->axis;
-                result->reason = 3;
+                result->reason = NO_POLES;
                 return STS_AXIS;
             }
-            enter(of, REST);
+            enter(of, REST, of->tick);
         } else {
             float sign = since % 2 == 0 ? of->voltage : -of->voltage;
             angle = 2.0f * PI / DIRECTIONS * (float)(since / 2 % DIRECTIONS);
@@ -188,7 +268,11 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
         /* Legs off: what flows returns to the link. */
         legs->leg[0] = legs->leg[1] = legs->leg[2] = STS_OFF;
         if (of->tick - of->begun == 20) {
-            enter(of, of->single ? PULSE : FORTH_BIAS);
+            if (of->tested) {
+                enter(of, AXIS_AGAIN, of->tick + 1);
+            } else {
+                enter(of, of->single ? PULSE : FORTH_BIAS, of->tick);
+            }
         }
     }
     since = of->tick - of->begun;
@@ -196,10 +280,10 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
         if (since == (uint32_t)of->halves + 1) {
             /* Without saturation, resistance, drops and dead time it would be `current`. */
             int stronger = along > of->current * (1.0f + of->threshold);
-            result->angle = stronger == (of->drive.stronger_pole > 0) ? of->axis : of->axis + PI;
-            return STS_FOUND;
-        }
-        {
+            of->opposite = stronger != (of->drive.stronger_pole > 0);
+            of->tested = 1;
+            enter(of, REST, of->tick + 1);
+        } else {
             float v = since < (uint32_t)of->halves ? of->drive.ld * of->current / ((float)of->halves * of->half_s) : 0.0f;
             modulate(of, v * c, v * s, legs);
         }
@@ -215,17 +299,24 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
         modulate(of, d * c - q * s, d * s + q * c, legs);
         if (since >= (uint32_t)of->settle + 2) {
             /* The half that ended now was ordered two interrupts ago, with the sign that this one has. */
+            uint32_t counted = since - (uint32_t)of->settle - 2;
             float ripple = since % 2 == 0 ? rise_along : -rise_along;
-            of->ripple[sign] += ripple;
-            of->square[sign] += ripple * ripple;
-        }
-        if (since + 1 == (uint32_t)(of->settle + 2 + of->count)) {
-            if (sign) {
-                return decided(of, result);
+            if (counted == 0 && !sign) {
+                of->first = ripple;
             }
-            of->tick++;
-            enter(of, BACK_BIAS);
-            of->tick--;
+            of->batch += (double)(ripple - of->first) / BATCH;
+            if (counted % BATCH == BATCH - 1) {
+                of->sum[sign] += of->batch;
+                of->square[sign] += of->batch * of->batch;
+                of->batch = 0.0;
+            }
+            if (counted + 1 == (uint32_t)of->count) {
+                if (sign) {
+                    decide(of);
+                    of->tested = 1;
+                }
+                enter(of, sign ? REST : BACK_BIAS, of->tick + 1);
+            }
         }
     }
     of->before[0] = alpha;
@@ -237,9 +328,11 @@ static int32_t isr(void *detector, const sts_readings *readings, sts_legs *legs,
 static const char *reason(uint32_t code)
 {
     switch (code) {
-    case 1: return "a current beyond the range of its sensor";
-    case 2: return "both signs of the current have the same ripple";
-    case 3: return "both poles draw the same current, as the drive knows the motor";
+    case CLIPPED: return "a current beyond the range of its sensor";
+    case ALIKE: return "both signs of the current make ripples that differ by less than `least` deviations";
+    case NO_POLES: return "both poles draw the same current, as the drive knows the motor";
+    case HIDDEN: return "a sensor that does not see its phase: this test needs all three currents, at each interrupt";
+    case TURNED: return "the rotor has moved by more than 10 degrees meanwhile: it needs a brake";
     default: return NULL;
     }
 }

@@ -151,20 +151,50 @@ fn law_a_single_pulse_with_a_threshold_beyond_the_gain_names_half_of_the_poles_w
     assert!(share("6.8 %", -0.03) < 0.01);
 }
 
-/// Noise in proportion to nothing: the ripples' difference grows with the bias, and who asks for four deviations is seldom wrong.
+/// The ripples' difference grows with the bias; who asks for deviations is seldom wrong, also where they are few because the noise is.
 #[test]
 fn law_both_signs_of_a_current_guess_where_the_bias_is_small_and_say_so_if_they_are_asked() {
     let (folder, _) = example("pole_test.c");
-    let all = |config: &str| {
-        let plan = plan(&folder, &pole_test("default", "2 %", config)).expect("valid");
-        records(&plan, 0..300)
+    let all = |config: &str, sensors: &str| {
+        let text = pole_test("default", "2 %", config) + sensors;
+        records(&plan(&folder, &text).expect("valid"), 0..300)
     };
-    let small = wrong(&all("test = \"both\"\nbias = 10\n"));
-    let large = wrong(&all("test = \"both\"\nbias = 40\n"));
+    let small = wrong(&all("test = \"both\"\nbias = 10\n", ""));
+    let large = wrong(&all("test = \"both\"\nbias = 40\n", ""));
     assert!(small > 30 && large < 5, "{small} {large}");
-    let asked = all("test = \"both\"\nbias = 10\nleast = 4\n");
-    let open = asked.iter().filter(|record| record.verdict() == Verdict::Undetermined).count();
-    assert!(wrong(&asked) < 3 && open > 200, "{} {open}", wrong(&asked));
+    for (least, most_wrong, least_open, sensors) in
+        [(2, 3, 150, ""), (4, 1, 200, "[sensors]\nnoise = \"20 mA\"\nbits = 0\n")]
+    {
+        let asked = all(&format!("test = \"both\"\nbias = 10\nleast = {least}\n"), sensors);
+        let open = asked.iter().filter(|record| record.verdict() == Verdict::Undetermined).count();
+        assert!(wrong(&asked) < most_wrong && open > least_open, "{least}: {} {open}", wrong(&asked));
+    }
+}
+
+/// What it cannot do ends with its reason: currents that a shunt does not show, and a rotor that turns meanwhile.
+#[test]
+fn law_a_pole_test_that_cannot_see_or_has_moved_the_rotor_fails_with_its_reason() {
+    let (folder, _) = example("pole_test.c");
+    for (more, reason) in [
+        ("[sensors]\narrangement = \"low-side-shunts\"\n", "does not see its phase"),
+        ("[sensors]\narrangement = \"dc-link-shunt\"\n", "does not see its phase"),
+        ("[rotor]\nstate = \"driven\"\nspeed = \"200 rpm\"\n", "needs a brake"),
+    ] {
+        let text = pole_test("default", "17 %", "test = \"both\"\n") + more;
+        let all = records(&plan(&folder, &text).expect("valid"), 0..20);
+        assert!(all.iter().all(|record| record.reason().contains(reason)), "{more}: {}", all[0].reason());
+    }
+    for (config, reason) in [
+        ("bias = -80\n", "bias must be"),
+        ("count = 15\n", "a multiple of 10"),
+        ("treshold = 0.1\n", "keys are test"),
+        ("voltage = 40\n", "half the DC link"),
+        ("threshold = \"none\"\n", "threshold from -1 to 1"),
+    ] {
+        let text = pole_test("default", "17 %", config).replace("voltage = 20\nvoltage", "voltage");
+        let refused = plan(&folder, &text).and_then(|plan| plan.scenario(0).map(|_| ())).expect_err(config);
+        assert!(refused.to_string().contains(reason), "{config}: {refused}");
+    }
 }
 
 /// Both take the same trials: motors, comparators, timers and noise are the same, and the same currents flow.
