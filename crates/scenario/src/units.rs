@@ -56,6 +56,10 @@ fn limit(place: &mut Value, range: &Range) {
         if range.whole {
             place["multipleOf"] = 1.into();
         }
+        if let Some(gap) = range.gap() {
+            place["anyOf"] = serde_json::json!([{ "const": 0 }, { "minimum": gap }]);
+        }
+        return;
     }
     for alternatives in ["anyOf", "oneOf"] {
         for of in place.get_mut(alternatives).and_then(Value::as_array_mut).into_iter().flatten() {
@@ -149,24 +153,50 @@ mod tests {
         assert_eq!(places("nothing"), [""; 0]);
     }
 
-    /// The schema allows and refuses the plain numbers that the program does, at both ends of each range.
+    /// Returns true if a schema allows a plain number, by the words that schemas of numbers use here.
+    fn allows(place: &Value, number: f64) -> bool {
+        let limit = |word: &str| place.get(word).and_then(Value::as_f64);
+        let kinds = match &place["type"] {
+            Value::Array(kinds) => kinds.clone(),
+            Value::Null => Vec::new(),
+            kind => vec![kind.clone()],
+        };
+        let is_kind = kinds.is_empty() || kinds.iter().any(|kind| kind == "number" || kind == "integer");
+        let any = |word: &str| {
+            place
+                .get(word)
+                .and_then(Value::as_array)
+                .is_none_or(|all| all.iter().any(|of| allows(of, number)))
+        };
+        is_kind
+            && limit("minimum").is_none_or(|least| number >= least)
+            && limit("exclusiveMinimum").is_none_or(|least| number > least)
+            && limit("maximum").is_none_or(|most| number <= most)
+            && limit("multipleOf").is_none_or(|of| number % of == 0.0)
+            && limit("const").is_none_or(|only| number == only)
+            && any("anyOf")
+            && any("oneOf")
+    }
+
+    /// The schema allows and refuses the plain numbers that the program does: both ends of each range, beyond them, within its gap.
     #[test]
     fn law_the_schema_has_the_range_of_each_key() {
         let schema = schema();
-        let mut limited = 0;
+        let (mut limited, mut gaps) = (0, 0);
         for (path, range) in keys().filter_map(|key| Some((key.path, key.range.as_ref()?))) {
             let place = pointer(path, &schema).and_then(|pointer| schema.pointer(&pointer));
             let place = place.unwrap_or_else(|| panic!("{path} is not in the schema"));
             assert_eq!(place["x-range"], range.needed, "{path}");
-            let least = find(place, "minimum", &schema).or_else(|| find(place, "exclusiveMinimum", &schema));
-            let most = find(place, "maximum", &schema).and_then(Value::as_f64);
-            let (least, most) = (least.and_then(Value::as_f64).expect(path), most.expect(path));
-            let just = |value: f64| (value - range.low).abs() < 1e-300;
-            assert!(just(least) && most == range.high, "{path}: {least} to {most}");
-            assert!(find(place, "exclusiveMinimum", &schema).is_none() || !range.contains(0.0), "{path}");
+            let beyond = 1e-9 * (range.high - range.low).min(range.high.abs());
+            let gap = range.gap();
+            let tried = [0.0, 1.0, 1.5, -1.0, range.low, range.high, range.low - beyond, range.high + beyond];
+            for number in tried.into_iter().chain(gap.map(|gap| gap / 2.0)).chain(gap) {
+                assert_eq!(allows(place, number), range.contains(number), "{path}: {number}");
+            }
             limited += 1;
+            gaps += usize::from(gap.is_some());
         }
-        assert!(limited > 60, "{limited}");
+        assert!(limited > 60 && gaps > 0, "{limited} {gaps}");
     }
 
     #[test]

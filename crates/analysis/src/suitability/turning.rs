@@ -18,9 +18,11 @@ pub struct TurningSpeeds {
     /// Speed from which on 95 of 100 starts say that the rotor turns; none if fewer do up to the highest speed, or if the method does not
     /// look.
     pub notices_rpm: Option<f64>,
-    /// Speed from which on the 95th percentile of the error exceeds what is demanded, where the method does not look; none if it does not up
-    /// to the highest speed.
+    /// Speed from which on the 95th percentile of the error exceeds what is demanded or no start has an angle, where the method does not
+    /// look; none if neither is so up to the highest speed.
     pub exceeds_rpm: Option<f64>,
+    /// True if no start has an angle from `exceeds_rpm` on, so that there is no error either.
+    pub is_silent: bool,
     /// Smallest share of starts with an angle at a speed up to `exceeds_rpm`, where the method does not look; without that speed, at any speed
     /// that was tried. The percentile is of the starts that have one.
     pub answered: f64,
@@ -31,11 +33,11 @@ pub struct TurningSpeeds {
 }
 
 impl TurningSpeeds {
-    /// Returns true if the method notices a rotor that turns before its error exceeds what is demanded.
+    /// Returns true if the method notices a rotor that turns, or has no answer, before its error exceeds what is demanded.
     pub fn notices_in_time(&self) -> bool {
         match (self.notices_rpm, self.exceeds_rpm) {
-            (Some(notices), Some(exceeds)) => notices <= exceeds,
-            (None, Some(_)) => false,
+            (Some(notices), Some(exceeds)) => self.is_silent || notices <= exceeds,
+            (None, Some(_)) => self.is_silent,
             (_, None) => true,
         }
     }
@@ -113,18 +115,24 @@ impl Bench<'_> {
             None
         };
         scenario.detector.set(&keys::CHECKS, Value::Checks(checks.without(Check::Turning)));
-        let mut shares = Vec::new();
+        let (mut shares, mut silent) = (Vec::new(), Vec::new());
         let exceeds_rpm = self.least(&scenario, highest_rpm, &mut |rpm, starts| {
             let trials = starts.summary.trials;
             shares.push((rpm.abs(), (trials - starts.failed()) as f64 / trials as f64));
-            starts.summary.p95_deg.value > self.demands.error_deg
+            let p95 = starts.summary.p95_deg.value;
+            if p95.is_nan() {
+                silent.push(rpm.abs());
+            }
+            p95.is_nan() || p95 > self.demands.error_deg
         })?;
+        let is_silent = exceeds_rpm.is_some_and(|exceeds| silent.contains(&exceeds));
         shares.retain(|(rpm, _)| exceeds_rpm.is_none_or(|exceeds| *rpm <= exceeds));
         let answered = shares.iter().map(|(_, share)| *share).fold(1.0, f64::min);
         Ok(TurningSpeeds {
             is_checked,
             notices_rpm,
             exceeds_rpm,
+            is_silent,
             answered,
             highest_rpm,
             starts: 2 * EACH_WAY,

@@ -58,7 +58,7 @@ fn quoted(text: &str) -> String {
 }
 
 /// Returns the part of bash's script that completes settings and motors. Bash breaks words at `=`, so a value is
-/// completed by the words before it.
+/// completed by the words before it. Where no motor fits, bash completes file names itself, with its quotes.
 fn bash() -> String {
     let settings: Vec<String> = settings().into_iter().map(|(setting, _)| setting).collect();
     let motors: Vec<&str> = built_in_names().collect();
@@ -68,7 +68,7 @@ _standstill_settings="{}"
 _standstill_keys="{}"
 _standstill_motors="{}"
 _standstill_or_setting() {{
-    local current="${{COMP_WORDS[COMP_CWORD]}}" at=$COMP_CWORD key="" option
+    local IFS=$' \t\n' current="${{COMP_WORDS[COMP_CWORD]}}" at=$COMP_CWORD key="" option
     if [[ $current == "=" ]]; then current=""; at=$((at + 1)); fi
     if [[ ${{COMP_WORDS[at - 1]}} == "=" ]]; then key="${{COMP_WORDS[at - 2]}}="; at=$((at - 2)); fi
     option="${{COMP_WORDS[at - 1]}}"
@@ -78,20 +78,20 @@ _standstill_or_setting() {{
         return 0
     fi
     if [[ $option == --motor ]]; then
-        COMPREPLY=($(compgen -W "$_standstill_motors" -- "$current") $(compgen -f -- "$current"))
+        COMPREPLY=($(compgen -W "$_standstill_motors" -- "$current"))
         return 0
     fi
     if [[ $option == -s || $option == --set || $option == --vary ]]; then
         COMPREPLY=($(compgen -W "$_standstill_settings" -- "$key$current"))
         COMPREPLY=("${{COMPREPLY[@]#"$key"}}")
-        [[ ${{#COMPREPLY[@]}} -eq 1 && ${{COMPREPLY[0]}} == *= ]] && compopt -o nospace
+        [[ ${{#COMPREPLY[@]}} -eq 1 && ${{COMPREPLY[0]}} == *= ]] && type compopt >/dev/null 2>&1 && compopt -o nospace
         return 0
     fi
     _standstill "$@"
     case " {} " in
         *" ${{COMP_WORDS[1]}} "*)
             if [[ $current != -* && $COMP_CWORD -eq 2 ]]; then
-                COMPREPLY+=($(compgen -W "$_standstill_motors" -- "$current") $(compgen -f -- "$current"))
+                COMPREPLY=($(compgen -W "$_standstill_motors" -- "$current"))
             fi ;;
     esac
 }}
@@ -104,13 +104,21 @@ complete -F _standstill_or_setting -o bashdefault -o default standstill
     )
 }
 
+/// What options call a setting, and the same as zsh reads it: a colon ends a word there.
+const SETTINGS: [(&str, &str); 3] =
+    [("KEY=VALUE", "KEY=VALUE"), ("KEY=VALUES", "KEY=VALUES"), ("KEY=LOW:HIGH", r"KEY=LOW\:HIGH")];
+
 /// Returns zsh's script with settings and motors, each with its description.
 fn zsh(script: &str) -> String {
     let mut lists = String::from("\n_standstill_settings() {\n    local settings=(\n");
     for (setting, about) in settings() {
         let _ = writeln!(lists, "        {}", quoted(&format!("{setting}:{about}")));
     }
-    lists += "    )\n    _describe -t settings setting settings -S ''\n}\n";
+    lists += "    )\n    _describe -t settings setting settings -S ''\n}\n_standstill_keys() {\n    local keys=(\n";
+    for key in keys() {
+        let _ = writeln!(lists, "        {}", quoted(&format!("{}:{}", key.path, key.about)));
+    }
+    lists += "    )\n    _describe -t keys key keys\n}\n";
     let motors: Vec<&str> = built_in_names().collect();
     let _ = writeln!(
         lists,
@@ -122,7 +130,10 @@ fn zsh(script: &str) -> String {
     };
     let mut text = String::new();
     for line in script.lines() {
-        let line = line.replace(":KEY=VALUE:_default", ":KEY=VALUE:_standstill_settings");
+        let line = SETTINGS.into_iter().fold(line.to_owned(), |line, (words, escaped)| {
+            line.replace(&format!(":{words}:_default"), &format!(":{escaped}:_standstill_settings"))
+        });
+        let line = line.replace(":KEY:_default", ":KEY:_standstill_keys");
         let line = if motor(&line) {
             line.replace(":_files'", ":_standstill_motors'").replace(":_default'", ":_standstill_motors'")
         } else {
@@ -143,21 +154,29 @@ fn fish(script: &str) -> String {
     for (setting, about) in settings() {
         let _ = writeln!(text, "    printf '%s\\t%s\\n' {} {}", quoted(&setting), quoted(about));
     }
+    text += "end\nfunction __standstill_keys\n";
+    for key in keys() {
+        let _ = writeln!(text, "    printf '%s\\t%s\\n' {} {}", quoted(key.path), quoted(key.about));
+    }
     text += "end\n";
+    let motors = built_in_names().collect::<Vec<_>>().join(" ");
     for line in script.lines() {
         text += line;
-        if line.contains(" -s s -l set ") {
+        if [" -s s -l set ", " -l vary "].iter().any(|option| line.contains(option)) {
             text += " -f -a '(__standstill_settings)'";
+        } else if line.contains(" -l key ") {
+            text += " -f -a '(__standstill_keys)'";
+        } else if line.contains(" -l motor ") && !line.contains("_subcommand init") {
+            let _ = write!(text, " -a '{motors}'");
         }
         text.push('\n');
     }
-    let motors: Vec<&str> = built_in_names().collect();
-    let _ = writeln!(
-        text,
-        "complete -c standstill -n '__fish_seen_subcommand_from {}' -a '{}' -d 'A motor of the library'",
-        of_scenarios().join(" "),
-        motors.join(" ")
-    );
+    for command in of_scenarios() {
+        let _ = writeln!(
+            text,
+            "complete -c standstill -n '__fish_standstill_using_subcommand {command}' -a '{motors}' -d 'A motor of the library'"
+        );
+    }
     text
 }
 

@@ -62,7 +62,7 @@ pub fn without_setting<'a>(left_out: impl Iterator<Item = (&'a str, &'a str)>) -
     }
     let said = |(setting, methods): (&str, Vec<&str>)| {
         format!(
-            "Left out, as methods without {setting}: {}. If that is not set, they are tried too.",
+            "Left out, as methods without {setting}: {}. Without it, those that lack no other setting are tried.",
             methods.join(", ")
         )
     };

@@ -194,7 +194,10 @@ fn regress_methods_without_a_setting_are_named_where_they_are_left_out() {
     let text = said(&standstill(&[&asked[..], &CONTACT].concat(), at));
     let sentence =
         "Left out, as methods without the check \"contact\" of `detector.checks`: line-inductance,";
-    assert!(text.contains(sentence) && text.contains("If that is not set, they are tried too."), "{text}");
+    assert!(
+        text.contains(sentence) && text.contains("Without it, those that lack no other setting are tried."),
+        "{text}"
+    );
     let output = standstill(&[&asked[..8], &CONTACT, &["--json"]].concat(), at);
     let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert!(rows.as_array().expect("rows").iter().all(|row| row["method"] == "bipolar"), "{rows}");
@@ -214,7 +217,7 @@ fn regress_a_run_whose_starts_have_no_answer_says_what_to_do_next() {
     let text = said(&standstill(&asked, at));
     let next = "of 60 starts have no answer (no saliency";
     assert!(text.contains(next), "{text}");
-    assert!(text.ends_with("with which they do: standstill check drone-u8 -s seed=1"), "{text}");
+    assert!(text.ends_with("Whether other settings answer: standstill check drone-u8 -s seed=1"), "{text}");
     // With a fault the answer lies in the starts themselves.
     let broken = [&asked[..], &["-s", "faults.0.mode=phase-open", "--out", "broken"]].concat();
     let text = said(&standstill(&broken, at));

@@ -1,5 +1,6 @@
 //! Completion of settings and motors by shells, as their scripts do it.
 
+use std::path::Path;
 use std::process::Command;
 
 use super::{folder, standstill};
@@ -33,10 +34,18 @@ fn law_bash_completes_keys_their_values_and_motors() {
         (&["compare", "--motor", "pap"], &["paper-5k5"]),
         (&["check", "--eff"], &["--effort"]),
         (&["report", "wor"], &[""]),
-        (&["run", "wor"], &["words"]),
+        // Where no motor fits, bash completes the file by itself.
+        (&["run", "wor"], &[""]),
     ] {
         assert_eq!(offered(words), expected, "{words:?}");
     }
+}
+
+/// What a shell prints of this command line, if it is installed here.
+fn of_shell(shell: &str, arguments: &[&str], at: &Path) -> Option<String> {
+    let output = Command::new(shell).args(arguments).current_dir(at).output().ok()?;
+    assert!(output.stderr.is_empty(), "{shell}: {}", String::from_utf8_lossy(&output.stderr));
+    Some(String::from_utf8(output.stdout).expect("text"))
 }
 
 #[test]
@@ -50,11 +59,33 @@ fn law_zsh_and_fish_have_each_setting_with_its_description() {
         let script = String::from_utf8(script.stdout).expect("text");
         let settings = script.matches(noise).count();
         assert_eq!((settings, script.matches(method).count()), (1, 1), "{shell}");
-        // Each option that sets a key offers them, and each place of a motor the library's.
-        let options = script.lines().filter(|line| line.contains("Set a key of the scenario")).count();
-        let offers =
-            script.lines().filter(|line| line.contains("_settings") && line.contains("Set a key")).count();
-        assert!(options > 10 && offers == options, "{shell}: {offers} of {options}");
-        assert!(script.contains("paper-5k5"), "{shell}");
+        // Each option that sets or varies a key offers settings, each that names one offers keys.
+        for (option, offer, least) in [
+            ("Set a key of the scenario", "standstill_settings", 15),
+            ("Vary a key", "standstill_settings", 3),
+            ("The key that is to be found", "standstill_keys", 0),
+        ] {
+            let options: Vec<&str> = script.lines().filter(|line| line.contains(option)).collect();
+            assert!(options.len() >= least, "{shell}: {option}");
+            assert!(options.iter().all(|line| line.contains(offer)), "{shell}: {options:#?}");
+        }
+        assert!(!script.contains(":KEY=LOW:HIGH:"), "a colon that ends a word");
+        std::fs::write(folder.path().join(shell), script).expect("written");
+    }
+    let at = folder.path();
+    of_shell("zsh", &["-n", "zsh"], at);
+    for (line, expected) in [
+        ("standstill run -s sensors.noi", Some("sensors.noise=\tNoise of each sample, rms.")),
+        ("standstill tune s.toml --vary detector.thresh", Some("detector.threshold=\t")),
+        ("standstill require s.toml --key sensors.noi", Some("sensors.noise\t")),
+        ("standstill compare --motor pap", Some("paper-5k5")),
+        ("standstill check pap", Some("paper-5k5")),
+        ("standstill report check pap", None),
+    ] {
+        let Some(offered) = of_shell("fish", &["-c", &format!("source fish; complete -C '{line}'")], at)
+        else {
+            continue;
+        };
+        assert!(expected.map_or(offered.is_empty(), |text| offered.contains(text)), "{line}: {offered}");
     }
 }

@@ -9,6 +9,7 @@ mod changed;
 mod checked;
 mod clusters;
 mod compared;
+#[cfg(unix)]
 mod completed;
 #[cfg(unix)]
 mod endless;

@@ -33,6 +33,11 @@ impl Range {
         Self { gap: least, ..self }
     }
 
+    /// Returns the smallest number above zero, if zero is allowed too but nothing between.
+    pub(crate) fn gap(&self) -> Option<f64> {
+        (self.gap > self.low).then_some(self.gap)
+    }
+
     pub(crate) fn contains(&self, value: f64) -> bool {
         let within = (self.low..=self.high).contains(&value) && (value == 0.0 || value >= self.gap);
         within && !(self.whole && value.fract() != 0.0)

@@ -239,7 +239,7 @@ impl Results {
         }
         match (unanswered, check) {
             (Some(said), Some(check)) => {
-                text += &paragraph("", &format!("{said} Method, pulses and rounds with which they do:"));
+                text += &paragraph("", &format!("{said} Whether other settings answer:"));
                 let _ = writeln!(text, "  {check}");
             }
             (Some(said), None) if has_rows => {

@@ -36,13 +36,14 @@ pub fn said(asked: &Checked<'_>) -> Option<String> {
     };
     let exceeds = match speeds.exceeds_rpm {
         Some(exceeds) => {
-            format!("without that 95 of 100 errors are within {demanded}° up to {} rpm", rpm(exceeds))
+            let then = if speeds.is_silent { ", where no start has an angle" } else { "" };
+            format!("without that 95 of 100 errors are within {demanded}° up to {} rpm{then}", rpm(exceeds))
         }
         None => format!(
             "without that 95 of 100 errors are within {demanded}° up to {highest} rpm, the fastest tried"
         ),
     };
-    // Without an angle there is no error, and nothing that starts the motor wrongly.
+    // A start without an angle has no error, and does not start the motor.
     let answered = if speeds.answered < 1.0 {
         let share = (100.0 * speeds.answered).floor();
         format!("; errors are of those that have an angle, at one of these speeds only {share} %")
