@@ -296,12 +296,13 @@ impl Pulses {
     /// The truth of an estimate as its channels tell it: their common gain makes inductances smaller.
     pub fn truth_of(&self, estimate: &Estimate, scope: &Scope) -> Option<f64> {
         let name = &estimate.name[..];
-        let falls = ["saturation.d", "saturation.minus_d", "saturation.q"];
-        if let Some(fall) = falls.iter().position(|fall| *fall == name) {
-            return Some((self.falls.as_ref()?)(estimate.at?)[fall]);
-        }
         // One channel has the common gain.
         let mean = if scope.shunt { scope.gain[0] } else { scope.gain.iter().sum::<f64>() / 3.0 };
+        let falls = ["saturation.d", "saturation.minus_d", "saturation.q"];
+        if let Some(fall) = falls.iter().position(|fall| *fall == name) {
+            // The current that a channel reads is larger than the motor's by its gain.
+            return Some((self.falls.as_ref()?)(estimate.at? / mean)[fall]);
+        }
         let gains = [("gain_a", 0), ("gain_b", 1), ("gain_c", 2)];
         if let Some((_, k)) = gains.iter().find(|(gain, _)| *gain == name) {
             return Some(scope.gain[*k] / mean);
