@@ -124,6 +124,9 @@ fn law_the_exported_current_of_one_shunt_gives_the_motor_back() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert!(said["describes"] == true && said["converged"] == true && said["pulses"] == 18, "{said:#}");
+    // What coverage shows of one shunt is said with each answer.
+    let page = fs::read_to_string(at.join("f/fit.html")).expect("a page");
+    assert!(said["intervals_too_narrow"] == true && page.contains("Take twice the interval"), "{said:#}");
     for (name, truth) in [("L_d", 10.65e-3), ("L_q", 16.95e-3), ("angle", 40.0), ("resistance", 1.2)] {
         let all = said["parameters"].as_array().expect("a list");
         let one = all.iter().find(|one| one["name"] == name).expect("named");

@@ -99,6 +99,7 @@ fn json(fit: &Fit, records: &Records, files: &[String], options: &Options) -> Va
         "pulses": fit.traces.len(),
         "largest_current_A": fit.reach,
         "saturation_at_A": fit.current,
+        "intervals_too_narrow": has_one_shunt(fit),
         "reached_A": { "d": fit.reached[0], "minus_d": fit.reached[1], "q": fit.reached[2] },
         "dc_link_V": fit.link,
         "dc_link_spread": fit.link_spread,
@@ -124,6 +125,11 @@ fn cells(estimate: &Estimate) -> [String; 2] {
         None => "–".to_owned(),
     };
     [value, interval]
+}
+
+/// Returns true if no channel shows the current of a phase by itself.
+fn has_one_shunt(fit: &Fit) -> bool {
+    !fit.channels[..LINK].contains(&true)
 }
 
 /// Returns the verdict: whether the simulation describes the currents.
@@ -197,7 +203,8 @@ fn sentences(fit: &Fit) -> Vec<String> {
             100.0 * fit.link_spread
         ));
     }
-    if !fit.channels[..LINK].contains(&true) {
+    if has_one_shunt(fit) {
+        said.push("Through one shunt these intervals are too narrow: in 47 simulated drives of 12 V 81 to 96 % of them held, and 97 % or more twice as wide (docs/notes/fit-coverage.txt). Take twice the interval, or record the phases' currents.".to_owned());
         said.push("One shunt in the DC link shows the current along each pulse's own legs alone: phases that were exchanged, or a pulse with the legs of another, cannot be noticed. Its readings right after a change of the legs are left out (-s sensors.settle).".to_owned());
     }
     said.push(if fit.pole.identified {
