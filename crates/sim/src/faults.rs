@@ -69,6 +69,12 @@ impl Short {
     pub fn time_constant(&self, motor: &Motor) -> f64 {
         self.leakage(motor) / (self.share * motor.resistance + self.resistance)
     }
+
+    /// Returns the resistance in Ω with which these turns of a motor settle with the time constant `constant` in s; negative if they
+    /// settle faster without any.
+    pub fn resistance_of(&self, motor: &Motor, constant: f64) -> f64 {
+        self.leakage(motor) / constant - self.share * motor.resistance
+    }
 }
 
 /// How a sensor reads wrongly.
@@ -120,14 +126,13 @@ impl fmt::Display for Broken {
         match *self {
             Self::Wire(k) => write!(f, "wire to phase {} open", phase(k)),
             Self::Contact(k, ohms) => write!(f, "{ohms:.4} Ω in series with phase {}", phase(k)),
-            Self::Shorted(k, Short { share, resistance, .. }) => {
-                write!(
-                    f,
-                    "{:.2} % of the turns of phase {} shorted by {resistance:.4} Ω",
-                    share * 100.0,
-                    phase(k)
-                )
-            }
+            Self::Shorted(k, Short { share, resistance, coupling }) => write!(
+                f,
+                "{:.2} % of the turns of phase {} shorted by {} Ω, coupling {coupling:.3}",
+                share * 100.0,
+                phase(k),
+                significant(resistance)
+            ),
             Self::Wires(wires) => write!(f, "legs a, b, c feed phases {}", wires.map(phase).join(", ")),
             Self::Switch(k, Gate::High) => write!(f, "upper switch of leg {} stays off", phase(k)),
             Self::Switch(k, Gate::Low) => write!(f, "lower switch of leg {} stays off", phase(k)),
@@ -141,6 +146,16 @@ impl fmt::Display for Broken {
             Self::Late(late) => write!(f, "commands late by {:.1} µs", late.seconds() * 1e6),
             Self::Duty(most) => write!(f, "duty cycles at most {:.1} %", most * 100.0),
         }
+    }
+}
+
+/// Formats a number of zero or more with four significant digits; one below 1e-4 or from 1e6 on with its power of ten.
+fn significant(number: f64) -> String {
+    let text = format!("{number:.3e}");
+    match text.split_once('e').and_then(|(_, power)| power.parse().ok()) {
+        _ if number == 0.0 => "0".to_owned(),
+        Some(power @ -4..6_i32) => format!("{number:.*}", usize::try_from(3 - power).unwrap_or(0)),
+        _ => text,
     }
 }
 
@@ -319,5 +334,26 @@ impl Faults {
             }
         }
         contacts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_a_short_is_printed_with_all_that_was_drawn() {
+        for (resistance, expected) in [
+            (0.0, "0"),
+            (2.3456e-6, "2.346e-6"),
+            (0.012_344, "0.01234"),
+            (3.456_78, "3.457"),
+            (9876.4, "9876"),
+            (2e6, "2.000e6"),
+        ] {
+            let short = Broken::Shorted(1, Short { share: 0.0512, resistance, coupling: 0.87654 });
+            let printed = format!("5.12 % of the turns of phase b shorted by {expected} Ω, coupling 0.877");
+            assert_eq!(short.to_string(), printed);
+        }
     }
 }

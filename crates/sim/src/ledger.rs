@@ -11,7 +11,8 @@ pub struct Ledger {
     pub source_loss: f64,
     /// Energy lost in switches and diodes, and in the arcs of wires that break.
     pub device_loss: f64,
-    /// Energy lost in the winding's resistance, including the loss of the winding's ringing with the terminals.
+    /// Energy lost in the winding's resistance, including the loss of the winding's ringing with the terminals, and the heat in
+    /// the resistance R_f of shorted turns.
     pub copper_loss: f64,
     /// Energy lost in the dividers of terminals with a capacitance.
     pub divider_loss: f64,

@@ -3,8 +3,9 @@
 //! A divider at each terminal discharges it at the rate γ (`dw/dt = −K i − γ w`). With `η̂ = η + γ ξ` this is again an
 //! oscillator of `ringing.rs`, with other numbers:
 //! ```text
-//!   ξ′ = η̂ + f* − 2δ I − γ ξ,   η̂′ = −(ω² + 2δγ) (ξ + Ĵ),   (ω² + 2δγ) Ĵ = ω² J − γ f
+//!   ξ′ = η̂ + f* − 2δ I − γ ξ,   η̂′ = −(ω² + 2δγ) (ξ + Ĵ),   Ĵ = J − γ f*/(ω² + 2δγ)
 //! ```
+//! [`Ringing`]'s `force` is f* − 2δ J, so that (ω² + 2δγ) Ĵ = ω² J − γ (f* − 2δ J).
 
 use standstill_numeric::Wide;
 
