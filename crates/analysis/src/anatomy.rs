@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use standstill_scenario::{FileError, Record};
+use standstill_scenario::{FaultSettings, FileError, Record};
 use standstill_sim::{Purpose, Tape};
 
 use crate::{Event, Halt, Trials, Watch};
@@ -83,10 +83,16 @@ impl Anatomy {
             sums.into_iter().filter(|(_, sums)| enough(sums)).collect();
         sectors.sort_by(|(_, a), (_, b)| b.share.total_cmp(&a.share));
         let typical = sectors.first().and_then(|(_, sums)| sums.typical(failures));
+        let faults = &trials.scenario().faults;
         let sector = |((number, positive), sums): &((usize, Option<bool>), Sums)| {
             let from = *number as f64 * width(event);
             let angles_deg = (from, from + width(event));
-            Sector { angles_deg, positive: *positive, share: sums.share, draws: sums.means_away_from_zero() }
+            Sector {
+                angles_deg,
+                positive: *positive,
+                share: sums.share,
+                draws: sums.means_away_from_zero(faults),
+            }
         };
         Ok(Self { sectors: sectors.iter().map(sector).collect(), typical })
     }
@@ -144,11 +150,11 @@ impl Sums {
         })
     }
 
-    fn means_away_from_zero(&self) -> Vec<Draw> {
+    fn means_away_from_zero(&self, faults: &[FaultSettings]) -> Vec<Draw> {
         let far = self.means().filter(|(_, _, mean, _)| mean.abs() >= LEAST_MEAN);
         let mut draws: Vec<Draw> = far
             .map(|(place, purpose, mean, deviation)| Draw {
-                name: name(purpose, &place.1, place.2),
+                name: name(purpose, &place.1, place.2, faults),
                 mean,
                 deviation,
             })
@@ -180,8 +186,8 @@ impl Sums {
     }
 }
 
-/// Returns the name of a draw for people, such as `gain of b`.
-pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
+/// Returns the name of a draw for people, such as `gain of b`. `faults`: those of the scenario.
+pub(crate) fn name(purpose: Purpose, key: &str, number: usize, faults: &[FaultSettings]) -> String {
     let phase = |number: usize| ["a", "b", "c"][number % 3];
     match purpose {
         Purpose::CurrentGain => format!("gain of {}", phase(number)),
@@ -208,8 +214,12 @@ pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
         Purpose::CaptureTimer => "phase of the timer".to_owned(),
         Purpose::ComparatorNoise => format!("noise of threshold {}", number + 1),
         Purpose::Fault => {
-            let what = ["place", "size", "sign", "onset"][number % 4];
-            format!("{what} of fault {}", number / 4)
+            let mut all = faults
+                .iter()
+                .enumerate()
+                .flat_map(|(k, fault)| fault.draws().map(move |draw| (draw.name(), k)));
+            let (draw, k) = all.nth(number).unwrap_or(("a draw", faults.len()));
+            format!("{draw} of fault {k}")
         }
         Purpose::Resolver => "resolver".to_owned(),
         Purpose::Backlash => "place within the brake's play".to_owned(),

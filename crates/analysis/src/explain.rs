@@ -51,7 +51,7 @@ pub struct Explained {
 /// Returns all sources of error, and the single errors that are set to their means one by one.
 fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
     let sources = Source::drawn(trials);
-    let parts = sources.iter().flat_map(Source::parts).collect();
+    let parts = sources.iter().flat_map(|source| source.parts(&trials.scenario().faults)).collect();
     (sources, parts)
 }
 

@@ -6,6 +6,7 @@
 
 mod apply;
 mod mode;
+mod short;
 #[cfg(test)]
 mod tests;
 
@@ -13,9 +14,10 @@ use standstill_detect::Method;
 use standstill_interface::{Nanos, choice};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
-use standstill_sim::{Arrangement, MOST_FAULTS, Short};
+use standstill_sim::{Arrangement, MOST_FAULTS};
 use toml::Value;
 
+pub use self::apply::FaultDraw;
 pub(crate) use self::apply::{apply, demagnetise, misinform};
 pub use self::mode::FaultMode;
 use crate::Scenario;
@@ -109,9 +111,6 @@ pub struct FaultSettings {
     /// Time in s after which the part works again; infinite if it stays broken.
     pub lasts: f64,
 }
-
-/// Smallest time constant in s of shorted turns: steps follow them, and the shorter it is, the more of them.
-const SHORTEST_CONSTANT: f64 = 2e-7;
 
 /// Latest time in s at which a fault may begin, and longest time for which it may last.
 const LONGEST: f64 = 20.0;
@@ -295,14 +294,7 @@ pub(crate) fn settings(
             ));
         }
         if fault.mode == FaultMode::TurnsShorted {
-            // The drawn short that settles fastest.
-            let ([share, _], [[_, resistance], [_, coupling]]) = (fault.size, fault.further);
-            let constant = Short { share, resistance, coupling }.time_constant(&scenario.motor);
-            if constant < SHORTEST_CONSTANT {
-                let found = format!("a short that settles within {:.3} µs", constant * 1e6);
-                let needed = "at least 0.2 µs, by more turns, less `resistance` or less `coupling`: what settles faster limits its own current, and is no short";
-                return Err(FileError::key(&format!("faults[{number}].magnitude"), &found, needed));
-            }
+            short::check(&fault, &scenario.motor, number)?;
         }
         let places = fault.mode.places(scenario.sensors.arrangement);
         if fault.at != FaultPlace::Any
@@ -341,6 +333,17 @@ impl FaultMode {
             Arrangement::DcLinkShunt if of_sensors => 1,
             _ => 3,
         }
+    }
+
+    /// Returns what a drive lacks to have this fault in its typical size beside its own ones; none if it may.
+    pub fn lacks_usual(self, scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
+        let own = scenario.faults.iter().any(|fault| fault.mode == self);
+        let short = self == Self::TurnsShorted;
+        self.lacks(scenario)
+            .or((short && own).then_some("a scenario without shorted turns of its own: one short of turns at most"))
+            .or((short && !short::is_typical(&scenario.motor)).then_some(
+                "a motor whose shorted turns settle slowly enough: half of a phase's turns with a coupling of 0.95 settle within 0.4 µs",
+            ))
     }
 
     /// Returns what the drive lacks for this fault; none if the fault is possible.

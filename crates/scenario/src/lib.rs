@@ -50,7 +50,7 @@ mod units;
 pub use axes::{AxisSpec, DesignKind, Point};
 pub use document::{Document, FileError, Origin};
 pub use errors::{DriveSettings, ErrorSet};
-pub use faults::{Between, FaultMode, FaultPlace, FaultSettings, FaultTable};
+pub use faults::{Between, FaultDraw, FaultMode, FaultPlace, FaultSettings, FaultTable};
 pub use keys::{Key, Range, Usual, Values, key, keys};
 pub use packed::Packed;
 pub use plan::Plan;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use standstill_scenario::keys;
+use standstill_scenario::{FaultSettings, keys};
 use standstill_sim::{Purpose, Tape};
 
 use crate::Trials;
@@ -88,18 +88,20 @@ impl Source {
         let mut sources: Vec<Self> = drawn
             .filter_map(|key| key.draws.clone().map(|(purpose, range)| source(key.path, purpose, "", range)))
             .collect();
-        let faults = scenario.faults.iter().enumerate();
-        sources.extend(
-            faults.map(|(k, _)| source(&format!("faults.{k}"), Purpose::Fault, "", 4 * k..4 * k + 4)),
-        );
+        let mut next = 0;
+        sources.extend(scenario.faults.iter().enumerate().map(|(k, fault)| {
+            let from = next;
+            next += fault.draws().count();
+            source(&format!("faults.{k}"), Purpose::Fault, "", from..next)
+        }));
         let tolerances = trials.plan().file().tolerances.keys();
         sources.extend(tolerances.map(|key| source(key, Purpose::Tolerance, key, 0..1)));
         sources
     }
 
     /// Returns the parts of the source, each with its name. There is one part per draw, except for errors of samples,
-    /// for the phase of the ripple and for the remanence, whose draws stay together.
-    pub(crate) fn parts(&self) -> Vec<(String, Self)> {
+    /// for the phase of the ripple and for the remanence, whose draws stay together. `faults`: those of the scenario.
+    pub(crate) fn parts(&self, faults: &[FaultSettings]) -> Vec<(String, Self)> {
         let Of::Draws { purpose, name, range } = &self.of else { return Vec::new() };
         let together = of_samples(*purpose) || matches!(purpose, Purpose::Ripple | Purpose::Memory);
         if together {
@@ -115,7 +117,7 @@ impl Source {
             return vec![(of.to_owned(), self.clone())];
         }
         let part = |draw: usize| {
-            let words = crate::anatomy::name(*purpose, name, draw);
+            let words = crate::anatomy::name(*purpose, name, draw, faults);
             let of = Of::Draws { purpose: *purpose, name: name.clone(), range: draw..draw + 1 };
             (words, Self { key: self.key.clone(), of })
         };

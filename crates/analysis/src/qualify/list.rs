@@ -199,7 +199,7 @@ impl Requirements {
         let (mut without, mut entry) = (None, None);
         if let Some(mode) = requirement.demand.fault {
             let scenario = plan.scenario(0).map_err(place)?;
-            if let Some(needed) = mode.lacks(&scenario) {
+            if let Some(needed) = mode.lacks_usual(&scenario) {
                 let found = format!("the fault {}, which this drive cannot have", mode.name());
                 return Err(self.document.refuse(&key(number, "limit"), &found, needed));
             }

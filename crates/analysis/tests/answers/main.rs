@@ -3,6 +3,7 @@
 mod anatomy;
 mod arrangements;
 mod explained;
+mod failures;
 mod motor;
 mod shares;
 mod simulated;

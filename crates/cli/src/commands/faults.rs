@@ -137,7 +137,7 @@ fn entries(options: &Options, plan: &Plan) -> (Vec<Entry>, Vec<Left>) {
     let before = plan.file().faults.len();
     let Ok(scenario) = plan.scenario(0) else { return (entries, left) };
     for mode in modes {
-        match mode.lacks(&scenario) {
+        match mode.lacks_usual(&scenario) {
             Some(reason) => left.push(Left { mode, reason: reason.to_owned() }),
             None => entries.push(Entry::usual(mode, &scenario, before)),
         }

@@ -50,16 +50,62 @@ pub(crate) fn demagnetise(faults: &[FaultSettings], motor: Motor) -> Result<Moto
     })
 }
 
+/// A random draw of a fault, uniform from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultDraw {
+    /// Which of the phases, legs or sensors is faulty.
+    Place,
+    /// The size, between the smallest and the largest one.
+    Size,
+    /// The sign, or which of two ways.
+    Sign,
+    /// The onset, between the earliest and the latest one.
+    Onset,
+    /// The command from whose begin the onset counts.
+    Command,
+    /// A further size: its number and its key.
+    Further(usize, &'static str),
+}
+
+impl FaultDraw {
+    /// Returns the name of the draw.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Place => "place",
+            Self::Size => "size",
+            Self::Sign => "sign",
+            Self::Onset => "onset",
+            Self::Command => "command",
+            Self::Further(_, key) => key,
+        }
+    }
+}
+
+/// Drawn numbers of a fault, uniform from 0 to 1, but for the number of the command; zero where nothing is drawn.
+#[derive(Clone, Copy, Default)]
+struct Drawn {
+    place: f64,
+    size: f64,
+    sign: f64,
+    onset: f64,
+    command: Option<u32>,
+    further: [f64; 2],
+}
+
 impl FaultSettings {
-    /// Adds the fault to a trial's case. The array has uniform draws for place, size, sign and onset; `command`: the
-    /// drawn number of the command from whose begin the onset counts; `further`: uniform draws of further sizes.
-    fn apply(
-        &self,
-        case: &mut Case<'_>,
-        [place, size, sign, onset]: [f64; 4],
-        command: Option<u32>,
-        further: [f64; 2],
-    ) {
+    /// Iterates over the draws of the fault in a trial, in the order in which they stand on the trial's tape; those of the next
+    /// fault follow.
+    pub fn draws(&self) -> impl Iterator<Item = FaultDraw> + use<> {
+        let further = self.mode.further().iter().enumerate();
+        [FaultDraw::Place, FaultDraw::Size, FaultDraw::Sign, FaultDraw::Onset]
+            .into_iter()
+            .chain(self.command.map(|_| FaultDraw::Command))
+            .chain(further.map(|(n, (key, _))| FaultDraw::Further(n, key)))
+    }
+
+    /// Adds the fault to a trial's case.
+    fn apply(&self, case: &mut Case<'_>, drawn: Drawn) {
+        let Drawn { place, size, sign, onset, command, further } = drawn;
         let between = |[low, high]: [f64; 2], share: f64| low + (high - low) * share;
         let size = between(self.size, size);
         let way = if sign < 0.5 { 1.0 } else { -1.0 };
@@ -160,21 +206,29 @@ pub(crate) fn apply(faults: &[FaultSettings], case: &mut Case<'_>, streams: Stre
     }
     let mut draws = streams.open(Purpose::Fault);
     for fault in faults {
-        let drawn = [(); 4].map(|()| draws.uniform());
-        let command = fault.command.map(|[first, last]| {
-            let count = f64::from(last - first + 1);
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "at most a million commands"
-            )]
-            let later = (draws.uniform() * count) as u32;
-            (first + later).min(last)
-        });
-        let further = match fault.mode.further() {
-            [] => [0.0; 2],
-            _ => [(); 2].map(|()| draws.uniform()),
-        };
-        fault.apply(case, drawn, command, further);
+        let mut drawn = Drawn::default();
+        for draw in fault.draws() {
+            let share = draws.uniform();
+            match draw {
+                FaultDraw::Place => drawn.place = share,
+                FaultDraw::Size => drawn.size = share,
+                FaultDraw::Sign => drawn.sign = share,
+                FaultDraw::Onset => drawn.onset = share,
+                FaultDraw::Command => {
+                    drawn.command = fault.command.map(|[first, last]| {
+                        let count = f64::from(last - first + 1);
+                        #[expect(
+                            clippy::cast_possible_truncation,
+                            clippy::cast_sign_loss,
+                            reason = "at most a million commands"
+                        )]
+                        let later = (share * count) as u32;
+                        (first + later).min(last)
+                    });
+                }
+                FaultDraw::Further(n, _) => drawn.further[n] = share,
+            }
+        }
+        fault.apply(case, drawn);
     }
 }

@@ -134,8 +134,8 @@ impl FaultMode {
                 })
             }
             Self::TurnsShorted => {
-                sized::<Share>([0.001, 1.0], "a share of the phase's turns, from 0.1 to 100 %", |_| {
-                    [0.05, 0.5]
+                sized::<Share>([0.001, 1.0], "a share of the phase's turns, from 0.1 to 100 %", |scenario| {
+                    super::short::shares(&scenario.motor)
                 })
             }
             Self::MagnetWeak => sized::<Share>([0.0, 0.9], "a lost share from 0 to 90 %", |_| [0.1, 0.3]),
@@ -187,7 +187,7 @@ impl FaultMode {
                         range: [0.0, 1e4],
                         allowed: "a resistance from 0 to 10 kΩ",
                         without: 0.0,
-                        typical: |scenario| [0.0, 0.5 * scenario.motor.resistance],
+                        typical: |scenario| super::short::resistances(&scenario.motor),
                     },
                 ),
                 (
@@ -197,7 +197,7 @@ impl FaultMode {
                         range: [0.1, 0.99],
                         allowed: "a coupling from 0.1 to 0.99",
                         without: 0.9,
-                        typical: |_| [0.7, 0.95],
+                        typical: |_| super::short::COUPLINGS,
                     },
                 ),
             ],

@@ -170,7 +170,19 @@ fn regress_impossible_faults_are_refused_by_line() {
         ("contact-resistance", "magnitude = \"-1 Ω\"", 7, "from 0"),
         ("turns-shorted", "magnitude = \"0 %\"", 7, "from 0.1 to 100 %"),
         ("turns-shorted", "magnitude = \"5 %\"\ncoupling = 1", 8, "from 0.1 to 0.99"),
-        ("turns-shorted", "magnitude = \"1 %\"\nresistance = \"10 Ω\"", 7, "at least 0.2 µs"),
+        (
+            "turns-shorted",
+            "magnitude = \"1 %\"\nresistance = \"10 Ω\"",
+            7,
+            "the engine's steps follow it: a `resistance` of at most ",
+        ),
+        (
+            "turns-shorted",
+            "magnitude = [\"5 %\", \"50 %\"]\ncoupling = [0.7, 0.95]",
+            7,
+            "at most 49 %, the square",
+        ),
+        ("turns-shorted", "magnitude = \"82 %\"", 7, "at most 81 %, the square"),
         ("turns-shorted", "magnitude = \"5 %\"\nresistance = \"1 A\"", 8, "a resistance"),
         ("turns-shorted", "magnitude = \"5 %\"\nlasts = \"1 ms\"", 8, "does not pass"),
         (
@@ -244,5 +256,52 @@ fn law_the_page_on_faults_lists_all_modes() {
     let page = include_str!("../../../../docs/faults.md");
     for mode in FaultMode::ALL {
         assert!(page.contains(&format!("`{}`", mode.name())), "{}", mode.name());
+    }
+}
+
+#[test]
+fn law_the_largest_resistance_of_a_short_is_the_printed_one() {
+    let text = |resistance: &str| {
+        format!("[[faults]]\nmode = \"turns-shorted\"\nmagnitude = \"1 %\"\nresistance = \"{resistance}\"\n")
+    };
+    let error = plan(&text("10 Ω")).expect_err("settles fast").to_string();
+    let (_, most) = error.split_once("of at most ").expect("a resistance");
+    let most: f64 = most.split(' ').next().and_then(|number| number.parse().ok()).expect("a number");
+    scenario(&text(&format!("{} Ω", 0.998 * most)));
+    plan(&text(&format!("{} Ω", 1.002 * most))).expect_err("more than the printed one");
+    // As much as the coupling allows is no error; 0.9 without the key.
+    scenario("[[faults]]\nmode = \"turns-shorted\"\nmagnitude = \"81 %\"\n");
+}
+
+#[test]
+fn law_draws_are_named_in_the_order_of_the_tape() {
+    let scenario = scenario(
+        "[[faults]]\nmode = \"turns-shorted\"\nmagnitude = [\"10 %\", \"20 %\"]\nresistance = [0, 1]\ncoupling = [0.7, 0.8]\ncommand = [1, 100]\n\
+         [[faults]]\nmode = \"contact-resistance\"\nmagnitude = [1, 2]\n",
+    );
+    let names = scenario.faults.iter().map(|fault| fault.draws().map(FaultDraw::name).collect::<Vec<_>>());
+    let four = ["place", "size", "sign", "onset"];
+    let names: Vec<_> = names.collect();
+    assert_eq!(names, [[&four[..], &["command", "resistance", "coupling"]].concat(), four.to_vec()]);
+    // One draw at a time moves what its name says, and nothing else.
+    let case = |moved: Option<usize>| {
+        let mut tape = Tape::new(scenario.seed, 1);
+        *tape.normals(Purpose::Fault) = (0..11).map(|n| if Some(n) == moved { 1.0 } else { -0.2 }).collect();
+        let faults: Vec<_> = scenario.case_taped(&tape).faults.iter().collect();
+        let [short, contact] = faults[..] else { panic!("{faults:?}") };
+        let (Broken::Shorted(k, of), Broken::Contact(at, ohms)) = (short.broken, contact.broken) else {
+            panic!("{faults:?}")
+        };
+        let command = f64::from(short.command.expect("waits"));
+        [k as f64, of.share, command, of.resistance, of.coupling, at as f64, ohms]
+    };
+    let still = case(None);
+    // Signs and onsets of these two faults move nothing.
+    let expected = [Some(0), Some(1), None, None, Some(2), Some(3), Some(4), Some(5), Some(6), None, None];
+    for (n, of) in expected.into_iter().enumerate() {
+        let moved = case(Some(n));
+        for value in 0..still.len() {
+            assert_eq!(moved[value] != still[value], Some(value) == of, "draw {n}: {still:?} {moved:?}");
+        }
     }
 }

@@ -1,0 +1,79 @@
+//! Entries of a study of faults, and the draws of faults as sources of errors.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use standstill_analysis::faults::Entry;
+use standstill_analysis::{Explained, Trials};
+use standstill_plant::built_in_names;
+use standstill_scenario::{Document, FaultMode, FaultSettings, Plan};
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+fn document(text: &str) -> Document {
+    Document::parse(Path::new("test.toml"), text).expect("TOML")
+}
+
+#[test]
+fn law_the_usual_entry_of_each_mode_builds_a_plan_on_all_library_motors() {
+    for motor in built_in_names() {
+        let document = document(&format!("motor = \"{motor}\"\ndetector.method = \"bipolar\"\n"));
+        let plan = Plan::new(document.clone()).expect("a plan");
+        let scenario = plan.scenario(0).expect(motor);
+        let mut shorted = None;
+        for mode in FaultMode::ALL.into_iter().filter(|mode| mode.lacks_usual(&scenario).is_none()) {
+            let entry = Entry::usual(mode, &scenario, 0);
+            let (broken, _) =
+                entry.plans(&plan, &document).unwrap_or_else(|error| panic!("{motor}: {error}"));
+            let fault = broken.scenario(0).expect(motor).faults[0];
+            assert_eq!(fault.mode, mode);
+            if mode == FaultMode::TurnsShorted {
+                shorted = Some((broken, fault));
+            }
+        }
+        // All of them have turns to short, up to half of them, and the largest resistance that is typical or possible.
+        let (broken, FaultSettings { size, further: [resistance, _], .. }) = shorted.expect(motor);
+        assert!(size[0] >= 0.05 && size[0] < 0.2 && size[1] == 0.5, "{motor}: {size:?}");
+        let share = resistance[1] / scenario.motor.resistance;
+        assert!(share > 0.02 && share <= 0.503, "{motor}: {share}");
+        // A second one is left out.
+        let of_its_own = broken.scenario(0).expect(motor);
+        assert!(FaultMode::TurnsShorted.lacks(&of_its_own).is_none());
+        let reason = FaultMode::TurnsShorted.lacks_usual(&of_its_own).expect("left out");
+        assert!(reason.contains("one short"), "{reason}");
+    }
+}
+
+#[test]
+fn law_each_draw_of_a_fault_is_a_part_with_its_name() {
+    let short = "[[faults]]\nmode = \"turns-shorted\"\nat = \"a\"\nmagnitude = [\"1 %\", \"2 %\"]\nresistance = [0, 1e-3]\ncoupling = [0.85, 0.9]\n";
+    let contact = "[[faults]]\nmode = \"contact-resistance\"\nat = \"b\"\nmagnitude = [\"0 Ω\", \"2 Ω\"]\n";
+    let base = "motor = \"paper-5k5\"\nerrors = \"none\"\ndetector.method = \"line-inductance-fast\"\n";
+    let four = ["place", "size", "sign", "onset"];
+    for (command, more) in [("", &[][..]), ("command = [1, 3]\n", &["command"])] {
+        let plan = Plan::new(document(&format!("{base}{short}{command}{contact}"))).expect("a plan");
+        let trials = Trials::new(&plan).expect("a scenario");
+        let explained = Explained::of(&trials, 1, 3, &NEVER).expect("runs");
+        let names = |key: &str| {
+            let of = explained.causes.iter().filter(|cause| cause.key == key);
+            let mut names: Vec<String> = of.map(|cause| cause.name.clone()).collect();
+            names.sort();
+            names
+        };
+        let expected = |draws: Vec<&str>, k: usize| {
+            let mut names: Vec<String> =
+                draws.into_iter().map(|draw| format!("{draw} of fault {k}")).collect();
+            names.sort();
+            names
+        };
+        assert_eq!(names("faults.0"), expected([&four[..], more, &["resistance", "coupling"]].concat(), 0));
+        assert_eq!(names("faults.1"), expected(four.to_vec(), 1));
+        // What turns the axis is the size of the contact, not its place, which is given.
+        let part = |name: &str| {
+            let cause = explained.causes.iter().find(|cause| cause.name == name).expect(name);
+            cause.part_deg.expect("an axis").value
+        };
+        assert_eq!(part("place of fault 1"), 0.0);
+        assert!(part("size of fault 1").abs() > 1e-3, "{}", part("size of fault 1"));
+    }
+}

@@ -1,0 +1,91 @@
+//! Shorts of turns: the sizes that a winding allows, and the typical ones.
+
+use standstill_plant::Motor;
+use standstill_sim::Short;
+
+use super::FaultSettings;
+use crate::document::FileError;
+
+/// Smallest time constant in s of shorted turns: the engine's steps follow it, and the shorter it is, the more of them.
+const SHORTEST_CONSTANT: f64 = 2e-7;
+
+/// Room of typical sizes above the smallest time constant, so that rounded ones are allowed, too.
+const ROOM: f64 = 1.05;
+
+/// Smallest and largest typical share of shorted turns.
+const SHARES: [f64; 2] = [0.05, 0.5];
+
+/// Smallest and largest typical coupling. The square of the smallest is more than the largest share.
+pub(super) const COUPLINGS: [f64; 2] = [0.71, 0.95];
+
+/// Largest typical resistance, as a share of the winding's.
+const MOST_RESISTANCE: f64 = 0.5;
+
+/// Returns the smallest and largest typical share. A motor whose turns settle fast has more of them shorted: without a resistance
+/// they then settle in twice the smallest time constant.
+pub(super) fn shares(motor: &Motor) -> [f64; 2] {
+    let [least, most] = SHARES;
+    // The time constant grows as the share.
+    let constant = Short { share: least, resistance: 0.0, coupling: COUPLINGS[1] }.time_constant(motor);
+    [least * (2.0 * SHORTEST_CONSTANT / constant).max(1.0), most]
+}
+
+/// Returns the smallest and largest typical resistance in Ω, at most that with which the smallest typical share still settles slowly
+/// enough.
+pub(super) fn resistances(motor: &Motor) -> [f64; 2] {
+    let least = Short { share: shares(motor)[0], resistance: 0.0, coupling: COUPLINGS[1] };
+    let allowed = least.resistance_of(motor, ROOM * SHORTEST_CONSTANT);
+    [0.0, allowed.min(MOST_RESISTANCE * motor.resistance)]
+}
+
+/// Returns whether all typical shorts of a motor's turns can be simulated.
+pub(super) fn is_typical(motor: &Motor) -> bool {
+    let [least, most] = shares(motor);
+    least < most
+}
+
+/// Checks the sizes of a short, the fault with this number, counted from 0.
+///
+/// # Errors
+/// The shorted turns oppose their phase, or settle too fast.
+pub(super) fn check(fault: &FaultSettings, motor: &Motor, number: usize) -> Result<(), FileError> {
+    let ([least, most], [[_, resistance], [weak, coupling]]) = (fault.size, fault.further);
+    let refuse = |found: &str, needed: &str| {
+        Err(FileError::key(&format!("faults[{number}].magnitude"), found, needed))
+    };
+    if most > weak * weak * (1.0 + 1e-9) {
+        let found = format!("{} % of the turns with a `coupling` of {weak}", percent(most));
+        let needed = format!(
+            "at most {} %, the square of the smallest `coupling`: with more, the shorted turns and the others of their phase would oppose each other, M = k L (1 − k/c²) < 0",
+            percent(weak * weak)
+        );
+        return refuse(&found, &needed);
+    }
+    // The drawn short that settles fastest.
+    let short = Short { share: least, resistance, coupling };
+    let constant = short.time_constant(motor);
+    if constant >= SHORTEST_CONSTANT {
+        return Ok(());
+    }
+    let allowed = short.resistance_of(motor, SHORTEST_CONSTANT);
+    let way = if allowed > 0.0 {
+        format!(
+            "a `resistance` of at most {allowed:.3e} Ω with {} % of the turns and a `coupling` of {coupling}",
+            percent(least)
+        )
+    } else {
+        let without = Short { resistance: 0.0, ..short }.time_constant(motor);
+        format!(
+            "at least {} % of the turns with a `coupling` of {coupling}",
+            percent(least * SHORTEST_CONSTANT / without)
+        )
+    };
+    let found = format!("a short that settles within {:.3} µs", constant * 1e6);
+    refuse(&found, &format!("at least 0.2 µs, for the engine's steps follow it: {way}"))
+}
+
+/// Formats a share in per cent.
+fn percent(share: f64) -> String {
+    let per_cent = (share * 1e4).round() / 100.0;
+    per_cent.to_string()
+}
