@@ -3,7 +3,8 @@
 /// Effects that the simulation does not model, so that no verdict covers them.
 pub const NOT_MODELLED: [&str; 10] = [
     "switches that are shorted or stuck on, a missing dead time, an open body diode: what shorts the link or leaves a current without a path",
-    "shorts between phases, shorts to the frame, single weak pole pairs, parallel branches of a winding",
+    "shorts between phases, shorts to the frame, turns shorted in one coil or pole pair alone, single weak pole pairs, parallel \
+     branches of a winding",
     "the arc of a wire that opens: its current ends at once",
     "travelling waves on cables, which are a capacitance at each terminal",
     "heat: temperatures stay as they are during a start, and no pulse demagnetises a magnet",
