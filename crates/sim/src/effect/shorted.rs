@@ -142,6 +142,14 @@ impl<V: Wide> Shorted<V> {
         self.axis * (self.current(state) * self.winding)
     }
 
+    /// Returns [`Self::pull`] of one lane, by scalars: for code that is not compiled for wide registers.
+    #[inline(always)]
+    pub fn pull_of(&self, state: &State<V>, lane: usize) -> Plane {
+        let axis = self.axis.get(lane);
+        let current = (axis.dot(state.flux.get(lane)) - state.shorted.get(lane)) * self.stiffness.get(lane);
+        axis * (current * self.winding.get(lane))
+    }
+
     /// Returns [`Self::pull`] and its slope in V/s.
     #[inline(always)]
     pub fn pulling(&self, state: &State<V>, at: &Operating<V>, change: &Change<V>) -> [Plane<V>; 2] {
