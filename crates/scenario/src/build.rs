@@ -269,19 +269,18 @@ const MOST_LOAD: f64 = 1e-3;
 /// terminals with a capacitance ring beside them, because a solution without oscillation is not simulated.
 fn check_load(scenario: &Scenario<Method<f64>>, rated_current: f64) -> Result<(), FileError> {
     let Some(load) = scenario.sensors.terminal.and_then(|of| of.resistance) else { return Ok(()) };
-    let least = scenario.drive.link.voltage / (MOST_LOAD * rated_current);
-    let least_that_rings = super::terminals::slowest_impedance(&scenario.drive.bridge, &scenario.motor);
-    let needed = if load < least_that_rings {
-        format!(
-            "at least {least_that_rings:.0} Ω, √(3 L/C) of winding and `inverter.terminal_capacitance`: with less nothing rings"
-        )
-    } else if load < least {
-        format!(
-            "at least {least:.0} Ω, through which the link drives a thousandth of the rated current: a divider's current is left out of the winding's"
-        )
-    } else {
+    let of_current = scenario.drive.link.voltage / (MOST_LOAD * rated_current);
+    let of_ringing = super::terminals::slowest_impedance(&scenario.drive.bridge, &scenario.motor);
+    let least = of_current.max(of_ringing);
+    if load >= least {
         return Ok(());
+    }
+    let why = if of_ringing > of_current {
+        "√(3 L/C) of winding and `inverter.terminal_capacitance`: a solution that does not ring is not simulated"
+    } else {
+        "through which the link drives a thousandth of the rated current: a divider's current is left out of the winding's"
     };
+    let needed = format!("at least {least:.0} Ω, {why}");
     Err(FileError::key("sensors.terminal_load", &format!("{load} Ω"), &needed))
 }
 

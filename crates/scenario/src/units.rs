@@ -46,8 +46,7 @@ fn limit(place: &mut Value, range: &Range) {
         kind => number(kind),
     });
     if is_number {
-        let above_zero = range.low > 0.0 && range.low < 1e-300;
-        if above_zero {
+        if range.low == f64::MIN_POSITIVE {
             place["exclusiveMinimum"] = 0.into();
         } else {
             place["minimum"] = range.low.into();

@@ -64,7 +64,7 @@ impl Candidate {
 pub struct LeftOut {
     /// The method.
     pub method: MethodName,
-    /// What the method does not have, in words: the key, and of a list the value.
+    /// Key that the method lacks; of a key with a list, the value and the key.
     pub lacks: String,
 }
 

@@ -64,8 +64,8 @@ struct Strength {
 }
 
 impl Strength {
-    /// Returns the settings with the key at a share of its largest value. If the user set the key, `largest` is none and
-    /// the settings stay as they are.
+    /// Sets the key to a share of its largest value and returns the settings. `largest` is none if the user set the key;
+    /// then the settings do not change.
     fn set(&self, setting: &Setting, largest: Option<f64>, share: f64) -> Setting {
         let text = |largest: f64| (self.text)(self.dead + (largest - self.dead) * share);
         largest.map_or_else(|| setting.clone(), |largest| setting.with(self.key, &text(largest)))

@@ -68,7 +68,7 @@ fn law_each_draw_of_a_fault_is_a_part_with_its_name() {
         };
         assert_eq!(names("faults.0"), expected([&four[..], more, &["resistance", "coupling"]].concat(), 0));
         assert_eq!(names("faults.1"), expected(four.to_vec(), 1));
-        // What turns the axis is the size of the contact, not its place, which is given.
+        // The size of the contact turns the axis. Its place is given, so no draw of a place does.
         let part = |name: &str| {
             let cause = explained.causes.iter().find(|cause| cause.name == name).expect(name);
             cause.part_deg.expect("an axis").value

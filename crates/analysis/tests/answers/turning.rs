@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use standstill_analysis::{Demands, Effort, Suitability};
+use standstill_analysis::{Demands, Effort, Suitability, TurningSpeeds};
 use standstill_interface::{Fault, Outcome, Rotation};
 use standstill_scenario::{Document, Origin, Plan, Record, Verdict};
 use standstill_sim::Ended;
@@ -248,5 +248,28 @@ fn table_of_methods_over_speed() {
                 all.iter().filter_map(turns).map(|(speed, _)| speed).sum::<f64>() / turning as f64,
             );
         }
+    }
+}
+
+/// A start without an angle has no error that goes unnoticed; an error beyond the demand must be noticed at a lower speed.
+#[test]
+fn law_a_speed_without_answers_is_no_unnoticed_error() {
+    let of = |notices_rpm, exceeds_rpm, is_silent| TurningSpeeds {
+        is_checked: true,
+        notices_rpm,
+        exceeds_rpm,
+        is_silent,
+        answered: 1.0,
+        highest_rpm: 100.0,
+        starts: 64,
+    };
+    for (notices, exceeds, in_time) in [
+        (Some(10.0), Some(20.0), true),
+        (Some(20.0), Some(10.0), false),
+        (None, Some(10.0), false),
+        (None, None, true),
+    ] {
+        assert_eq!(of(notices, exceeds, false).notices_in_time(), in_time, "{notices:?} {exceeds:?}");
+        assert!(of(notices, exceeds, true).notices_in_time(), "{notices:?} {exceeds:?}");
     }
 }

@@ -42,6 +42,11 @@ fn settings() -> Vec<(String, &'static str)> {
     keys().flat_map(of).chain(motors).collect()
 }
 
+/// Returns the names of the library's motors.
+fn motors() -> String {
+    built_in_names().collect::<Vec<_>>().join(" ")
+}
+
 /// Returns the names of the commands whose argument is a scenario file or a motor.
 fn of_scenarios() -> Vec<String> {
     let command = Arguments::command();
@@ -61,7 +66,6 @@ fn quoted(text: &str) -> String {
 /// completed by the words before it. Where no motor fits, bash completes file names itself, with its quotes.
 fn bash() -> String {
     let settings: Vec<String> = settings().into_iter().map(|(setting, _)| setting).collect();
-    let motors: Vec<&str> = built_in_names().collect();
     format!(
         r#"
 _standstill_settings="{}"
@@ -99,14 +103,13 @@ complete -F _standstill_or_setting -o bashdefault -o default standstill
 "#,
         settings.join(" "),
         keys().map(|key| key.path).collect::<Vec<_>>().join(" "),
-        motors.join(" "),
+        motors(),
         of_scenarios().join(" "),
     )
 }
 
-/// What options call a setting, and the same as zsh reads it: a colon ends a word there.
-const SETTINGS: [(&str, &str); 3] =
-    [("KEY=VALUE", "KEY=VALUE"), ("KEY=VALUES", "KEY=VALUES"), ("KEY=LOW:HIGH", r"KEY=LOW\:HIGH")];
+/// Names of the values of options that set or vary a key.
+const SETTINGS: [&str; 3] = ["KEY=VALUE", "KEY=VALUES", "KEY=LOW:HIGH"];
 
 /// Returns zsh's script with settings and motors, each with its description.
 fn zsh(script: &str) -> String {
@@ -119,19 +122,20 @@ fn zsh(script: &str) -> String {
         let _ = writeln!(lists, "        {}", quoted(&format!("{}:{}", key.path, key.about)));
     }
     lists += "    )\n    _describe -t keys key keys\n}\n";
-    let motors: Vec<&str> = built_in_names().collect();
     let _ = writeln!(
         lists,
         "_standstill_motors() {{\n    _alternative 'motors:motor:({})' 'files:scenario or data sheet:_files'\n}}",
-        motors.join(" ")
+        motors()
     );
     let motor = |line: &str| {
         [":scenario -- ", ":motor -- "].iter().any(|id| line.contains(id)) || line.contains(":MOTOR:_default")
     };
     let mut text = String::new();
     for line in script.lines() {
-        let line = SETTINGS.into_iter().fold(line.to_owned(), |line, (words, escaped)| {
-            line.replace(&format!(":{words}:_default"), &format!(":{escaped}:_standstill_settings"))
+        // A colon ends the name of a value there, unless it is escaped.
+        let line = SETTINGS.into_iter().fold(line.to_owned(), |line, value| {
+            let escaped = value.replace(':', r"\:");
+            line.replace(&format!(":{value}:_default"), &format!(":{escaped}:_standstill_settings"))
         });
         let line = line.replace(":KEY:_default", ":KEY:_standstill_keys");
         let line = if motor(&line) {
@@ -159,7 +163,7 @@ fn fish(script: &str) -> String {
         let _ = writeln!(text, "    printf '%s\\t%s\\n' {} {}", quoted(key.path), quoted(key.about));
     }
     text += "end\n";
-    let motors = built_in_names().collect::<Vec<_>>().join(" ");
+    let motors = motors();
     for line in script.lines() {
         text += line;
         if [" -s s -l set ", " -l vary "].iter().any(|option| line.contains(option)) {

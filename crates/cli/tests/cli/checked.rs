@@ -162,7 +162,7 @@ fn regress_a_driven_rotor_is_no_reason_to_refuse() {
     assert_eq!(answer["verdict"], "suited", "{answer}");
 }
 
-/// Of all methods `bipolar` alone looks at contacts.
+/// A check that only `bipolar` has.
 const CONTACT: [&str; 2] = ["-s", "detector.checks=[\"contact\"]"];
 
 #[test]
@@ -188,7 +188,7 @@ fn regress_methods_without_a_setting_are_named_where_they_are_left_out() {
     let sentence =
         "Left out, as methods without the check \"contact\" of `detector.checks`: maximum-likelihood";
     assert!(text.contains(sentence), "{text}");
-    // The same of a comparison, beside its table and beside its JSON.
+    // A comparison names them below its table, and on standard error beside its JSON.
     let asked =
         ["compare", "--trials", "4", "--rotor", "locked", "--errors", "none", "--no-limit", "--out", "c"];
     let text = said(&standstill(&[&asked[..], &CONTACT].concat(), at));

@@ -183,12 +183,17 @@ fn law_dividers_load_terminals_with_a_capacitance_that_ring() {
     assert_eq!((built.sensors.load(), built.drive.bridge.terminal_capacitance), (Some(1e6), 1e-9));
     // The dividers of an error set load no such terminal by themselves.
     assert_eq!(scenario("errors = \"field\"\n[sensors]\nterminals = true").sensors.load(), None);
-    // √(3 L/C), and with less capacitance a thousandth of the rated current.
+    // The larger limit is named: here a thousandth of 8 A on 550 V, with a larger current on a lower link √(3 L/C).
     let message = error(&text("4 kΩ"));
-    for part in ["line 6", "`sensors.terminal_load`", "4000 Ω", "at least 7", "√(3 L/C)", "nothing rings"]
-    {
+    for part in [
+        "line 6",
+        "`sensors.terminal_load`",
+        "4000 Ω",
+        "at least 68750 Ω",
+        "a thousandth of the rated current",
+    ] {
         assert!(message.contains(part), "{message}");
     }
-    let message = error(&text("20 kΩ"));
-    assert!(message.contains("a thousandth of the rated current"), "{message}");
+    let message = error(&format!("motor = \"light-vehicle\"\n{}", text("310 Ω")));
+    assert!(message.contains("310 Ω") && message.contains("√(3 L/C)"), "{message}");
 }

@@ -41,7 +41,7 @@ fn law_what_is_confirmed_was_seen_by_no_search() {
     assert!(why.contains("2000 fresh starts leave room for a p95"), "{why}");
 }
 
-/// What is found of a method is said before anything is confirmed, and the recommended one is of those.
+/// `check` reports its findings on each method before it confirms one, and recommends one of these methods.
 #[test]
 fn law_a_check_says_of_each_method_what_it_found_before_it_confirms_one() {
     let text = "motor = \"paper-5k5\"\nerrors = \"default\"\n[detector]\npulse = \"200 us\"\nrounds = 3\n";
@@ -61,14 +61,14 @@ fn law_a_check_says_of_each_method_what_it_found_before_it_confirms_one() {
     let (best, others): (Vec<_>, Vec<_>) =
         suitability.candidates.iter().partition(|of| of.method() == recommended.method());
     assert!(best[0].objections.is_empty() && found.contains(&(best[0].method(), Vec::new())), "{found:?}");
-    // Of those that suit it is the one that exceeds the demands by most.
+    // No other method without objections has a larger margin.
     for other in others.iter().filter(|of| of.objections.is_empty()) {
         let counted = |of: &Candidate| Spread::of(of.settings).is_counted();
         assert!(counted(other) || other.margin() <= recommended.margin(), "{suitability:?}");
     }
 }
 
-/// What no few starts suit is not tried on many: the confidence of what is confirmed later is not spent on it.
+/// Settings that few starts object to are not confirmed on many: each confirmation takes a part of the error probability.
 #[test]
 fn law_settings_with_an_objection_are_not_confirmed() {
     let weak = Demands { current_a: Some(27.0), ..Demands::default() };
@@ -84,7 +84,7 @@ fn law_settings_with_an_objection_are_not_confirmed() {
     assert_eq!(confirmed, 0);
 }
 
-/// The same pulses draw more current the more the core saturates: those of a range suffice at both of its ends.
+/// The current of a pulse grows with the saturation, so settings for a range of saturation must suffice at both of its ends.
 #[test]
 fn law_settings_of_a_range_of_saturation_suffice_at_both_ends() {
     let document = sheet("", &[BIPOLAR]);
