@@ -19,3 +19,4 @@ mod watch;
 
 pub use motion::can_move;
 pub use run::{Control, Want};
+pub use samples::Room;

@@ -23,7 +23,7 @@ use self::bank::{Bank, Served};
 use self::driven::Driven;
 use self::slots::{Adapter, Slots};
 use crate::case::{Case, Finished, Run};
-use crate::control::{Control, Want, can_move};
+use crate::control::{Control, Room, Want, can_move};
 use crate::sensing::Sensed;
 use crate::trace::{NoProbe, Probe};
 
@@ -54,7 +54,7 @@ fn advance<'a, V: Wide>(
         match want {
             Want::Step => return None,
             Want::Over(error) => return Some(control.finish(bank, Some(error))),
-            Want::Command => match detector(&control.readings) {
+            Want::Command => match detector(control.read::<V>()) {
                 Some(command) => want = control.command(bank, &command),
                 None => return Some(control.finish(bank, None)),
             },
@@ -109,11 +109,11 @@ impl<'a, V: Wide> SideBySide<'a, V> {
 
     /// Puts cases into a lane, one after the other, until one of them needs a step.
     fn fill(&mut self, lane: usize, host: &mut dyn Host<'a>) {
-        let mut readings = self.lanes[lane].take().map_or_else(Vec::new, |control| control.readings);
+        let mut room = self.lanes[lane].take().map_or_else(Room::default, Control::into_room);
         while let Some(case) = host.next(lane) {
             let finished = if fits(&self.bank, &case) {
                 let control =
-                    Control::new(case, &mut self.bank, lane, None, false, std::mem::take(&mut readings));
+                    Control::new(case, &mut self.bank, lane, None, false, std::mem::take(&mut room));
                 self.begin(lane, control, &mut |readings| host.step(lane, readings))
             } else {
                 Some(alone(&case, &mut |readings| host.step(lane, readings), false, &mut NoProbe, false))
@@ -152,6 +152,9 @@ impl<'a, V: Wide> SideBySide<'a, V> {
             } else {
                 control.resume(&mut self.bank, out_of_bounds >> lane & 1 == 1)
             };
+            if want == Want::Step {
+                continue;
+            }
             if let Some(finished) =
                 advance(control, &mut self.bank, &mut |readings| host.step(lane, readings), want)
             {
@@ -280,7 +283,7 @@ impl OnWidest for Work<'_, '_> {
         let Self { first, host } = self;
         let bank: Bank<'_, V> = Bank::of(&first, is_followed(&first));
         let mut side_by_side = SideBySide::new(bank);
-        let control = Control::new(first, &mut side_by_side.bank, 0, None, false, Vec::new());
+        let control = Control::new(first, &mut side_by_side.bank, 0, None, false, Room::default());
         if let Some(finished) = side_by_side.begin(0, control, &mut |readings| host.step(0, readings)) {
             host.over(0, finished);
             side_by_side.fill(0, host);

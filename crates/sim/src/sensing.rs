@@ -6,6 +6,7 @@ mod dividers;
 mod filters;
 mod low_pass;
 mod misread;
+mod oversampling;
 mod pick_up;
 mod sampler;
 mod sensed;

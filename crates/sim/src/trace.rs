@@ -143,6 +143,10 @@ pub trait Probe {
     /// Returns the longest time in s between two snapshots; none if the observer takes no snapshots, which then cost no
     /// time.
     fn resolution(&self) -> Option<f64>;
+    /// Returns whether the observer looks at anything; one that does not costs no time.
+    fn watches(&self) -> bool {
+        true
+    }
     /// Receives one snapshot. At an instant there are two snapshots with the same time: before and after the change.
     fn snapshot(&mut self, snapshot: &Snapshot);
     /// Receives one event, at a time in s.
@@ -156,6 +160,9 @@ pub struct NoProbe;
 impl Probe for NoProbe {
     fn resolution(&self) -> Option<f64> {
         None
+    }
+    fn watches(&self) -> bool {
+        false
     }
     fn snapshot(&mut self, _: &Snapshot) {}
     fn event(&mut self, _: f64, _: Event) {}

@@ -1,6 +1,6 @@
 //! The command that is being carried out.
 
-use standstill_interface::{Abc, Nanos, Reading, Sampling, Sensed};
+use standstill_interface::{Nanos, Sampling};
 
 /// Progress of the command that is being carried out.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +28,6 @@ pub struct Course {
     pub conversions: u8,
     /// Time of the first phase's conversion, since the start of the run.
     pub converted_at: Nanos,
-    /// Sum of the conversions of the pending sample so far; none before the first one.
-    pub sum: Option<Reading<f64>>,
 }
 
 impl Course {
@@ -46,7 +44,6 @@ impl Course {
         terminal: [0.0; 3],
         conversions: 0,
         converted_at: Nanos::ZERO,
-        sum: None,
     };
 
     /// Converts the present values: all phases at once without skew, else one phase per call, `skew` apart. Returns
@@ -71,54 +68,16 @@ impl Course {
         Some((self.current, self.dc_link))
     }
 
-    /// Adds one conversion of all phases to a sample that averages `count` conversions. The next conversion is due
-    /// `apart` later, or as soon as the present one is complete. Returns the mean once all conversions are done.
-    pub fn averaged(&mut self, reading: Reading<f64>, count: u8, apart: Nanos) -> Option<Reading<f64>> {
-        let sum = self.sum.map_or(reading, |sum| plus(&sum, &reading));
+    /// Counts one conversion of all phases of a sample that averages `count` conversions. Returns whether another one is
+    /// due: `apart` later, or as soon as the present one is complete.
+    pub fn repeats(&mut self, count: u8, apart: Nanos) -> bool {
         self.conversions += 1;
         if self.conversions < count {
-            self.sum = Some(sum);
             let next = self.converted_at + apart;
             self.pending = self.pending.map(|(nominal, at)| (nominal, next.max(at).min(self.end)));
-            return None;
+            return true;
         }
-        (self.conversions, self.sum) = (0, None);
-        let n = f64::from(count);
-        Some(Reading {
-            current: sum.current.map(|value| value / n),
-            dc_link: sum.dc_link / n,
-            link_current: sum.link_current / n,
-            terminal: sum.terminal.map(|value| value / n),
-            ..sum
-        })
+        self.conversions = 0;
+        false
     }
-}
-
-/// Adds the values and codes of two conversions. The sum has the worse status of both, and the capture of the later
-/// one.
-fn plus(a: &Reading<f64>, b: &Reading<f64>) -> Reading<f64> {
-    let worse = |a: Sensed, b: Sensed| {
-        let order = [Sensed::Hidden, Sensed::Clipped, Sensed::Derived];
-        order.into_iter().find(|of| *of == a || *of == b).unwrap_or(Sensed::Measured)
-    };
-    let each = |of: fn(&Reading<f64>) -> Abc<f64>| Abc(std::array::from_fn(|k| of(a).0[k] + of(b).0[k]));
-    let sensed =
-        |of: fn(&Reading<f64>) -> Abc<Sensed>| Abc(std::array::from_fn(|k| worse(of(a).0[k], of(b).0[k])));
-    let counted = |of: fn(&Reading<f64>) -> Abc<u32>| {
-        Abc(std::array::from_fn(|k| of(a).0[k].saturating_add(of(b).0[k])))
-    };
-    let mut sum = *b;
-    sum.current = each(|of| of.current);
-    sum.sensed = sensed(|of| of.sensed);
-    sum.dc_link = a.dc_link + b.dc_link;
-    sum.dc_link_clipped = a.dc_link_clipped || b.dc_link_clipped;
-    sum.link_current = a.link_current + b.link_current;
-    sum.link_sensed = worse(a.link_sensed, b.link_sensed);
-    sum.terminal = each(|of| of.terminal);
-    sum.terminal_sensed = sensed(|of| of.terminal_sensed);
-    sum.counts.current = counted(|of| of.counts.current);
-    sum.counts.dc_link = a.counts.dc_link.saturating_add(b.counts.dc_link);
-    sum.counts.link_current = a.counts.link_current.saturating_add(b.counts.link_current);
-    sum.counts.terminal = counted(|of| of.counts.terminal);
-    sum
 }

@@ -1,7 +1,7 @@
 //! Instants of a run: due requests to legs, instants of the DC source, and waiting while nothing happens.
 
 use standstill_interface::Nanos;
-use standstill_numeric::Wide;
+use standstill_numeric::{Lane, Wide};
 
 use super::run::Control;
 use crate::lanes::bank::Bank;
@@ -38,6 +38,13 @@ impl<'a> Control<'a> {
             .map(|share| Nanos::from_seconds(sag.start + share * sag.duration).0 as f64)
             .find(|at| *at > time)
             .unwrap_or(NEVER)
+    }
+
+    /// Returns the time in ns of the next edge of a gate after `time`.
+    pub(super) fn next_edge<V: Wide>(&self, bank: &Bank<'a, V>, time: f64) -> f64 {
+        let [a, b, c] = &bank.machine.legs.gates;
+        let [a, b, c] = [a, b, c].map(|gates| gates.next_of(self.lane, time).0);
+        a.least(b).least(c)
     }
 
     /// Returns whether nothing happens before the next instant: no current, no motion, and no stored energy that

@@ -7,7 +7,7 @@
 
 use standstill_interface::{Command, Nanos, Reading, Sampling};
 use standstill_inverter::{Conduction, Gate, Modes};
-use standstill_numeric::Wide;
+use standstill_numeric::{Lane, Wide};
 use standstill_plant::Magnetics;
 
 use super::comparators::Watching;
@@ -16,6 +16,7 @@ use super::faults::limited;
 use super::gates::GateSequencer;
 use super::ledger::Accounts;
 use super::requests::validate;
+use super::samples::Room;
 use crate::case::{Case, Finished, RunError, Work};
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
@@ -65,12 +66,12 @@ pub struct Control<'a> {
     commands: u32,
     /// Whether a fault keeps all comparators from tripping at present.
     pub(super) deaf: bool,
-    /// The readings of the last command.
-    pub readings: Vec<Reading<f64>>,
+    /// The readings of the last command, as far as its samples have been converted.
+    pub(super) readings: Vec<Reading<f64>>,
     events: u32,
     /// Time in ns of the first of the counted events.
     counted_from: f64,
-    segments: u64,
+    pub(super) segments: u64,
     all_events: u64,
     pub(super) accounts: Option<Accounts>,
     /// Time in ns at which the modes of legs without current were found last.
@@ -90,8 +91,9 @@ impl<'a> Control<'a> {
         lane: usize,
         probe: Option<&'a mut dyn Probe>,
         ledger: bool,
-        readings: Vec<Reading<f64>>,
+        Room { mut readings, taken }: Room,
     ) -> Self {
+        readings.clear();
         let settings = &case.sensors.settings;
         let link = &case.inverter.link;
         let mut control = Self {
@@ -102,7 +104,7 @@ impl<'a> Control<'a> {
             motion: Motion::Held,
             sides: case.motor.magnetics.core().kinks().map(f64::from),
             course: Course::NONE,
-            sampler: Sampler::new(&case.sensors, case.faults, case.streams),
+            sampler: Sampler::new(&case.sensors, case.faults, case.streams, taken),
             link_filter: settings.dc_link.bandwidth.map(|corner| LowPass::new(corner, link.source(0.0))),
             terminal_filters: None,
             comparators: Watching::of(&case),
@@ -121,13 +123,13 @@ impl<'a> Control<'a> {
             nowhere: None,
             case,
         };
-        control.readings.clear();
         let pulled = control.put(bank);
         control.set_up_motion(bank, pulled);
         control.set_up_dividers(bank);
         if V::ALONE && ledger {
             control.accounts = Some(Accounts::open(&control, bank));
         }
+        control.sampler.is_plain = control.has_plain_samples(bank);
         control
     }
 
@@ -159,6 +161,7 @@ impl<'a> Control<'a> {
     /// Begins a command of the detector, and returns what the run needs next.
     pub fn command<V: Wide>(&mut self, bank: &mut Bank<'a, V>, command: &Command<f64>) -> Want {
         self.readings.clear();
+        self.sampler.clear();
         let carrier = self.case.inverter.carrier_period;
         if let Some(error) = self.nowhere.or(validate(command, carrier).err()) {
             return Want::Over(error);
@@ -204,7 +207,7 @@ impl<'a> Control<'a> {
     pub fn resume<V: Wide>(&mut self, bank: &mut Bank<'a, V>, out_of_bounds: bool) -> Want {
         let lane = self.lane;
         let mut ended = Ok(());
-        // Between instants the step itself looks for requests that have been carried out.
+        // Between instants the step itself looks for requests carried out.
         let plain = !out_of_bounds && bank.schedule.to_mode_end >> lane & 1 == 0;
         let [a, b, c] = bank.outcome.served.carried_out;
         let carried_out = !plain || (a | b | c) >> lane & 1 == 1;
@@ -212,8 +215,11 @@ impl<'a> Control<'a> {
             bank.schedule.to_mode_end &= !(1 << lane);
             ended = self.count_event(bank).and_then(|()| self.resolve(bank));
             self.show_change(bank);
-        } else if bank.schedule.to_mode_end >> lane & 1 == 0 {
+        } else if plain {
             self.events = 0;
+            if self.sampler.is_plain && !carried_out && self.passes_sample(bank) {
+                return Want::Step;
+            }
         } else {
             bank.schedule.to_mode_end &= !(1 << lane);
             if let Some(guard) = bank.schedule.ending_mode[lane] {
@@ -313,20 +319,23 @@ impl<'a> Control<'a> {
                 undriven = false;
                 continue;
             }
-            let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
             let rests = self.rests(bank);
-            let mut stop = end.min(self.next_source_instant(time)).min(self.breaks);
+            let mut edge = NEVER;
+            if rests {
+                edge = self.next_edge(bank, time);
+                if self.sampler.is_plain && undriven {
+                    self.sample_at_rest(bank, end.least(edge));
+                }
+            }
+            let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
+            let mut stop = end.least(self.next_source_instant(time)).least(self.breaks);
             if rests || !self.reads_within(bank) {
-                stop = stop.min(sample);
+                stop = stop.least(sample);
             }
-            if let Some(watching) = &self.comparators {
-                stop = stop.min(watching.next());
-            }
+            stop = self.comparators.as_ref().map_or(stop, |watching| stop.least(watching.next()));
             self.segments += 1;
             if rests {
-                let legs = &bank.machine.legs;
-                let edge = (0..3).map(|k| legs.gates[k].next_of(lane, time).0).fold(NEVER, f64::min);
-                self.wait(bank, stop.min(edge));
+                self.wait(bank, stop.least(edge));
                 carried_out = stop >= edge;
                 if undriven && !carried_out {
                     self.found = stop;

@@ -4,13 +4,26 @@ use standstill_interface::{Nanos, Reading};
 use standstill_inverter::Gate;
 use standstill_numeric::Wide;
 
+use super::comparators::Watching;
 use super::course::Course;
 use super::run::Control;
 use crate::lanes::bank::Bank;
 use crate::sensing::Instant;
 use crate::trace::Event;
 
+/// Room for readings and samples, handed on from run to run. Its contents are not used.
+#[derive(Debug, Default)]
+pub struct Room {
+    pub(super) readings: Vec<Reading<f64>>,
+    pub(super) taken: Vec<Instant>,
+}
+
 impl<'a> Control<'a> {
+    /// Returns the run's room for those that follow.
+    pub fn into_room(self) -> Room {
+        Room { readings: self.readings, taken: self.sampler.into_room() }
+    }
+
     /// Makes the next trigger pending: the first one, or the one after the pending trigger.
     pub(super) fn next_trigger(&mut self) {
         let Course { start, end, sampling, number, pending, .. } = self.course;
@@ -55,7 +68,14 @@ impl<'a> Control<'a> {
             let dc_link = bank.machine.links.source_of(self.lane, times[first] * 1e-9).voltage;
             for time in &times[first..] {
                 let read = *time <= now
-                    && self.convert(nominal, *time, current, dc_link, [0.0; 3], ([Gate::Off; 3], [true; 3]));
+                    && self.take::<V>(
+                        nominal,
+                        *time,
+                        current,
+                        dc_link,
+                        [0.0; 3],
+                        ([Gate::Off; 3], [true; 3]),
+                    );
                 if read || *time > now {
                     break;
                 }
@@ -95,7 +115,7 @@ impl<'a> Control<'a> {
         let link = bank.here.state.link.get(self.lane);
         let dc_link = self.link_filter.map_or(link, |filter| filter.output());
         let terminal = if settings.terminal.is_some() { self.terminals_at_sample(bank) } else { [0.0; 3] };
-        self.convert(nominal, self.time(bank), current, dc_link, terminal, requests);
+        self.take::<V>(nominal, self.time(bank), current, dc_link, terminal, requests);
     }
 
     /// Returns for each leg whether the drive takes the amplifier of its shunt to have settled at `at`, a time of this
@@ -117,10 +137,10 @@ impl<'a> Control<'a> {
         settled
     }
 
-    /// Converts the values at a time in ns: currents in A, the link's voltage in V and the terminals' voltages in V.
-    /// Returns whether all phases have been converted. The last argument has the requested gates, and whether each
+    /// Takes the values at a time in ns: currents in A, the link's voltage in V and the terminals' voltages in V.
+    /// Returns whether all phases have been taken. The last argument has the requested gates, and whether each
     /// leg's amplifier has settled.
-    fn convert(
+    fn take<V: Wide>(
         &mut self,
         nominal: Nanos,
         time: f64,
@@ -130,7 +150,7 @@ impl<'a> Control<'a> {
         (requested, settled): ([Gate; 3], [bool; 3]),
     ) -> bool {
         let settings = &self.case.sensors.settings;
-        let skew = settings.skew;
+        let (skew, oversampling, conversion) = (settings.skew, settings.oversampling, settings.conversion);
         if self.course.taken == 0 {
             self.course.terminal = terminal;
         }
@@ -141,22 +161,114 @@ impl<'a> Control<'a> {
             current = std::array::from_fn(|k| if open[k] { 0.0 } else { current[k] });
         }
         let Some((current, dc_link)) = self.course.converted(current, dc_link, skew) else { return false };
-        let there = Instant { time, current, dc_link, terminal: self.course.terminal, requested, settled };
-        let mut reading: Reading<f64> = self.sampler.read(nominal, &there);
-        if settings.oversampling > 1 {
-            match self.course.averaged(reading, settings.oversampling, settings.conversion) {
-                Some(mean) => reading = mean,
-                None => return true,
+        let there = Instant {
+            terminal: self.course.terminal,
+            requested,
+            settled,
+            capture: self.comparators.as_ref().and_then(Watching::capture),
+            ..Instant::new(nominal, time, current, dc_link)
+        };
+        if self.sampler.take(there) || self.probe.is_some() {
+            self.read_out::<V>();
+        }
+        if oversampling <= 1 || !self.course.repeats(oversampling, conversion) {
+            self.next_trigger();
+        }
+        true
+    }
+
+    /// Returns whether a sample only reads currents and the link's voltage as they are, and nothing but ends of modes, edges
+    /// of gates, samples and ends of commands are instants of the run.
+    pub(super) fn has_plain_samples<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
+        let settings = &self.case.sensors.settings;
+        let link = &self.case.inverter.link;
+        settings.skew == Nanos::ZERO
+            && settings.oversampling <= 1
+            && !settings.arrangement.follows_legs()
+            && settings.terminal.is_none()
+            && self.comparators.is_none()
+            && self.link_filter.is_none()
+            && self.case.faults.is_empty()
+            && self.probe.is_none()
+            && self.accounts.is_none()
+            && bank.sensed.is_none()
+            && bank.machine.legs.elastance.is_none()
+            && link.sag.is_none()
+            && link.storage.is_none()
+    }
+
+    /// Takes the plain sample that is due after a step under current, and sets the next instant. Returns whether that is
+    /// all there is to do.
+    #[inline]
+    pub(super) fn passes_sample<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
+        let lane = self.lane;
+        let (time, end) = (self.time(bank), self.course.end);
+        let idle = bank.machine.legs.idle_lanes() >> lane & 1 == 1;
+        let Some((nominal, at)) = self.course.pending else { return false };
+        if idle || at >= end || bank.schedule.sample.get(lane) > time {
+            return false;
+        }
+        let current = self.currents(bank);
+        self.take_plain::<V>(nominal, time, current, bank.here.state.link.get(lane));
+        let next = self.course.pending.map_or(end, |(_, at)| at.min(end)).0 as f64;
+        if next <= time {
+            return false;
+        }
+        self.segments += 1;
+        bank.schedule.stop.put(lane, next);
+        bank.schedule.sample.put(lane, next);
+        true
+    }
+
+    /// Takes the plain samples that are due up to a time in ns before which nothing else happens to a drive at rest.
+    pub(super) fn sample_at_rest<V: Wide>(&mut self, bank: &Bank<'a, V>, until: f64) {
+        let mut passed = self.time(bank);
+        let mut current = None;
+        while let Some((nominal, at)) = self.course.pending
+            && at.0 as f64 <= until
+        {
+            let time = at.0 as f64;
+            self.segments += u64::from(time > passed && time < until);
+            passed = time;
+            let current = *current.get_or_insert_with(|| self.currents(bank));
+            let dc_link = bank.machine.links.source_of(self.lane, time * 1e-9).voltage;
+            self.take_plain::<V>(nominal, time, current, dc_link);
+        }
+    }
+
+    /// Takes a plain sample at a time in ns: currents in A, and the link's voltage in V.
+    #[inline]
+    fn take_plain<V: Wide>(&mut self, nominal: Nanos, time: f64, mut current: [f64; 3], dc_link: f64) {
+        let open = self.case.inverter.bridge.disconnected;
+        for k in 0..3 {
+            current[k] = if open[k] { 0.0 } else { current[k] };
+        }
+        if self.sampler.take(Instant::new(nominal, time, current, dc_link)) {
+            self.read_out::<V>();
+        }
+        self.next_trigger();
+    }
+
+    /// Converts the samples taken so far, and reports their readings to the observer.
+    fn read_out<V: Wide>(&mut self) {
+        let (known, time) = (self.readings.len(), self.sampler.last_taken());
+        self.sampler.convert::<V>(&mut self.readings);
+        if let Some(probe) = &mut self.probe {
+            // An observer is shown each sample by itself.
+            for reading in &self.readings[known..] {
+                probe.event(time * 1e-9, Event::Sample(*reading));
             }
         }
-        if let Some(watching) = &self.comparators {
-            reading.capture = watching.capture();
-        }
-        if self.probe.is_some() {
-            self.event(time * 1e-9, Event::Sample(reading));
-        }
-        self.readings.push(reading);
-        self.next_trigger();
-        true
+    }
+
+    /// Returns the readings that have been converted.
+    pub fn readings(&self) -> &[Reading<f64>] {
+        &self.readings
+    }
+
+    /// Returns the readings of the command so far.
+    pub fn read<V: Wide>(&mut self) -> &[Reading<f64>] {
+        self.read_out::<V>();
+        &self.readings
     }
 }

@@ -116,6 +116,13 @@ impl<'a> Control<'a> {
 
     /// Advances the observer and the sensors' filters over a time in which nothing happens, up to a time in ns.
     pub(super) fn watch_waiting<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
+        if bank.sensed.is_some() || bank.control.follow {
+            self.follow_waiting(bank, until);
+        }
+    }
+
+    #[inline(never)]
+    fn follow_waiting<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
         let begin = self.time(bank);
         let h = (until - begin) * 1e-9;
         bank.rest_sensors(self.lane, h);

@@ -6,7 +6,7 @@ use standstill_inverter::DcLink;
 use super::bank::{Bank, Served};
 use super::is_followed;
 use crate::case::{Case, Finished, RunError};
-use crate::control::{Control, Want};
+use crate::control::{Control, Room, Want};
 use crate::physics::plane::Plane;
 use crate::sensing::{SensorSettings, Sensors};
 use crate::trace::{Probe, Snapshot};
@@ -78,11 +78,12 @@ impl<'a> Driven<'a> {
         ledger: bool,
         refereed: bool,
     ) -> Self {
+        let probe = probe.filter(|probe| probe.watches());
         let resolution = probe.as_ref().and_then(|probe| probe.resolution());
         let follow = resolution.is_some() || ledger || is_followed(case);
         let mut bank = Bank::of(case, follow);
         bank.control.refereed = refereed;
-        let control = Control::new(case.clone(), &mut bank, 0, probe, ledger, Vec::new());
+        let control = Control::new(case.clone(), &mut bank, 0, probe, ledger, Room::default());
         Self { bank, control }
     }
 
@@ -95,8 +96,11 @@ impl<'a> Driven<'a> {
         let mut want = control.command(bank, command);
         loop {
             match want {
-                Want::Command => return Ok(&control.readings),
-                Want::Over(error) => return Err(error),
+                Want::Command => return Ok(control.read::<f64>()),
+                Want::Over(error) => {
+                    control.read::<f64>();
+                    return Err(error);
+                }
                 Want::Step => {}
             }
             bank.step();
@@ -141,7 +145,7 @@ impl<'a> Driven<'a> {
 
     /// Returns the readings of the last command.
     pub fn readings(&self) -> &[Reading<f64>] {
-        &self.control.readings
+        self.control.readings()
     }
 
     /// Returns the present state of the machine, without the sensors.

@@ -129,7 +129,7 @@ impl<const N: usize> Channels<N> {
         let mut read = Converted { value: [0.0; N], at_end: [false; N], code: [0; N] };
         for k in 0..N {
             raw[k] = self.gain[k] * there[k] + self.offset[k] + self.noise[k] * normals[k];
-            code[k] = nearest(((raw[k] - self.low[k]) / self.step[k]).clamp(0.0, self.last[k]));
+            code[k] = nearest(within((raw[k] - self.low[k]) / self.step[k], self.last[k]));
             read.value[k] = self.low[k] + code[k] * self.step[k];
         }
         for k in 0..N {
@@ -137,8 +137,10 @@ impl<const N: usize> Channels<N> {
             read.code[k] = whole(code[k]) & self.counted[k];
         }
         if self.converts != [true; N] {
-            for k in (0..N).filter(|k| !self.converts[*k]) {
-                read.put(k, (raw[k], false, 0));
+            for k in 0..N {
+                if !self.converts[k] {
+                    read.put(k, (raw[k], false, 0));
+                }
             }
         }
         read
@@ -179,6 +181,14 @@ fn nearest(value: f64) -> f64 {
     let even = (value + WHOLE) - WHOLE;
     let up = if value - even >= 0.5 { 1.0 } else { 0.0 };
     even + up
+}
+
+/// Returns the nearest value between 0 and `last`. Unlike `clamp` it does not check its limits, so that a compiler computes
+/// several side by side. Not-a-number stays not-a-number.
+#[inline(always)]
+fn within(value: f64, last: f64) -> f64 {
+    let value = if value < 0.0 { 0.0 } else { value };
+    if value > last { last } else { value }
 }
 
 /// Converts a code from 0 to 2^31, the largest of any converter, to an integer; not-a-number becomes 0.

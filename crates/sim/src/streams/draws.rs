@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use super::normal::{
-    lower_tail, normal_of_uniform, normals_of_uniforms, uniform_of_normal, uniform_of_word, value,
+    lower_tail, normal_of_uniform, normals_of_uniforms, uniform_of_normal, uniform_of_word, value_of_draw,
 };
 use super::{AT_ONCE, IN_BLOCK, Purpose, Source, Tape};
 
@@ -53,18 +53,18 @@ impl<'t> Draws<'t> {
     }
 
     /// Draws standard normals until `out` is full.
-    #[inline]
-    pub fn normals(&mut self, out: &mut [f64]) {
-        let most = out.len() as u64;
-        if self.strip.is_none()
-            && let Some(at_hand) = self.seeded.normals_at_hand(self.next..self.next + most)
-        {
-            out.copy_from_slice(at_hand);
-            self.next += most;
-            return;
-        }
-        for out in out {
-            *out = self.normal();
+    pub fn normals(&mut self, mut out: &mut [f64]) {
+        while !out.is_empty() {
+            let at_hand = if self.strip.is_none() { self.seeded.normals_from(self.next) } else { &[] };
+            let count = at_hand.len().min(out.len()).max(1);
+            let (some, rest) = out.split_at_mut(count);
+            if at_hand.is_empty() {
+                some[0] = self.normal();
+            } else {
+                some.copy_from_slice(&at_hand[..count]);
+                self.next += count as u64;
+            }
+            out = rest;
         }
     }
 
@@ -100,7 +100,7 @@ impl<'t> Draws<'t> {
     /// Draws an integer from 0 to `last`, each with the same probability up to a relative error of `last`/2^48.
     #[inline]
     pub fn integer(&mut self, last: u64) -> u64 {
-        let product = u128::from(value(self.uniform())) * (u128::from(last) + 1);
+        let product = u128::from(value_of_draw(self.uniform())) * (u128::from(last) + 1);
         // A share below one of at most 2^64.
         #[allow(clippy::cast_possible_truncation)]
         let integer = (product >> 48) as u64;
@@ -168,15 +168,16 @@ impl Seeded {
         self.at_hand(number)
     }
 
-    /// Returns the normals with these numbers if all of them have already been computed.
+    /// Returns the normals from this number on that have already been computed.
     #[inline]
-    fn normals_at_hand(&self, numbers: Range<u64>) -> Option<&[f64]> {
-        let Range { start, end } = self.numbers;
-        if !self.are_normals || numbers.start < start || numbers.end > end {
-            return None;
+    fn normals_from(&self, number: u64) -> &[f64] {
+        if !self.are_normals || !self.numbers.contains(&number) {
+            return &[];
         }
-        let place = |number: u64| usize::try_from(number - start).ok();
-        self.block.get(place(numbers.start)?..place(numbers.end)?)
+        // Below the length of a block.
+        #[allow(clippy::cast_possible_truncation)]
+        let [from, to] = [number, self.numbers.end].map(|number| (number - self.numbers.start) as usize);
+        &self.block[from..to]
     }
 
     /// Returns a normal from a tape's strip, and appends it if the strip is too short.

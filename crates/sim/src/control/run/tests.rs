@@ -19,7 +19,7 @@ fn regress_events_are_counted_where_no_time_passes() {
     let until_chatter = |apart: f64| {
         let mut bank: Bank<'_, f64> =
             Bank::like(&motor, &case.inverter, &SensorSettings::IDEAL, false, false);
-        let mut control = Control::new(case.clone(), &mut bank, 0, None, false, Vec::new());
+        let mut control = Control::new(case.clone(), &mut bank, 0, None, false, Room::default());
         (1..=5000_u32).find(|_| {
             bank.here.time += apart;
             control.count_event(&bank) == Err(RunError::Chatter)
