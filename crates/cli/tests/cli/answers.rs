@@ -62,7 +62,6 @@ fn law_a_trace_lays_settings_over_one_another() {
 fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer() {
     goes_on(&[
         ("odds", &["--event", "|e| > 1 deg", "--effort", "quick"]),
-        ("budget", &["--pairs", "250"]),
         ("qualify", &["r.toml", "--no-witness"]),
     ]);
 }
@@ -73,6 +72,7 @@ fn law_an_interrupted_search_goes_on_from_what_it_computed_to_the_same_answer() 
     let key = ["--key", "sensors.noise", "--between", "5 mA:30 mA", "--most", "1000"];
     let settings = ["--vary", "detector.pulse=60us:120us", "--trials", "1000", "--starts", "1"];
     goes_on(&[
+        ("budget", &["--pairs", "250"]),
         ("require", &[&key[..], &["--limit", "rms <= 1 deg"]].concat()),
         ("tune", &[&settings[..], &["--minimise", "rms"]].concat()),
     ]);

@@ -56,7 +56,7 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
         match command {
             "odds" => &["--effort", "quick"],
             "budget" => &["--pairs", "100"],
-            "require" => &["--most", "200"],
+            "require" => &["--most", "100"],
             "tune" => &["--trials", "1000", "--starts", "1"],
             _ => &[],
         }
@@ -70,9 +70,10 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
         let shorter = [
             ("5.1 deg", "1 deg"),
             ("unanswered <= 0.1 %", "unanswered <= 5 %"),
-            ("us:400us", "us:100us"),
+            ("--vary detector.pulse=50us:400us ", ""),
+            ("--vary detector.pulse=20us:400us ", ""),
             ("rounds=2:8", "rounds=2:3"),
-            (" --vary detector.rounds=1:8", ""),
+            ("rounds=1:8", "rounds=1:2"),
             (" --vary detector.rest=1.05:1.2", ""),
         ];
         let command =

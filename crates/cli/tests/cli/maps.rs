@@ -210,6 +210,14 @@ fn law_poles_that_a_map_does_not_tell_are_counted_nowhere() {
     let folder = folder();
     let at = folder.path();
     write_example(at, "one_side.csv", "beyond = \"fitted\"");
+    // Each second line of currents, 3 A apart: each command reads the map.
+    let map = fs::read_to_string(at.join("map.csv")).expect("readable");
+    let kept =
+        |line: &&str| line.split(',').take(2).all(|cell| cell.parse().is_ok_and(|i: f64| i % 3.0 == 0.0));
+    let (head, points) = map.split_at(map.find("\n-18,").expect("points"));
+    let points: Vec<&str> = points.lines().filter(kept).collect();
+    assert_eq!(points.len(), 49);
+    fs::write(at.join("map.csv"), format!("{head}\n{}\n", points.join("\n"))).expect("written");
     let said = |arguments: &[&str]| {
         let output = standstill(arguments, at);
         let errors = String::from_utf8_lossy(&output.stderr).into_owned();

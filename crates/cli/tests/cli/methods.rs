@@ -192,7 +192,8 @@ fn law_compare_told_wrongly_names_the_wrong_pole() {
 
 #[test]
 fn law_check_gives_a_verdict_with_reasons_and_its_code() {
-    let (suited, code) = json(&["check", "paper-5k5", "--json"]);
+    // All methods are tried by the commands of the readme.
+    let (suited, code) = json(&["check", "paper-5k5", "--json", "-s", "detector.method=bipolar"]);
     assert_eq!((code, &suited["suited"]), (Some(0), &Value::Bool(true)), "{suited}");
     let recommended = &suited["recommended"];
     assert_eq!((&suited["verdict"], &recommended["confirmed"]["wrong_poles"]), (&"suited".into(), &0.into()));
@@ -202,7 +203,8 @@ fn law_check_gives_a_verdict_with_reasons_and_its_code() {
     assert!(next.starts_with("standstill run paper-5k5 ") && next.contains("detector.pulse="), "{next}");
     // Too light a rotor: every pulse turns it.
     let method = ["-s", "detector.method=bipolar", "-s", "detector.rounds=3"];
-    let (light, code) = json(&[&["check", "low-inertia", "--json"], &method[..]].concat());
+    let pulse = ["-s", "detector.pulse=200us"];
+    let (light, code) = json(&[&["check", "low-inertia", "--json"], &method[..], &pulse].concat());
     assert_eq!((code, &light["suited"]), (Some(1), &Value::Bool(false)), "{light}");
     let objections = light["candidates"][0]["objections"].to_string();
     assert!(objections.contains("a free rotor moves by"), "{objections}");
@@ -309,12 +311,20 @@ fn law_an_interrupted_comparison_keeps_its_finished_rows() {
         .args(["compare", "--method", "bipolar,dc-alignment", "--rotor", "locked", "--errors", "default"])
         .args(["--trials", "600", "--out", "c"])
         .current_dir(folder.path())
+        .env("XDG_CACHE_HOME", folder.path().join("cache"))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
-    // The first row takes a second or so, the second minutes.
-    std::thread::sleep(std::time::Duration::from_secs(5));
+    // The first row ends with its limit, which is kept; the second takes minutes.
+    let limits = folder.path().join("cache/standstill/limits");
+    let kept = || fs::read_dir(&limits).into_iter().flatten().flatten();
+    let begun = std::time::Instant::now();
+    while !kept().any(|file| file.path().extension().is_some_and(|end| end == "json")) {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        assert!(begun.elapsed() < std::time::Duration::from_secs(120), "no limit was kept");
+    }
+    std::thread::sleep(std::time::Duration::from_millis(500));
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(killed.expect("kill").success());
     let output = child.wait_with_output().expect("it ends");

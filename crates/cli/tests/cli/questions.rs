@@ -42,7 +42,7 @@ fn regress_an_answer_is_not_replaced_by_that_to_another_question() {
         "--limit",
     ];
     let tune: &[&str] =
-        &["tune", "s.toml", "--vary", "detector.pulse=60us:120us", "--trials", "1000", "--starts", "1"];
+        &["tune", "s.toml", "--vary", "detector.rounds=2:3", "--trials", "1000", "--starts", "1"];
     let tune = &[tune, &["--json", "--out", "k", "--minimise"]].concat();
     let questions = [
         // What a locked rotor never does is told by 4,000 trials.

@@ -22,9 +22,9 @@ fn law_a_requirement_is_an_edge_or_an_answer_with_code_1() {
     assert_eq!(edge["without_answer"]["decide"], "interval", "{edge}");
     has(&edge, &["key", "value", "low", "high", "limit"]);
     assert_eq!((&edge["key"], &edge["limit"]), (&"sensors.noise".into(), &"rms <= 1 deg".into()));
-    let none = require("rms <= 0.1 deg", &["--between", "5 mA:50 mA"], 1);
+    let none = require("rms <= 0.1 deg", &["--between", "5 mA:50 mA", "--most", "1000"], 1);
     assert!(none["value"].is_null() && none["answer"] == "no value meets it");
-    let all = require("rms <= 60 deg", &["--between", "5 mA:20 mA"], 1);
+    let all = require("rms <= 60 deg", &["--between", "5 mA:20 mA", "--most", "1000"], 1);
     assert_eq!(all["answer"], "every value meets it");
 }
 
@@ -36,7 +36,7 @@ fn analytic_the_speed_that_a_start_may_have_is_a_requirement_on_a_key() {
     let edge = |limit: &str, more: &[&str]| {
         let asked =
             ["require", "s.toml", "--key", "rotor.speed", "--between", "3 rpm:30 rpm", "--limit", limit];
-        let found = answer(&[&asked[..], &["--most", "1000", "--json"], more].concat(), 0, folder.path());
+        let found = answer(&[&asked[..], &["--most", "400", "--json"], more].concat(), 0, folder.path());
         assert_eq!(found["key"], "rotor.speed");
         number(&found, "value")
     };
@@ -102,7 +102,8 @@ fn has_both_edges(few: &[&str]) {
 
 /// A limit where the noise decides, so that few trials tell; "p95 <= 2 deg" from 5 mA, where the gains have their part, holds as
 /// well and takes seven times the trials.
-fn named_trials_make_it_narrow(limit: &str) {
+/// With `half`, half of them do not.
+fn named_trials_make_it_narrow(limit: &str, half: bool) {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");
@@ -117,16 +118,24 @@ fn named_trials_make_it_narrow(limit: &str) {
     assert!(needed > 1000, "{few}");
     let enough = asked(2 * needed);
     assert_eq!(enough["narrow"], true, "{limit}: twice {needed}");
-    assert_eq!(asked(needed / 2)["narrow"], false, "{limit}: half of {needed}");
+    if half {
+        assert_eq!(asked(needed / 2)["narrow"], false, "{limit}: half of {needed}");
+    }
 }
 
 #[test]
-fn cross_the_trials_that_are_named_make_the_interval_narrow_and_half_as_many_do_not() {
-    named_trials_make_it_narrow("P(|e| > 3 deg) <= 30 %");
+fn cross_the_trials_that_are_named_make_the_interval_narrow() {
+    named_trials_make_it_narrow("P(|e| > 3 deg) <= 30 %", false);
+}
+
+#[test]
+#[ignore = "half of the trials that run by default, too: scripts/test-all.sh long"]
+fn cross_half_the_trials_that_are_named_do_not_make_the_interval_narrow() {
+    named_trials_make_it_narrow("P(|e| > 3 deg) <= 30 %", true);
 }
 
 #[test]
 #[ignore = "many trials; a share runs by default: scripts/test-all.sh long"]
 fn cross_the_trials_that_are_named_make_the_interval_of_a_percentile_narrow() {
-    named_trials_make_it_narrow("p95 <= 4 deg");
+    named_trials_make_it_narrow("p95 <= 4 deg", true);
 }

@@ -83,10 +83,8 @@ fn law_options_keys_and_files_are_the_same_scenario() {
     let result = |out: &str| json(&at.join(out).join("result.json"));
     succeed(&[&["trace", "--angle", "77", "--out", "t-options"], &options[..]].concat(), at);
     succeed(&[&["trace", "--out", "t-keys", "-s", "rotor.angle=77 deg"], &keys[..]].concat(), at);
-    succeed(&["trace", "s.toml", "--angle", "77", "--out", "t-file"], at);
     for key in ["true_angle_deg", "error_deg", "peak_current_A", "energy_J", "setup", "specimen"] {
         assert_eq!(result("t-options")[key], result("t-keys")[key], "{key}");
-        assert_eq!(result("t-options")[key], result("t-file")[key], "{key}");
     }
     let compare = ["compare", "--json", "--method", "line-inductance-fast", "--trials", "3"];
     let conditions = ["--rotor", "free", "--errors", "harsh", "--motor", "slot-harmonics", "--seed", "7"];
