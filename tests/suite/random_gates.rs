@@ -88,10 +88,20 @@ fn suited_link(motor: &Motor, voltage: f64) -> f64 {
 
 #[test]
 fn law_energy_is_conserved_over_random_gate_sequences() {
+    energy_is_conserved(400);
+}
+
+#[test]
+#[ignore = "more sequences: scripts/test-all.sh long"]
+fn law_energy_is_conserved_over_a_thousand_random_gate_sequences() {
+    energy_is_conserved(1000);
+}
+
+fn energy_is_conserved(sequences: usize) {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let motors = all_kinds_of_motors();
     let mut seen = [0.0; 5];
-    for sequence in 0..1000 {
+    for sequence in 0..sequences {
         let motor = &motors[sequence % motors.len()];
         let (inverter, commands) = (random_inverter(&mut rng), random_commands(&mut rng));
         let load_torque = if sequence % 5 == 0 { rng.random_range(-3.0..3.0) } else { 0.0 };

@@ -79,6 +79,7 @@ fn delay_is_as_unknown_as_the_edges_places(fit: &Fit) {
 #[test]
 #[ignore = "one seed more than the tests that run by default: scripts/test-all.sh long"]
 fn cross_one_seed_more_is_found_as_well() {
+    delay_and_dead_time(2);
     linear(3);
     saturated(3);
 }
@@ -124,11 +125,15 @@ fn regress_a_pole_that_no_search_reaches_does_not_end_the_fit() {
 /// Edges that each lie elsewhere between two rows bound the delay together; all alike, see above.
 #[test]
 fn cross_delay_and_dead_time_are_known_as_well_as_rows_and_edges_tell() {
+    delay_and_dead_time(1);
+}
+
+fn delay_and_dead_time(seeds: u64) {
     let mut count = [0; 2];
     let interval = scope::FOUR_PLACES;
     for (pulses, range) in [(scope::ngspice(), 2.5), (scope::scipy(), 8.0)] {
         let scope = Scope { interval, ..Scope::of(range) };
-        for seed in 0..2 {
+        for seed in 0..seeds {
             let fit = pulses.found(&scope, seed, &pulses.start(seed));
             let [delay, dead_time] = ["delay", "dead_time"].map(|name| half(&fit, name, interval));
             assert!((0.05..0.30).contains(&delay) && dead_time < 0.40, "{delay} {dead_time} intervals");

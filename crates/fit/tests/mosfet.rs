@@ -169,8 +169,18 @@ const SHUNT: Scope =
 /// and the drive. `examples/fit_coverage.rs` counts its intervals over more seeds.
 #[test]
 fn cross_one_shunt_in_the_link_tells_the_motor() {
+    one_shunt_tells(0..1);
+}
+
+#[test]
+#[ignore = "more seeds; one runs by default: scripts/test-all.sh long"]
+fn cross_one_shunt_in_the_link_tells_three_motors() {
+    one_shunt_tells(0..3);
+}
+
+fn one_shunt_tells(seeds: std::ops::Range<u64>) {
     let mut held = [0; 2];
-    for seed in 0..3 {
+    for seed in seeds {
         // As in the example: a clock of the scope's own.
         let interval = 0.5e-6 * (1.0 + 0.08 * (0.618_033_988_75 * (seed + 1) as f64).fract());
         let scope = Scope { interval, ..SHUNT };

@@ -53,6 +53,17 @@ fn rotors(motor: &Motor) -> [RotorState; 3] {
 
 #[test]
 fn law_detections_in_lanes_are_those_alone() {
+    detections(false);
+}
+
+#[test]
+#[ignore = "all motors with both error sets: scripts/test-all.sh long"]
+fn law_detections_of_all_motors_with_all_errors_in_lanes_are_those_alone() {
+    detections(true);
+}
+
+/// All methods on all motors and rotors: one of them with two error sets, the others with one or with both.
+fn detections(both: bool) {
     let mut counts = COUNTS.into_iter().cycle();
     let own = paper_motor().name;
     let mut moved = 0;
@@ -65,6 +76,10 @@ fn law_detections_in_lanes_are_those_alone() {
             for errors in [ErrorSet::Default, ErrorSet::Harsh] {
                 for rotor in rotors(&motor) {
                     let mut trials = counts.next().expect("endless");
+                    let injects = method.name().starts_with("hfi");
+                    if !both && !injects && motor.name != own && errors == ErrorSet::Default {
+                        continue;
+                    }
                     let mut scenario = Scenario::of_method(method, motor.clone(), errors, rotor, 1);
                     if scenario.check().is_err() {
                         continue;
@@ -72,7 +87,7 @@ fn law_detections_in_lanes_are_those_alone() {
                     if rotor != RotorState::Locked {
                         scenario.load_torque = 0.1 * motor.rotor.friction.stiction;
                     }
-                    if method.name().starts_with("hfi") {
+                    if injects {
                         // Injections take long: on one motor more trials than lanes, on others a few of one kind.
                         if motor.name != own && errors == ErrorSet::Harsh {
                             continue;
@@ -86,7 +101,7 @@ fn law_detections_in_lanes_are_those_alone() {
             }
         }
     }
-    assert!(moved > 200, "{moved} rotors moved");
+    assert!(moved > if both { 200 } else { 100 }, "{moved} rotors moved");
 }
 
 #[test]
@@ -103,6 +118,17 @@ type Change = fn(&mut Scenario<Method<f64>>);
 
 #[test]
 fn law_filters_shunts_and_weak_links_make_no_difference_between_lanes_and_alone() {
+    changed_drives(1);
+}
+
+#[test]
+#[ignore = "both motors of each change and method: scripts/test-all.sh long"]
+fn law_filters_shunts_and_weak_links_on_two_motors_make_no_difference() {
+    changed_drives(2);
+}
+
+/// Changes of drive and sensors with three methods, on one of two motors by turns or on both.
+fn changed_drives(motors: usize) {
     let changes: [(&str, Change); 6] = [
         ("filters", |scenario| {
             scenario.sensors.bandwidth = Some(40e3);
@@ -127,11 +153,13 @@ fn law_filters_shunts_and_weak_links_make_no_difference_between_lanes_and_alone(
         }),
     ];
     let mut counts = COUNTS.into_iter().cycle();
-    for (name, change) in changes {
-        for method in [MethodName::LineInductance, MethodName::Bipolar, MethodName::MaximumLikelihoodAdaptive]
-        {
-            for motor in [paper_motor(), motor("low-inertia")] {
-                for rotor in rotors(&motor) {
+    for (number, (name, change)) in changes.into_iter().enumerate() {
+        let methods =
+            [MethodName::LineInductance, MethodName::Bipolar, MethodName::MaximumLikelihoodAdaptive];
+        for (turn, method) in methods.into_iter().enumerate() {
+            let all = [paper_motor(), motor("low-inertia")];
+            for motor in all.iter().cycle().skip(number + turn).take(motors) {
+                for rotor in rotors(motor) {
                     let mut scenario = Scenario::of_method(method, motor.clone(), ErrorSet::Harsh, rotor, 2);
                     change(&mut scenario);
                     let label = format!("{name}: {}, {method}, {rotor:?}", motor.name);
