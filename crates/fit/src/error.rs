@@ -1,7 +1,7 @@
 //! Errors of a fit.
 
-use super::record::MOST_ROWS;
-use super::{Exchanged, MOST_EDGES, Wiring};
+use super::record::{MOST_ROWS, Record};
+use super::{Exchanged, MOST_EDGES, Swing, Wiring};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
 use thiserror::Error;
@@ -68,6 +68,21 @@ pub enum FitError {
         /// Beginning of the pulse in s.
         time: f64,
     },
+    /// No motor comes near, and the DC link, whose mean is simulated, moves much within a pulse: the error, the file of the largest swing,
+    /// and its lowest and highest voltage in V.
+    #[error(
+        "{error}. The DC link of {file} moves between {:.1} and {:.1} V while legs drive, and its mean is simulated: record one pulse per \
+         file, from rest until its current is gone, or with more capacitance at the bridge",
+        ends[0], ends[1]
+    )]
+    SoftLink {
+        /// Error without regard to the link.
+        error: Box<FitError>,
+        /// File of the swing.
+        file: String,
+        /// Lowest and highest voltage in V.
+        ends: [f64; 2],
+    },
     /// All records together have more rows than a fit takes.
     #[error("found {0} rows in all files; needed: at most {MOST_ROWS}")]
     TooManyRows(usize),
@@ -80,4 +95,21 @@ pub enum FitError {
          or rows closer together"
     )]
     TooManyEdges(usize),
+}
+
+/// Share of its mean by which the DC link must move to be named beside an error.
+const SOFT: f64 = 0.1;
+
+impl FitError {
+    /// Returns this error with the swing of the DC link, if that may be why no motor comes near.
+    pub(super) fn beside(self, swing: Option<Swing>, records: &[Record]) -> Self {
+        match (&self, swing) {
+            (Self::NoPlant | Self::FarOff { .. }, Some(swing)) if swing.spread > SOFT => Self::SoftLink {
+                error: Box::new(self),
+                file: records[swing.record].file.clone(),
+                ends: swing.ends,
+            },
+            _ => self,
+        }
+    }
 }

@@ -2,16 +2,20 @@
 
 use std::f64::consts::TAU;
 
+use nalgebra::DVector;
+
 use super::between_rows::Between;
 use super::parameters::{Parameter, Point, last};
 use super::plant::Frame;
+use super::reading::Scatter;
 use super::record::CHANNELS;
 use super::result::Known;
+use super::solve::Problem;
 use super::{FitError, Solved, Work};
 
 /// Solution with one law of the core.
 pub(super) struct Found {
-    /// Mean of the distribution of the parameters.
+    /// Mean of the distribution of the parameters; its falls, those next to the mean that a plant has.
     pub(super) point: Point,
     /// Parameters that are free.
     pub(super) free: Vec<Parameter>,
@@ -21,6 +25,8 @@ pub(super) struct Found {
     pub(super) off: Vec<f64>,
     /// Distribution of the free parameters.
     between: Between,
+    /// Share of the way to the mean that the point's falls have not gone: zero unless no plant has the mean's parameters.
+    short: f64,
 }
 
 /// Value with the ends of its 95 % interval.
@@ -52,20 +58,39 @@ impl Work<'_> {
         let Known { sum, spread, fixed } = self.known(&solved.point, &free, &solved.scatter)?;
         let between = self.between(&sum, &solved.point, free.len(), &spread.off).ok_or(FitError::NoPlant)?;
         self.problem.free.clone_from(&free);
-        let mut point = self.problem.moved(&solved.point, &between.mean);
-        for parameter in free.iter().filter(|p| p.is_never_negative()) {
-            // Rounding.
-            let least = -parameter.get(&point).min(0.0);
-            parameter.add(&mut point, least, self.problem.channels);
-        }
-        Ok(Found { point, free, fixed, off: spread.off, between })
+        let (point, share) = within(&self.problem, &solved.point, &between.mean, &solved.scatter);
+        Ok(Found { point, free, fixed, off: spread.off, between, short: 1.0 - share })
     }
+}
+
+/// Returns the point moved to the mean, of the falls of inductance by as much of the way as has a plant, by halves, and that share: 1 as a
+/// rule. The mean of a distribution may lie where no iron has its falls, although the most likely point does not.
+fn within(
+    problem: &Problem,
+    point: &Point,
+    mean: &DVector<f64>,
+    scatter: &[Scatter; CHANNELS],
+) -> (Point, f64) {
+    let at = |share: &f64| {
+        let is_fall = |k: usize| problem.free.get(k).is_some_and(|parameter| parameter.fall().is_some());
+        let part = DVector::from_fn(mean.len(), |k, _| if is_fall(k) { share * mean[k] } else { mean[k] });
+        let mut moved = problem.moved(point, &part);
+        for parameter in problem.free.iter().filter(|p| p.is_never_negative()) {
+            // Rounding.
+            let least = -parameter.get(&moved).min(0.0);
+            parameter.add(&mut moved, least, problem.channels);
+        }
+        problem.sum(&moved, scatter, false).is_some().then_some((moved, *share))
+    };
+    [1.0, 0.5, 0.25, 0.125, 0.0].iter().find_map(at).unwrap_or_else(|| (point.clone(), 0.0))
 }
 
 impl Found {
     /// Returns the interval of a linear combination of free parameters about its value; `of_fixed` as in [`Between::interval`].
     fn about(&self, value: f64, terms: &[(usize, f64)], of_fixed: &[f64]) -> Interval {
-        Interval { value, ends: self.between.interval(terms, of_fixed).map(|off| value + off) }
+        let of_falls = terms.iter().filter(|(k, _)| self.free[*k].fall().is_some());
+        let rest = self.short * of_falls.map(|(k, a)| a * self.between.mean[*k]).sum::<f64>();
+        Interval { value, ends: self.between.interval(terms, of_fixed).map(|off| value + rest + off) }
     }
 
     /// Returns the value and the interval of a parameter, for a fall at its current in A of `at`; none if it is fixed. Of a fall that
@@ -159,4 +184,72 @@ fn fall_terms(
         }
     }
     terms
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_inverter::{DeviceKind, Devices};
+
+    use super::super::plant::Law;
+    use super::super::record::Record;
+    use super::super::{MOST_USED, Start, pieces, start};
+    use super::*;
+
+    /// A triangle of current in phase a, of 20 A in 20 µs, simulated again with iron.
+    fn problem() -> (Problem, Point, [Scatter; CHANNELS]) {
+        let row = |k: i32| {
+            let i = f64::from((k - 10).min(50 - k).max(0));
+            let legs = match k {
+                10..30 => "high,low,low",
+                30..50 => "low,high,high",
+                _ => "off,off,off",
+            };
+            format!("{k}e-6,{i},{0},{0},12,{legs}\n", -i / 2.0)
+        };
+        let header = "t_s,i_a_A,i_b_A,i_c_A,u_dc_V,leg_a,leg_b,leg_c\n".to_owned();
+        let text = header + &(0..60).map(row).collect::<String>();
+        let record = Record::parse("p.csv", &text).expect("a record");
+        let kind = DeviceKind::Mosfet;
+        let devices = Devices {
+            kind,
+            switch_drop: 0.0,
+            switch_resistance: 4e-3,
+            diode_drop: 0.8,
+            diode_resistance: 5e-3,
+        };
+        let start = Start {
+            motor: None,
+            devices,
+            dead_time: 0.0,
+            stated: Vec::new(),
+            settle: 0.0,
+            most_used: MOST_USED,
+        };
+        let (pieces, channels) = (pieces::pieces(0, &record), record.channels);
+        let (frame, mut point, scatter) =
+            start::begin(&[record], &pieces, channels, &start).expect("a current");
+        (point.plant.law, point.plant.saturation) = (Law::Iron, [0.06, -0.02, 0.03]);
+        let free = vec![Parameter::Resistance, Parameter::SaturationAlong, Parameter::SaturationAgainst];
+        (Problem { frame, pieces, channels, free, edges: Vec::new() }, point, scatter)
+    }
+
+    /// A data sheet's iron saturates along +d at least as much as along −d: a mean on the other side has no plant, and did end the fit.
+    #[test]
+    fn regress_a_mean_that_no_iron_has_is_approached_as_far_as_there_is_a_plant() {
+        let (problem, point, scatter) = problem();
+        assert!(point.plant.core(&problem.frame).is_some());
+        let moved = |mean: [f64; 3]| within(&problem, &point, &DVector::from_row_slice(&mean), &scatter);
+        let (near, share) = moved([-point.plant.resistance * (1.0 + 1e-15), -0.01, 0.0]);
+        assert!(
+            share >= 1.0 && near.plant.resistance >= 0.0 && (near.plant.saturation[0] - 0.05).abs() < 1e-12
+        );
+        let beyond = [0.0, -0.061, -0.0375];
+        let whole = Point {
+            plant: super::super::Plant { saturation: [-0.001, -0.0575, 0.03], ..point.plant.clone() },
+            ..point.clone()
+        };
+        assert!(whole.plant.core(&problem.frame).is_none());
+        let (part, share) = moved(beyond);
+        assert!(share > 0.0 && share < 1.0 && part.plant.core(&problem.frame).is_some(), "{share}");
+    }
 }

@@ -60,7 +60,7 @@ pub use exchanged::{Exchanged, Mislabelled};
 pub use identifiability::{FixedBias, NonIdentifiable};
 pub use misfit::Misfit;
 pub use plant::Plant;
-pub use result::{Estimate, Fit, Pole, Trace};
+pub use result::{Estimate, Fit, Pole, Swing, Trace};
 pub use standstill_inverter::{DeviceKind, Devices};
 pub use wiring::Wiring;
 
@@ -170,34 +170,45 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
         switch_is_stated: start.is_stated("switch_resistance"),
         winding_is_stated: start.motor.is_some(),
     };
-    let mut work = Work { problem, scatter, begin, steps: MOST_STEPS, reach, link, did };
-
-    // The axis, by straight cores, from several angles.
-    work.problem.free = vec![Parameter::DAxisInductance, Parameter::QAxisInductance, Parameter::Angle];
-    work.problem.free.extend(
-        Parameter::observable(channels, &point).into_iter().filter(|p| matches!(p, Parameter::Offset(_))),
-    );
-    let straight = work.straight(&point)?;
-    work.is_near(&straight.point, records)?;
-
-    // All that can be identified, and the edges.
-    let noise = straight
-        .scatter
-        .iter()
-        .map(|s| s.noise.max(s.step.unwrap_or(0.0) * 0.29))
-        .fold(f64::INFINITY, |a, b| if b > 0.0 { a.min(b) } else { a });
-    work.problem.edges = loose_edges(&work.problem.pieces, noise, slope);
-    if work.problem.edges.len() > MOST_EDGES {
-        return Err(FitError::TooManyEdges(work.problem.edges.len()));
-    }
-    work.scatter.clone_from(&straight.scatter);
-    let point = work.bent_as(straight.point, start);
-    let solved = work.either_axis(&point, start)?;
-    let solved = work.behind_a_probe(solved)?;
-    Ok(Fit { every, ..result::conclude(work, solved, start)? })
+    let work = Work { problem, scatter, begin, steps: MOST_STEPS, reach, link, did };
+    let swing = Swing::largest(&work.problem.pieces);
+    let fitted = work.fitted(&point, slope, records, start).map_err(|error| error.beside(swing, records))?;
+    Ok(Fit { every, ..fitted })
 }
 
 impl Work<'_> {
+    /// Searches the motor, from a point whose currents rise by at most `slope` in A/s.
+    fn fitted(
+        mut self,
+        point: &Point,
+        slope: f64,
+        records: &[Record],
+        start: &Start,
+    ) -> Result<Fit, FitError> {
+        // The axis, by straight cores, from several angles.
+        self.problem.free = vec![Parameter::DAxisInductance, Parameter::QAxisInductance, Parameter::Angle];
+        let observable = Parameter::observable(self.problem.channels, point).into_iter();
+        self.problem.free.extend(observable.filter(|p| matches!(p, Parameter::Offset(_))));
+        let straight = self.straight(point)?;
+        self.is_near(&straight.point, records)?;
+
+        // All that can be identified, and the edges.
+        let noise = straight
+            .scatter
+            .iter()
+            .map(|s| s.noise.max(s.step.unwrap_or(0.0) * 0.29))
+            .fold(f64::INFINITY, |a, b| if b > 0.0 { a.min(b) } else { a });
+        self.problem.edges = loose_edges(&self.problem.pieces, noise, slope);
+        if self.problem.edges.len() > MOST_EDGES {
+            return Err(FitError::TooManyEdges(self.problem.edges.len()));
+        }
+        self.scatter.clone_from(&straight.scatter);
+        let point = self.bent_as(straight.point, start);
+        let solved = self.either_axis(&point, start)?;
+        let solved = self.behind_a_probe(solved)?;
+        result::conclude(self, solved, start)
+    }
+
     fn solve(&mut self, point: &Point, most: usize) -> Result<Solved, FitError> {
         let mut scatter = self.scatter.clone();
         let (did, count) = (self.did, AtomicUsize::new(0));
@@ -304,6 +315,10 @@ impl Work<'_> {
             for parameter in all.iter().filter(|p| !self.problem.free.contains(p)) {
                 let back = parameter.get(begin) - parameter.get(&point);
                 parameter.add(&mut point, back, self.problem.channels);
+            }
+            if self.problem.sum(&point, &self.scatter, false).is_none() {
+                // No plant has these beside the values found for the others: the search begins anew.
+                point = begin.clone();
             }
             let next = self.solve(&point, 40)?;
             (point, self.scatter) = (next.point.clone(), next.scatter.clone());

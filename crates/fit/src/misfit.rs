@@ -17,6 +17,13 @@ pub enum Misfit {
         /// Largest current in A of such pulses.
         below: f64,
     },
+    /// In one of several files: its rotor stood elsewhere, or its legs or channels are others.
+    OneFile {
+        /// Index of the file's record.
+        record: usize,
+        /// Rms of the difference in it divided by the largest rms in any other file.
+        ratio: f64,
+    },
     /// In one pulse.
     OnePulse {
         /// Number of the pulse, from 1.
@@ -44,8 +51,13 @@ const GROWS: f64 = 2.0;
 /// Least share of the squared difference that makes one pulse the cause, of pulses that each would have an equal share.
 const MOST: f64 = 0.6;
 
+/// Least ratio of the rms of the difference in one file to that in each other file that makes it the cause. A rotor elsewhere in one file of
+/// six leaves three to five times the others' difference in it, as the fit follows the others.
+const STANDS_OUT: f64 = 2.0;
+
 /// Mean residual and current of a block of rows.
 struct Block {
+    record: usize,
     pulse: usize,
     square: f64,
     current: f64,
@@ -72,6 +84,9 @@ impl Readings<'_> {
     /// Returns where the simulation differs from the readings.
     fn misfit(&self) -> Misfit {
         let blocks = self.blocks();
+        if let Some((record, ratio)) = self.one_file(&blocks) {
+            return Misfit::OneFile { record, ratio };
+        }
         if let Some((pulse, share)) = self.one_pulse(&blocks) {
             return Misfit::OnePulse { number: pulse + 1, share };
         }
@@ -91,6 +106,27 @@ impl Readings<'_> {
             }
             _ => Misfit::Everywhere,
         }
+    }
+
+    /// Returns the index of the record whose difference is by far the largest, and the ratio of its rms to the next; none of fewer than three
+    /// records, of which either of two may be the one that is off. As in [`Self::one_pulse`] only currents that a second file reaches count.
+    fn one_file(&self, blocks: &[Block]) -> Option<(usize, f64)> {
+        let count = self.traces.iter().map(|trace| trace.record + 1).max()?;
+        let mut peaks = vec![0.0_f64; count];
+        for trace in self.traces {
+            peaks[trace.record] = peaks[trace.record].max(Sizes::of(trace).peak());
+        }
+        peaks.sort_unstable_by(|a, b| b.total_cmp(a));
+        let most = *peaks.get(1)?;
+        let rms = |record: usize| {
+            let own = blocks.iter().filter(|block| block.record == record && block.current <= most);
+            let squares: Vec<f64> = own.map(|block| block.square).collect();
+            (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+        };
+        let mut sorted: Vec<(usize, f64)> = (0..count).map(|record| (record, rms(record))).collect();
+        sorted.sort_unstable_by(|(_, a), (_, b)| b.total_cmp(a));
+        let [(worst, of_worst), (_, next), _, ..] = sorted[..] else { return None };
+        (of_worst > STANDS_OUT * next).then(|| (worst, of_worst / next.max(1e-3 * of_worst)))
     }
 
     /// Returns the pulse that has most of the squared difference, and its share. A pulse that goes higher in current than all others
@@ -122,7 +158,7 @@ impl Readings<'_> {
                     let off: f64 = read.iter().zip(shown).map(|(read, shown)| read[k] - shown[k]).sum();
                     let mean = off / BLOCK as f64;
                     if mean.is_finite() {
-                        blocks.push(Block { pulse, square: mean * mean, current });
+                        blocks.push(Block { record: trace.record, pulse, square: mean * mean, current });
                     }
                 }
             }
@@ -173,7 +209,7 @@ mod tests {
         let phases = |i: f64| [i, -0.5 * i, -0.5 * i, f64::NAN];
         let simulated: Vec<[f64; CHANNELS]> = time.iter().map(|t| phases(current(*t))).collect();
         let measured = simulated.iter().map(|i| phases(i[0] + off(i[0]))).collect();
-        Trace { time, measured, simulated }
+        Trace { record: 0, time, measured, simulated }
     }
 
     fn misfit(traces: &[Trace], clip: [f64; 2]) -> Misfit {
@@ -193,6 +229,23 @@ mod tests {
             traces.push(pulse(peak, |i| 0.2 * i));
             let found = misfit(&traces, NO_CLIP);
             assert!(matches!(found, Misfit::OnePulse { number: 4, share } if share > 0.9), "{found:?}");
+        }
+    }
+
+    /// Files of which one differs three times as much as each other are told apart; of two files, either may be the one that is off.
+    #[test]
+    fn analytic_a_file_of_another_position_is_named() {
+        let traces = |off: &[f64]| -> Vec<Trace> {
+            let of = |(record, off): (usize, &f64)| Trace { record, ..pulse(50.0, |i| off * i) };
+            off.iter().enumerate().map(of).collect()
+        };
+        let found = misfit(&traces(&[0.02, -0.01, 0.06, 0.02]), NO_CLIP);
+        assert!(
+            matches!(found, Misfit::OneFile { record: 2, ratio } if (ratio - 3.0).abs() < 1e-6),
+            "{found:?}"
+        );
+        for off in [&[0.02, 0.06][..], &[0.06, 0.02, -0.05]] {
+            assert!(!matches!(misfit(&traces(off), NO_CLIP), Misfit::OneFile { .. }), "{off:?}");
         }
     }
 

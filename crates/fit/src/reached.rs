@@ -47,6 +47,7 @@ pub(super) fn traces(work: &Work, point: &Point) -> Option<Vec<Trace>> {
         let currents =
             waveform.behind(point.lag, piece.rows.iter().map(|row| row.time - begin - point.delay));
         Some(Trace {
+            record: piece.record,
             time: piece.rows.iter().map(|row| row.time).collect(),
             measured: piece.rows.iter().map(|row| row.current).collect(),
             simulated: currents

@@ -6,6 +6,7 @@ use super::discrepancy::{Discrepancy, discrepancies};
 use super::found::{Either, Found};
 use super::identifiability::{FixedBias, NonIdentifiable, fixed_biases};
 use super::parameters::{Parameter, Point, channel, last};
+use super::pieces::{Piece, drives};
 use super::plant::{Law, Plant};
 use super::pole::{Iron, with_iron};
 use super::reached::traces;
@@ -44,9 +45,33 @@ pub struct Pole {
     pub both_ways: bool,
 }
 
+/// Swing of the DC link's voltage within a pulse or a train of pulses, whose mean is simulated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swing {
+    /// Index of the record, in the order in which the records were given.
+    pub record: usize,
+    /// Lowest and highest voltage in V while legs drive.
+    pub ends: [f64; 2],
+    /// Largest deviation of the voltage from its mean, as a share of the mean.
+    pub spread: f64,
+    /// Number of changes of the legs to requests that drive: 1 for a single pulse.
+    pub pulses: usize,
+}
+
+impl Swing {
+    /// Returns the largest swing in these pieces.
+    pub(super) fn largest(pieces: &[Piece]) -> Option<Self> {
+        let piece = pieces.iter().max_by(|a, b| a.spread().total_cmp(&b.spread()))?;
+        let pulses = piece.edges.iter().filter(|edge| drives(edge.legs)).count();
+        Some(Self { record: piece.record, ends: piece.swing, spread: piece.spread(), pulses })
+    }
+}
+
 /// Measured and simulated currents of one piece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
+    /// Index of the record, in the order in which the records were given.
+    pub record: usize,
     /// Times of the rows in s.
     pub time: Vec<f64>,
     /// Readings of the phases, then of the DC link, in A; NaN where a channel has none.
@@ -70,8 +95,8 @@ pub struct Fit {
     pub magnet_flux: f64,
     /// Mean voltage of the DC link in V.
     pub link: f64,
-    /// Largest deviation of the link's voltage from its mean within a pulse, as a share of the mean.
-    pub link_spread: f64,
+    /// Swing of the link's voltage in the pulse or train in which it is the largest.
+    pub link_swing: Swing,
     /// Largest current in A that was measured.
     pub reach: f64,
     /// Largest currents in A that the pulses drove along +d, along −d and along q in either direction.
@@ -88,6 +113,8 @@ pub struct Fit {
     pub residual_rms: f64,
     /// Rms of the residuals in A that noise and quantization alone would give.
     pub expected_rms: f64,
+    /// Rms of the simulated currents in A without the channels' offsets, of the same readings.
+    pub current_rms: f64,
     /// Factor by which intervals are wider because neighbouring residuals are correlated.
     pub widened: f64,
     /// True if the most likely parameters were reached; if not, the intervals are not valid.
@@ -178,6 +205,8 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         .zip(&solved.scatter)
         .map(|(r, scatter)| r.len() as f64 * expected(scatter))
         .sum();
+    let link_swing = Swing::largest(&work.problem.pieces).ok_or(FitError::NoCurrent)?;
+    let current_rms = rms_of_currents(&traces, &solved.point);
     Ok(Fit {
         parameters,
         falls: falls.filter(|_| is_known),
@@ -185,7 +214,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         current: frame.current,
         magnet_flux: frame.magnet_flux,
         link: work.link,
-        link_spread: work.problem.pieces.iter().map(|piece| piece.spread).fold(0.0, f64::max),
+        link_swing,
         reach: work.reach,
         reached,
         pole,
@@ -194,6 +223,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         non_identifiable,
         residual_rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
         expected_rms: (weighted / residuals.len() as f64).sqrt(),
+        current_rms,
         widened: sum.newey_west.sqrt(),
         converged: solved.converged,
         every: 1,
@@ -213,6 +243,18 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         channels,
         traces,
     })
+}
+
+/// Returns the rms in A of the simulated currents without the channels' offsets, at all readings.
+fn rms_of_currents(traces: &[Trace], point: &Point) -> f64 {
+    let (mut square, mut count) = (0.0, 0_u32);
+    for (read, simulated) in traces.iter().flat_map(|trace| trace.measured.iter().zip(&trace.simulated)) {
+        for k in (0..CHANNELS).filter(|k| !read[*k].is_nan()) {
+            let current = simulated[k] - point.offset[k];
+            (square, count) = (square + current * current, count + 1);
+        }
+    }
+    (square / f64::from(count.max(1))).sqrt()
 }
 
 /// Returns the estimates of all parameters, free and fixed ones.

@@ -241,3 +241,40 @@ fn law_no_file_that_is_read_is_overwritten() {
     assert!(message.contains("motor.toml there is motor.toml, which is read"), "{message}");
     assert_eq!(fs::read_to_string(at.join("motor.toml")).expect("still there"), sheet);
 }
+
+/// The link sags by a quarter in each pulse as it is recorded, and the last pulse's currents are a fifth too large: the answer names the swing,
+/// asks for other records, and says what share of the currents is not described.
+#[test]
+fn regress_a_link_that_sags_is_named_with_what_to_record() {
+    let folder = folder();
+    let at = folder.path();
+    let trace = fs::read_to_string(TRACE).expect("the trace");
+    let (header, rows) = trace.split_once('\n').expect("rows");
+    let place = header.split(',').position(|name| name == "u_dc_V").expect("the column");
+    let (mut driven, mut pulses) = (0, 0);
+    let sagging: Vec<String> = rows
+        .lines()
+        .map(|row| {
+            let mut fields: Vec<String> = row.split(',').map(str::to_owned).collect();
+            driven = if row.contains("high") && row.contains("low") { driven + 1 } else { 0 };
+            fields[place] = format!("{:.2}", 550.0 - 1.2 * f64::from(driven));
+            pulses += u32::from(driven == 1);
+            for field in fields[1..4].iter_mut().filter(|_| pulses == 6) {
+                *field = format!("{:.6}", 1.2 * field.parse::<f64>().expect("a current"));
+            }
+            fields.join(",")
+        })
+        .collect();
+    fs::write(at.join("soft.csv"), header.to_owned() + "\n" + &sagging.join("\n")).expect("written");
+    let output = standstill(&["fit", "soft.csv", "--motor", "paper-5k5", "--out", "f"], at);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("text");
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("does NOT describe these currents: residual"), "{text}");
+    let (_, share) = text.split_once(" rms (").expect("a share");
+    let (share, rest) = share.split_once(" % of the currents)").expect("a share");
+    assert!((2.0..15.0).contains(&share.parse::<f64>().expect("a number")), "{share}");
+    assert!(rest.starts_with(", noise and converter"), "{rest}");
+    assert!(text.contains("The DC link of soft.csv moves between 41"), "{text}");
+    assert!(text.contains("For a steadier DC link: record shorter pulses"), "{text}");
+}

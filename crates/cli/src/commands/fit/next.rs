@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use standstill_fit::{Discrepancy, Fit, MISFIT, Misfit, Pulse};
+use standstill_fit::{Discrepancy, Fit, MISFIT, Misfit, Pulse, Swing};
 use standstill_quantity::unit::{Ampere, Hertz, Second};
 use standstill_quantity::{Quantity, Scale, number};
 
@@ -88,12 +88,16 @@ fn settled(fit: &Fit, one: &Discrepancy) -> String {
 }
 
 /// Returns the sentence on where the simulation differs from currents that it does not describe, and on the likely
-/// cause.
-pub(super) fn misfit(fit: &Fit) -> String {
+/// cause. `files`: names of the trace files.
+pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
     match fit.misfit() {
         Some(Misfit::LargeCurrents { above, ratio, .. }) => format!(
             "The difference is {ratio:.1} times as large above {} as below: look first at the iron, which saturates more steeply than this model has it, or turns the axes (cross-saturation).",
             amperes(above)
+        ),
+        Some(Misfit::OneFile { record, ratio }) => format!(
+            "{} alone is off: the difference in it is {ratio:.1} times as large as in any other file. Its rotor may have stood in another position.",
+            files[record]
         ),
         Some(Misfit::OnePulse { number, share }) => format!(
             "Pulse {number} of {} has {:.0} % of the difference (squared): its legs may be others, or the rotor moved in it.",
@@ -104,8 +108,38 @@ pub(super) fn misfit(fit: &Fit) -> String {
     }
 }
 
+/// Share of its mean by which the DC link may move within a pulse without a word on it.
+const NEARLY_STIFF: f64 = 0.02;
+
+/// Share of its mean above which a link that moves asks for other records.
+const SOFT: f64 = 0.05;
+
+/// Returns the sentence on a DC link that moves while legs drive. `files`: names of the trace files.
+pub(super) fn link(fit: &Fit, files: &[String]) -> Option<String> {
+    let Swing { record, ends: [low, high], spread, .. } = fit.link_swing;
+    (spread > NEARLY_STIFF).then(|| {
+        format!(
+            "The DC link of {} moves between {} and {} V while legs drive, {:.1} % from its mean, which is what is simulated. A link that sags as the current rises looks like resistance.",
+            files[record],
+            number(1, low),
+            number(1, high),
+            100.0 * spread
+        )
+    })
+}
+
+/// Returns what to record next if the DC link moves too much for its mean.
+fn after_a_soft_link(fit: &Fit) -> Option<String> {
+    let Swing { spread, pulses, .. } = fit.link_swing;
+    let means = "each file then has a mean link voltage of its own";
+    (spread > SOFT).then(|| match pulses {
+        0 | 1 => "For a steadier DC link: record shorter pulses, or with more capacitance at the bridge".to_owned(),
+        _ => format!("For a steadier DC link: record one pulse per file, from rest until its current is gone ({means}), or with more capacitance at the bridge"),
+    })
+}
+
 /// Returns what to measure next if the simulation does not describe the currents.
-fn after_a_misfit(fit: &Fit, again: &str) -> Vec<String> {
+fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
     let drive = "-s inverter.dead_time=…, -s inverter.diode_drop=…, -s inverter.devices=…";
     match fit.misfit() {
         Some(Misfit::LargeCurrents { pulse, below, .. }) => vec![
@@ -116,6 +150,10 @@ fn after_a_misfit(fit: &Fit, again: &str) -> Vec<String> {
             ),
             "For the saturation: measure a flux map, name it in a data sheet ([map] file = \"MAP.csv\"), then: standstill magnetics SHEET.toml, standstill check SHEET.toml (docs/own-motor-map.md)".to_owned(),
         ],
+        Some(Misfit::OneFile { record, .. }) => vec![format!(
+            "Leave out {0}, or fit it by itself: standstill fit {0} --out ANOTHER; its angle tells whether the rotor moved",
+            traces[record]
+        )],
         Some(Misfit::OnePulse { number, .. }) => vec![format!(
             "Leave out pulse {number}, or record it again with the rotor held; then {again}"
         )],
@@ -154,9 +192,11 @@ pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
     if fit.widened >= MISFIT || !fit.converged {
         let figure = options.out.join("fit.png");
         let look = format!("Look at {} before anything else", figure.display());
-        return std::iter::once(look).chain(after_a_misfit(fit, &again)).collect();
+        let first = std::iter::once(look).chain(after_a_soft_link(fit));
+        return first.chain(after_a_misfit(fit, &again, &traces)).collect();
     }
     let mut steps: Vec<String> = fit.discrepancies.iter().map(|one| settled(fit, one)).collect();
+    steps.extend(after_a_soft_link(fit));
     let pulses: Vec<String> = fit
         .extrapolated()
         .into_iter()
