@@ -27,9 +27,21 @@ fn inductances(map: &FluxMap, report: &MapReport, current: Dq<f64>) -> ([f64; 2]
 
 #[test]
 fn law_a_map_whose_inductance_falls_to_a_thirtieth_is_simulated() {
+    falls_to_a_thirtieth(&[33, 65]);
+}
+
+#[test]
+#[ignore = "a map of more points: scripts/test-all.sh long"]
+fn law_fine_maps_whose_inductance_falls_or_dips_are_followed() {
+    falls_to_a_thirtieth(&[257]);
+    dips(&[257]);
+}
+
+/// Maps of so many points a side.
+fn falls_to_a_thirtieth(counts: &[i32]) {
     let flux = |i: f64| 0.58 * (i / 4.0).tanh() + 0.005 * i;
     let inductance = |i: f64| 0.145 / (i / 4.0).cosh().powi(2) + 0.005;
-    for count in [33, 65, 257] {
+    for &count in counts {
         let samples = uncoupled(count, |i| 0.45 + 0.02 * i, flux);
         let (map, report) = FluxMap::new(&samples).unwrap_or_else(|error| panic!("{count}: {error}"));
         assert_eq!(report.convexity, None, "{count}");
@@ -49,6 +61,11 @@ fn law_a_map_whose_inductance_falls_to_a_thirtieth_is_simulated() {
 
 #[test]
 fn law_a_dip_of_an_inductance_between_few_points_is_followed_or_said() {
+    dips(&[33, 65]);
+}
+
+/// Maps of so many points a side.
+fn dips(counts: &[i32]) {
     let (width, depth) = (1.02, 6.849e-3);
     let inductance = |i: f64| 0.01 - depth * (-((i - 5.0) / width).powi(2) / 2.0).exp();
     // Its integral, by Simpson's rule.
@@ -63,7 +80,7 @@ fn law_a_dip_of_an_inductance_between_few_points_is_followed_or_said() {
             .sum();
         0.45 + sum * step
     };
-    for count in [33, 65, 257] {
+    for &count in counts {
         let samples = uncoupled(count, flux, |i| 0.02 * i);
         let (map, report) = FluxMap::new(&samples).unwrap_or_else(|error| panic!("{count}: {error}"));
         // A thousandth of the largest current.

@@ -1,5 +1,7 @@
 //! The nearest convex co-energy, for data that are not convex.
 
+use std::sync::LazyLock;
+
 use super::*;
 
 /// A map of a motor that saturates hard: twice the rated current.
@@ -10,7 +12,7 @@ fn saturated() -> MapSamples {
 }
 
 /// The same with a dip that no convex energy has.
-pub(super) fn bent() -> MapSamples {
+fn bent() -> MapSamples {
     let mut samples = saturated();
     // A bump of the co-energy in one place, wider than a point, so that it is no noise: its inductances at the top are
     // −2 × 0.08/6 H, more than the motor's L_d of 17 mH.
@@ -23,13 +25,16 @@ pub(super) fn bent() -> MapSamples {
     samples
 }
 
+/// Its map, which takes seconds.
+pub(super) static MADE_CONVEX: LazyLock<(FluxMap, MapReport)> =
+    LazyLock::new(|| FluxMap::new(&bent()).unwrap_or_else(|error| panic!("{error}")));
+
 #[test]
 fn law_where_the_nearest_energy_is_not_convex_the_nearest_convex_one_is_simulated() {
-    let samples = bent();
     let (own, exact) = FluxMap::new(&saturated()).expect("a map");
     assert_eq!(exact.convexity, None);
     let largest = exact.largest_flux;
-    let (map, report) = FluxMap::new(&samples).unwrap_or_else(|error| panic!("{error}"));
+    let (map, report) = &*MADE_CONVEX;
     let away = report.convexity.expect("it is not convex");
     assert!(away > 1e-5 * largest && away < 0.01 * largest, "{away} {largest}");
     for d in axis(17.0, 35) {

@@ -21,11 +21,12 @@ fn difference(magnetics: &MagneticCircuit, current: f64) -> f64 {
 
 #[test]
 fn law_the_spread_of_what_fits_contains_the_pole_that_was_not_in_the_data() {
-    the_spread_contains_the_pole_of(&["paper-5k5", "pm-reluctance", "cross-saturation", "outrunner"]);
+    // One pole that is assumed, and one that stays open.
+    the_spread_contains_the_pole_of(&["paper-5k5", "pm-reluctance"]);
 }
 
 #[test]
-#[ignore = "all motors; four run by default: scripts/test-all.sh long"]
+#[ignore = "all motors; two run by default: scripts/test-all.sh long"]
 fn law_the_spread_of_what_fits_contains_the_pole_of_each_motor() {
     the_spread_contains_the_pole_of(&crate::built_in_names().collect::<Vec<_>>());
 }

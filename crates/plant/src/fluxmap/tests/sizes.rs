@@ -95,16 +95,29 @@ fn a_map_is_read_where_it_is_not_convex(count: i32) {
 }
 
 #[test]
-fn law_maps_of_five_to_hundreds_of_values_a_side_are_read() {
-    for (count, within) in [(7, 0.1), (31, 1e-3), (128, 1e-4)] {
+fn law_maps_of_few_and_of_many_values_a_side_are_read() {
+    maps_are_read(&[(7, 0.1), (31, 1e-3), (64, 2e-4)], 65);
+}
+
+#[test]
+#[ignore = "larger maps: scripts/test-all.sh long"]
+fn law_maps_of_hundreds_of_values_a_side_are_read() {
+    // Half a map with as many values as are allowed.
+    maps_are_read(&[(128, 1e-4)], 257);
+}
+
+/// Maps of so many values a side with the error of their inductance, and half a map.
+fn maps_are_read(sizes: &[(i32, f64)], half_size: i32) {
+    for &(count, within) in sizes {
         let samples = map_of(count);
         let (map, report) = made(&samples);
         assert!((at_rest(&map) / INDUCTANCE - 1.0).abs() < within, "{count}: {}", at_rest(&map));
         assert_eq!(report.size, [usize::try_from(count).expect("positive"); 2]);
     }
-    // Half a map with as many values as are allowed, and its other half.
-    let mut half = map_of(257);
+    // The other half is that of the first.
+    let mut half = map_of(half_size);
     half.points.retain(|p| p.i_q >= 0.0);
     let (_, report) = FluxMap::new(&half).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!((report.size, report.mirrored), ([257, 257], [false, true]));
+    let size = usize::try_from(half_size).expect("positive");
+    assert_eq!((report.size, report.mirrored), ([size; 2], [false, true]));
 }
