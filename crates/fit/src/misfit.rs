@@ -51,8 +51,8 @@ const GROWS: f64 = 2.0;
 /// Least share of the squared difference that makes one pulse the cause, of pulses that each would have an equal share.
 const MOST: f64 = 0.6;
 
-/// Least ratio of the rms of the difference in one file to that in each other file that makes it the cause. A rotor elsewhere in one file of
-/// six leaves three to five times the others' difference in it, as the fit follows the others.
+/// Least ratio of the rms of the difference in one file to that in each other file that makes it the cause. Where the saliency is small, a
+/// rotor elsewhere leaves less than that and is not named.
 const STANDS_OUT: f64 = 2.0;
 
 /// Mean residual and current of a block of rows.
