@@ -176,7 +176,7 @@ impl<T: Real> Bipolar<T> {
     /// rise linearly there.
     fn at_once(&self, slot: Slot, n: usize, (from, to): (T, T)) -> Option<(T, T)> {
         let sensing = &self.settings.sensing;
-        if sensing.lead() == Nanos::ZERO {
+        if self.train.lead == Nanos::ZERO {
             return Some((from, to));
         }
         let risen = self.risen(n + 1);

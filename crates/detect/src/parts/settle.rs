@@ -78,17 +78,24 @@ impl<T: Real> SettleSettings<T> {
 const MOST: f64 = 1e9;
 
 /// Returns whether a sensor can have read this number.
+#[inline]
 pub(crate) fn is_reading<T: Real>(value: T) -> bool {
     value.abs() <= T::of(MOST)
 }
 
 /// Returns the largest phase current in A among those that a sensor saw.
 pub(crate) fn largest<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
+    largest_beyond(reading, &Abc([T::zero(); 3]))
+}
+
+/// Returns the largest phase current in A among those that a sensor saw, less offsets in A.
+pub(crate) fn largest_beyond<T: Real>(reading: &Reading<T>, offset: &Abc<T>) -> Result<T, Fault<T>> {
     let mut largest = T::zero();
-    for (current, sensed) in reading.current.0.into_iter().zip(reading.sensed.0) {
-        if sensed == Sensed::Hidden {
+    for phase in Phase::ALL {
+        if reading.sensed[phase] == Sensed::Hidden {
             continue;
         }
+        let current = reading.current[phase] - offset[phase];
         if !is_reading(current) {
             return Err(Fault::NotANumber);
         }
@@ -109,6 +116,7 @@ pub(crate) fn link<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
 }
 
 /// Returns a phase current in A. Fails if no sensor saw it.
+#[inline]
 pub(crate) fn seen<T: Real>(reading: &Reading<T>, phase: Phase) -> Result<T, Fault<T>> {
     match reading.sensed[phase] {
         Sensed::Clipped => Err(Fault::Clipped(phase)),
@@ -129,6 +137,7 @@ pub(crate) fn link_current<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>>
 }
 
 /// Returns all three phase currents in A. Fails if a sensor did not see one.
+#[inline]
 pub(crate) fn all_seen<T: Real>(reading: &Reading<T>) -> Result<Abc<T>, Fault<T>> {
     Ok(Abc::new(seen(reading, Phase::A)?, seen(reading, Phase::B)?, seen(reading, Phase::C)?))
 }

@@ -21,7 +21,7 @@ use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sam
 use crate::keys::{Lines, Microseconds};
 use crate::nameplate::{Nameplate, Place};
 use crate::parts::margin::Margin;
-use crate::parts::settle::{all_seen, largest, link, link_current, seen};
+use crate::parts::settle::{all_seen, largest_beyond, link, link_current, seen};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 pub(crate) use gains::GainComparison;
 pub(crate) use slot::{Derived, Slot};
@@ -309,11 +309,7 @@ impl<T: Real> Train<T> {
         if self.settings.place == Place::InLink {
             return Ok((link_current(reading)? - self.offset[Phase::A]).abs());
         }
-        let mut without = *reading;
-        for phase in Phase::ALL {
-            without.current[phase] = without.current[phase] - self.offset[phase];
-        }
-        largest(&without)
+        largest_beyond(reading, &self.offset)
     }
 
     /// Returns the next command; none at the end.
@@ -369,6 +365,7 @@ impl<T: Real> Train<T> {
 
     /// Returns the current from each of the two sensors: in the phase that it enters and in the phase that it leaves.
     /// One shunt in the link gives both values, and so does the one low-side shunt through which the current flows.
+    #[inline]
     pub fn both(&self, slot: Slot, reading: &Reading<T>) -> Result<(T, T), Fault<T>> {
         let (from, to) = slot.phases();
         let returned = reading.at > self.settings.pulse;
