@@ -11,7 +11,7 @@ choice! {
         Sensors = "sensors",
         /// The inductances of the lines are those of the data sheet.
         Inductance = "inductance",
-        /// Pulses both ways of a line differ by no more than the poles can make them.
+        /// Pulses both ways of a line, or vectors along the axis and against it, differ by no more than the poles can make them.
         BothWays = "both-ways",
         /// No phase has more resistance than the others.
         Contact = "contact",

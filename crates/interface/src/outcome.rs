@@ -267,11 +267,11 @@ pub enum Fault<T> {
         /// Smallest and largest inductance allowed.
         allowed: [T; 2],
     },
-    /// Pulses forward and backward through a line differ by more than the poles can make them.
+    /// Pulses forward and backward through a line, or vectors along the axis and against it, differ by more than the poles can make them.
     DirectionsDiffer {
-        /// The line's first phase.
-        phase: Phase,
-        /// Difference of the inductances, relative to their mean.
+        /// The line's first phase; none: vectors.
+        phase: Option<Phase>,
+        /// Difference of the inductances, of vectors of the currents, relative to their mean.
         apart: T,
         /// The limit.
         allowed: T,

@@ -217,7 +217,7 @@ impl<T: Real> Bipolar<T> {
             }
         }
         let both = self.sums.map(|line| line.map(|sums| sums.mean));
-        s.plausibility.inductances(&mut self.train.margin, both, &s.train)?;
+        s.plausibility.inductances(&mut self.train.margin, both, s.train.pulse, s.train.resistance)?;
         let volts = self.volts / (n * T::of(6.0));
         let current =
             volts * self.risen(s.train.samples_on()) * T::of(3.0) / (lines[0] + lines[1] + lines[2]);

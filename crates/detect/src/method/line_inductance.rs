@@ -192,7 +192,10 @@ impl<T: Real> LineInductance<T> {
     fn find_axis(&mut self) -> Result<Saliency<T>, Fault<T>> {
         let count = T::of(f64::from(self.settings.pulses));
         let lines = self.inductance.map(|sum| sum / count);
-        let saliency = Saliency::from_lines(lines, self.settings.saliency);
+        let (s, margin) = (&self.settings, &mut self.settler.margin);
+        // Equation (10) leaves the resistance out of the inductance.
+        s.plausibility.inductances(margin, lines.0.map(|line| [line; 2]), s.pulse, T::zero())?;
+        let saliency = Saliency::from_lines(lines, s.saliency);
         self.findings.line_inductance = Some(lines);
         self.findings.line_resistance = Some(self.resistance.map(|sum| sum / count));
         self.findings.mean_inductance = Some(saliency.mean);

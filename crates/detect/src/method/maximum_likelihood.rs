@@ -209,7 +209,7 @@ impl<T: Real> MaximumLikelihood<T> {
         let relative = self.dc_link * pulse / (plain.mean * plain.mean * T::of(9.0));
         let both = fit.inductance.map(|inductance| [inductance; 2]);
         let train = self.train.settings;
-        s.plausibility.inductances(&mut self.train.margin, both, &train)?;
+        s.plausibility.inductances(&mut self.train.margin, both, train.pulse, train.resistance)?;
         let mut pointer = AlphaBeta::new(T::zero(), T::zero());
         let mut pointer_variance = T::zero();
         for (k, direction) in line_directions().into_iter().enumerate() {

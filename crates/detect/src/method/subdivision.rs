@@ -13,7 +13,7 @@ mod tests;
 
 use standstill_interface::{AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Sensed, Step};
 
-use crate::checks::Check;
+use crate::checks::{Check, Checks};
 use crate::keys::{Keyed, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
@@ -287,6 +287,8 @@ impl<T: Real> Keyed for SubdivisionSettings<T> {
         place!(VECTOR_CURRENT, s => s.vector.current, Value::of, real),
         place!(POLE_ERROR, s => s.vector => pole_error, set_pole_error),
     ];
+
+    const CHECKS: Checks = PolaritySettings::<T>::CHECKS;
 
     fn carrier(&self) -> Option<Nanos> {
         Some(self.vector.carrier_period)

@@ -16,11 +16,12 @@ use standstill_interface::{
     Abc, AlphaBeta, Angle, Command, Fault, Findings, Nanos, Phase, Reading, Real, Step,
 };
 
+use crate::checks::Checks;
 use crate::keys::{self, Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
-use crate::parts::polarity::PolarityTest;
+use crate::parts::polarity::{PolaritySettings, PolarityTest};
 use crate::parts::settle::{Settler, all_seen, link};
 use crate::parts::windows;
 use crate::settings::{SettingsError, Source};
@@ -260,6 +261,8 @@ impl<T: Real, D: Demodulator<T>> Keyed for InjectionMethod<T, D> {
             },
         ),
     ];
+
+    const CHECKS: Checks = PolaritySettings::<T>::CHECKS;
 
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];
 

@@ -4,7 +4,7 @@
 //! in ways that a method alone may take for an angle. Each check compares the readings of pulses with the range that
 //! the tolerances of intact parts allow.
 
-use standstill_interface::{Fault, Phase, Reading, Real, Sensed};
+use standstill_interface::{Fault, Nanos, Phase, Reading, Real, Sensed};
 
 use super::losses::Losses;
 use super::margin::Margin;
@@ -52,6 +52,18 @@ const SCATTER: f64 = 4.0;
 /// Share of the current, in rms, by which sensors may be uneven in a pulse: filters that differ, edges, bends.
 const UNEVEN: f64 = 0.005;
 
+/// Returns the largest difference between forward and backward responses of whole parts, as a share of their mean: by all parts of the
+/// drive, and by the poles at rated current.
+fn by_poles<T: Real>(drive: &Nameplate<T>) -> [T; 2] {
+    [T::of(0.1), T::of(2.0) * drive.polarity_difference.abs()]
+}
+
+/// Returns that difference for currents near the rated one.
+pub(crate) fn both_ways<T: Real>(drive: &Nameplate<T>) -> T {
+    let [parts, poles] = by_poles(drive);
+    parts + poles
+}
+
 impl<T: Real> PlausibilitySettings<T> {
     /// Returns limits for this motor and drive.
     ///
@@ -75,7 +87,7 @@ impl<T: Real> PlausibilitySettings<T> {
             line: [two * least * below, two * most * above],
             rated_pulse: T::of(drive.rated_pulse.seconds()),
             saturates,
-            both_ways: [T::of(0.1), two * drive.polarity_difference.abs()],
+            both_ways: by_poles(drive),
             dc_link: [drive.dc_link * below, drive.dc_link * above],
             magnet_flux: drive.magnet_flux,
         }
@@ -185,19 +197,22 @@ impl<T: Real> PlausibilitySettings<T> {
         Ok(())
     }
 
-    /// Checks the inductances in H of the three lines, backward and forward, which pulses of `train` have shown.
+    /// Checks the inductances in H of the three lines, backward and forward, which pulses of this length have shown; `resistance` of a phase in
+    /// Ω, where what it takes of a pulse counts as inductance.
     pub(crate) fn inductances(
         &self,
         margin: &mut Margin<T>,
         lines: [[T; 2]; 3],
-        train: &PulseTrainSettings<T>,
+        pulse: Nanos,
+        resistance: T,
     ) -> Result<(), Fault<T>> {
         if !self.checks.has(Check::Inductance) {
             return Ok(());
         }
-        let ([low, high], _) = self.of_pulse(T::of(train.pulse.seconds()));
+        let pulse = T::of(pulse.seconds());
+        let ([low, high], _) = self.of_pulse(pulse);
         // A current that a resistance bends looks like one of a larger inductance: x / (1 − e⁻ˣ) of it, x = R t / L.
-        let x = train.resistance * T::of(2.0) * T::of(train.pulse.seconds()) / low;
+        let x = resistance * T::of(2.0) * pulse / low;
         let high = high * (T::one() + x / T::of(2.0) + x * x / T::of(12.0));
         for (k, [back, forward]) in lines.into_iter().enumerate() {
             let found = (back + forward) / T::of(2.0);
@@ -225,7 +240,7 @@ impl<T: Real> PlausibilitySettings<T> {
             let apart = T::of(2.0) * (forward - back).abs() / (back + forward);
             margin.at_most(apart, allowed);
             if apart > allowed || !apart.is_finite() {
-                return Err(Fault::DirectionsDiffer { phase: LINES[k].0, apart, allowed });
+                return Err(Fault::DirectionsDiffer { phase: Some(LINES[k].0), apart, allowed });
             }
         }
         Ok(())

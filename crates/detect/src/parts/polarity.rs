@@ -17,10 +17,11 @@ mod settings;
 mod tests;
 
 use standstill_interface::{
-    Abc, Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real, Sensed,
-    Step, Undetermined,
+    Abc, AlphaBeta, Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real,
+    Sensed, Step, Undetermined,
 };
 
+use crate::checks::Check;
 use crate::nameplate::Place;
 use crate::parts::margin::Margin;
 use crate::parts::settle::{Settler, all_seen, is_reading, link, link_current, seen};
@@ -130,6 +131,10 @@ pub(crate) struct PolarityTest<T> {
     against: T,
     sum: T,
     squares: T,
+    /// Responses across the axis in A/V of the present pair, and the sum over the pairs of their relative differences; zero where
+    /// sensors do not show the whole vector.
+    sideways: [T; 2],
+    across: T,
     /// What the magnet drove through shorted terminals; none before.
     driven: Option<Driven<T>>,
 }
@@ -184,6 +189,8 @@ impl<T: Real> PolarityTest<T> {
             against: zero,
             sum: zero,
             squares: zero,
+            sideways: [zero; 2],
+            across: zero,
             driven: None,
         }
     }
@@ -221,6 +228,7 @@ impl<T: Real> PolarityTest<T> {
                     PolarityStep::Drive(self.settings.short())
                 }
                 None if last => {
+                    self.check_directions()?;
                     let pole = self.answer();
                     self.check_standing(&pole)?;
                     PolarityStep::Decided(pole)
@@ -261,12 +269,15 @@ impl<T: Real> PolarityTest<T> {
             return Err(Fault::UnexpectedReadings);
         }
         let residual = self.settler.residual;
+        let mut sideways = T::zero();
         let current = if self.settings.place == Place::InLink {
             let shown = |reading| Ok(link_current(reading)? - residual[Phase::A]);
             PolaritySettings::returned_current([shown(&readings[0])?, shown(last)?], direction)
         } else {
             let seen = all_seen(last)?;
             let current = PolaritySettings::direct_current(seen, direction);
+            let raised = Abc(core::array::from_fn(|k| seen.0[k] - residual.0[k]));
+            sideways = raised.clarke().park(self.axis).q;
             // What the sensors read without current is their offset.
             if sequential { current - PolaritySettings::direct_current(residual, direction) } else { current }
         };
@@ -280,11 +291,15 @@ impl<T: Real> PolarityTest<T> {
             volts = volts + link(reading)?;
         }
         self.current[slot] = current;
-        self.response[slot] = current * T::of(readings.len() as f64) / volts;
+        let count = T::of(readings.len() as f64);
+        self.response[slot] = current * count / volts;
+        self.sideways[slot] = sideways * count / volts;
         self.vectors += 1;
         if self.vectors.is_multiple_of(2) {
             let [along, against] = self.response;
             let difference = T::of(2.0) * (along - against) / (along + against);
+            let [first, second] = self.sideways;
+            self.across = self.across + T::of(2.0) * (first + second) / (along + against);
             self.sum = self.sum + difference;
             self.squares = self.squares + difference * difference;
             self.along = self.along + self.current[0];
@@ -313,6 +328,18 @@ impl<T: Real> PolarityTest<T> {
         (mean, variance / n + sequential.floor * sequential.floor)
     }
 
+    /// Returns the reason if the difference of the responses, as a vector, points away from the axis. However large, it is then no evidence: it
+    /// comes from a faulty part, or the axis is wrong. None without enough evidence, which is a reason of its own.
+    ///
+    /// Needs pairs in the order ABBA: of one pair, a rotor that moves between its vectors makes such a difference, too.
+    fn off_axis(&self, draws_more: PoleEvidence<T>) -> Option<Undetermined<T>> {
+        let n = T::of(f64::from(self.pairs()));
+        let direction = AlphaBeta::new(self.sum / n, self.across / n);
+        // The evidence is the difference along the axis in its own deviations.
+        let pointer = Pointer { direction, deviation: (direction.alpha / draws_more.deviations).abs() };
+        draws_more.is_enough().then(|| pointer.off_axis(Angle::from_radians(T::zero()))).flatten()
+    }
+
     /// Returns whether no further pairs are needed or allowed.
     fn is_enough(&self, sequential: &SequentialSettings<T>) -> bool {
         let pairs = self.pairs();
@@ -327,6 +354,24 @@ impl<T: Real> PolarityTest<T> {
         let known = variance <= T::of(BY_CHANCE) * least || pairs >= SCATTERED_PAIRS;
         let (mean, variance) = self.mean(sequential);
         known && sequential.evidence(mean, variance).is_enough()
+    }
+
+    /// Checks that vectors raise the current that they are made for, and that the responses along the axis and against it differ by no more than
+    /// the poles can make them.
+    fn check_directions(&mut self) -> Result<(), Fault<T>> {
+        if self.vectors == 0 || !self.settings.checks.has(Check::BothWays) {
+            return Ok(());
+        }
+        let n = T::of(f64::from(self.pairs()));
+        let (mean, needed) = ((self.along + self.against) / (n + n), self.settings.least_mean);
+        self.settler.margin.at_least(mean, needed);
+        if mean < needed {
+            return Err(Fault::NoCurrent { peak: mean, needed });
+        }
+        let (apart, allowed) = ((self.sum / n).abs(), self.settings.both_ways);
+        self.settler.margin.at_most(apart, allowed);
+        // What is not a number ends a detection elsewhere.
+        if apart > allowed { Err(Fault::DirectionsDiffer { phase: None, apart, allowed }) } else { Ok(()) }
     }
 
     /// Checks that the rotor stands still, from the current that its magnet drove through the shorted terminals.
@@ -368,8 +413,12 @@ impl<T: Real> PolarityTest<T> {
             PolarityRule::Sequential(sequential) => {
                 let (mean, variance) = self.mean(&sequential);
                 let (error, allowed) = (sequential.error_of(mean, variance), sequential.error);
-                let evidence = sequential.evidence(mean, variance);
-                (evidence, Undetermined::NotDecided { error, allowed }, Some(error))
+                let mut evidence = sequential.evidence(mean, variance);
+                let mut reason = Undetermined::NotDecided { error, allowed };
+                if let Some(off_axis) = self.off_axis(evidence) {
+                    (evidence.needed, reason) = (T::infinity(), off_axis);
+                }
+                (evidence, reason, Some(error))
             }
         };
         let pole = Pole::decided(self.axis, signature.towards_north(draws_more), reason);

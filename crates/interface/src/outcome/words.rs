@@ -147,11 +147,11 @@ impl<T: Real> fmt::Display for Fault<T> {
             }
             Self::DirectionsDiffer { phase, apart, allowed } => {
                 let [apart, allowed] = [*apart, *allowed].map(|of| of.to_double() * 100.0);
-                write!(
-                    f,
-                    "both ways of the line from phase {} differ by {apart:.1} % where {allowed:.1} % are allowed",
-                    phase.letter()
-                )
+                match phase {
+                    Some(phase) => write!(f, "both ways of the line from phase {} differ", phase.letter())?,
+                    None => write!(f, "the currents along the axis and against it differ")?,
+                }
+                write!(f, " by {apart:.1} % where {allowed:.1} % are allowed")
             }
             Self::ContactResistive { phase, found, allowed } => {
                 let [found, allowed] = [*found, *allowed].map(T::to_double);

@@ -2,9 +2,11 @@
 
 use standstill_interface::{Nanos, Real};
 
-use crate::keys::{Keyed, Lines, Microseconds, Setting, Value, place};
+use crate::checks::{Check, Checks};
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::parts::lines::SaliencySign;
+use crate::parts::plausibility::PlausibilitySettings;
 use crate::parts::polarity::{PolarityRule, PolaritySettings, Signature};
 use crate::parts::settle::SettleSettings;
 use crate::settings::{
@@ -39,6 +41,8 @@ pub struct LineInductanceSettings<T> {
     pub gain_tolerance: T,
     /// The wait before the first pulse of a line and before each vector; with fast decay before each pulse.
     pub settle: SettleSettings<T>,
+    /// Checks whether the pulses' readings can be those of whole parts.
+    pub plausibility: PlausibilitySettings<T>,
     /// The polarity test.
     pub polarity: PolaritySettings<T>,
     /// Arrangement of the current sensors, and times at which they are read.
@@ -79,6 +83,10 @@ impl<T: Real> LineInductanceSettings<T> {
             least_saliency: T::of(0.05),
             gain_tolerance: drive.gain_tolerance,
             settle: SettleSettings::suited(drive, 500, 400),
+            plausibility: PlausibilitySettings {
+                checks: Self::CHECKS.without(Check::Turning),
+                ..PlausibilitySettings::suited(drive)
+            },
             polarity: PolaritySettings::near_rated_current(
                 drive,
                 Signature::Normal,
@@ -125,6 +133,7 @@ impl<T: Real> LineInductanceSettings<T> {
         require_share(self.least_saliency, "least_saliency")?;
         require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
         self.settle.check()?;
+        self.plausibility.check()?;
         self.polarity.check()
     }
 }
@@ -135,10 +144,16 @@ impl<T: Real> Keyed for LineInductanceSettings<T> {
         place!(ROUNDS, s => s.pulses, Value::times, count),
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
-        place!(CHECKS, s => s.polarity.checks => value, set_value),
+        Setting::new(
+            &keys::CHECKS,
+            |s| Some(Value::Checks(s.plausibility.checks)),
+            |s, value| s.plausibility.checks.set_value(value) && s.polarity.checks.set_value(value),
+        ),
         place!(VECTOR_CURRENT, s => s.polarity.current, Value::of, real),
         place!(POLE_ERROR, s => s.polarity => pole_error, set_pole_error),
     ];
+
+    const CHECKS: Checks = PolaritySettings::<T>::CHECKS.with(Check::Inductance);
 
     /// Sources of readings. Fast decay needs others: see [`Keyed::needed_sources`].
     const SOURCES: &'static [Source] = &[Source::PhaseCurrents, Source::LinkCurrent];

@@ -8,8 +8,10 @@ use crate::checks::Checks;
 use crate::nameplate::Place;
 use crate::nameplate::Sensing;
 use crate::parts::lines::SaliencySign;
+use crate::parts::plausibility::PlausibilitySettings;
 use crate::parts::polarity::{PolarityRule, PolaritySettings, Signature};
 use crate::parts::settle::SettleSettings;
+use crate::testing::PLATE;
 
 const L_A: f64 = 9.2e-3;
 const L_B: f64 = -2.1e-3;
@@ -33,6 +35,7 @@ fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
             attempts: 3,
             place: Place::InLine,
         },
+        plausibility: PlausibilitySettings::suited(&PLATE),
         polarity: PolaritySettings {
             carrier_period: Nanos::from_micros(100),
             periods: 10,
@@ -45,6 +48,8 @@ fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
             rule: PolarityRule::TwoVectors,
             place: Place::InLine,
             checks: Checks::ALL,
+            least_mean: 3.5,
+            both_ways: 0.3,
             lost: 0.0,
             magnet_flux: 0.5,
             q_axis_inductance: 18e-3,

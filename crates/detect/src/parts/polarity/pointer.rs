@@ -30,21 +30,24 @@ impl<T: Real> Pointer<T> {
         evidence.is_enough().then(|| if ahead { axis } else { axis.opposite() })
     }
 
+    /// Returns the reason if D points away from the axis, by more than its noise can turn it.
+    pub fn off_axis(&self, axis: Angle<T>) -> Option<Undetermined<T>> {
+        let on = self.direction.park(axis);
+        let angle = on.q.abs().atan2(on.d.abs());
+        // A direction is only as well known as its noise lets it be.
+        let allowed = Self::most_off_axis() + self.deviation / on.d.abs();
+        (angle > allowed).then_some(Undetermined::OffAxis { angle, allowed })
+    }
+
     /// Returns the pole at one end of `axis`; `allowed`: allowed probability of a wrong pole.
     pub fn read(&self, axis: Angle<T>, signature: Signature, allowed: T) -> Pole<T> {
-        let on = self.direction.park(axis);
-        let z = on.d / self.deviation;
+        let z = self.direction.park(axis).d / self.deviation;
         let error = tail(z * z);
-        let off_axis = on.q.abs().atan2(on.d.abs());
-        // A direction is only as well known as its noise lets it be.
-        let most = Self::most_off_axis() + self.deviation / on.d.abs();
-        let (enough, across) = (tail_beyond(allowed), off_axis > most);
-        let needed = if across { T::infinity() } else { enough };
-        let reason = if across && z.abs() >= enough {
-            Undetermined::OffAxis { angle: off_axis, allowed: most }
-        } else {
-            Undetermined::NotDecided { error, allowed }
-        };
+        let enough = tail_beyond(allowed);
+        let across = self.off_axis(axis);
+        let needed = if across.is_some() { T::infinity() } else { enough };
+        let reason =
+            across.filter(|_| z.abs() >= enough).unwrap_or(Undetermined::NotDecided { error, allowed });
         let evidence = signature.towards_north(PoleEvidence { deviations: z, needed });
         Pole { error: Some(error), ..Pole::decided(axis, evidence, reason) }
     }

@@ -8,6 +8,7 @@ use super::sequential::SequentialSettings;
 use crate::checks::{Check, Checks};
 use crate::keys::{Lines, Microseconds, Value};
 use crate::nameplate::{Nameplate, Place};
+use crate::parts::plausibility;
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 
 choice! {
@@ -43,6 +44,9 @@ impl Signature {
     }
 }
 
+/// Largest relative difference of the poles' currents at which a vector raises at least half of the current that it is made for.
+const EVEN: f64 = 0.15;
+
 /// When the pole is certain enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PolarityRule<T> {
@@ -76,9 +80,13 @@ pub struct PolaritySettings<T> {
     /// Arrangement of the current sensors. One shunt in the DC link shows a vector's current after the vector, when
     /// diodes return it to the link.
     pub place: Place,
-    /// Checks that are on: whether the rotor stands still. By default none: if sensors are exact or better than the
-    /// drive assumes, or if vectors move a free rotor, good starts would be taken for a turning rotor.
+    /// Checks that are on, of [`PolaritySettings::CHECKS`]. By default not whether the rotor stands still: if sensors are exact or better
+    /// than the drive assumes, or if vectors move a free rotor, good starts would be taken for a turning rotor.
     pub checks: Checks,
+    /// Least mean in A of the currents along the axis and against it; smaller, a part of the drive shortens the vectors.
+    pub least_mean: T,
+    /// Largest difference between the responses to vectors along the axis and against it, as a share of their mean.
+    pub both_ways: T,
     /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
     pub magnet_flux: T,
     /// Voltage in V that a switch and a diode take of what the magnet drives through shorted terminals.
@@ -91,6 +99,10 @@ pub struct PolaritySettings<T> {
 }
 
 impl<T: Real> PolaritySettings<T> {
+    /// The checks that a polarity test by vectors has: whether both ways differ by no more than the poles can make them, and whether the rotor
+    /// stands still.
+    pub(crate) const CHECKS: Checks = Checks::NONE.with(Check::BothWays).with(Check::Turning);
+
     /// Vectors 2 % above the rated current, the mean of the paper's Table 2, of at least 1 ms, and so long that at most
     /// 0.3 of the link is needed, which PWM can give in any direction.
     pub fn near_rated_current(drive: &Nameplate<T>, signature: Signature, rule: PolarityRule<T>) -> Self {
@@ -100,18 +112,27 @@ impl<T: Real> PolaritySettings<T> {
         let least = u16::try_from((1_000_000 / carrier_period.0.max(1)).max(1)).unwrap_or(u16::MAX);
         let duration = drive.d_axis_inductance * current / (T::of(0.3) * drive.dc_link);
         let needed = Nanos::from_seconds(duration.to_double()).0.div_ceil(carrier_period.0.max(1));
+        let periods = u16::try_from(needed).unwrap_or(u16::MAX).clamp(least, least.saturating_mul(20));
+        // (1/x + 1/2) (1 − e⁻ˣ) of the wanted current flows after x = R t / L, see `amplitude`; half of it is a fault's. A core whose poles
+        // differ by more than `EVEN` may halve a current by itself.
+        let time = T::of((carrier_period * u64::from(periods)).seconds());
+        let x = (drive.resistance * time / drive.d_axis_inductance).max(T::of(1e-3));
+        let reached = -(-x).exp_m1() * (x.recip() + T::of(0.5));
+        let half = T::of(if drive.polarity_difference.abs() <= T::of(EVEN) { 0.5 } else { 0.0 });
         Self {
             carrier_period,
-            periods: u16::try_from(needed).unwrap_or(u16::MAX).clamp(least, least.saturating_mul(20)),
+            periods,
             current,
             resistance: drive.resistance,
             dead_time: drive.dead_time,
             least_current: drive.rated_current * T::of(0.02),
+            least_mean: current * reached * half,
             least_margin: drive.rated_current * T::of(0.01),
             signature,
             rule,
             place: drive.sensing.place,
-            checks: Checks::NONE,
+            checks: Self::CHECKS.without(Check::Turning),
+            both_ways: plausibility::both_ways(drive),
             magnet_flux: drive.magnet_flux,
             lost: drive.switch_drop[0] + drive.reverse_drop[0],
             q_axis_inductance: drive.q_axis_inductance,
@@ -172,6 +193,8 @@ impl<T: Real> PolaritySettings<T> {
         )?;
         require_positive(self.least_current, "polarity.least_current")?;
         require_zero_or_more(self.least_margin, "polarity.least_margin")?;
+        require_zero_or_more(self.least_mean, "polarity.least_mean")?;
+        require_positive(self.both_ways, "polarity.both_ways")?;
         require_zero_or_more(self.magnet_flux, "polarity.magnet_flux")?;
         require_zero_or_more(self.lost, "polarity.lost")?;
         require_positive(self.q_axis_inductance, "polarity.q_axis_inductance")?;
