@@ -2,7 +2,9 @@
 //! the memory is restored together with the variables that point to it and `free` accepts it.
 #![allow(unsafe_code, reason = "functions of the C library are replaced")]
 
-use std::ffi::{c_char, c_int, c_void};
+#[cfg(target_arch = "x86_64")]
+use std::ffi::c_void;
+use std::ffi::{c_char, c_int};
 use std::ptr;
 
 use crate::runtime::{malloc, realloc};
