@@ -303,11 +303,11 @@ impl Statistics {
         self.wrong_poles += u64::from(pole_correct == Some(false));
         if let Some(error) = axis_error_deg {
             let square = error * error;
-            for (sum, power) in
-                self.powers.iter_mut().zip([error, square, square * square, square * square * square])
-            {
-                sum.add(power);
-            }
+            let [first, second, fourth, sixth] = &mut self.powers;
+            first.add(error);
+            second.add_product(error, error);
+            fourth.add(square * square);
+            sixth.add(square * square * square);
             self.magnitudes.add(error.abs());
         }
     }
@@ -321,7 +321,8 @@ impl Statistics {
     fn moments(&self) -> [Estimate; 2] {
         let n = self.magnitudes.count() as f64;
         let [mean, square, fourth, sixth] = self.powers.each_ref().map(|sum| sum.value() / n);
-        let mean_half = student(n - 1.0) * ((square - mean * mean).max(0.0) / (n - 1.0)).sqrt();
+        let about_mean = self.powers[1].about_mean(&self.powers[0], n);
+        let mean_half = student(n - 1.0) * (about_mean / n / (n - 1.0)).sqrt();
         let rms = root_mean_square([square, fourth, sixth], n);
         [Estimate { value: mean, low: mean - mean_half, high: mean + mean_half }, rms]
     }

@@ -35,6 +35,35 @@ impl Sum {
         other.0.iter().for_each(|part| self.add(*part));
     }
 
+    /// Adds the exact product of two numbers.
+    pub(super) fn add_product(&mut self, a: f64, b: f64) {
+        let (product, rest) = two_product(a, b);
+        self.add(product);
+        // Beyond 1e300 it is not known.
+        if rest.is_finite() {
+            self.add(rest);
+        }
+    }
+
+    /// Returns the sum of squared deviations from their mean of `n` terms with the sum `terms`, where this is the sum of their squares.
+    /// Only the result is rounded: where the mean is ten million times the deviations, the difference of two rounded means of squares
+    /// would have no digit left.
+    pub(super) fn about_mean(&self, terms: &Self, n: f64) -> f64 {
+        // Σ (x − m)² − n (mean − m)² for the double m next to the mean.
+        let m = terms.value() / n;
+        let (mut sum, mut rest_of_mean) = (self.clone(), terms.clone());
+        rest_of_mean.add_product(-n, m);
+        let rest_of_mean = rest_of_mean.value();
+        sum.add_product(-rest_of_mean, rest_of_mean / n);
+        for term in &terms.0 {
+            sum.add_product(-2.0 * m, *term);
+        }
+        let (square, rest) = two_product(m, m);
+        sum.add_product(n, square);
+        sum.add_product(n, rest);
+        sum.value().max(0.0)
+    }
+
     /// Returns the double nearest to the exact sum; if two are equally near, the even one.
     pub(super) fn value(&self) -> f64 {
         let mut parts = self.0.iter().rev().copied();
@@ -76,6 +105,19 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - of_b)) + (b - of_b))
 }
 
+/// Returns the rounded product of two numbers, and the rounding error (T. J. Dekker, *A floating-point technique for extending the
+/// available precision*, 1971, DOI 10.1007/BF01397083).
+fn two_product(a: f64, b: f64) -> (f64, f64) {
+    let halves = |x: f64| {
+        let spread = 134_217_729.0 * x;
+        let high = spread - (spread - x);
+        (high, x - high)
+    };
+    let product = a * b;
+    let ((a_high, a_low), (b_high, b_low)) = (halves(a), halves(b));
+    (product, a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,6 +134,19 @@ mod tests {
         assert_eq!(sum(&[1.0, half, 1e-40]), 1.0 + f64::EPSILON);
         assert_eq!(sum(&[1.0, half, -1e-40]), 1.0);
         assert_eq!(sum(&[1.0 + f64::EPSILON, half]), 1.0 + 2.0 * f64::EPSILON);
+    }
+
+    #[test]
+    fn analytic_squares_about_a_mean_that_is_far_larger() {
+        // Of 2^40 ± 1 the squares' rounding errors are as large as their deviations.
+        let [low, high] = [-1.0, 1.0].map(|by| 2.0_f64.powi(40) + by);
+        let (mut terms, mut squares) = (Sum::new(), Sum::new());
+        for term in [low, high, high, low, high] {
+            terms.add(term);
+            squares.add_product(term, term);
+        }
+        assert_eq!(squares.about_mean(&terms, 5.0), 4.8);
+        assert_eq!(two_product(low, high), (2.0_f64.powi(80), -1.0));
     }
 
     #[test]
