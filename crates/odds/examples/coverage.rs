@@ -6,6 +6,7 @@
 //!   cargo run --release -p standstill-odds --features measure --example coverage -- 200 hidden    an event of which runs miss a part
 //!   cargo run --release -p standstill-odds --features measure --example coverage -- 200 RP91      a problem of tests/systems/reliability.rs
 //!   cargo run --release -p standstill-odds --features measure --example coverage -- 200 RP91 quick
+//!   cargo run --release -p standstill-odds --features measure --example coverage -- 100 problems quick      all of them, a line each
 //! ```
 //! A two-vector test in Gaussian noise has the closed form Q(Δ/(√2 σ)). Each answer is eight runs; its seed is its number. A
 //! line is printed after every twenty answers, and counts all so far. The last column is the exact 95 % interval (Clopper and
@@ -88,18 +89,66 @@ fn main() -> Result<(), Halt<Infallible>> {
     println!(
         "truth  answers   held  below  above  within 1.5  mean/truth  width  alarms  held  widened  trials an answer  held, with interval"
     );
+    if only.as_deref() == Some("problems") {
+        return table(answers, effort);
+    }
     if only.as_deref() == Some("hidden") {
         return count(&systems::Hidden, systems::Hidden::probability(), answers, effort);
     }
     if let Some(problem) = reliability::PROBLEMS.iter().find(|problem| Some(problem.name) == only.as_deref())
     {
-        return count(problem, problem.probability, answers, effort);
+        return count(&problem.system(), problem.probability, answers, effort);
     }
     let truth: Option<f64> = only.and_then(|text| text.parse().ok());
     for truth in truth.map_or_else(|| vec![1e-3, 1e-6, 1e-9], |truth| vec![truth]) {
         count(&systems::TwoVectors::of(truth), truth, answers, effort)?;
     }
     Ok(())
+}
+
+/// Prints a line for each reliability problem.
+fn table(answers: u64, effort: Effort) -> Result<(), Halt<Infallible>> {
+    println!("problem   truth      held  widened  alarms  mean/truth  rms error %  width  trials an answer");
+    let mut all = Counts::default();
+    for problem in &reliability::PROBLEMS {
+        let (system, truth) = (problem.system(), problem.probability);
+        let mut counts = Counts::default();
+        let mut squares = 0.0;
+        let odds = (1..=answers).into_par_iter().map(|seed| answer(&system, effort, seed));
+        for mut odds in odds.collect::<Result<Vec<Odds>, Halt<Infallible>>>()? {
+            squares += (odds.probability.value / truth - 1.0) * (odds.probability.value / truth - 1.0);
+            counts.add(&mut odds, truth);
+        }
+        let [mean, width, trials] = counts.sums.map(|sum| sum / answers as f64);
+        let widened = counts.held - counts.alarmed[0] + counts.alarmed[1];
+        println!(
+            "{:<8}  {truth:.3e}  {:>4}  {widened:>7}  {:>6}  {mean:>10.3}  {:>11.1}  {width:>5.3}  {trials:>16.0}",
+            problem.name,
+            counts.held,
+            counts.alarms,
+            100.0 * (squares / answers as f64).sqrt(),
+        );
+        all.answers += answers;
+        all.held += counts.held;
+        all.alarms += counts.alarms;
+        all.alarmed[1] += widened;
+    }
+    println!(
+        "all: {} of {} hold, {} as alarms widen them; {} alarms",
+        all.held, all.answers, all.alarmed[1], all.alarms
+    );
+    Ok(())
+}
+
+/// One answer, whose seed is its number.
+fn answer<S: System<Error = Infallible>>(
+    system: &S,
+    effort: Effort,
+    seed: u64,
+) -> Result<Odds, Halt<Infallible>> {
+    let odds = Odds::of(system, &Settings::of(effort, seed), &AtomicBool::new(false), |_| {})?;
+    // Thousands of answers with all their tapes would fill the memory.
+    Ok(Odds { failures: Vec::new(), ..odds })
 }
 
 /// Prints counts of so many answers for this system, whose event has this probability.
@@ -109,17 +158,13 @@ fn count<S: System<Error = Infallible> + Sync>(
     answers: u64,
     effort: Effort,
 ) -> Result<(), Halt<Infallible>> {
-    let answer = |seed| {
-        let settings = Settings::of(effort, seed);
-        let odds = Odds::of(system, &settings, &AtomicBool::new(false), |_| {})?;
-        // Thousands of answers with all their tapes would fill the memory.
-        Ok(Odds { failures: Vec::new(), ..odds })
-    };
     let mut counts = Counts::default();
     while counts.answers < answers {
         let (first, last) = (counts.answers + 1, answers.min(counts.answers + LINE));
-        let some =
-            (first..=last).into_par_iter().map(answer).collect::<Result<Vec<Odds>, Halt<Infallible>>>()?;
+        let some = (first..=last)
+            .into_par_iter()
+            .map(|seed| answer(system, effort, seed))
+            .collect::<Result<Vec<Odds>, Halt<Infallible>>>()?;
         for mut odds in some {
             counts.add(&mut odds, truth);
         }

@@ -150,7 +150,10 @@ pub struct Run {
     pub end: End,
     /// Probability of the event; for a run that did not reach it, the probability of the last level.
     pub probability: f64,
-    /// Coefficient of variation that the run estimates of itself from the chains' correlations (Au and Beck, equation 28).
+    /// Coefficient of variation that the run estimates of itself: the larger of those from the chains' correlations (Au and Beck,
+    /// equation 28), and from descent: how unequally the states in the event descend from those of the first level (Lee and Whiteley
+    /// 2018, doi:10.1093/biomet/asy028, for chains of one length). The former leaves out that chains of a later level descend from the
+    /// same states.
     pub variation: f64,
     /// Number of levels, with the first one of plain trials.
     pub levels: u32,
@@ -199,6 +202,8 @@ pub fn run<S: System>(
     let mut widths = Widths::default();
     let (mut taken, mut tried) = (0, 0);
     let mut squares = 0.0;
+    // The product of the shares, which says how deep the levels are.
+    let mut of_levels = 1.0;
     loop {
         run.levels += 1;
         if run.levels == 1 && population.is_constant() {
@@ -211,6 +216,7 @@ pub fn run<S: System>(
             break;
         };
         run.probability *= cut.share;
+        of_levels *= cut.share;
         squares += cut.variance;
         if run.levels == 1 {
             let rarer = |share| reached || share > cut.share;
@@ -221,10 +227,14 @@ pub fn run<S: System>(
             break;
         }
         watch.came_to(run.levels, run.probability);
-        if run.probability < settings.least {
+        if of_levels < settings.least {
             run.end = End::TooRare;
             break;
         }
+        // The threshold is chosen so that the share is exact; of all starts U are beyond it. The rest is estimated without bias, so that
+        // the product is too large by the mean of share/U, 1 + Var(U)/share², of independent states (Cérou et al. 2012,
+        // doi:10.1007/s11222-011-9231-6, theorem 1).
+        run.probability /= 1.0 + (1.0 - cut.share) / (cut.share * f64::from(settings.states));
         let keys = Streams::new(settings.seed, Settings::key(number, run.levels, 0xffff_ffff, 0));
         let states = population.into_seeds(&cut, keys);
         run.ancestors = ancestors(&states);
@@ -239,6 +249,7 @@ pub fn run<S: System>(
     run.trials += tried;
     run.acceptance = taken as f64 / tried.max(1) as f64;
     if run.end == End::Reached {
+        run.variation = run.variation.max(population.variance_by_descent(settings.states).sqrt());
         run.failures = population.into_failures();
         run.unread = unread(&mut run.failures);
     }

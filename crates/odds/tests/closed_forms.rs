@@ -332,13 +332,13 @@ fn analytic_what_no_draw_changes_ends_at_once_with_the_plain_limit() {
 
 #[test]
 fn regress_a_mode_that_some_runs_miss_rings_an_alarm() {
-    // Q(4.5) = 3.4e-6 against Q(6.2) = 2.8e-10: whoever misses the late mode is wrong by four powers of ten.
+    // Q(4.5) = 3.4e-6 against Q(6.2) = 2.8e-10: whoever misses the late mode is wrong by four powers of ten. A run finds it in one of five
+    // cases; where all eight miss it, nothing can ring.
     let alarmed = (1..=5).filter(|seed| {
         let odds = odds(&Hidden, *seed);
-        let truth = Hidden::probability();
-        let right = (0.5..2.0).contains(&(odds.probability.value / truth));
-        assert!(right || !odds.alarms.is_empty(), "wrong in silence: {:?}", odds.probability);
-        !odds.alarms.is_empty()
+        let finds = odds.runs.iter().any(|run| run.probability > 1e-8);
+        assert!(!finds || !odds.alarms.is_empty(), "disagreeing in silence: {:?}", odds.probability);
+        finds
     });
     assert!(alarmed.count() >= 3);
 }
@@ -359,15 +359,42 @@ fn law_a_likely_event_has_a_curve_on_both_sides_of_it() {
     }
 }
 
-/// Problems that others compare methods by, of two to a hundred draws: answers of the quickest kind are within a factor of 1.5, which is
-/// four times their error. One of the six rings, RP35: it has two parts, and runs of so few states differ in what they find of the second.
+/// Problems that others compare methods by, of two to a hundred draws: answers of the quickest kind are within a factor of 1.6, which is
+/// four times their error. RP110 has a part that each run finds by a few states alone, which must ring.
 #[test]
 fn cross_reliability_problems_have_their_probabilities() {
-    reliability::PROBLEMS.into_par_iter().for_each(|problem| {
+    let answer = |problem: &reliability::Problem| {
         let settings = Settings::of(Effort::Quick, 1);
-        let odds = Odds::of(&Any(&problem), &settings, &NEVER, |_| {}).expect("no trial fails");
+        Odds::of(&Any(&problem.system()), &settings, &NEVER, |_| {}).expect("no trial fails")
+    };
+    let answers: Vec<Odds> = reliability::PROBLEMS.par_iter().map(answer).collect();
+    let (mut held, mut alarmed) = (0, Vec::new());
+    for (problem, odds) in reliability::PROBLEMS.iter().zip(answers) {
+        let mut doubted = odds.clone();
+        doubted.doubt();
+        let p = doubted.probability;
+        held += u32::from(p.low <= problem.probability && problem.probability <= p.high);
         let ratio = odds.probability.value / problem.probability;
-        assert!((2.0 / 3.0..1.5).contains(&ratio), "{}: {ratio}", problem.name);
-        assert!(odds.alarms.is_empty() || problem.name == "RP35", "{}: {:?}", problem.name, odds.alarms);
-    });
+        if odds.alarms.is_empty() {
+            assert!((1.0 / 1.6..1.6).contains(&ratio), "{}: {ratio}", problem.name);
+        } else {
+            alarmed.push(problem.name);
+        }
+    }
+    // Of 26 intervals that hold 95 of 100, 21 or fewer do in 1 of 150 cases.
+    assert!(held >= 22, "{held} of 26");
+    assert!(alarmed.contains(&"RP110") && alarmed.len() <= 3, "{alarmed:?}");
+}
+
+/// Steps by the seeds' own spread once favoured seeds that are far out: a hundred draws of a specimen had 1.12 times the probability.
+#[test]
+fn regress_a_hundred_draws_of_a_specimen_have_no_bias() {
+    let problem = reliability::PROBLEMS.iter().find(|problem| problem.name == "RP63").expect("listed");
+    let probability = |number: u32| {
+        let settings = Settings::of(Effort::Quick, 1);
+        run(&Any(&problem.system()), &settings, number, &NEVER).expect("runs").probability
+    };
+    // A run errs by 0.25, the mean of 64 by 0.03.
+    let mean = (0..64).into_par_iter().map(probability).sum::<f64>() / 64.0 / problem.probability;
+    assert!((mean - 1.0).abs() < 0.08, "{mean}");
 }

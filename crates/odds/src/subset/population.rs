@@ -68,6 +68,8 @@ pub(super) struct Population {
     seeds: usize,
     /// Values by chain, in the order of each chain's states.
     values: BTreeMap<usize, Vec<f64>>,
+    /// Number of states in the event by their ancestor in the first level.
+    hits_of: BTreeMap<u32, u32>,
     nearest: Best,
     /// A random sample of the states in the event.
     failures: Best,
@@ -94,7 +96,13 @@ fn lot(key: u64) -> u64 {
 
 impl Population {
     pub fn new(seeds: usize) -> Self {
-        Self { seeds, values: BTreeMap::new(), nearest: Best::new(seeds), failures: Best::new(seeds) }
+        Self {
+            seeds,
+            values: BTreeMap::new(),
+            hits_of: BTreeMap::new(),
+            nearest: Best::new(seeds),
+            failures: Best::new(seeds),
+        }
     }
 
     /// Adds the next state of a chain. `key` determines the state's rank among equal values.
@@ -103,6 +111,9 @@ impl Population {
         self.values.entry(chain).or_default().push(state.value);
         if self.nearest.wants(rank) {
             self.nearest.add(rank, state.clone());
+        }
+        if state.value > 0.0 {
+            *self.hits_of.entry(state.ancestor).or_default() += 1;
         }
         let by_lot = Rank { value: 0.0, ..rank };
         if state.value > 0.0 && self.failures.wants(by_lot) {
@@ -132,6 +143,9 @@ impl Population {
         let mut whole = Self::new(seeds);
         for part in parts {
             whole.values.extend(part.values);
+            for (ancestor, hits) in part.hits_of {
+                *whole.hits_of.entry(ancestor).or_default() += hits;
+            }
             for (rank, state) in part.nearest.states {
                 whole.nearest.add(rank, state);
             }
@@ -149,6 +163,18 @@ impl Population {
     /// Returns the number of states in the event.
     pub fn hits(&self) -> usize {
         self.count(|value| value > 0.0)
+    }
+
+    /// Returns the square of the coefficient of variation of a run that ends with this level, by descent: of `first` independent states
+    /// of the first level each has its number of descendants in the event, and the run's probability is in proportion to their mean.
+    /// Unlike the levels' own variances this counts that chains of later levels descend from the same states.
+    pub fn variance_by_descent(&self, first: u32) -> f64 {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for hits in self.hits_of.values().map(|hits| f64::from(*hits)) {
+            (sum, squares) = (sum + hits, squares + hits * hits);
+        }
+        let first = f64::from(first);
+        (squares / (sum * sum) - 1.0 / first).max(0.0) * first / (first - 1.0)
     }
 
     /// Returns true if all values are equal, finite and outside of the event.
@@ -222,5 +248,35 @@ impl Population {
 
     pub fn into_failures(self) -> Vec<Tape> {
         self.failures.states.into_values().map(|state| state.tape).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_variance_by_descent_is_that_of_each_first_states_descendants() {
+        let level = |ancestors: &[u32]| {
+            let parts = ancestors.iter().enumerate().map(|(chain, ancestor)| {
+                let mut part = Population::new(10);
+                for value in [1.0, -1.0] {
+                    part.add(
+                        chain,
+                        chain as u64,
+                        &State { value, tape: Tape::new(1, 1), ancestor: *ancestor },
+                    );
+                }
+                part
+            });
+            Population::gathered(10, parts.collect())
+        };
+        // Hits of a first level are independent: (1 − p)/(p (n − 1)) of 4 in 100.
+        let plain = level(&[3, 5, 7, 9]).variance_by_descent(100);
+        assert!((plain / (0.96 / 0.04 / 99.0) - 1.0).abs() < 1e-12, "{plain}");
+        // Three of four descend from one state: counts of 3, 1 and 98 zeros, with mean 0.04 and Σ x² = 10.
+        let common = level(&[3, 3, 3, 9]).variance_by_descent(100);
+        let variance = (10.0 - 100.0 * 0.04 * 0.04) / 99.0;
+        assert!((common / (variance / 100.0 / (0.04 * 0.04)) - 1.0).abs() < 1e-12, "{common}");
     }
 }
