@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Holds the project to what others published, as far as that takes minutes: reliability problems,
-# NIST's certified statistics, and what `standstill witness` computes anew. What each part printed is kept.
+# NIST's certified statistics, sensitivities, searches, and what `standstill witness` computes anew. What each part printed is kept.
 #   scripts/witness-all.sh            into target/witness
 #   scripts/witness-all.sh FOLDER     into another folder
 # With `pip install numpy scipy openturns otbenchmark` (PYTHON names the interpreter) the other programs run beside ours.
@@ -28,6 +28,9 @@ part program cargo run --release --quiet -- witness
 part nist cargo test --release --quiet -p standstill-campaign --test nist
 part odds cargo test --release --quiet -p standstill-odds --test closed_forms reliability -- --nocapture
 part problems cargo run --release --quiet -p standstill-odds --features measure --example coverage -- 20 problems quick
+part searches cargo test --release --quiet -p standstill-analysis --test witness -- --nocapture
+other cobyla scipy tests/cross/optimiser/cobyla.py
+other borehole scipy tests/cross/sensitivity/borehole.py
 other references scipy tests/cross/reliability/references.py
 other openturns otbenchmark tests/cross/reliability/openturns_subset.py 20
 
