@@ -63,8 +63,9 @@ impl Work<'_> {
     }
 }
 
-/// Returns the point moved to the mean, of the falls of inductance by as much of the way as has a plant, by halves, and that share: 1 as a
-/// rule. The mean of a distribution may lie where no iron has its falls, although the most likely point does not.
+/// Returns the point moved towards the mean by as much of the way as has a plant, by halves, and that share: 1 as a rule. The mean of a
+/// distribution may lie where no iron has its falls of inductance, although the most likely point does not. All parameters go the same share,
+/// because without the falls the others do not fit.
 fn within(
     problem: &Problem,
     point: &Point,
@@ -72,9 +73,7 @@ fn within(
     scatter: &[Scatter; CHANNELS],
 ) -> (Point, f64) {
     let at = |share: &f64| {
-        let is_fall = |k: usize| problem.free.get(k).is_some_and(|parameter| parameter.fall().is_some());
-        let part = DVector::from_fn(mean.len(), |k, _| if is_fall(k) { share * mean[k] } else { mean[k] });
-        let mut moved = problem.moved(point, &part);
+        let mut moved = problem.moved(point, &(mean * *share));
         for parameter in problem.free.iter().filter(|p| p.is_never_negative()) {
             // Rounding.
             let least = -parameter.get(&moved).min(0.0);
@@ -88,8 +87,7 @@ fn within(
 impl Found {
     /// Returns the interval of a linear combination of free parameters about its value; `of_fixed` as in [`Between::interval`].
     fn about(&self, value: f64, terms: &[(usize, f64)], of_fixed: &[f64]) -> Interval {
-        let of_falls = terms.iter().filter(|(k, _)| self.free[*k].fall().is_some());
-        let rest = self.short * of_falls.map(|(k, a)| a * self.between.mean[*k]).sum::<f64>();
+        let rest = self.short * terms.iter().map(|(k, a)| a * self.between.mean[*k]).sum::<f64>();
         Interval { value, ends: self.between.interval(terms, of_fixed).map(|off| value + rest + off) }
     }
 
