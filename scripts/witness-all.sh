@@ -27,12 +27,12 @@ other() {
 part program cargo run --release --quiet -- witness
 part nist cargo test --release --quiet -p standstill-campaign --test nist
 part odds cargo test --release --quiet -p standstill-odds --test closed_forms reliability -- --nocapture
-part problems cargo run --release --quiet -p standstill-odds --features measure --example coverage -- 20 problems quick
+part problems cargo run --release --quiet -p standstill-odds --features measure --example coverage -- 40 problems quick
 part searches cargo test --release --quiet -p standstill-analysis --test witness -- --nocapture
 other cobyla scipy tests/cross/optimiser/cobyla.py
 other borehole scipy tests/cross/sensitivity/borehole.py
 other references scipy tests/cross/reliability/references.py
-other openturns otbenchmark tests/cross/reliability/openturns_subset.py 20
+other openturns otbenchmark tests/cross/reliability/openturns_subset.py 30
 
 printf '\nOutput: %s\n' "$out"
 ((${#left_out[@]} == 0)) || printf 'left out: %s\n' "${left_out[@]}"

@@ -1,4 +1,4 @@
-//! The checks of methods by line pulses, each with its name: which of them are on.
+//! The checks of methods, each with its name: which of them are on.
 
 use standstill_interface::{Choice, choice};
 

@@ -97,14 +97,20 @@ pub enum FitError {
     TooManyEdges(usize),
 }
 
-/// Share of its mean by which the DC link must move to be named beside an error.
-const SOFT: f64 = 0.1;
+/// Share of its mean by which the DC link must move to be named where no plant fits, and where more than half of the currents are left, of
+/// which a soft link makes no more than its share.
+const SOFT: [f64; 2] = [0.1, 0.3];
 
 impl FitError {
     /// Returns this error with the swing of the DC link, if that may be why no motor comes near.
     pub(super) fn beside(self, swing: Option<Swing>, records: &[Record]) -> Self {
-        match (&self, swing) {
-            (Self::NoPlant | Self::FarOff { .. }, Some(swing)) if swing.spread > SOFT => Self::SoftLink {
+        let least = match &self {
+            Self::NoPlant => SOFT[0],
+            Self::FarOff { .. } => SOFT[1],
+            _ => return self,
+        };
+        match swing {
+            Some(swing) if swing.spread > least => Self::SoftLink {
                 error: Box::new(self),
                 file: records[swing.record].file.clone(),
                 ends: swing.ends,

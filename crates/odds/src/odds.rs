@@ -17,6 +17,10 @@ use crate::{Halt, System, Watch};
 /// Number of independent runs of subset simulation per answer.
 pub const RUNS: u32 = 8;
 
+/// Number of the estimator: raised with every change of moves, thresholds or estimates, so that an answer is not continued from runs of
+/// another one. The numerics' number covers simulations alone.
+const ESTIMATOR: u32 = 2;
+
 /// Least ratio of the scatter between runs to their own estimate of it, for the interval: a smaller scatter is raised to it. Of
 /// intervals from the scatter alone 93 to 95 of 100 contain the true value, because runs that agree by chance give intervals that
 /// miss it; with this factor 95 to 97 do (docs/notes/odds-coverage.txt).
@@ -103,7 +107,7 @@ impl Odds {
         let (system, watch) = (counting.system, counting.watch);
         let (mut runs, mut beside): (Vec<Run>, u64) = (Vec::new(), 0);
         for number in 0..RUNS {
-            let key = format!("{name}: run {number} with tapes of {settings:?}");
+            let key = format!("{name}: run {number} of estimator {ESTIMATOR} with tapes of {settings:?}");
             let compute = || run(system, settings, number, watch);
             let found = counting.kept(&key, |run: &Run| run.trials, compute)?;
             done(&found);

@@ -331,9 +331,9 @@ fn analytic_what_no_draw_changes_ends_at_once_with_the_plain_limit() {
 }
 
 #[test]
-fn regress_a_mode_that_some_runs_miss_rings_an_alarm() {
+fn regress_runs_that_disagree_on_a_mode_ring_an_alarm() {
     // Q(4.5) = 3.4e-6 against Q(6.2) = 2.8e-10: whoever misses the late mode is wrong by four powers of ten. A run finds it in one of five
-    // cases; where all eight miss it, nothing can ring.
+    // cases; where all eight miss it, they may agree on the other part and be wrong in silence.
     let alarmed = (1..=5).filter(|seed| {
         let odds = odds(&Hidden, *seed);
         let finds = odds.runs.iter().any(|run| run.probability > 1e-8);

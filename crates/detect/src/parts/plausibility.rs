@@ -58,10 +58,10 @@ fn by_poles<T: Real>(drive: &Nameplate<T>) -> [T; 2] {
     [T::of(0.1), T::of(2.0) * drive.polarity_difference.abs()]
 }
 
-/// Returns that difference for currents near the rated one.
+/// Returns that difference for currents near the rated one. A data sheet without a difference of the poles limits none: 2, the largest there is.
 pub(crate) fn both_ways<T: Real>(drive: &Nameplate<T>) -> T {
     let [parts, poles] = by_poles(drive);
-    parts + poles
+    if poles > T::zero() { parts + poles } else { T::of(2.0) }
 }
 
 impl<T: Real> PlausibilitySettings<T> {

@@ -131,8 +131,8 @@ pub(crate) struct PolarityTest<T> {
     against: T,
     sum: T,
     squares: T,
-    /// Responses across the axis in A/V of the present pair, and the sum over the pairs of their relative differences; zero where
-    /// sensors do not show the whole vector.
+    /// Responses across the axis in A/V of the present pair, in the axis' frame: their sum is what does not reverse with the voltage. Then the
+    /// sum over the pairs, relative to the mean response along the axis. Zero where sensors do not show the whole vector.
     sideways: [T; 2],
     across: T,
     /// What the magnet drove through shorted terminals; none before.
@@ -228,9 +228,9 @@ impl<T: Real> PolarityTest<T> {
                     PolarityStep::Drive(self.settings.short())
                 }
                 None if last => {
-                    self.check_directions()?;
                     let pole = self.answer();
                     self.check_standing(&pole)?;
+                    self.check_directions()?;
                     PolarityStep::Decided(pole)
                 }
                 None => {
@@ -331,7 +331,9 @@ impl<T: Real> PolarityTest<T> {
     /// Returns the reason if the difference of the responses, as a vector, points away from the axis. However large, it is then no evidence: it
     /// comes from a faulty part, or the axis is wrong. None without enough evidence, which is a reason of its own.
     ///
-    /// Needs pairs in the order ABBA: of one pair, a rotor that moves between its vectors makes such a difference, too.
+    /// A rotor that moves between two vectors makes such a difference as well: it cancels in pairs in the order ABBA, up to 1/n of it if their
+    /// number n is odd, so the rule of two vectors does not ask. A rotor that turns makes it, too: its magnet drives `−ωψt/L_q` across the
+    /// axis in both vectors alike.
     fn off_axis(&self, draws_more: PoleEvidence<T>) -> Option<Undetermined<T>> {
         let n = T::of(f64::from(self.pairs()));
         let direction = AlphaBeta::new(self.sum / n, self.across / n);
@@ -356,21 +358,22 @@ impl<T: Real> PolarityTest<T> {
         known && sequential.evidence(mean, variance).is_enough()
     }
 
-    /// Checks that vectors raise the current that they are made for, and that the responses along the axis and against it differ by no more than
-    /// the poles can make them.
+    /// Checks that vectors raise enough of the set current, and that the responses along the axis and against it differ by no more than the
+    /// poles can make them.
     fn check_directions(&mut self) -> Result<(), Fault<T>> {
         if self.vectors == 0 || !self.settings.checks.has(Check::BothWays) {
             return Ok(());
         }
         let n = T::of(f64::from(self.pairs()));
-        let (mean, needed) = ((self.along + self.against) / (n + n), self.settings.least_mean);
+        let mean = (self.along + self.against) / (n + n);
+        let needed = self.settings.current * self.settings.least_share;
         self.settler.margin.at_least(mean, needed);
         if mean < needed {
             return Err(Fault::NoCurrent { peak: mean, needed });
         }
         let (apart, allowed) = ((self.sum / n).abs(), self.settings.both_ways);
         self.settler.margin.at_most(apart, allowed);
-        // What is not a number ends a detection elsewhere.
+        // NaN ends a detection in `Pole::outcome`.
         if apart > allowed { Err(Fault::DirectionsDiffer { phase: None, apart, allowed }) } else { Ok(()) }
     }
 

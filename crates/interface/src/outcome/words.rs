@@ -44,7 +44,8 @@ impl<T> Fault<T> {
             Self::SensorsDisagree { .. } => "current sensors disagree",
             Self::DcLinkOutOfRange { .. } => "DC link not as on the data sheet",
             Self::InductanceOutOfRange { .. } => "inductance not as on the data sheet",
-            Self::DirectionsDiffer { .. } => "both ways of a line differ",
+            Self::DirectionsDiffer { phase: Some(_), .. } => "both ways of a line differ",
+            Self::DirectionsDiffer { phase: None, .. } => "currents along the axis and against it differ",
             Self::ContactResistive { .. } => "a phase has more resistance than the others",
             Self::UnexpectedReadings => "unexpected readings",
             Self::Own(own) => own.text,
@@ -149,7 +150,7 @@ impl<T: Real> fmt::Display for Fault<T> {
                 let [apart, allowed] = [*apart, *allowed].map(|of| of.to_double() * 100.0);
                 match phase {
                     Some(phase) => write!(f, "both ways of the line from phase {} differ", phase.letter())?,
-                    None => write!(f, "the currents along the axis and against it differ")?,
+                    None => write!(f, "currents per volt along the axis and against it differ")?,
                 }
                 write!(f, " by {apart:.1} % where {allowed:.1} % are allowed")
             }

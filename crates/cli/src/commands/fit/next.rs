@@ -96,7 +96,7 @@ pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
             amperes(above)
         ),
         Some(Misfit::OneFile { record, ratio }) => format!(
-            "{} alone is off: the difference in it is {ratio:.1} times as large as in any other file. Its rotor may have stood in another position.",
+            "{} alone is off: the difference in it is {ratio:.1} times as large as in any other file. Its rotor may have stood in another position, its legs or channels may be others, or, of one pulse a file, the iron saturates more in its direction.",
             files[record]
         ),
         Some(Misfit::OnePulse { number, share }) => format!(
@@ -151,7 +151,7 @@ fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
             "For the saturation: measure a flux map, name it in a data sheet ([map] file = \"MAP.csv\"), then: standstill magnetics SHEET.toml, standstill check SHEET.toml (docs/own-motor-map.md)".to_owned(),
         ],
         Some(Misfit::OneFile { record, .. }) => vec![format!(
-            "Leave out {0}, or fit it by itself: standstill fit {0} --out ANOTHER; its angle tells whether the rotor moved",
+            "Leave out {0}, or record its pulses again with the rotor held; where it has several vectors, standstill fit {0} --out ANOTHER tells their angle",
             traces[record]
         )],
         Some(Misfit::OnePulse { number, .. }) => vec![format!(

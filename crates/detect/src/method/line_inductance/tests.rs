@@ -1,12 +1,11 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{AlphaBeta, Detector, Leg, Outcome, Sensed};
+use standstill_interface::{AlphaBeta, Detector, Leg, Outcome, Phase, Sensed};
 
 use super::*;
 use crate::checks::Checks;
-use crate::nameplate::Place;
-use crate::nameplate::Sensing;
+use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::parts::lines::SaliencySign;
 use crate::parts::plausibility::PlausibilitySettings;
 use crate::parts::polarity::{PolarityRule, PolaritySettings, Signature};
@@ -48,7 +47,7 @@ fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
             rule: PolarityRule::TwoVectors,
             place: Place::InLine,
             checks: Checks::ALL,
-            least_mean: 3.5,
+            least_share: 0.5,
             both_ways: 0.3,
             lost: 0.0,
             magnet_flux: 0.5,
@@ -244,4 +243,34 @@ fn law_a_single_pulse_a_line_is_as_noisy_as_the_readings_before_it() {
     // The pulses raise 1.5 A: 0.05 A are 4.7 % of a line, 3.9 % of saliency.
     assert_eq!(axes(0.0, 0.05), 0);
     assert_eq!(axes(L_B, 0.002), 200);
+}
+
+/// A data sheet's inductance that is right within 35 % is taken, others are not: the first line is named.
+#[test]
+fn law_lines_whose_inductance_is_not_the_data_sheets_are_a_fault() {
+    let ended = |factor: f64, checks: Checks| {
+        let plate = Nameplate {
+            d_axis_inductance: PLATE.d_axis_inductance * factor,
+            q_axis_inductance: PLATE.q_axis_inductance * factor,
+            rated_pulse: Nanos::from_seconds(PLATE.rated_pulse.seconds() * factor),
+            ..PLATE
+        };
+        let mut settings = settings(Decay::Fast, Nanos::ZERO);
+        settings.plausibility = PlausibilitySettings { checks, ..PlausibilitySettings::suited(&plate) };
+        let mut motor =
+            Motor { angle: 0.0, settings, left: 0.0, line: 9, pulses: 0, amplitude: 0.0, saliency: L_B };
+        detected(&mut motor, || 0.0)
+    };
+    for factor in [0.8, 1.0, 1.2] {
+        let outcome = ended(factor, Checks::ALL);
+        assert!(matches!(outcome, Outcome::Found { .. }), "{factor}: {outcome:?}");
+    }
+    for factor in [0.4, 3.0] {
+        let outcome = ended(factor, Checks::ALL);
+        let Outcome::Failed { fault: Fault::InductanceOutOfRange { phase, .. }, .. } = outcome else {
+            panic!("{factor}: {outcome:?}");
+        };
+        assert_eq!(phase, Phase::A);
+        assert!(matches!(ended(factor, Checks::NONE), Outcome::Found { .. }), "{factor}");
+    }
 }

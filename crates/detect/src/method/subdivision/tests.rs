@@ -22,7 +22,7 @@ fn settings(saliency: SaliencySign, halvings: u8) -> SubdivisionSettings<f64> {
             rule: PolarityRule::Sequential(SequentialSettings::new(0.1)),
             place: Place::InLine,
             checks: Checks::ALL,
-            least_mean: 3.5,
+            least_share: 0.5,
             both_ways: 0.3,
             lost: 0.0,
             magnet_flux: 0.5,

@@ -44,7 +44,8 @@ impl Signature {
     }
 }
 
-/// Largest relative difference of the poles' currents at which a vector raises at least half of the current that it is made for.
+/// Largest relative difference of the poles' currents up to which vectors of an intact drive raise at least half of the set current. The
+/// library's motors with up to 10 % do; `pm-reluctance`, with 21 %, raises 36 % of it.
 const EVEN: f64 = 0.15;
 
 /// When the pole is certain enough.
@@ -83,8 +84,9 @@ pub struct PolaritySettings<T> {
     /// Checks that are on, of [`PolaritySettings::CHECKS`]. By default not whether the rotor stands still: if sensors are exact or better
     /// than the drive assumes, or if vectors move a free rotor, good starts would be taken for a turning rotor.
     pub checks: Checks,
-    /// Least mean in A of the currents along the axis and against it; smaller, a part of the drive shortens the vectors.
-    pub least_mean: T,
+    /// Least mean of the currents along the axis and against it, as a share of `current`: a smaller one shows that a part of the drive
+    /// shortens the vectors. Zero: not asked.
+    pub least_share: T,
     /// Largest difference between the responses to vectors along the axis and against it, as a share of their mean.
     pub both_ways: T,
     /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
@@ -113,8 +115,8 @@ impl<T: Real> PolaritySettings<T> {
         let duration = drive.d_axis_inductance * current / (T::of(0.3) * drive.dc_link);
         let needed = Nanos::from_seconds(duration.to_double()).0.div_ceil(carrier_period.0.max(1));
         let periods = u16::try_from(needed).unwrap_or(u16::MAX).clamp(least, least.saturating_mul(20));
-        // (1/x + 1/2) (1 − e⁻ˣ) of the wanted current flows after x = R t / L, see `amplitude`; half of it is a fault's. A core whose poles
-        // differ by more than `EVEN` may halve a current by itself.
+        // With the voltage of `amplitude`, (1/x + 1/2) (1 − e⁻ˣ) of the set current flows after x = R t / L. Less than half of that shows a
+        // fault, unless the poles differ by more than `EVEN`.
         let time = T::of((carrier_period * u64::from(periods)).seconds());
         let x = (drive.resistance * time / drive.d_axis_inductance).max(T::of(1e-3));
         let reached = -(-x).exp_m1() * (x.recip() + T::of(0.5));
@@ -126,7 +128,7 @@ impl<T: Real> PolaritySettings<T> {
             resistance: drive.resistance,
             dead_time: drive.dead_time,
             least_current: drive.rated_current * T::of(0.02),
-            least_mean: current * reached * half,
+            least_share: reached * half,
             least_margin: drive.rated_current * T::of(0.01),
             signature,
             rule,
@@ -193,7 +195,7 @@ impl<T: Real> PolaritySettings<T> {
         )?;
         require_positive(self.least_current, "polarity.least_current")?;
         require_zero_or_more(self.least_margin, "polarity.least_margin")?;
-        require_zero_or_more(self.least_mean, "polarity.least_mean")?;
+        require_zero_or_more(self.least_share, "polarity.least_share")?;
         require_positive(self.both_ways, "polarity.both_ways")?;
         require_zero_or_more(self.magnet_flux, "polarity.magnet_flux")?;
         require_zero_or_more(self.lost, "polarity.lost")?;

@@ -27,7 +27,7 @@ fn settings(sequential: SequentialSettings<f64>) -> PolaritySettings<f64> {
         rule: PolarityRule::Sequential(sequential),
         place: Place::InLine,
         checks: Checks::ALL,
-        least_mean: 3.5,
+        least_share: 0.5,
         both_ways: 0.6,
         lost: 0.0,
         magnet_flux: 0.1,
@@ -324,16 +324,16 @@ fn law_vectors_that_differ_by_more_than_the_poles_make_them_are_a_fault() {
 #[test]
 fn law_vectors_that_raise_half_of_their_current_are_a_fault() {
     for rule in [PolarityRule::Sequential(LOOSE), PolarityRule::TwoVectors] {
-        let ended = |checks, least_mean| {
-            let settings = PolaritySettings { rule, checks, least_mean, ..settings(LOOSE) };
+        let ended = |checks, least_share| {
+            let settings = PolaritySettings { rule, checks, least_share, ..settings(LOOSE) };
             Motor::of(1, 0.1, 1e-4, 0.0).shorted(settings, |_| {}).map(drop)
         };
-        assert_eq!(ended(Checks::ALL, CURRENT * 0.999), Ok(()));
-        let needed = CURRENT * 1.001;
+        assert_eq!(ended(Checks::ALL, 0.999), Ok(()));
+        let (share, needed) = (1.001, CURRENT * 1.001);
         assert!(
-            matches!(ended(Checks::ALL, needed), Err(Fault::NoCurrent { peak, needed: n }) if n == needed && (peak / CURRENT - 1.0).abs() < 1e-4)
+            matches!(ended(Checks::ALL, share), Err(Fault::NoCurrent { peak, needed: n }) if n == needed && (peak / CURRENT - 1.0).abs() < 1e-4)
         );
-        assert_eq!(ended(Checks::ALL.without(Check::BothWays), needed), Ok(()));
+        assert_eq!(ended(Checks::ALL.without(Check::BothWays), share), Ok(()));
     }
     // A winding with x = R t / L_d = 1 takes (1/x + 1/2) (1 − 1/e) of it, half of which is needed.
     let plate = crate::testing::PLATE;
@@ -345,12 +345,15 @@ fn law_vectors_that_raise_half_of_their_current_are_a_fault() {
     };
     let settings = made(resistance, 0.1);
     assert_eq!(settings.duration(), Nanos::from_micros(1000));
-    let reached = settings.current * 1.5 * (1.0 - (-1.0_f64).exp());
-    assert!((settings.least_mean / (reached / 2.0) - 1.0).abs() < 1e-12, "{}", settings.least_mean);
+    let reached = 1.5 * (1.0 - (-1.0_f64).exp());
+    assert!((settings.least_share / (reached / 2.0) - 1.0).abs() < 1e-12, "{}", settings.least_share);
     let without = made(0.0, -0.1);
-    assert!((without.least_mean / (without.current / 2.0) - 1.0).abs() < 1e-3, "{}", without.least_mean);
+    assert!((without.least_share / 0.5 - 1.0).abs() < 1e-3, "{}", without.least_share);
     // Poles that differ by more may halve a current.
-    assert_eq!((made(0.0, 0.2).least_mean, made(0.0, -0.2).least_mean), (0.0, 0.0));
+    assert_eq!((made(0.0, 0.2).least_share, made(0.0, -0.2).least_share), (0.0, 0.0));
+    // 10 % of the drive and twice the poles'; a sheet without a difference limits none.
+    assert!((made(0.0, -0.1).both_ways - 0.3).abs() < 1e-12);
+    assert_eq!(made(0.0, 0.0).both_ways, 2.0);
 }
 
 #[test]
