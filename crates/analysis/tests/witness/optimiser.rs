@@ -187,7 +187,7 @@ fn cross_constrained_problems_end_near_their_best() {
             println!(
                 "{}, noise {noise}: regret {median:.4} of {regrets:.4?}, {} looks",
                 problem.name,
-                looks / seeds as usize
+                looks / usize::try_from(seeds).expect("few")
             );
             assert!(median < most, "{}, noise {noise}: {regrets:?}", problem.name);
         }
