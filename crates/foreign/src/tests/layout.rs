@@ -98,10 +98,7 @@ fn layout() -> Vec<(String, usize)> {
             "STS_INDUCTANCE_OUT_OF_RANGE",
             Fault::InductanceOutOfRange { phase: Phase::A, found: 0.0, allowed: [0.0; 2] },
         ),
-        (
-            "STS_DIRECTIONS_DIFFER",
-            Fault::DirectionsDiffer { phase: Some(Phase::A), apart: 0.0, allowed: 0.0 },
-        ),
+        ("STS_DIRECTIONS_DIFFER", Fault::DirectionsDiffer { phase: None, apart: 0.0, allowed: 0.0 }),
         ("STS_COARSE_TIMER", Fault::CoarseTimer { ratio: 0.0, needed: 0.0, tick: 0.0, allowed: 0.0 }),
         ("STS_CONTACT_RESISTIVE", Fault::ContactResistive { phase: Phase::A, found: 0.0, allowed: 0.0 }),
     ];
