@@ -81,8 +81,8 @@ pub struct PolaritySettings<T> {
     /// Arrangement of the current sensors. One shunt in the DC link shows a vector's current after the vector, when
     /// diodes return it to the link.
     pub place: Place,
-    /// Checks that are on, of [`PolaritySettings::CHECKS`]. By default not whether the rotor stands still: if sensors are exact or better
-    /// than the drive assumes, or if vectors move a free rotor, good starts would be taken for a turning rotor.
+    /// Checks that are on: [`Check::BothWays`] and [`Check::Turning`], by default the former alone: if sensors are exact or better than the
+    /// drive assumes, or if vectors move a free rotor, good starts would be taken for a turning rotor.
     pub checks: Checks,
     /// Least mean of the currents along the axis and against it, as a share of `current`: a smaller one shows that a part of the drive
     /// shortens the vectors. Zero: not asked.
