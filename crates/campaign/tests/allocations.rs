@@ -6,12 +6,12 @@ use standstill_plant::{built_in, built_in_names};
 use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::RotorState;
 
-/// The lane of a trial that runs alone, and most that two lists grow: from the readings of one command to those of the one
-/// with the most.
+/// The lane of a trial that runs alone, the room for samples that have not been converted, and most that the list of readings grows: from those
+/// of one command to those of the one with the most.
 const MOST: u64 = 8;
 
 /// Neither drawing a case nor making a detector takes memory from the allocator, and a run takes it only for its lane and
-/// for the lists of a command's readings: what was read, and what the detector sees of it.
+/// for a command's samples and readings.
 #[test]
 fn law_a_trial_allocates_nothing_but_its_lane_and_the_lists_of_its_readings() {
     for name in built_in_names() {

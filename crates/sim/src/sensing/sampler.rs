@@ -76,6 +76,7 @@ impl<'t> Sampler<'t> {
     /// Makes the sampler of a run; `taken`: room for samples, whose contents are not used.
     pub fn new(sensors: &Sensors, faults: Faults, streams: Streams<'t>, mut taken: Vec<Instant>) -> Self {
         taken.clear();
+        taken.reserve(MOST_TAKEN);
         let [noise, link_noise, jitter] =
             streams.open_together([Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter]);
         let dividers = Dividers::new(sensors, streams);
@@ -133,6 +134,7 @@ impl<'t> Sampler<'t> {
         if !self.taken.is_empty() {
             let taken = std::mem::take(&mut self.taken);
             let known = readings.len();
+            readings.reserve(taken.len());
             for taken in taken.chunks(AT_ONCE) {
                 V::compute(Conversion { sampler: self, taken, readings });
             }
