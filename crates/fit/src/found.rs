@@ -15,7 +15,7 @@ use super::{FitError, Solved, Work};
 
 /// Solution with one law of the core.
 pub(super) struct Found {
-    /// Mean of the distribution of the parameters; its falls, those next to the mean that a plant has.
+    /// Mean of the distribution of the parameters, or the point next to it that has a plant.
     pub(super) point: Point,
     /// Parameters that are free.
     pub(super) free: Vec<Parameter>,
@@ -25,7 +25,7 @@ pub(super) struct Found {
     pub(super) off: Vec<f64>,
     /// Distribution of the free parameters.
     between: Between,
-    /// Share of the way to the mean that the point's falls have not gone: zero unless no plant has the mean's parameters.
+    /// Share of the way to the mean that the point has not gone: zero unless no plant has the mean's parameters.
     short: f64,
 }
 

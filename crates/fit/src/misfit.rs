@@ -232,7 +232,7 @@ mod tests {
         }
     }
 
-    /// Files of which one differs three times as much as each other are told apart; of two files, either may be the one that is off.
+    /// A file is named if its difference is three times that of each other file. Of two files none is named: either may be the wrong one.
     #[test]
     fn analytic_a_file_of_another_position_is_named() {
         let traces = |off: &[f64]| -> Vec<Trace> {

@@ -128,7 +128,7 @@ fn within(document: &Document, demands: &Demands, most: u64) -> Suitability {
     Suitability::within(document, demands, most, &mut |_| {}).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What a state of the rotor that is not judged shows is not a number.
+/// Figures of a rotor state that is not judged are NaN.
 fn said(of: &Suitability) -> String {
     format!("{:?} {:?} {:?}", of.candidates, of.recommended, of.untried)
 }

@@ -147,7 +147,7 @@ fn sought(problem: &Problem, noise: f64, seed: u64) -> (Vec<f64>, usize) {
     let mut search = Search::new(&ranges, &mut take);
     let mut ends = Vec::new();
     for start in 0..6_u32 {
-        // The same points in Python: steps of the square roots of primes.
+        // The script in Python starts at the same points: multiples of square roots of primes, modulo 1.
         let place = |k: usize| (0.5 + f64::from(start) * [2.0, 3.0, 5.0, 7.0_f64][k].sqrt()).fract();
         let from: Vec<f64> = ranges.iter().enumerate().map(|(k, range)| range.at(place(k))).collect();
         let Ok(end) = search.wide(&from, &wide);

@@ -10,6 +10,7 @@
 //! ```
 //! The order is ABBA, so that linear drift does not look like a pole.
 
+mod checks;
 mod pointer;
 mod sequential;
 mod settings;
@@ -17,15 +18,13 @@ mod settings;
 mod tests;
 
 use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real,
-    Sensed, Step, Undetermined,
+    Abc, Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real, Sensed,
+    Step, Undetermined,
 };
 
-use crate::checks::Check;
 use crate::nameplate::Place;
 use crate::parts::margin::Margin;
 use crate::parts::settle::{Settler, all_seen, is_reading, link, link_current, seen};
-use crate::parts::turning::{self, Short};
 pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
 pub use settings::{PolarityRule, PolaritySettings, Signature};
@@ -328,20 +327,6 @@ impl<T: Real> PolarityTest<T> {
         (mean, variance / n + sequential.floor * sequential.floor)
     }
 
-    /// Returns the reason if the difference of the responses, as a vector, points away from the axis. However large, it is then no evidence: it
-    /// comes from a faulty part, or the axis is wrong. None without enough evidence, which is a reason of its own.
-    ///
-    /// A rotor that moves between two vectors makes such a difference as well: it cancels in pairs in the order ABBA, up to 1/n of it if their
-    /// number n is odd, so the rule of two vectors does not ask. A rotor that turns makes it, too: its magnet drives `−ωψt/L_q` across the
-    /// axis in both vectors alike.
-    fn off_axis(&self, draws_more: PoleEvidence<T>) -> Option<Undetermined<T>> {
-        let n = T::of(f64::from(self.pairs()));
-        let direction = AlphaBeta::new(self.sum / n, self.across / n);
-        // The evidence is the difference along the axis in its own deviations.
-        let pointer = Pointer { direction, deviation: (direction.alpha / draws_more.deviations).abs() };
-        draws_more.is_enough().then(|| pointer.off_axis(Angle::from_radians(T::zero()))).flatten()
-    }
-
     /// Returns whether no further pairs are needed or allowed.
     fn is_enough(&self, sequential: &SequentialSettings<T>) -> bool {
         let pairs = self.pairs();
@@ -356,47 +341,6 @@ impl<T: Real> PolarityTest<T> {
         let known = variance <= T::of(BY_CHANCE) * least || pairs >= SCATTERED_PAIRS;
         let (mean, variance) = self.mean(sequential);
         known && sequential.evidence(mean, variance).is_enough()
-    }
-
-    /// Checks that vectors raise enough of the set current, and that the responses along the axis and against it differ by no more than the
-    /// poles can make them.
-    fn check_directions(&mut self) -> Result<(), Fault<T>> {
-        if self.vectors == 0 || !self.settings.checks.has(Check::BothWays) {
-            return Ok(());
-        }
-        let n = T::of(f64::from(self.pairs()));
-        let mean = (self.along + self.against) / (n + n);
-        let needed = self.settings.current * self.settings.least_share;
-        self.settler.margin.at_least(mean, needed);
-        if mean < needed {
-            return Err(Fault::NoCurrent { peak: mean, needed });
-        }
-        let (apart, allowed) = ((self.sum / n).abs(), self.settings.both_ways);
-        self.settler.margin.at_most(apart, allowed);
-        // NaN ends a detection in `Pole::outcome`.
-        if apart > allowed { Err(Fault::DirectionsDiffer { phase: None, apart, allowed }) } else { Ok(()) }
-    }
-
-    /// Checks that the rotor stands still, from the current that its magnet drove through the shorted terminals.
-    fn check_standing(&mut self, pole: &Pole<T>) -> Result<(), Fault<T>> {
-        let Some(driven) = self.driven else { return Ok(()) };
-        let s = &self.settings;
-        let short = Short {
-            duration: T::of(s.duration().seconds()),
-            resistance: s.resistance,
-            inductance: s.q_axis_inductance,
-            flux: s.magnet_flux,
-            lost: s.lost,
-        };
-        let (offset, waits) = self.settler.offset();
-        let current = Abc(core::array::from_fn(|k| driven.current.0[k] - offset.0[k])).clarke();
-        let noise = &self.settler.noise;
-        // Of a reading and of the mean of those without current.
-        let variance = noise.deviation() * noise.deviation() * s.by_reading() * (T::one() + waits.recip());
-        let deviation = turning::deviation(variance, noise.freedom(), driven.is_derived);
-        let north = pole.undetermined.is_none().then_some(pole.angle);
-        short.check(&mut self.settler.margin, current, (self.settler.dc_link, deviation), north)?;
-        driven.clipped.map_or(Ok(()), |phase| Err(Fault::Clipped(phase)))
     }
 
     fn answer(&self) -> Pole<T> {

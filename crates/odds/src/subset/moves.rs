@@ -128,7 +128,7 @@ const FEWEST: f64 = 10.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shrinking {
     mean: f64,
-    /// Share of the differences that is none of chance.
+    /// Share of the differences between the variances that chance does not explain.
     kept: f64,
 }
 

@@ -25,7 +25,7 @@ pub struct Sampler<'t> {
     dividers: Option<Dividers<'t>>,
     misread: Option<Misread>,
     mean: Mean,
-    /// What has been taken since the last conversion.
+    /// Samples taken since the last conversion.
     taken: Vec<Instant>,
     /// Whether samples only read currents and the link's voltage as they are, in a run that nothing else interrupts; set by
     /// the run.

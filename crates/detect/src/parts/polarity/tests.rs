@@ -1,6 +1,7 @@
 extern crate std;
 use std::vec::Vec;
 
+mod checks;
 mod evidence;
 
 use standstill_interface::{AlphaBeta, Leg, Nanos, Sampling};
@@ -8,7 +9,7 @@ use standstill_interface::{AlphaBeta, Leg, Nanos, Sampling};
 use super::sequential::{tail, tail_beyond};
 use super::*;
 use crate::checks::Checks;
-use crate::nameplate::{Nameplate, Place};
+use crate::nameplate::Place;
 use crate::parts::settle::SettleSettings;
 use crate::testing::Noise;
 
@@ -271,89 +272,6 @@ fn law_the_signature_says_which_pole_a_larger_current_means() {
     let none = PolaritySettings { signature: Signature::None, ..settings(LOOSE) };
     let (pole, test) = Motor::of(1, 0.1, 1e-3, 0.0).decide(none);
     assert_eq!((pole.undetermined, test.vectors), (Some(Undetermined::NoSignature), 0));
-}
-
-/// A leg whose duty cycle is limited shortens vectors of one direction along the axis and across it, as a magnet that saturates does along it
-/// alone. Up to 45° off, and as far as noise turns the difference of the two, it may be the magnet's.
-#[test]
-fn analytic_a_difference_that_points_across_the_axis_names_no_pole() {
-    let ended = |rule, effect: f64, across: f64| {
-        let mut motor = Motor { across, ..Motor::of(1, effect, 1e-4, 0.0) };
-        motor.decide(PolaritySettings { rule, ..settings(LOOSE) }).0.undetermined
-    };
-    let reason = |effect, across| ended(PolarityRule::Sequential(LOOSE), effect, across);
-    for sign in [1.0, -1.0] {
-        // The currents differ by `effect` along the axis and by twice `across` across it.
-        assert_eq!(reason(sign * 0.1, 0.045), None);
-        assert_eq!(reason(0.1, sign * 0.045), None);
-        for (effect, across) in [(sign * 0.1, 0.055), (0.1, sign * 0.055)] {
-            let Some(Undetermined::OffAxis { angle, allowed }) = reason(effect, across) else {
-                panic!("{:?}", reason(effect, across));
-            };
-            assert!((angle.tan() - 1.1).abs() < 0.01, "{angle}");
-            assert!(allowed > core::f64::consts::FRAC_PI_4 && allowed < 0.83, "{allowed}");
-        }
-    }
-    // Without enough evidence for a pole, that is the reason.
-    assert!(matches!(reason(0.0, 0.055), Some(Undetermined::NotDecided { .. })));
-    // One pair alone does not tell it from a rotor that moves.
-    assert_eq!(ended(PolarityRule::TwoVectors, 0.1, 0.055), None);
-}
-
-#[test]
-fn law_vectors_that_differ_by_more_than_the_poles_make_them_are_a_fault() {
-    for rule in [PolarityRule::Sequential(LOOSE), PolarityRule::TwoVectors] {
-        let settings = PolaritySettings { rule, both_ways: 0.3, ..settings(LOOSE) };
-        let ended = |checks, effect| {
-            Motor::of(1, effect, 1e-4, 0.0).shorted(PolaritySettings { checks, ..settings }, |_| {}).map(drop)
-        };
-        for sign in [1.0, -1.0] {
-            assert_eq!(ended(Checks::ALL, sign * 0.29), Ok(()));
-            let Err(Fault::DirectionsDiffer { phase: None, apart, allowed: 0.3 }) =
-                ended(Checks::ALL, sign * 0.31)
-            else {
-                panic!("{rule:?}");
-            };
-            assert!((apart - 0.31).abs() < 1e-3, "{apart}");
-            assert_eq!(ended(Checks::ALL.without(Check::BothWays), sign * 0.31), Ok(()));
-        }
-    }
-}
-
-/// Duty cycles that end at one half leave half of what a vector raises.
-#[test]
-fn law_vectors_that_raise_half_of_their_current_are_a_fault() {
-    for rule in [PolarityRule::Sequential(LOOSE), PolarityRule::TwoVectors] {
-        let ended = |checks, least_share| {
-            let settings = PolaritySettings { rule, checks, least_share, ..settings(LOOSE) };
-            Motor::of(1, 0.1, 1e-4, 0.0).shorted(settings, |_| {}).map(drop)
-        };
-        assert_eq!(ended(Checks::ALL, 0.999), Ok(()));
-        let (share, needed) = (1.001, CURRENT * 1.001);
-        assert!(
-            matches!(ended(Checks::ALL, share), Err(Fault::NoCurrent { peak, needed: n }) if n == needed && (peak / CURRENT - 1.0).abs() < 1e-4)
-        );
-        assert_eq!(ended(Checks::ALL.without(Check::BothWays), share), Ok(()));
-    }
-    // A winding with x = R t / L_d = 1 takes (1/x + 1/2) (1 − 1/e) of it, half of which is needed.
-    let plate = crate::testing::PLATE;
-    let resistance = plate.d_axis_inductance / 1e-3;
-    let rule = PolarityRule::TwoVectors;
-    let made = |resistance, polarity_difference| {
-        let plate = Nameplate { resistance, polarity_difference, ..plate };
-        PolaritySettings::near_rated_current(&plate, Signature::Normal, rule)
-    };
-    let settings = made(resistance, 0.1);
-    assert_eq!(settings.duration(), Nanos::from_micros(1000));
-    let reached = 1.5 * (1.0 - (-1.0_f64).exp());
-    assert!((settings.least_share / (reached / 2.0) - 1.0).abs() < 1e-12, "{}", settings.least_share);
-    let without = made(0.0, -0.1);
-    assert!((without.least_share / 0.5 - 1.0).abs() < 1e-3, "{}", without.least_share);
-    // Poles that differ by more may halve a current.
-    assert_eq!((made(0.0, 0.2).least_share, made(0.0, -0.2).least_share), (0.0, 0.0));
-    // 10 % of the drive and twice the poles'; a sheet without a difference limits none.
-    assert!((made(0.0, -0.1).both_ways - 0.3).abs() < 1e-12);
-    assert_eq!(made(0.0, 0.0).both_ways, 2.0);
 }
 
 #[test]

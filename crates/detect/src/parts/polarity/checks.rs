@@ -1,0 +1,64 @@
+//! What readings of a polarity test by vectors must show if all parts are intact and the rotor stands still.
+
+use standstill_interface::{Abc, AlphaBeta, Angle, Fault, PoleEvidence, Real, Undetermined};
+
+use super::{Pointer, PolarityTest, Pole};
+use crate::checks::Check;
+use crate::parts::turning::{self, Short};
+
+impl<T: Real> PolarityTest<T> {
+    /// Checks that vectors raise enough of the set current, and that the responses along the axis and against it differ by no more than the
+    /// poles can make them.
+    pub(super) fn check_directions(&mut self) -> Result<(), Fault<T>> {
+        if self.vectors == 0 || !self.settings.checks.has(Check::BothWays) {
+            return Ok(());
+        }
+        let n = T::of(f64::from(self.pairs()));
+        let mean = (self.along + self.against) / (n + n);
+        let needed = self.settings.current * self.settings.least_share;
+        self.settler.margin.at_least(mean, needed);
+        if mean < needed {
+            return Err(Fault::NoCurrent { peak: mean, needed });
+        }
+        let (apart, allowed) = ((self.sum / n).abs(), self.settings.both_ways);
+        self.settler.margin.at_most(apart, allowed);
+        // NaN ends a detection in `Pole::outcome`.
+        if apart > allowed { Err(Fault::DirectionsDiffer { phase: None, apart, allowed }) } else { Ok(()) }
+    }
+
+    /// Checks that the rotor stands still, from the current that its magnet drove through the shorted terminals.
+    pub(super) fn check_standing(&mut self, pole: &Pole<T>) -> Result<(), Fault<T>> {
+        let Some(driven) = self.driven else { return Ok(()) };
+        let s = &self.settings;
+        let short = Short {
+            duration: T::of(s.duration().seconds()),
+            resistance: s.resistance,
+            inductance: s.q_axis_inductance,
+            flux: s.magnet_flux,
+            lost: s.lost,
+        };
+        let (offset, waits) = self.settler.offset();
+        let current = Abc(core::array::from_fn(|k| driven.current.0[k] - offset.0[k])).clarke();
+        let noise = &self.settler.noise;
+        // Of a reading and of the mean of those without current.
+        let variance = noise.deviation() * noise.deviation() * s.by_reading() * (T::one() + waits.recip());
+        let deviation = turning::deviation(variance, noise.freedom(), driven.is_derived);
+        let north = pole.undetermined.is_none().then_some(pole.angle);
+        short.check(&mut self.settler.margin, current, (self.settler.dc_link, deviation), north)?;
+        driven.clipped.map_or(Ok(()), |phase| Err(Fault::Clipped(phase)))
+    }
+
+    /// Returns the reason if the difference of the responses, as a vector, points away from the axis. However large, it is then no evidence: it
+    /// comes from a faulty part, or the axis is wrong. None without enough evidence, which is a reason of its own.
+    ///
+    /// A rotor that moves between two vectors makes such a difference as well: it cancels in pairs in the order ABBA, up to 1/n of it if their
+    /// number n is odd, so the rule of two vectors does not ask. A rotor that turns makes it, too: its magnet drives `−ωψt/L_q` across the
+    /// axis in both vectors alike.
+    pub(super) fn off_axis(&self, draws_more: PoleEvidence<T>) -> Option<Undetermined<T>> {
+        let n = T::of(f64::from(self.pairs()));
+        let direction = AlphaBeta::new(self.sum / n, self.across / n);
+        // The evidence is the difference along the axis in its own deviations.
+        let pointer = Pointer { direction, deviation: (direction.alpha / draws_more.deviations).abs() };
+        draws_more.is_enough().then(|| pointer.off_axis(Angle::from_radians(T::zero()))).flatten()
+    }
+}
