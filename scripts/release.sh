@@ -102,7 +102,7 @@ pack() {
     for file in "$out"/fmu-binaries/*; do
         [ ! -f "$file" ] || [ "$(basename "$file")" = "$own" ] || cp "$file" "$folder/fmu-binaries/"
     done
-    cp README.md CHANGELOG.md LICENSE-APACHE LICENSE-MIT THIRD-PARTY.md "$folder/"
+    cp README.md CHANGELOG.md LICENSE-APACHE LICENSE-MIT LICENSES.txt THIRD-PARTY.md "$folder/"
     cp -r "$out/work/shared/." "$folder/"
     # The same content gives the same archive.
     (

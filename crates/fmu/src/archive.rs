@@ -188,6 +188,7 @@ pub fn pack(model: &Model, version: Version, binaries: &[Binary]) -> io::Result<
     let machines: Vec<&str> = placed.iter().map(|(_, binary)| binary.machine()).collect();
     file("documentation/index.html", model.documentation(version, &machines).as_bytes(), plain)?;
     file("documentation/licenses/license.txt", LICENCE.as_bytes(), plain)?;
+    file("documentation/licenses/third-party.txt", include_bytes!("third-party.txt"), plain)?;
     file(&format!("resources/{}", model.part.resource()), model.packed.text.as_bytes(), plain)?;
     for (name, content) in &model.packed.files {
         file(&format!("resources/{name}"), content, plain)?;

@@ -50,6 +50,14 @@ fn law_the_archive_has_what_importers_look_for_and_is_the_same_each_time() {
             String::from_utf8(read(licence)).expect("UTF-8").ends_with(root),
             "the licence is the repository's"
         );
+        let texts = String::from_utf8(read("documentation/licenses/third-party.txt")).expect("UTF-8");
+        let inside = include_str!("../../../../THIRD-PARTY.md").lines().filter(|line| line.starts_with("| "));
+        for row in inside.skip(1) {
+            let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+            let name = format!("{} {}", cells[1], cells[2]);
+            let told = texts.lines().any(|line| line == name || line.starts_with(&format!("{name}: ")));
+            assert!(told, "{name}: no text of its licence");
+        }
     }
 }
 

@@ -38,6 +38,7 @@ mod heat;
 mod labels;
 mod layers;
 mod legend;
+mod letters;
 mod number;
 pub(crate) mod plotly;
 mod png;

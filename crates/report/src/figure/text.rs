@@ -1,26 +1,11 @@
-//! The bundled font: how wide a text is, and its outline.
+//! Texts in the bundled font: how wide one is, its outline, its lines.
 
-use std::sync::LazyLock;
 use tiny_skia::{Path, PathBuilder, Transform};
-use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-/// A subset of DejaVu Sans; `assets/README.md` describes how it is made.
-static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
-    Face::parse(include_bytes!("../../assets/DejaVuSans-subset.ttf"), 0).expect("the bundled font is valid")
-});
-
-/// Returns the type sizes per unit of the font.
-fn unit() -> f64 {
-    1.0 / f64::from(FONT.units_per_em())
-}
-
-fn glyph(c: char) -> GlyphId {
-    // The first glyph is that of characters which the font has not.
-    FONT.glyph_index(c).unwrap_or(GlyphId(0))
-}
+use super::letters::{letter, unit};
 
 fn advance(c: char) -> f64 {
-    f64::from(FONT.glyph_hor_advance(glyph(c)).unwrap_or(0)) * unit()
+    f64::from(letter(c).advance) * unit()
 }
 
 /// Returns the width of a text without indices, in the unit of `em`, the type size.
@@ -30,42 +15,14 @@ pub(super) fn plain_width(text: &str, em: f64) -> f64 {
 
 /// Returns the shapes of a text without indices, from the start of its baseline; none of blanks alone.
 pub(super) fn outline(text: &str, em: f64) -> Option<Path> {
-    let mut shapes = Shapes { path: PathBuilder::new(), x: 0.0 };
-    for c in text.chars() {
-        FONT.outline_glyph(glyph(c), &mut shapes);
-        shapes.x += FONT.glyph_hor_advance(glyph(c)).map_or(0.0, f32::from);
+    let (mut path, mut x) = (PathBuilder::new(), 0.0);
+    for letter in text.chars().map(letter) {
+        letter.draw(&mut path, x);
+        x += letter.advance;
     }
     #[expect(clippy::cast_possible_truncation, reason = "a type size needs no more than f32")]
     let scale = (em * unit()) as f32;
-    shapes.path.finish()?.transform(Transform::from_scale(scale, -scale))
-}
-
-/// Collects glyphs side by side.
-struct Shapes {
-    path: PathBuilder,
-    x: f32,
-}
-
-impl OutlineBuilder for Shapes {
-    fn move_to(&mut self, x: f32, y: f32) {
-        self.path.move_to(self.x + x, y);
-    }
-
-    fn line_to(&mut self, x: f32, y: f32) {
-        self.path.line_to(self.x + x, y);
-    }
-
-    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        self.path.quad_to(self.x + x1, y1, self.x + x, y);
-    }
-
-    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        self.path.cubic_to(self.x + x1, y1, self.x + x2, y2, self.x + x, y);
-    }
-
-    fn close(&mut self) {
-        self.path.close();
-    }
+    path.finish()?.transform(Transform::from_scale(scale, -scale))
 }
 
 /// Returns the width of a text, in the unit of `em`, the type size.
@@ -181,14 +138,6 @@ mod tests {
         assert_eq!(of("L_d, L_q"), [plain("L"), index("d"), plain(", L"), index("q")]);
         assert_eq!(of("pulse_test_2"), [plain("pulse_test_2")]);
         assert_eq!(of("_ a_"), [plain("_ a_")]);
-    }
-
-    #[test]
-    fn law_the_font_has_the_letters_of_the_trade() {
-        for c in "Az09µΩΔαβγδθψωφλ°±−×·≤≥√²³⁻⁷₀₉→–—≈∞äöüß".chars()
-        {
-            assert_ne!(glyph(c).0, 0, "{c}");
-        }
     }
 
     #[test]
