@@ -85,13 +85,13 @@ fn main() -> Result<(), Halt<Infallible>> {
     let answers: u64 = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(50);
     let only = arguments.next();
     let effort = arguments.next().and_then(|name| Effort::named(&name)).unwrap_or_default();
+    if only.as_deref() == Some("problems") {
+        return table(answers, effort);
+    }
     println!("{answers} answers each, seeds 1 to {answers}");
     println!(
         "truth  answers   held  below  above  within 1.5  mean/truth  width  alarms  held  widened  trials an answer  held, with interval"
     );
-    if only.as_deref() == Some("problems") {
-        return table(answers, effort);
-    }
     if only.as_deref() == Some("hidden") {
         return count(&systems::Hidden, systems::Hidden::probability(), answers, effort);
     }
@@ -106,15 +106,18 @@ fn main() -> Result<(), Halt<Infallible>> {
     Ok(())
 }
 
-/// Prints a line for each reliability problem.
+/// Prints a line for each reliability problem, whose seeds no other has: problems with as many draws would have the same first levels.
 fn table(answers: u64, effort: Effort) -> Result<(), Halt<Infallible>> {
+    println!(
+        "{answers} answers each, seeds 1 to {answers} of the first problem, from 1001 of the second, and so on"
+    );
     println!("problem   truth      held  widened  alarms  mean/truth  rms error %  width  trials an answer");
     let mut all = Counts::default();
-    for problem in &reliability::PROBLEMS {
+    for (first, problem) in (0..).step_by(1000).zip(&reliability::PROBLEMS) {
         let (system, truth) = (problem.system(), problem.probability);
         let mut counts = Counts::default();
         let mut squares = 0.0;
-        let odds = (1..=answers).into_par_iter().map(|seed| answer(&system, effort, seed));
+        let odds = (1..=answers).into_par_iter().map(|seed| answer(&system, effort, first + seed));
         for mut odds in odds.collect::<Result<Vec<Odds>, Halt<Infallible>>>()? {
             squares += (odds.probability.value / truth - 1.0) * (odds.probability.value / truth - 1.0);
             counts.add(&mut odds, truth);

@@ -19,7 +19,7 @@ pub const RUNS: u32 = 8;
 
 /// Number of the estimator: raised with every change of moves, thresholds or estimates, so that an answer is not continued from runs of
 /// another one. The numerics' number covers simulations alone.
-const ESTIMATOR: u32 = 2;
+const ESTIMATOR: u32 = 3;
 
 /// Least ratio of the scatter between runs to their own estimate of it, for the interval: a smaller scatter is raised to it. Of
 /// intervals from the scatter alone 93 to 95 of 100 contain the true value, because runs that agree by chance give intervals that

@@ -119,20 +119,6 @@ fn analytic_runs_that_agree_by_chance_have_the_interval_that_they_expect_of_them
     assert!(matches!(of(0.2).alarms[..], [Alarm::Disagree { .. }]));
 }
 
-/// Of 1,000 states 100 are beyond each threshold, the 100 nearest: the product of tenths has the mean of 1 + 0.9/(0.1 · 1,000) for each.
-#[test]
-fn analytic_each_level_takes_out_the_bias_of_its_threshold() {
-    let system = crate::Function::new(1, |z| z[0] - 3.5);
-    let settings = Settings::of(crate::subset::Effort::Quick, 1);
-    let never = std::sync::atomic::AtomicBool::new(false);
-    let found = crate::subset::run(&system, &settings, 0, &never).expect("runs");
-    let levels: Vec<f64> = found.curve.iter().rev().take(3).map(|point| point.1).collect();
-    assert_eq!(found.levels, 4);
-    // Chains that stay make equal states, a few of which may stand at the threshold.
-    let inside = 1009.0 * levels[1] / levels[2];
-    assert!((inside - inside.round()).abs() < 0.05 && (99.9..106.0).contains(&inside), "{inside}");
-}
-
 #[test]
 fn law_a_run_that_is_kept_goes_on_as_it_was() {
     let tape = |number| {

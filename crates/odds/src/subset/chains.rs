@@ -15,7 +15,8 @@ pub(super) struct Level<'a> {
     number: u32,
     threshold: f64,
     widths: &'a Widths,
-    spread: Spread,
+    /// Of the seeds with odd and with even numbers, for the chains of the others.
+    spreads: [Spread; 2],
 }
 
 impl<'a> Level<'a> {
@@ -27,9 +28,12 @@ impl<'a> Level<'a> {
         widths: &'a Widths,
         seeds: &[State],
     ) -> Self {
-        let mut tapes: Vec<_> = seeds.iter().map(|seed| seed.tape.clone()).collect();
-        let spread = Spread::of(tapes.iter_mut());
-        Self { settings, run, number, threshold, widths, spread }
+        let spreads = [1, 0].map(|from| {
+            let mut others: Vec<_> =
+                seeds.iter().skip(from).step_by(2).map(|seed| seed.tape.clone()).collect();
+            Spread::of(others.iter_mut())
+        });
+        Self { settings, run, number, threshold, widths, spreads }
     }
 
     /// Walks a chain from each seed; returns all states, with the seeds.
@@ -91,7 +95,13 @@ impl<'a> Level<'a> {
                         copy(&mut state.tape, tape);
                         // What it needs beyond its end is new.
                         tape.grow_from(seed, key(place, 3 * position + turn));
-                        moved |= propose(tape, kind, self.widths, &self.spread, &mut moves[place]);
+                        moved |= propose(
+                            tape,
+                            kind,
+                            self.widths,
+                            &self.spreads[(first + place) % 2],
+                            &mut moves[place],
+                        );
                     }
                     // A trial without noise has no such draws.
                     if moved {
@@ -140,5 +150,30 @@ fn copy(from: &mut Tape, to: &mut Tape) {
         }
     } else {
         to.clone_from(from);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_the_steps_of_a_chain_do_not_depend_on_where_it_begins() {
+        let (settings, widths) = (Settings::default(), Widths::default());
+        let spreads = |far: usize| {
+            let seed = |k: usize| {
+                let tape = Tape::new(1, k as u64);
+                let more = if k == far { 9.0 } else { 0.0 };
+                let value = Streams::taped(&tape).open(Purpose::CurrentGain).normal();
+                let mut tape = tape;
+                tape.strips()[0].normals[0] = value + more;
+                State { value, tape, ancestor: 0 }
+            };
+            let seeds: Vec<State> = (0..40).map(seed).collect();
+            Level::new(&settings, 0, 1, 0.0, &widths, &seeds).spreads
+        };
+        let (none, even, odd) = (spreads(99), spreads(4), spreads(5));
+        assert!(even[0] == none[0] && even[1] != none[1]);
+        assert!(odd[1] == none[1] && odd[0] != none[0]);
     }
 }

@@ -186,13 +186,19 @@ impl Population {
 
     /// Returns the threshold of the next level, or that of the event at the last level. None if the values do not lead to the
     /// event: more than half of the states have the same value.
+    ///
+    /// The next level lies strictly beyond the state that sets it: that state, and those that are equal to it, are no seeds, and do not
+    /// count. Of n independent starts of which a share U lies beyond the k-th, (k − 1)/n is U times a factor of mean one, and the k − 1 are
+    /// draws of the level; k/n is too large by 1/(n U), and with the k-th among the seeds chains begin at the level's edge (Bréhier et al.
+    /// 2016, doi:10.1214/16-AAP1185). Where many states have the threshold's value (a quantity of few values), they are in the level.
     pub fn cut(&self, last: bool) -> Option<Cut> {
         let total = self.count(|_| true);
         let threshold = if last {
-            // The smallest number above zero.
-            f64::from_bits(1)
+            0.0_f64.next_up()
         } else {
-            self.nearest.states.first_key_value().map(|(rank, _)| rank.value)?
+            let edge = self.nearest.states.first_key_value().map(|(rank, _)| rank.value)?;
+            let is_plateau = 2 * self.count(|value| value > edge) < self.seeds;
+            if is_plateau || edge == f64::NEG_INFINITY { edge } else { edge.next_up() }
         };
         let inside = |value: f64| value >= threshold;
         let share = self.count(inside) as f64 / total as f64;
@@ -228,8 +234,9 @@ impl Population {
     pub fn into_seeds(self, cut: &Cut, keys: Streams) -> Vec<State> {
         let above = self.count(|value| value > cut.threshold);
         let at = self.count(|value| value >= cut.threshold) - above;
+        let within = self.nearest.states.into_values().filter(|state| state.value >= cut.threshold);
         let (tied, mut seeds): (Vec<State>, Vec<State>) =
-            self.nearest.states.into_values().partition(|state| state.value <= cut.threshold);
+            within.partition(|state| state.value <= cut.threshold);
         // A chain that stays where it is makes a few equal states: which of them go on does not matter.
         if above + at <= self.seeds + self.seeds / 20 {
             seeds.extend(tied);
@@ -254,6 +261,53 @@ impl Population {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn of_values(seeds: usize, values: impl IntoIterator<Item = f64>) -> Population {
+        let mut population = Population::new(seeds);
+        for (chain, value) in values.into_iter().enumerate() {
+            population.add(chain, chain as u64, &State { value, tape: Tape::new(1, 1), ancestor: 0 });
+        }
+        population
+    }
+
+    #[test]
+    fn law_the_state_that_sets_a_level_is_no_seed_of_it() {
+        let seeds = |values: Vec<f64>| {
+            let population = of_values(10, values);
+            let cut = population.cut(false).expect("leads on");
+            let mut seeds: Vec<f64> =
+                population.into_seeds(&cut, Streams::new(1, 1)).iter().map(|state| state.value).collect();
+            seeds.sort_by(f64::total_cmp);
+            (cut.share, seeds)
+        };
+        let distinct = || (1..=100).map(|k| f64::from(k) - 1000.0);
+        assert_eq!(seeds(distinct().collect()), (0.09, (92..=100).map(|k| f64::from(k) - 1000.0).collect()));
+        // A chain that stayed at the edge: none of its equal states counts.
+        let stayed = distinct().map(|value| if (-911.0..=-907.0).contains(&value) { -909.0 } else { value });
+        assert_eq!(seeds(stayed.collect()), (0.07, (94..=100).map(|k| f64::from(k) - 1000.0).collect()));
+        // A quantity of few values: thirty states at the edge, four beyond it, all of which are in the level.
+        let few = (0..100).map(|k| [-3.0, -2.0, -1.0][usize::from(k >= 66) + usize::from(k >= 96)]);
+        let (share, seeds) = seeds(few.collect());
+        assert_eq!((share, seeds.len()), (0.34, 10));
+        assert!(seeds.iter().all(|value| *value >= -2.0) && seeds.contains(&-2.0), "{seeds:?}");
+        // Where nothing tells how near most are, no level leads on.
+        assert_eq!(
+            of_values(10, (0..100).map(|k| if k < 93 { f64::NEG_INFINITY } else { -1.0 })).cut(false),
+            None
+        );
+    }
+
+    #[test]
+    fn analytic_a_levels_share_is_that_of_all_starts_on_average() {
+        // Of 100 starts 9 lie beyond the tenth, of all starts U: E[0.09/U] = 1 with a deviation of 0.35, where 0.1/U has 1.11.
+        let ratio = |k: u64| {
+            let mut draws = Streams::new(k, 1).open(Purpose::Design);
+            let cut = of_values(10, (0..100).map(|_| draws.uniform() - 1.0)).cut(false).expect("leads on");
+            cut.share / -cut.threshold
+        };
+        let mean = (1..=4000).map(ratio).sum::<f64>() / 4000.0;
+        assert!((mean - 1.0).abs() < 0.02, "{mean}");
+    }
 
     #[test]
     fn analytic_variance_by_descent_is_that_of_each_first_states_descendants() {

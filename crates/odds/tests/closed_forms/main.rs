@@ -13,8 +13,8 @@ use standstill_odds::subset::{Effort, End, Settings, run};
 use standstill_odds::{Alarm, Estimator, Odds, System, Watch};
 use standstill_sim::{Purpose, Streams, Tape};
 
-#[path = "systems/reliability.rs"]
-mod reliability;
+mod problems;
+#[path = "../systems/mod.rs"]
 mod systems;
 use systems::{Hidden, TwoModes, TwoVectors, deviations, upper_tail};
 
@@ -357,44 +357,4 @@ fn law_a_likely_event_has_a_curve_on_both_sides_of_it() {
         // The event's own place is one of the curve's.
         assert!(found.curve.iter().any(|p| p.1 == found.probability), "{:?}", found.curve);
     }
-}
-
-/// Problems that others compare methods by, of two to a hundred draws: answers of the quickest kind are within a factor of 1.6, which is
-/// four times their error. RP110 has a part that each run finds by a few states alone, which must ring.
-#[test]
-fn cross_reliability_problems_have_their_probabilities() {
-    let answer = |problem: &reliability::Problem| {
-        let settings = Settings::of(Effort::Quick, 1);
-        Odds::of(&Any(&problem.system()), &settings, &NEVER, |_| {}).expect("no trial fails")
-    };
-    let answers: Vec<Odds> = reliability::PROBLEMS.par_iter().map(answer).collect();
-    let (mut held, mut alarmed) = (0, Vec::new());
-    for (problem, odds) in reliability::PROBLEMS.iter().zip(answers) {
-        let mut doubted = odds.clone();
-        doubted.doubt();
-        let p = doubted.probability;
-        held += u32::from(p.low <= problem.probability && problem.probability <= p.high);
-        let ratio = odds.probability.value / problem.probability;
-        if odds.alarms.is_empty() {
-            assert!((1.0 / 1.6..1.6).contains(&ratio), "{}: {ratio}", problem.name);
-        } else {
-            alarmed.push(problem.name);
-        }
-    }
-    // Of 26 intervals that hold 95 of 100, 21 or fewer do in 1 of 150 cases.
-    assert!(held >= 22, "{held} of 26");
-    assert!(alarmed.contains(&"RP110") && alarmed.len() <= 3, "{alarmed:?}");
-}
-
-/// Steps by the seeds' own spread once favoured seeds that are far out: a hundred draws of a specimen had 1.12 times the probability.
-#[test]
-fn regress_a_hundred_draws_of_a_specimen_have_no_bias() {
-    let problem = reliability::PROBLEMS.iter().find(|problem| problem.name == "RP63").expect("listed");
-    let probability = |number: u32| {
-        let settings = Settings::of(Effort::Quick, 1);
-        run(&Any(&problem.system()), &settings, number, &NEVER).expect("runs").probability
-    };
-    // A run errs by 0.25, the mean of 64 by 0.03.
-    let mean = (0..64).into_par_iter().map(probability).sum::<f64>() / 64.0 / problem.probability;
-    assert!((mean - 1.0).abs() < 0.08, "{mean}");
 }
