@@ -52,6 +52,12 @@ pub enum FitError {
          in these columns' units"
     )]
     NoPlant,
+    /// The nearest motor has a winding without resistance.
+    #[error(
+        "found a winding without resistance: nothing slows the currents' rise; needed: u_dc_V read at the bridge in each row, pulses so long \
+         that a resistance shows, and a rotor that stays"
+    )]
+    NoResistance,
     /// The nearest linear motor leaves more than half of the currents unexplained: their share, and the pulse with the largest
     /// residual, by file and time in s.
     #[error(
@@ -68,20 +74,19 @@ pub enum FitError {
         /// Beginning of the pulse in s.
         time: f64,
     },
-    /// No motor comes near, and the DC link, whose mean is simulated, moves much within a pulse: the error, the file of the largest swing,
-    /// and its lowest and highest voltage in V.
+    /// No motor comes near, or one without resistance, and the DC link, whose mean is simulated, moves much within a pulse: the error, the
+    /// file of the largest swing, and the swing.
     #[error(
-        "{error}. The DC link of {file} moves between {:.1} and {:.1} V while legs drive, and its mean is simulated: record one pulse per \
-         file, from rest until its current is gone, or with more capacitance at the bridge",
-        ends[0], ends[1]
+        "{error}. The DC link of {file} moves between {:.1} and {:.1} V while legs drive, and its mean is simulated: {}",
+        swing.ends[0], swing.ends[1], swing.steadier()
     )]
     SoftLink {
         /// Error without regard to the link.
         error: Box<FitError>,
         /// File of the swing.
         file: String,
-        /// Lowest and highest voltage in V.
-        ends: [f64; 2],
+        /// The swing.
+        swing: Swing,
     },
     /// All records together have more rows than a fit takes.
     #[error("found {0} rows in all files; needed: at most {MOST_ROWS}")]
@@ -105,16 +110,14 @@ impl FitError {
     /// Returns this error with the swing of the DC link, if that may be why no motor comes near.
     pub(super) fn beside(self, swing: Option<Swing>, records: &[Record]) -> Self {
         let least = match &self {
-            Self::NoPlant => SOFT[0],
+            Self::NoPlant | Self::NoResistance => SOFT[0],
             Self::FarOff { .. } => SOFT[1],
             _ => return self,
         };
         match swing {
-            Some(swing) if swing.spread > least => Self::SoftLink {
-                error: Box::new(self),
-                file: records[swing.record].file.clone(),
-                ends: swing.ends,
-            },
+            Some(swing) if swing.spread > least => {
+                Self::SoftLink { error: Box::new(self), file: records[swing.record].file.clone(), swing }
+            }
             _ => self,
         }
     }

@@ -4,10 +4,26 @@ use super::parameters::Point;
 use super::reached::traces;
 use super::record::{CHANNELS, Record};
 use super::result::Trace;
-use super::{FitError, Work};
+use super::{Fit, FitError, Work};
 
 /// Ratio of the rms of the nearest linear motor's residuals to the rms of the currents above which a record is refused.
 const FAR_OFF: f64 = 0.5;
+
+/// Least resistance of a winding, as a share of the link's voltage over the largest current: less changes no current that is read.
+const LEAST_RESISTANCE: f64 = 1e-6;
+
+impl Fit {
+    /// Returns this fit if a data sheet can state its resistance in Ω, which must be above zero. `records`: those of the fit.
+    ///
+    /// # Errors
+    /// [`FitError::NoResistance`], with the swing of the DC link where that may be why.
+    pub fn with_a_resistance(self, records: &[Record]) -> Result<Self, FitError> {
+        if self.plant.resistance > LEAST_RESISTANCE * self.link / self.reach {
+            return Ok(self);
+        }
+        Err(FitError::NoResistance.beside(Some(self.link_swing), records))
+    }
+}
 
 impl Work<'_> {
     /// Refuses records of which the nearest linear motor leaves most of the current unexplained: a search would not converge.

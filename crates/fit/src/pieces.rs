@@ -25,8 +25,6 @@ pub struct Piece {
     pub first: [Request; 3],
     /// Mean voltage of the DC link in V while a leg is high and another low.
     pub link: f64,
-    /// Lowest and highest reading of this voltage in V.
-    pub swing: [f64; 2],
     /// Index of the piece's record.
     pub record: usize,
 }
@@ -38,12 +36,6 @@ impl Piece {
         let last = self.rows.len() - 1;
         let mut number = 0..=last;
         self.rows.retain(|_| number.next().is_some_and(|k| k % every == 0 || k == last));
-    }
-
-    /// Returns the largest deviation of the DC link's voltage from its mean, as a share of it.
-    pub fn spread(&self) -> f64 {
-        let [low, high] = self.swing;
-        (high - self.link).max(self.link - low) / self.link
     }
 
     /// Returns the edge that begins the first pulse, and the last row before that pulse ends.
@@ -197,17 +189,15 @@ fn piece(record: usize, rows: &[Row]) -> Piece {
     }
     let links: Vec<f64> = rows.iter().filter(|row| drives(row.legs)).map(|row| row.link).collect();
     let link = links.iter().sum::<f64>() / links.len().max(1) as f64;
-    let swing = links.iter().fold([link; 2], |[low, high], u| [low.min(*u), high.max(*u)]);
-    Piece { rows: rows.to_vec(), edges, first: rows[0].legs, link, swing, record }
+    Piece { rows: rows.to_vec(), edges, first: rows[0].legs, link, record }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::{FitError, Swing};
+pub(super) mod tests {
     use super::*;
 
     /// Two pulses; between them legs in one state while a current decays.
-    fn record(between: Request, current: impl Fn(f64) -> f64) -> Record {
+    pub fn record(between: Request, current: impl Fn(f64) -> f64) -> Record {
         let pulse = [Request::High, Request::Low, Request::Low];
         let rows = (0..300_u32).map(|k| {
             let after = f64::from(k) - 60.0;
@@ -252,32 +242,6 @@ mod tests {
         assert!(one == other && (12.0..12.02).contains(&one), "{one} {other}");
         let [one, other] = links(0.1)[..] else { panic!("two pulses") };
         assert!((one - 12.0).abs() < 1e-9 && (other - 12.1).abs() < 1e-9, "{one} {other}");
-    }
-
-    /// Twelve volts that sag to nine in the second pulse alone, which is named; rows in which no leg drives do not count.
-    #[test]
-    fn analytic_the_largest_swing_of_the_link_is_that_while_legs_drive() {
-        let mut record = record(Request::Off, |_| 0.0);
-        for (k, row) in record.rows.iter_mut().enumerate() {
-            row.link = match k {
-                0..20 => 20.0,
-                200.. => 12.0 - 3.0 * (k - 200) as f64 / 99.0,
-                _ => 12.0,
-            };
-        }
-        let steady = Record { file: "steady.csv".to_owned(), ..super::tests::record(Request::Off, |_| 0.0) };
-        let all = [&steady, &record].into_iter().enumerate().flat_map(|(k, record)| pieces(k, record));
-        let swing = Swing::largest(&all.collect::<Vec<_>>()).expect("pieces");
-        let expected = Swing { record: 1, ends: [9.0, 12.0], spread: 1.0 / 7.0, pulses: 1 };
-        assert!((swing.spread - expected.spread).abs() < 1e-12, "{swing:?}");
-        assert_eq!(Swing { spread: expected.spread, ..swing }, expected);
-        // Named beside an error that it may explain, and beside no other.
-        let records = [steady, Record { file: "soft.csv".to_owned(), ..record }];
-        let said = FitError::NoPlant.beside(Some(swing), &records).to_string();
-        assert!(said.contains("soft.csv moves between 9.0 and 12.0 V while legs drive"), "{said}");
-        assert_eq!(FitError::NoCurrent.beside(Some(swing), &records), FitError::NoCurrent);
-        let stiff = Swing { spread: 0.02, ..swing };
-        assert_eq!(FitError::NoPlant.beside(Some(stiff), &records), FitError::NoPlant);
     }
 
     #[test]

@@ -6,14 +6,13 @@ use super::discrepancy::{Discrepancy, discrepancies};
 use super::found::{Either, Found};
 use super::identifiability::{FixedBias, NonIdentifiable, fixed_biases};
 use super::parameters::{Parameter, Point, channel, last};
-use super::pieces::{Piece, drives};
 use super::plant::{Law, Plant};
 use super::pole::{Iron, with_iron};
 use super::reached::traces;
 use super::reading::Scatter;
 use super::record::CHANNELS;
 use super::solve::Sum;
-use super::{FitError, Solved, Spread, Start, Work};
+use super::{FitError, Solved, Spread, Start, Swing, Work};
 
 /// Estimate of one parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,28 +42,6 @@ pub struct Pole {
     /// True if the pulses drive currents along +d and along −d. With only one of them, iron that saturates equally on both sides
     /// cannot be distinguished from iron that does not saturate.
     pub both_ways: bool,
-}
-
-/// Swing of the DC link's voltage within a pulse or a train of pulses, whose mean is simulated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Swing {
-    /// Index of the record, in the order in which the records were given.
-    pub record: usize,
-    /// Lowest and highest voltage in V while legs drive.
-    pub ends: [f64; 2],
-    /// Largest deviation of the voltage from its mean, as a share of the mean.
-    pub spread: f64,
-    /// Number of changes of the legs to requests that drive: 1 for a single pulse.
-    pub pulses: usize,
-}
-
-impl Swing {
-    /// Returns the largest swing in these pieces.
-    pub(super) fn largest(pieces: &[Piece]) -> Option<Self> {
-        let piece = pieces.iter().max_by(|a, b| a.spread().total_cmp(&b.spread()))?;
-        let pulses = piece.edges.iter().filter(|edge| drives(edge.legs)).count();
-        Some(Self { record: piece.record, ends: piece.swing, spread: piece.spread(), pulses })
-    }
 }
 
 /// Measured and simulated currents of one piece.

@@ -284,10 +284,16 @@ fn law_pulses_to_one_side_of_the_magnet_name_no_pole() {
         (100e-6, ["high", "low", "high"]),
         (300e-6, LOW),
     ];
+    let mut vanish = 0;
     for motor in [Some(scope::like_it()), None] {
         let fit = scope::ideal(10.0, 0.15, &one_way).found(&Scope::of(32.0), 1, &scope::start(motor, 1));
         assert!(!fit.pole.identified && !fit.pole.both_ways, "{:?}", fit.pole);
+        // Pulses too short for a resistance: of one that vanishes no data sheet is made.
+        let resistance = fit.plant.resistance;
+        vanish += usize::from(resistance == 0.0);
+        assert_eq!(fit.with_a_resistance(&[]).is_ok(), resistance > 0.0);
     }
+    assert_eq!(vanish, 1);
 }
 
 #[test]

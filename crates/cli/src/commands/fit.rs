@@ -136,7 +136,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         false
     });
     spinner.finish_and_clear();
-    let fitted = fitted.map_err(Error::Fit)?;
+    let fitted = fitted.and_then(|fit| fit.with_a_resistance(&records)).map_err(Error::Fit)?;
     let sheet = fitted.sheet(&names.join(", "), start.motor.as_ref());
     // The sheet must load.
     DataSheet::parse("motor.toml", &sheet).and_then(|sheet| sheet.motor()).map_err(Error::Motor)?;

@@ -92,8 +92,9 @@ fn settled(fit: &Fit, one: &Discrepancy) -> String {
 pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
     match fit.misfit() {
         Some(Misfit::LargeCurrents { above, ratio, .. }) => format!(
-            "The difference is {ratio:.1} times as large above {} as below: look first at the iron, which saturates more steeply than this model has it, or turns the axes (cross-saturation).",
-            amperes(above)
+            "The difference is {ratio:.1} times as large above {} as below: look first at {}the iron, which saturates more steeply than this model has it, or turns the axes (cross-saturation).",
+            amperes(above),
+            if fit.link_swing.is_soft() { "the DC link, which sags as the current rises, then at " } else { "" }
         ),
         Some(Misfit::OneFile { record, ratio }) => format!(
             "{} alone is off: the difference in it is {ratio:.1} times as large as in any other file. Its rotor may have stood in another position, its legs or channels may be others, or, of one pulse a file, the iron saturates more in its direction.",
@@ -111,9 +112,6 @@ pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
 /// Share of its mean by which the DC link may move within a pulse without a word on it.
 const NEARLY_STIFF: f64 = 0.02;
 
-/// Share of its mean above which a link that moves asks for other records.
-const SOFT: f64 = 0.05;
-
 /// Returns the sentence on a DC link that moves while legs drive. `files`: names of the trace files.
 pub(super) fn link(fit: &Fit, files: &[String]) -> Option<String> {
     let Swing { record, ends: [low, high], spread, .. } = fit.link_swing;
@@ -130,12 +128,8 @@ pub(super) fn link(fit: &Fit, files: &[String]) -> Option<String> {
 
 /// Returns what to record next if the DC link moves too much for its mean.
 fn after_a_soft_link(fit: &Fit) -> Option<String> {
-    let Swing { spread, pulses, .. } = fit.link_swing;
-    let means = "each file then has a mean link voltage of its own";
-    (spread > SOFT).then(|| match pulses {
-        0 | 1 => "For a steadier DC link: record shorter pulses, or with more capacitance at the bridge".to_owned(),
-        _ => format!("For a steadier DC link: record one pulse per file, from rest until its current is gone ({means}), or with more capacitance at the bridge"),
-    })
+    let swing = fit.link_swing;
+    swing.is_soft().then(|| format!("For a steadier DC link: {}", swing.steadier()))
 }
 
 /// Returns what to measure next if the simulation does not describe the currents.
