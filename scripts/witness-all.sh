@@ -27,7 +27,7 @@ other() {
 part program cargo run --release --quiet -- witness
 part nist cargo test --release --quiet -p standstill-campaign --test nist
 part odds cargo test --release --quiet -p standstill-odds --test closed_forms reliability -- --nocapture
-part problems cargo run --release --quiet -p standstill-odds --features measure --example coverage -- 40 problems quick
+part problems cargo run --release --quiet -p standstill-odds --features measure --example coverage -- 100 problems quick
 part searches cargo test --release --quiet -p standstill-analysis --test witness -- --nocapture
 other cobyla scipy tests/cross/optimiser/cobyla.py
 other borehole scipy tests/cross/sensitivity/borehole.py
