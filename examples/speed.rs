@@ -192,8 +192,8 @@ fn processors(scenario: &Scenario<Method<f64>>, trials: u64) -> Option<(f64, f64
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let motor = built_in("paper-5k5").ok_or("no such motor")?;
-    let scenario = |method, rotor| Scenario::of_method(method, motor.clone(), ErrorSet::Default, rotor, 1);
-    let fast = scenario(MethodName::LineInductanceFast, RotorState::Locked);
+    let scenario = |method, errors, rotor| Scenario::of_method(method, motor.clone(), errors, rotor, 1);
+    let fast = scenario(MethodName::LineInductanceFast, ErrorSet::Default, RotorState::Locked);
     // Before anything else has had memory.
     let grown = [1000, 20_000, 200_000].map(|trials| {
         campaign(&fast, trials, None);
@@ -207,16 +207,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("peak: {:.0} multiplications and additions per ns, fused", 1.0 / operation);
 
     println!(
-        "\n| default errors | evaluations of the core | steps | segments | events | µs alone | µs in lanes | ratio | simulated s/s |"
+        "\n| default errors or `field` | evaluations of the core | steps | segments | events | µs alone | µs in lanes | ratio | simulated s/s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     let free = [MethodName::LineInductanceFast, MethodName::HfiRotating, MethodName::MaximumLikelihood];
     for method in MethodName::ALL {
         // Enough that the last ones, which have empty lanes beside them, count little; of seconds of PWM, as many as lanes.
         let trials = if method == MethodName::DcAlignment { 8 } else { 64 };
-        row(&scenario(method, RotorState::Locked), &format!("`{method}`, locked"), trials)?;
+        row(
+            &scenario(method, ErrorSet::Default, RotorState::Locked),
+            &format!("`{method}`, locked"),
+            trials,
+        )?;
+        // Seconds of PWM with ringing terminals would take longer than all the rest.
+        if method != MethodName::DcAlignment {
+            row(&scenario(method, ErrorSet::Field, RotorState::Locked), &format!("`{method}`, `field`"), 24)?;
+        }
         if free.contains(&method) {
-            row(&scenario(method, RotorState::Free), &format!("`{method}`, free"), trials)?;
+            row(
+                &scenario(method, ErrorSet::Default, RotorState::Free),
+                &format!("`{method}`, free"),
+                trials,
+            )?;
         }
     }
 
