@@ -107,3 +107,43 @@ impl Sample {
 const fn short(value: f64) -> f32 {
     value as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_a_reading_comes_back_from_its_sample_in_single_precision() {
+        // Each kind at each place, by the numbers of `enum sts_sensed`.
+        let kinds = [Sensed::Measured, Sensed::Derived, Sensed::Clipped, Sensed::Hidden];
+        for (code, sensed) in (0_u8..).zip(kinds) {
+            let reading = Reading::<f64> {
+                at: Nanos(40),
+                current: Abc([1.3, -0.7, -0.6]),
+                sensed: Abc([sensed, Sensed::Measured, Sensed::Hidden]),
+                dc_link: 549.9,
+                dc_link_clipped: code == 2,
+                counts: Counts {
+                    current: Abc([11, 12, 13]),
+                    dc_link: 14,
+                    link_current: 15,
+                    terminal: Abc([16, 17, 18]),
+                },
+                link_current: 0.1,
+                link_sensed: sensed,
+                terminal: Abc([549.1, 0.9, 275.0]),
+                terminal_sensed: Abc([Sensed::Derived, sensed, Sensed::Clipped]),
+                capture: (code > 0).then_some(Capture { ticks: 77, comparator: Phase::B }),
+            };
+            let sample = Sample::of(&reading, Nanos(60), 1);
+            assert_eq!((sample.time_ns, sample.half), (100, 1));
+            assert_eq!((sample.sensed, sample.link_sensed), ([code, 0, 3], code));
+            assert_eq!(sample.terminal_sensed, [1, code, 2]);
+            let back = sample.reading();
+            assert_eq!(back, Reading { at: Nanos(100), ..reading.cast() });
+            // What fits into single precision loses nothing.
+            assert_eq!(Sample::of(&back, Nanos(0), 1).reading(), back);
+        }
+        assert_eq!(sensed_of(4), Sensed::Hidden, "what a later header may add is nothing to rely on");
+    }
+}

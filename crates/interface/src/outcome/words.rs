@@ -167,3 +167,38 @@ impl<T: Real> fmt::Display for Fault<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::string::ToString as _;
+
+    use super::*;
+    use crate::Phase;
+
+    #[test]
+    fn law_a_reason_with_its_numbers_begins_as_its_name_does() {
+        let faults: [Fault<f64>; 9] = [
+            Fault::NotANumber,
+            Fault::DcLinkClipped,
+            Fault::NoVoltage,
+            Fault::TerminalsSwing,
+            Fault::NoCurrent { peak: 0.1, needed: 0.5 },
+            Fault::NoSaliency { ratio: 0.01, needed: 0.02 },
+            Fault::RotorMoves { angle: 0.1, allowed: 0.05 },
+            Fault::RotorTurns { way: Some(Rotation::Backward), speed: 3.0, allowed: 1.0 },
+            Fault::SensorsDisagree { apart: 0.3, allowed: 0.1 },
+        ];
+        for fault in faults {
+            assert!(fault.to_string().starts_with(fault.name()), "{}: {fault}", fault.name());
+            assert!(fault.name().contains(' '), "a name in words: {fault:?}");
+        }
+        for phase in Phase::ALL {
+            let said = Fault::<f64>::Clipped(phase).to_string();
+            assert!(said.contains(phase.letter()) && said.ends_with("clipped by the ADC"), "{said}");
+        }
+        let open = Undetermined::MarginBelowNoise { margin: 0.1, needed: 0.3 };
+        assert_eq!(open.to_string(), "polarity margin 0.100 A below the 0.300 A that the noise demands");
+        assert_eq!(open.name(), "polarity margin below noise");
+    }
+}

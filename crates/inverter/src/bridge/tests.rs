@@ -46,6 +46,7 @@ fn law_a_line_pulse_takes_two_legs_and_leaves_the_third_within_the_rails() {
     let (gates, port) = ([Gate::High, Gate::Low, Gate::Off], port([0.0; 3]));
     let modes = REAL.resolve(gates, &port);
     assert_eq!(modes, [UpperSwitch, LowerSwitch, Blocked]);
+    assert_eq!(REAL.with_all_resting(gates, &port), Some(modes), "seen at first look");
     let u = REAL.potentials(gates, modes, &port);
     assert!((u[0] - 549.1).abs() < 1e-12 && (u[1] - 0.9).abs() < 1e-12 && u[2] > 0.0 && u[2] < 550.0);
     // The blocked leg's potential is the one at which its current stays.
@@ -192,8 +193,10 @@ fn law_what_is_likely_is_what_the_search_finds() {
         };
         let modes = bridge.resolve(gates, &port);
         let resting = current.iter().filter(|current| **current == 0.0).count();
-        if resting > 0 {
-            assert_eq!(modes, bridge.search(gates, &port), "case {case}: {bridge:?} {gates:?} {port:?}");
+        assert_eq!(modes, bridge.search(gates, &port), "case {case}: {bridge:?} {gates:?} {port:?}");
+        // A current flows on, in a winding, whatever the gates do.
+        for (mode, current) in modes.iter().zip(current) {
+            assert!(current == 0.0 || *mode != Blocked, "case {case}: {current} A through a blocked leg");
         }
         at_once += u32::from(resting == 3 && bridge.with_all_resting(gates, &port).is_some());
     }
