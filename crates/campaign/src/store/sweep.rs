@@ -116,7 +116,7 @@ mod tests {
 
     use super::*;
     use crate::store::{Journal, Rows};
-    use standstill_scenario::Document;
+    use standstill_scenario::{Document, Origin};
 
     const TEXT: &str = r#"
         trials = 40
@@ -138,6 +138,7 @@ mod tests {
         blocks.flatten().map(|(_, row)| row).collect()
     }
 
+    /// promise: bits-interruptions
     #[test]
     fn law_threads_interruptions_and_shards_change_no_row() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -173,5 +174,37 @@ mod tests {
         assert_eq!(together, whole);
         // The points have their own noise, and the trials their own draws.
         assert!(whole[0].axis_error_deg != whole[40].axis_error_deg && whole[0] != whole[1]);
+    }
+
+    /// promise: other-runs-refused
+    #[test]
+    fn law_every_key_changed_between_kill_and_resume_is_refused_by_its_name() {
+        let text = "trials = 40\ndetector.method = \"bipolar\"";
+        let document = || Document::parse(Path::new("s.toml"), text).expect("TOML");
+        let identity = |document: Document| -> Result<_, FileError> {
+            let plan = Plan::new(document)?;
+            Sweep { plan: &plan, shard: Shard::WHOLE, threads: Some(1) }.identity()
+        };
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.journal");
+        let own = identity(document()).expect("valid");
+        drop(Journal::create(&path, &own).expect("writable"));
+        let (mut whole, mut alone) = (0, 0);
+        for key in standstill_scenario::keys() {
+            // Choices have names in place of an example.
+            let value = if key.example.is_empty() { "7" } else { key.example };
+            let mut changed = document();
+            changed.set(key.path, value, Origin::CommandLine).expect("a key");
+            let other = identity(changed).inspect(|_| whole += 1).unwrap_or_else(|_| {
+                // What needs other keys beside it is compared as it would stand in the run's text.
+                alone += 1;
+                let scenario = format!("trials = 40\n{} = {value}\n", key.path);
+                Identity { scenario, ..own.clone() }
+            });
+            let error = Journal::resume(&path, &other, |_, _| {}).expect_err(key.path).to_string();
+            assert!(error.contains(key.path) && error.contains(" there and "), "{}: {error}", key.path);
+        }
+        assert!(whole >= 50 && whole + alone > 100, "{whole} and {alone}");
+        Journal::resume(&path, &own, |_, _| {}).expect("the run itself goes on");
     }
 }
