@@ -23,6 +23,7 @@ fn records(seed: u64, threads: usize, trials: u64) -> Vec<Record> {
     records
 }
 
+/// promise: bits-threads
 #[test]
 fn law_records_do_not_depend_on_threads() {
     let one = records(1, 1, 700);

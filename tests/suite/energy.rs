@@ -18,6 +18,7 @@ fn ledger(decay: Decay, rotor: RotorState, motor: &str, storage: Option<Storage>
     run(&case, &mut detector, true, &mut NoProbe).ledger.expect("asked for")
 }
 
+/// promise: energy-balance
 #[test]
 fn law_energy_balance_over_a_whole_detection() {
     let capacitor = Storage { capacitance: 500e-6, source_resistance: 0.2 };

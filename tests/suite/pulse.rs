@@ -10,6 +10,7 @@ use crate::bench::{Script, exact_case, ideal_inverter, reference_motor};
 
 const ANGLE: f64 = 43.2;
 
+/// promise: closed-forms
 #[test]
 fn analytic_line_pulse_from_rest() {
     // i = U/2R (1 − exp(−2R t/L_AB)): the third leg carries no current during the pulse.
@@ -44,6 +45,7 @@ fn pulses(decay: Decay) -> Vec<Command<f64>> {
     vec![Command::sequence(Stage::line(Phase::A, Phase::B, pulse), after, sampling); 3]
 }
 
+/// promise: closed-forms
 #[test]
 fn analytic_gates_off_returns_the_current_to_zero() {
     let motor = reference_motor();

@@ -86,11 +86,13 @@ fn suited_link(motor: &Motor, voltage: f64) -> f64 {
     voltage.min(5e4 * motor.winding.mean_inductance * motor.rated_current)
 }
 
+/// promise: energy-balance
 #[test]
 fn law_energy_is_conserved_over_random_gate_sequences() {
     energy_is_conserved(400);
 }
 
+/// promise: energy-balance
 #[test]
 #[ignore = "more sequences: scripts/test-all.sh long"]
 fn law_energy_is_conserved_over_a_thousand_random_gate_sequences() {

@@ -120,16 +120,19 @@ fn compared(rotor: RotorState) {
     assert!(motors >= 8 && samples > 100_000, "{rotor:?}: {samples} samples on {motors} motors");
 }
 
+/// promise: second-integrator
 #[test]
 fn cross_replayed_commands_give_the_referees_currents_on_locked_rotors() {
     compared(RotorState::Locked);
 }
 
+/// promise: second-integrator
 #[test]
 fn cross_replayed_commands_give_the_referees_currents_on_free_rotors() {
     compared(RotorState::Free);
 }
 
+/// promise: second-integrator
 #[test]
 fn cross_replayed_commands_give_the_referees_currents_within_a_brakes_play() {
     compared(RotorState::Braked(Play { below: 2e-3, above: 1e-3 }));
@@ -170,6 +173,7 @@ fn law_a_run_does_not_depend_on_its_neighbours() {
     }
 }
 
+/// promise: bits-processors
 #[test]
 fn law_bits_do_not_depend_on_the_width_of_registers() {
     for rotor in [RotorState::Locked, RotorState::Free] {
@@ -275,6 +279,7 @@ fn drawn(text: &str, trials: u64) -> Vec<Scenario<Method<f64>>> {
     (0..trials).map(|trial| plan.scenario_taped(0, &told, &tape(trial)).expect("valid")).collect()
 }
 
+/// promise: bits-processors
 #[test]
 fn golden_runs_are_the_same_in_registers_of_each_width() {
     let widths: Vec<Width> = Width::available().collect();

@@ -159,6 +159,7 @@ fn rests(current: f64) -> bool {
     current.abs() < 5e-6
 }
 
+/// promise: circuits
 #[test]
 fn cross_low_side_freewheel_against_ngspice() {
     let mut conducting = Vec::new();
@@ -190,6 +191,7 @@ fn cross_low_side_freewheel_against_ngspice() {
     assert_eq!(conducting, expected);
 }
 
+/// promise: circuits
 #[test]
 fn cross_gates_off_against_ngspice() {
     let cases = compared("fast_");
@@ -205,6 +207,7 @@ fn cross_gates_off_against_ngspice() {
     }
 }
 
+/// promise: circuits
 #[test]
 fn cross_voltage_vectors_against_ngspice() {
     let cases = compared("vectors_");
@@ -225,6 +228,7 @@ fn cross_voltage_vectors_against_ngspice() {
     }
 }
 
+/// promise: circuits
 #[test]
 fn cross_pwm_against_ngspice() {
     let cases: Vec<Spice> = ["turning_", "opened_"].into_iter().flat_map(compared).collect();
@@ -246,6 +250,7 @@ fn cross_pwm_against_ngspice() {
     }
 }
 
+/// promise: circuits
 #[test]
 fn cross_terminals_with_a_capacitance_against_ngspice() {
     let cases = compared("charged_");
@@ -259,6 +264,7 @@ fn cross_terminals_with_a_capacitance_against_ngspice() {
     }
 }
 
+/// promise: circuits
 #[test]
 fn cross_terminals_whose_ringing_is_damped_against_ngspice() {
     let cases = compared("damped_");
@@ -274,6 +280,7 @@ fn cross_terminals_whose_ringing_is_damped_against_ngspice() {
     }
 }
 
+/// promise: circuits
 #[test]
 fn cross_shorted_turns_against_ngspice() {
     let cases = compared("shorted_");
@@ -288,6 +295,7 @@ fn cross_shorted_turns_against_ngspice() {
     }
 }
 
+/// promise: circuits
 #[test]
 fn cross_mosfets_against_ngspice() {
     let cases = compared("mosfet_");
@@ -323,6 +331,7 @@ fn cross_gate_edges_are_those_of_the_netlists_for_ngspice() {
     }
 }
 
+/// promise: circuits
 #[test]
 fn cross_no_case_of_ngspice_is_left_out() {
     let named: Vec<String> = cases().into_iter().map(|case| case.name).collect();

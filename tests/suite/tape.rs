@@ -87,6 +87,7 @@ fn law_tapes_side_by_side_are_those_alone() {
     }
 }
 
+/// promise: common-draws
 #[test]
 fn law_a_draw_changes_nothing_but_what_it_is_for() {
     let scenario =

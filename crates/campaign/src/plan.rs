@@ -131,6 +131,7 @@ mod tests {
         assert_eq!(blocks, 1);
     }
 
+    /// promise: any-trial-again
     #[test]
     fn law_a_trial_alone_is_that_of_the_campaign() {
         let with = plan(

@@ -11,6 +11,7 @@ use standstill_campaign::{NUMERICS, digests};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/numerics.txt");
 
+/// promise: results-change-with-their-number
 #[test]
 fn golden_effects_keep_their_bits() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -25,6 +26,7 @@ fn golden_effects_keep_their_bits() {
     assert!(found.iter().all(|of| of.here != plain));
 }
 
+/// promise: results-change-with-their-number
 #[test]
 fn golden_results_change_only_with_the_number_of_the_numerics() {
     let text = std::fs::read_to_string(FILE).expect("readable");

@@ -91,6 +91,7 @@ fn law_a_requirement_alone_is_judged_as_in_the_list() {
     assert_eq!(claim(&all), claim(&alone));
 }
 
+/// promise: silence-passes-nothing
 #[test]
 fn law_nothing_is_passed_by_failing_to_answer() {
     // At 50 rpm what the magnet induces leaves all poles open: none is wrong.
@@ -159,6 +160,7 @@ impl Watch for Keeping {
     }
 }
 
+/// promise: questions-resume
 #[test]
 fn law_an_interrupted_qualification_goes_on_where_it_was() {
     let list = format!("odds = \"off\"\ntrials = 600\n{}", requirement("A", "rms <= 0.5 deg", ""));
@@ -192,6 +194,7 @@ fn odds(value: f64, alarms: Vec<Alarm>) -> Odds {
     }
 }
 
+/// promise: alarms-pass-nothing
 #[test]
 fn law_odds_with_an_alarm_show_nothing_and_their_interval_has_the_claims_confidence() {
     let of = |value, alarms, most| Rare::of(Event::WrongPole, &odds(value, alarms), most, 0.002, Vec::new());

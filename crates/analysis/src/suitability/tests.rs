@@ -95,6 +95,7 @@ fn regress_a_machine_of_two_kilowatts_is_suited_by_pulses_both_ways() {
 
 /// Work is counted, so this is not a matter of the machine: a check that may do a part of what it takes does that part, finds what it
 /// finds, never says "not suited" of what it has not tried, and names what is left.
+/// promise: check-is-bounded
 #[test]
 fn law_a_check_does_no_more_than_it_may_and_names_what_it_left_out() {
     let (document, suited) = &*SUITED;

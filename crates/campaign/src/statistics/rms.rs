@@ -119,12 +119,14 @@ mod tests {
         found
     }
 
+    /// promise: intervals-cover
     #[test]
     fn law_intervals_of_every_methods_errors_cover_the_truth_as_often_as_they_say() {
         // Of 1,000 intervals a share is known to 0.7 %, of 150 to 1.8 %; the methods share the draws.
         every_methods_intervals_cover(1, 150, 1.5);
     }
 
+    /// promise: intervals-cover
     #[test]
     #[ignore = "ten times the intervals of the test that runs by default: scripts/test-all.sh long"]
     fn law_ten_times_the_intervals_cover_as_often() {

@@ -149,6 +149,7 @@ mod tests {
         assert_eq!(two_product(low, high), (2.0_f64.powi(80), -1.0));
     }
 
+    /// promise: statistics-add-up
     #[test]
     fn law_order_and_parts_do_not_matter() {
         let terms: Vec<f64> = (0..3000_u32)

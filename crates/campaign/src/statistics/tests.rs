@@ -2,6 +2,7 @@
 
 use super::*;
 
+/// promise: exact-counts
 #[test]
 fn analytic_clopper_pearson() {
     // Known values: 0 of n has the upper end 1 − 0.025^(1/n); 5 of 100 gives 1.643 % to 11.284 %.
@@ -117,6 +118,7 @@ fn law_no_trials_is_not_a_number_and_not_a_panic() {
     assert!(read.rms_deg.low.is_nan() && read.trials == 0);
 }
 
+/// promise: statistics-add-up
 #[test]
 fn law_parts_in_any_order_are_the_whole_also_where_values_are_counted_in_bins() {
     let row = |trial: u64| crate::store::test_row(trial, (trial as f64 * 0.7).sin() * 10.0);

@@ -278,6 +278,7 @@ mod tests {
         assert!(short.begins(&both) && !both.begins(&of(9000, "rms = \"1 %\"")));
     }
 
+    /// promise: other-runs-refused
     #[test]
     fn regress_a_refusal_names_all_that_differs() {
         let of = |trials: u64, noise: &str, digest: &str| Identity {

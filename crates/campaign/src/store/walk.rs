@@ -229,6 +229,7 @@ pub(crate) mod tests {
         assert!(counted.iter().all(|count| (1843..2310).contains(count)), "{counted:?}");
     }
 
+    /// promise: early-ends-anywhere
     #[test]
     fn law_shards_that_end_early_are_the_whole() {
         let whole = trials(&identity("{ rms = \"3 %\" }", Shard::WHOLE));

@@ -225,6 +225,7 @@ mod tests {
         path.symlink_metadata().is_ok()
     }
 
+    /// promise: whole-files
     #[test]
     fn law_a_failed_run_leaves_nothing_but_what_others_put_there() {
         let root = tempfile::tempdir().expect("a folder");
@@ -242,6 +243,7 @@ mod tests {
         assert!(exists(&target.join("notes.txt")));
     }
 
+    /// promise: whole-files
     #[test]
     fn law_a_finished_run_replaces_its_own_files_only() {
         let root = tempfile::tempdir().expect("a folder");

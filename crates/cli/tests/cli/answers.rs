@@ -58,6 +58,7 @@ fn law_a_trace_lays_settings_over_one_another() {
     assert!(mistake(&format, path).contains("--format: needed a single setting"));
 }
 
+/// promise: questions-resume
 #[test]
 fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer() {
     goes_on(&[
@@ -66,6 +67,7 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
     ]);
 }
 
+/// promise: questions-resume
 #[test]
 #[ignore = "many trials; a short witness runs by default: scripts/test-all.sh long"]
 fn law_an_interrupted_search_goes_on_from_what_it_computed_to_the_same_answer() {

@@ -21,6 +21,7 @@ method = "hfi-rotating"
 
 /// A processor without fused multiplication gets other sines and logarithms from the C library. This setting makes glibc
 /// choose them here; elsewhere it does nothing.
+/// promise: bits-processors
 #[test]
 fn law_results_do_not_depend_on_which_sines_the_c_library_has() {
     let folder = folder();

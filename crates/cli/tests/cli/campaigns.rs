@@ -48,6 +48,7 @@ fn start(arguments: &[&str], folder: &Path) -> Child {
         .expect("the program starts")
 }
 
+/// promise: resumed-bytes
 #[test]
 fn law_a_run_killed_at_twenty_random_moments_ends_with_the_same_bytes() {
     let folder = folder();
@@ -87,6 +88,7 @@ fn law_a_run_killed_at_twenty_random_moments_ends_with_the_same_bytes() {
     }
 }
 
+/// promise: shards-are-the-run
 #[test]
 fn law_shards_merge_to_the_bytes_of_the_whole() {
     let folder = folder();
@@ -151,11 +153,13 @@ fn law_a_run_writes_the_axes_before_the_columns_of_reproduce_and_what_it_was() {
     assert_eq!(names(&path.join("o")), ["summary.json", "trials.parquet"]);
 }
 
+/// promise: extended-bytes
 #[test]
 fn law_a_longer_run_goes_on_from_a_shorter_one_with_the_bytes_of_one_from_the_start() {
     goes_on(&[&["--format", "parquet"], &["--stop-at", "rms=14%", "--rows", "none"]]);
 }
 
+/// promise: extended-bytes
 #[test]
 #[ignore = "other forms of results: scripts/test-all.sh long"]
 fn law_longer_runs_of_other_forms_go_on_from_shorter_ones() {
@@ -267,6 +271,7 @@ fn law_nothing_of_an_earlier_run_is_lost_or_mixed_in() {
     assert!(message.contains("the results of another run: the seed is 1 there and 2 here"), "{message}");
 }
 
+/// promise: ctrl-c-keeps
 #[test]
 fn law_ctrl_c_keeps_what_is_done_and_says_how_to_go_on() {
     let folder = folder();

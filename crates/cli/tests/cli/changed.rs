@@ -32,6 +32,7 @@ pub fn write_with_its_digest(folder: &Path, trials: &str) {
     fs::write(summary, format!("{rest},\"digest\":\"{digest}\"}}")).expect("written");
 }
 
+/// promise: changed-tables-refused
 #[test]
 fn law_a_table_with_any_bit_flipped_is_refused_by_all_that_read_it() {
     let folder = folder();
@@ -75,6 +76,7 @@ fn law_a_table_with_any_bit_flipped_is_refused_by_all_that_read_it() {
     }
 }
 
+/// promise: changed-tables-refused
 #[test]
 fn regress_a_summary_with_any_digit_changed_is_refused_by_all_that_read_it() {
     let folder = folder();

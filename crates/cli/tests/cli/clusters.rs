@@ -22,6 +22,7 @@ fn succeed(arguments: &[&str], folder: &Path) -> String {
     String::from_utf8(output.stdout).expect("text")
 }
 
+/// promise: statistics-add-up
 #[test]
 fn law_the_summary_of_a_run_without_rows_is_that_with_rows_also_killed_and_from_shards() {
     let folder = folder();

@@ -65,6 +65,7 @@ fn succeed(arguments: &[&str], at: &Path) {
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
+/// promise: other-runs-refused
 #[test]
 fn regress_a_file_that_changed_or_is_gone_is_named_however_it_was_named() {
     // A motor, a file set by a key, a list of files, a motor in a list, a motor of each trial.

@@ -206,6 +206,7 @@ fn law_what_a_library_shares_is_said_in_its_results() {
     }
 }
 
+/// promise: library-mistakes-first
 #[test]
 fn law_what_is_wrong_with_a_library_ends_the_command_before_anything_is_written() {
     let folder = folder();

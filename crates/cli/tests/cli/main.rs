@@ -34,6 +34,7 @@ mod odds;
 mod pages;
 mod printed;
 mod products;
+mod promises;
 mod qualified;
 mod questions;
 #[cfg(target_os = "linux")]
@@ -43,6 +44,7 @@ mod reports;
 mod requirements;
 mod scenarios;
 mod sectors;
+mod sources;
 #[cfg(target_os = "linux")]
 mod states;
 mod terminal;
@@ -107,6 +109,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
+/// promise: bits-threads
 #[test]
 fn law_reproduce_writes_all_files_and_repeats_itself_on_any_number_of_threads() {
     let folder = folder();
@@ -183,6 +186,7 @@ fn law_a_failed_trial_keeps_its_row() {
     assert!(trials.contains("no saliency"));
 }
 
+/// promise: currents-sum-to-zero
 #[test]
 fn law_trace_writes_waveforms_events_and_result() {
     let folder = folder();
@@ -271,6 +275,7 @@ fn law_magnetics_tells_which_pole_draws_more_current() {
     assert_eq!(names(&folder.path().join("m")), ["magnetics.html", "magnetics.png", "magnetics.svg"]);
 }
 
+/// promise: mistakes-leave-nothing
 #[test]
 fn law_mistakes_are_named_in_a_line_and_leave_nothing_behind() {
     let folder = folder();
@@ -343,6 +348,7 @@ fn law_mistakes_are_named_in_a_line_and_leave_nothing_behind() {
     assert_eq!(names(&at.join("blocked")), ["trials.csv"]);
 }
 
+/// promise: ctrl-c-keeps
 #[test]
 fn law_an_interrupt_keeps_what_is_done() {
     let folder = folder();

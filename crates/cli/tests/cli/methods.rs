@@ -14,6 +14,7 @@ fn json(arguments: &[&str]) -> (Value, Option<i32>) {
     (serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}")), output.status.code())
 }
 
+/// promise: common-draws
 #[test]
 fn law_compare_prints_a_list_with_common_random_numbers() {
     let arguments = [

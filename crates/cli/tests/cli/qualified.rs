@@ -162,6 +162,7 @@ fn files(path: &Path, found: &Value) {
     assert_eq!(csv.lines().count(), 14);
 }
 
+/// promise: qualify-exit-codes
 #[test]
 fn law_exit_codes_say_whether_all_passed() {
     let folder = folder();
@@ -202,6 +203,7 @@ fn regress_odds_that_decide_nothing_name_their_next_effort() {
     assert_eq!(command, "standstill odds s.toml --event 'peak_current > 5.15 A' --effort normal");
 }
 
+/// promise: qualify-exit-codes
 #[test]
 fn regress_lists_with_mistakes_are_refused_by_line() {
     let folder = folder();

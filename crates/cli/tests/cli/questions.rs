@@ -20,6 +20,7 @@ fn regress_what_never_happens_has_the_limit_of_plain_trials_alone() {
     assert!(!page.contains("What it looks like"), "an empty section");
 }
 
+/// promise: answers-stay
 #[test]
 fn regress_an_answer_is_not_replaced_by_that_to_another_question() {
     let folder = folder();

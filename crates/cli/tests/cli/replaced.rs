@@ -16,6 +16,7 @@ fn kept(folder: &Path) -> Vec<(String, Vec<u8>)> {
 const COMPARE: &[&str] =
     &["compare", "--method", "bipolar", "--rotor", "locked", "--errors", "none", "--no-limit", "--trials"];
 
+/// promise: answers-stay
 #[test]
 fn law_no_command_replaces_the_results_of_another_question_without_leave() {
     stay_without_leave(&[

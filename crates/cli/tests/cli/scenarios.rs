@@ -126,6 +126,7 @@ ripple = "2 %"
 "inverter.dead_time" = { uniform = "200 ns", mean = "2 us" }
 "#;
 
+/// promise: any-trial-again
 #[test]
 fn law_a_trace_is_the_campaigns_trial_to_the_last_bit() {
     let folder = folder();

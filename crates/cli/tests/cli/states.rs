@@ -33,6 +33,7 @@ fn states(at: &Path, extension: &str) {
     fs::write(at.join("s.toml"), text).expect("written");
 }
 
+/// promise: libraries-set-back
 #[test]
 fn law_all_state_of_a_library_is_the_same_on_any_number_of_threads_and_isolated() {
     for (extension, kinds) in ["c", "cpp"].into_iter().zip(KINDS) {
@@ -130,6 +131,7 @@ fn law_the_log_of_a_library_spoils_no_answer() {
     assert!(rows[1].starts_with("0.00001,1.0,") && rows[4].contains(",4.0,"), "{channels}");
 }
 
+/// promise: hanging-library-ends
 #[test]
 fn law_an_interrupt_ends_a_run_whose_library_hangs_and_says_what_to_do() {
     let folder = folder();

@@ -199,6 +199,7 @@ fn law_a_parameter_counts_also_after_outputs_were_read() {
     assert!((slave.get("i_a") - 4.0).abs() < 1e-6, "u/R = {}", slave.get("i_a"));
 }
 
+/// promise: fmu-states
 #[test]
 fn law_a_state_comes_back_to_the_same_bits_and_instances_do_not_disturb_each_other() {
     let unpacked = unpacked(FIELD, Part::Drive);

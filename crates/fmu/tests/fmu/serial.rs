@@ -112,6 +112,7 @@ fn law_states_of_all_phases_are_kept_as_bytes() {
     }
 }
 
+/// promise: fmu-bytes-refused
 #[test]
 fn law_bytes_that_are_no_state_of_this_fmu_are_refused_and_change_nothing() {
     let unpacked = unpacked(FIELD, Part::Drive);

@@ -70,6 +70,7 @@ pub(super) fn decoded(path: &str) -> String {
 mod tests {
     use super::*;
 
+    /// promise: lab-answers-its-page-alone
     #[test]
     fn law_only_pages_of_the_lab_with_its_token_get_an_answer() {
         let guard = Guard { port: 8123, token: "abc".to_owned() };

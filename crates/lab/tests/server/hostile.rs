@@ -7,6 +7,7 @@ use serde_json::json;
 
 use crate::{Running, frames, setting};
 
+/// promise: lab-answers-its-page-alone
 #[test]
 fn law_nobody_without_the_address_gets_an_answer() {
     let lab = Running::new(None);
@@ -41,6 +42,7 @@ fn law_nobody_without_the_address_gets_an_answer() {
     assert_ne!(Running::new(None).place().1, own);
 }
 
+/// promise: lab-loads-nothing
 #[test]
 fn law_the_page_loads_nothing_from_elsewhere_and_says_so() {
     let lab = Running::new(None);
@@ -85,6 +87,7 @@ fn law_the_page_loads_nothing_from_elsewhere_and_says_so() {
     assert!(files.len() >= 14, "{files:?}");
 }
 
+/// promise: lab-stays-in-its-folder
 #[test]
 fn law_no_path_leads_out_of_the_folder() {
     let root = tempfile::tempdir().expect("a folder");

@@ -250,6 +250,7 @@ fn law_a_new_cloud_takes_the_place_of_the_one_before_and_two_pages_have_each_the
     assert!(rest.ends_with(b"0\r\n\r\n"));
 }
 
+/// promise: lab-disturbs-no-run
 #[test]
 fn law_a_running_campaign_is_watched_and_not_disturbed() {
     let root = tempfile::tempdir().expect("a folder");

@@ -15,6 +15,14 @@ use super::Lane;
 use super::wide::{Compute, MOST_LANES, Mask, Wide};
 use crate::dot::Fours;
 
+/// Calls an instruction of the processor.
+macro_rules! on_processor {
+    ($call:expr) => {
+        // SAFETY: values of the two types exist only where the processor has been seen to have their instructions.
+        unsafe { $call }
+    };
+}
+
 /// Defines a type with as many numbers as fit in one register. With two registers per number, the compiler would no
 /// longer keep the values of a step in registers, but copy them.
 macro_rules! numbers {
@@ -43,7 +51,7 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn neg(self) -> Self {
-                Self(unsafe { $ops::negative(self.0) })
+                Self(on_processor!($ops::negative(self.0)))
             }
         }
 
@@ -64,7 +72,7 @@ macro_rules! numbers {
         impl Arithmetic for $name {
             #[inline(always)]
             fn of(value: f64) -> Self {
-                Self(unsafe { $set(value) })
+                Self(on_processor!($set(value)))
             }
         }
 
@@ -73,38 +81,38 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn abs(self) -> Self {
-                Self(unsafe { $ops::magnitude(self.0) })
+                Self(on_processor!($ops::magnitude(self.0)))
             }
 
             #[inline(always)]
             fn sqrt(self) -> Self {
-                Self(unsafe { $sqrt(self.0) })
+                Self(on_processor!($sqrt(self.0)))
             }
 
             #[inline(always)]
             fn above(self, other: Self) -> $masks {
-                $masks(unsafe { $ops::above(self.0, other.0) })
+                $masks(on_processor!($ops::above(self.0, other.0)))
             }
 
             // The instructions take their second operand where one is no number, as is asked for here.
             #[inline(always)]
             fn least(self, other: Self) -> Self {
-                Self(unsafe { $least(other.0, self.0) })
+                Self(on_processor!($least(other.0, self.0)))
             }
 
             #[inline(always)]
             fn greatest(self, other: Self) -> Self {
-                Self(unsafe { $greatest(other.0, self.0) })
+                Self(on_processor!($greatest(other.0, self.0)))
             }
 
             #[inline(always)]
             fn bit(self, bit: u32) -> $masks {
-                $masks(unsafe { $ops::bit(self.0, bit) })
+                $masks(on_processor!($ops::bit(self.0, bit)))
             }
 
             #[inline(always)]
             fn choose(mask: $masks, yes: Self, no: Self) -> Self {
-                Self(unsafe { $ops::choose(mask.0, yes.0, no.0) })
+                Self(on_processor!($ops::choose(mask.0, yes.0, no.0)))
             }
 
             #[inline(always)]
@@ -119,13 +127,14 @@ macro_rules! numbers {
             #[inline(always)]
             fn get(&self, lane: usize) -> f64 {
                 assert!(lane < Self::LANES);
-                // As many numbers without gaps between them.
+                // SAFETY: as many numbers without gaps between them.
                 unsafe { *std::ptr::from_ref(self).cast::<f64>().add(lane) }
             }
 
             #[inline(always)]
             fn put(&mut self, lane: usize, value: f64) {
                 assert!(lane < Self::LANES);
+                // SAFETY: as many numbers without gaps between them.
                 unsafe { *std::ptr::from_mut(self).cast::<f64>().add(lane) = value }
             }
 
@@ -136,8 +145,7 @@ macro_rules! numbers {
                 fn with_features<C: Compute>(computation: C) -> C::Output {
                     computation.compute()
                 }
-                // The type exists, so the processor has the instructions.
-                unsafe { with_features(computation) }
+                on_processor!(with_features(computation))
             }
         }
 
@@ -146,7 +154,7 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn bitand(self, other: Self) -> Self {
-                Self(unsafe { $ops::and(self.0, other.0) })
+                Self(on_processor!($ops::and(self.0, other.0)))
             }
         }
 
@@ -155,7 +163,7 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn bitor(self, other: Self) -> Self {
-                Self(unsafe { $ops::or(self.0, other.0) })
+                Self(on_processor!($ops::or(self.0, other.0)))
             }
         }
 
@@ -164,19 +172,19 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn not(self) -> Self {
-                Self(unsafe { $ops::not(self.0) })
+                Self(on_processor!($ops::not(self.0)))
             }
         }
 
         impl Mask for $masks {
             #[inline(always)]
             fn bits(self) -> u32 {
-                unsafe { $ops::bits(self.0) }
+                on_processor!($ops::bits(self.0))
             }
 
             #[inline(always)]
             fn of_bits(bits: u32) -> Self {
-                Self(unsafe { $ops::of_bits(bits) })
+                Self(on_processor!($ops::of_bits(bits)))
             }
         }
     };
@@ -186,7 +194,7 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                Self(unsafe { $instruction(self.0, other.0) })
+                Self(on_processor!($instruction(self.0, other.0)))
             }
         }
 

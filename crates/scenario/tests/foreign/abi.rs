@@ -15,6 +15,7 @@ fn source(name: &str) -> std::path::PathBuf {
 }
 
 /// Sources of ABI 1 lie beside their header, with all that the present ones have lost.
+/// promise: abi-1-loads
 #[test]
 fn regress_libraries_of_the_first_header_give_the_results_that_they_give_with_the_present_one() {
     for (name, text) in [

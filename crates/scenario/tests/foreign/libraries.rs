@@ -17,6 +17,7 @@ pub fn angles(records: &[Record]) -> Vec<f64> {
     records.iter().map(|record| record.estimated_angle_deg().expect("found").to_radians()).collect()
 }
 
+/// promise: libraries-set-back
 #[test]
 fn law_the_memory_of_a_library_is_set_back_before_each_trial() {
     let (folder, _) = probe(&[]);
@@ -269,6 +270,7 @@ fn law_what_a_library_shares_with_its_copies_is_said() {
     assert!(said.contains("it calls ctime:") && said.contains("number of threads"), "{said}");
 }
 
+/// promise: library-mistakes-first
 #[test]
 fn law_what_is_wrong_with_a_library_is_said_in_a_line_before_anything_runs() {
     let text = &asking("found");

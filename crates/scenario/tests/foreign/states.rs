@@ -59,6 +59,7 @@ fn is_set_back(folder: &TempDir, kinds: &[&str]) -> Option<String> {
     note
 }
 
+/// promise: libraries-set-back
 #[test]
 fn law_all_state_of_a_library_is_set_back() {
     let (folder, _) = built(&source("states.c"), &[]);

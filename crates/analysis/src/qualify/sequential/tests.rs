@@ -53,6 +53,7 @@ fn at_most(wrong: u64, of: u64, alpha: f64, what: &str) {
     assert!(least <= alpha, "{what}: {wrong} of {of} decided wrongly");
 }
 
+/// promise: stop-at-any-time
 #[test]
 fn law_a_probability_at_its_limit_is_seldom_decided_whenever_one_stops() {
     const SEQUENCES: u64 = 1500;
@@ -77,6 +78,7 @@ fn law_a_probability_at_its_limit_is_seldom_decided_whenever_one_stops() {
     }
 }
 
+/// promise: stop-at-any-time
 #[test]
 fn law_a_mean_at_its_limit_is_seldom_decided_whenever_one_stops() {
     const SEQUENCES: u64 = 400;

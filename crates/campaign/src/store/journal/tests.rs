@@ -35,6 +35,7 @@ fn resume(path: &Path) -> Result<Journal, JournalError> {
     Journal::resume(path, &identity(), |_, _| {})
 }
 
+/// promise: resumed-bytes
 #[test]
 fn law_what_is_written_is_read_and_a_torn_block_is_cut_off_at_every_byte() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -85,6 +86,7 @@ fn law_what_is_written_is_read_and_a_torn_block_is_cut_off_at_every_byte() {
     assert_eq!(std::fs::read(aside).expect("there"), damaged[usize::try_from(header).expect("small")..]);
 }
 
+/// promise: other-runs-refused
 #[test]
 fn law_the_journal_of_another_run_is_refused_with_the_difference() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -142,6 +144,7 @@ fn regress_a_run_whose_sectors_were_judged_by_their_middles_is_not_continued() {
     assert!(!before.begins(&longer) && now.begins(&longer));
 }
 
+/// promise: one-writer
 #[test]
 fn law_a_journal_has_one_writer() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -33,6 +33,7 @@ fn write(folder: &Path, identity: &Identity, short: usize) -> PathBuf {
     folder.to_owned()
 }
 
+/// promise: shards-are-the-run
 #[test]
 fn law_shards_are_the_run_and_what_is_not_is_refused_by_name() {
     let root = tempfile::tempdir().expect("a folder");

@@ -2,6 +2,7 @@
 
 use super::*;
 
+/// promise: crashes-cost-a-trial
 #[test]
 fn law_isolated_a_library_that_misbehaves_costs_that_trial_alone() {
     let folder = folder();
