@@ -28,6 +28,7 @@ meet() {
     local stage=$1 names=$2 chosen=()
     shift 2
     mkdir -p "$kept/$stage"
+    touch "$kept/$stage/unviable.txt"
     while read -r name; do
         chosen+=(--re "^$(sed 's/[][\.*^$+?(){}|]/\\&/g' <<<"$name")\$")
     done <"$names"
@@ -36,20 +37,22 @@ meet() {
     local code=0
     cargo mutants -p "standstill-$crate" --output "$kept/$stage" --iterate --no-shuffle --no-times --colors never \
         "$@" "${chosen[@]}" >>"$kept/$stage.log" 2>&1 || code=$?
+    # What does not compile is later listed among what was caught before.
+    cat "$kept/$stage/mutants.out/unviable.txt" >>"$kept/$stage/unviable.txt"
     case $code in 0 | 2 | 3) ;; *) tail -n 20 "$kept/$stage.log" >&2; exit "$code" ;; esac
 }
 
-# The names of the sample in one of the lists of a stage: STAGE LIST...
+# The names of the sample in one of the lists of a stage, without those that do not compile: STAGE LIST...
 found() {
     local stage=$1 list
     shift
     for list in "$@"; do
         cat "$kept/$stage/mutants.out/$list.txt" 2>/dev/null || true
-    done | sort -u | grep -Fxf "$kept/sample.txt" || true
+    done | sort -u | grep -Fxf "$kept/sample.txt" | grep -vFxf "$kept/$stage/unviable.txt" || true
 }
 
 meet own "$kept/sample.txt" --minimum-test-timeout 120
-unviable=$(found own unviable previously_unviable | wc -l)
+unviable=$(sort -u "$kept/own/unviable.txt" | grep -cFxf "$kept/sample.txt" || true)
 own=$(found own caught previously_caught | wc -l)
 late=$(found own timeout | wc -l)
 found own missed >"$kept/survivors.txt"
