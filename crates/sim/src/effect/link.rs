@@ -44,12 +44,18 @@ impl<V: Wide> LinkStep<V> {
         [self.voltage[end], self.rise[end]]
     }
 
-    /// Returns two differences in V·s for a step of `h` seconds: the predicted integral of the voltage less that of the
-    /// tangent at the beginning, and the predicted integral less that of the cubic between the ends.
+    /// Returns the predicted integral of the voltage in V·s over a step of `h` seconds less that of the tangent at the
+    /// beginning.
     #[inline(always)]
-    pub fn surplus(&self, h: V) -> [V; 2] {
-        let begin = self.voltage[0] * h + self.rise[0] * (h * h * 0.5);
-        [self.area - begin, self.area - hermite_area(h, self.voltage, self.rise)]
+    pub fn over_tangent(&self, h: V) -> V {
+        self.area - (self.voltage[0] * h + self.rise[0] * (h * h * 0.5))
+    }
+
+    /// Returns the corrected integral of the voltage in V·s over a step of `h` seconds less that of the cubic between the
+    /// ends: zero where a capacitor's voltage is that cubic.
+    #[inline(always)]
+    pub fn over_cubic(&self, h: V) -> V {
+        self.area + self.more - hermite_area(h, self.voltage, self.rise)
     }
 }
 

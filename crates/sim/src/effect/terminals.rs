@@ -104,9 +104,8 @@ pub struct TerminalStep<V> {
     begin: End<V>,
     /// Voltage in V that the floating terminals put on the winding at the beginning.
     floating: Plane<V>,
-    /// Two surpluses of the link's voltage integral, in V·s: over the integral of the tangent, and over that of a
-    /// cubic. See [`LinkStep::surplus`].
-    surplus: [V; 2],
+    /// Surplus of the link's predicted voltage integral over that of its tangent, in V·s.
+    surplus: V,
     /// The oscillators: extrapolated from the beginning at first, then between both ends.
     pub ringing: Ringing<V>,
 }
@@ -144,7 +143,7 @@ impl<V: Wide> TerminalStep<V> {
         let pull = some!(begin.short, short => short.pulling(&here.state, &here.at, change));
         let end = End::of(terminals, &here.at, change, link.at(0), pull, none);
         let ringing = Ringing::ahead(modes, h, floating, machine.legs.leak, &end);
-        Some(Self { begin: end, floating, surplus: link.surplus(h), ringing })
+        Some(Self { begin: end, floating, surplus: link.over_tangent(h), ringing })
     }
 
     /// Writes predicted flux in Wb and potentials in V at the end into `there`.
@@ -152,7 +151,7 @@ impl<V: Wide> TerminalStep<V> {
     pub fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) {
         let Begin { h, machine, legs, here, .. } = *begin;
         let [moved, mean] = self.ringing.after(V::of(1.0));
-        there.state.flux = here.state.flux + moved + legs.terminals.rail * self.surplus[0];
+        there.state.flux = here.state.flux + moved + legs.terminals.rail * self.surplus;
         there.state.potential = later(machine, legs, here, mean * h, self.ringing.fallen(V::of(1.0)));
     }
 
@@ -170,7 +169,8 @@ impl<V: Wide> TerminalStep<V> {
         let (looked, change) = (end.looked, end.change);
         let Begin { h, machine, legs, here, short, .. } = *end.begin;
         let terminals = &legs.terminals;
-        let surplus = terminals.rail * self.surplus[1];
+        // Of the corrected voltage: until then nobody knows the slope of a capacitor's at the end.
+        let surplus = terminals.rail * link.over_cubic(h);
         let way = predicted - here.state.flux - surplus;
         let pull = some!(short, short => short.pulling(&there.state, &there.at, change));
         let end = End::of(terminals, &there.at, change, link.at(1), pull, way);

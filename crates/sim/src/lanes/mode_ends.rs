@@ -3,7 +3,7 @@
 use standstill_numeric::Wide;
 
 use super::bank::Bank;
-use crate::guard::First;
+use crate::guard::{First, Guard};
 use crate::step::two_derivative::Tried;
 
 impl<V: Wide> Bank<'_, V> {
@@ -46,8 +46,10 @@ impl<V: Wide> Bank<'_, V> {
         let plan = &mut self.schedule;
         plan.mode_end.put(lane, end);
         plan.to_mode_end |= 1 << lane;
-        // The potential of a terminal may rise by more than what is near to its bound in the shortest time that is a number.
-        let nearest = end >= to && guard.is_some() && self.machine.legs.elastance.is_some();
+        // The potential of a terminal may rise by more than what is near to its bound in the shortest time that is a number. That of a
+        // blocked leg jumps where a step evaluates the core anew, by what the prediction of the step before missed.
+        let jumps = self.machine.legs.elastance.is_some() || guard == Some(Guard::Blocked);
+        let nearest = end >= to && guard.is_some() && jumps;
         plan.nearest = plan.nearest & !(1 << lane) | u32::from(nearest) << lane;
         plan.ending_mode[lane] = guard;
     }
