@@ -38,8 +38,11 @@ impl Accounts {
         if h <= 0.0 {
             return;
         }
-        // So many parts that nothing turns by more than a radian in any.
-        let parts = tried.turned(control.lane).ceil().max(1.0);
+        // So many parts that nothing turns by more than a radian in any: neither ringing terminals nor the cogging of a rotor, which
+        // shortens no step of one that is driven.
+        let [begin, end] = [&bank.outcome.begin, &tried.end].map(|at| at.state.turned.get(control.lane));
+        let periods = control.case.motor.rotor.cogging.map_or(0.0, |cogging| f64::from(cogging.periods));
+        let parts = tried.turned(control.lane).max(periods * (end - begin).abs()).ceil().max(1.0);
         let mut part = 0.0;
         while part < parts {
             for (share, weight) in GAUSS {
