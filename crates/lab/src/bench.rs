@@ -79,6 +79,10 @@ pub(crate) const LIBRARY: &str =
 /// Scenarios that are kept ready, so that going back and forth costs nothing.
 const KEPT: usize = 48;
 
+/// Most points of a scenario whose settings are kept: all kept ones together take less than 200 MB, and each is planned in a second, which
+/// nobody needs to cancel.
+const MOST_POINTS: usize = 10_000;
+
 /// State of the lab: see the crate's documentation.
 pub struct Bench {
     given: Given,
@@ -215,6 +219,13 @@ impl Bench {
                 && same("tolerances"))
         {
             return Err(LabError::of(LIBRARY));
+        }
+        let points = document.load()?.point_count().map_err(|error| document.locate(error))?;
+        if points > MOST_POINTS {
+            let needed = format!(
+                "at most {MOST_POINTS} in the lab, which looks at one of them; `standstill sweep` runs all"
+            );
+            return Err(document.refuse("axes", &format!("{points} points"), &needed).into());
         }
         let like = {
             let ready = lock(&self.ready);

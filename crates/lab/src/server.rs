@@ -8,10 +8,10 @@ mod http;
 mod pages;
 mod reply;
 
-use std::collections::HashMap;
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::collections::{HashMap, VecDeque};
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use thiserror::Error;
@@ -28,8 +28,9 @@ pub type Report = Box<dyn Fn(&Path, &Path) -> Result<String, String> + Send + Sy
 /// Requests that are answered at the same time; further ones are asked to come back. Only those with the token count.
 const MOST_REQUESTS: usize = 64;
 
-/// Connections whose requests are being read: whoever sends slowly takes no place from requests that are answered.
-const MOST_READERS: usize = 256;
+/// Connections whose requests are being read: whoever sends slowly takes no place from requests that are answered. A further one ends the
+/// one that has been read for the longest time. Nobody needs a token to be read, and a page's request takes milliseconds.
+const MOST_READERS: usize = 128;
 
 /// Most clouds that are remembered so that new ones take their places.
 const MOST_SLOTS: usize = 1000;
@@ -62,7 +63,9 @@ pub struct Server {
     report: Report,
     /// Clouds that are being computed, by the slots of their pages.
     clouds: Mutex<HashMap<String, Arc<AtomicBool>>>,
-    readers: AtomicUsize,
+    /// The connections whose requests are being read, from the oldest on, each with its number.
+    readers: Mutex<VecDeque<(u64, TcpStream)>>,
+    connections: AtomicU64,
     requests: AtomicUsize,
     stopped: AtomicBool,
 }
@@ -80,6 +83,18 @@ impl<'a> Place<'a> {
 impl Drop for Place<'_> {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// A connection whose request is being read. It is one no longer when this is dropped.
+struct Reading<'a> {
+    server: &'a Server,
+    number: u64,
+}
+
+impl Drop for Reading<'_> {
+    fn drop(&mut self) {
+        lock(&self.server.readers).retain(|(number, _)| *number != self.number);
     }
 }
 
@@ -101,7 +116,8 @@ impl Server {
             bench,
             report,
             clouds: Mutex::default(),
-            readers: AtomicUsize::new(0),
+            readers: Mutex::default(),
+            connections: AtomicU64::new(0),
             requests: AtomicUsize::new(0),
             stopped: AtomicBool::new(false),
         }))
@@ -135,9 +151,7 @@ impl Server {
 
     fn answer(&self, stream: &mut TcpStream) -> std::io::Result<()> {
         let busy = || Reply::text(503, "too many requests at a time");
-        let Some(reading) = Place::among(&self.readers, MOST_READERS) else {
-            return respond(stream, &busy());
-        };
+        let reading = self.reading(stream)?;
         let request = match http::read(stream)? {
             Ok(request) => request,
             Err((code, text)) => return respond(stream, &Reply::text(code, text)),
@@ -160,6 +174,21 @@ impl Server {
             _ => Reply::text(405, "not a request of the lab"),
         };
         respond(stream, &reply)
+    }
+
+    /// Takes a place among the connections that are read; ends the oldest of them if there is none.
+    fn reading(&self, stream: &TcpStream) -> std::io::Result<Reading<'_>> {
+        let own = stream.try_clone()?;
+        let number = self.connections.fetch_add(1, Ordering::SeqCst);
+        let mut readers = lock(&self.readers);
+        if readers.len() >= MOST_READERS
+            && let Some((_, oldest)) = readers.pop_front()
+        {
+            // It may be gone.
+            let _ = oldest.shutdown(Shutdown::Both);
+        }
+        readers.push_back((number, own));
+        Ok(Reading { server: self, number })
     }
 
     /// Returns a file of the page, or the report of a run.

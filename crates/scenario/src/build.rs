@@ -1,5 +1,6 @@
 //! Builds the scenario, ready to run, from the tables of its file.
 
+pub(crate) mod limits;
 mod sensors;
 
 use standstill_detect::{ForeignSettings, Method, MethodName, Settings as _, Source};
@@ -127,6 +128,9 @@ impl ScenarioFile {
             DetectorTable::adopt_pwm(library, &mut scenario.drive, self.inverter.carrier.is_some())?;
         }
         check_channel(&scenario.drive.bridge.devices, motor.rated_current)?;
+        let InverterTable { switch_resistance, channel_resistance, diode_resistance, .. } = &self.inverter;
+        let switches = switch_resistance.is_some() || channel_resistance.is_some();
+        limits::check(&scenario, [switches, diode_resistance.is_some()])?;
         scenario.sensors.terminal = self.dividers(motor, &scenario.drive)?;
         self.sensors.set(&mut scenario);
         self.sensors.apply_rules(self.errors.0, &mut scenario.sensors)?;

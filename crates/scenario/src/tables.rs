@@ -10,7 +10,7 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::Degree;
 use toml::Value;
 
-use super::axes::{AxisSpec, DesignTable, Point, points};
+use super::axes::{AxisSpec, DesignTable, Point, count, points};
 use super::document::FileError;
 use super::keys::{DetectorTable, InverterTable, RotorTable, SensorsTable, StopTable};
 use super::motor::MotorSpec;
@@ -117,9 +117,20 @@ impl ScenarioFile {
     /// Returns the points of the sweep axes.
     ///
     /// # Errors
-    /// The axes or the design have no points.
+    /// The axes or the design have no points, or too many.
     pub fn points(&self) -> Result<Vec<Point>, FileError> {
-        let axes: Vec<_> = self.axes.iter().map(|(key, spec)| (key.clone(), spec.clone())).collect();
-        points(&axes, self.design, self.seed)
+        points(&self.walked(), self.design, self.seed)
+    }
+
+    /// Returns the number of points on the axes without making them.
+    ///
+    /// # Errors
+    /// The axes have no points, or too many.
+    pub fn point_count(&self) -> Result<usize, FileError> {
+        count(&self.walked(), self.design)
+    }
+
+    fn walked(&self) -> Vec<(String, AxisSpec)> {
+        self.axes.iter().map(|(key, spec)| (key.clone(), spec.clone())).collect()
     }
 }

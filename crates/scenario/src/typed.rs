@@ -12,7 +12,7 @@ use standstill_detect::Method;
 use standstill_plant::{DataSheet, Motor, Temperature};
 use standstill_sim::Streams;
 
-use crate::build::{check_channel, check_memory};
+use crate::build::{check_channel, check_memory, limits};
 use crate::keys::{self, motor};
 use crate::scenario::tolerance;
 use crate::tables::ScenarioFile;
@@ -142,6 +142,7 @@ impl Drawer<'_> {
         if other_motor {
             base.put_motor(&mut scenario, sheet, temperature)?;
         }
+        limits::check(&scenario, [true; 2]).ok()?;
         Some(scenario)
     }
 }

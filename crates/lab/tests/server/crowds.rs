@@ -16,16 +16,35 @@ fn served(lab: &Running) -> bool {
 fn regress_slow_clients_take_no_place_from_others() {
     let lab = Running::new(None);
     let (host, _) = lab.place();
-    // More than are answered at a time; none of them ever ends its request.
-    let mut slow: Vec<TcpStream> = (0..70).map(|_| TcpStream::connect(&host).expect("it listens")).collect();
+    // More than are read or answered at a time; none of them ever ends its request, and the oldest are ended.
+    let mut slow: Vec<TcpStream> = (0..300).map(|_| TcpStream::connect(&host).expect("it listens")).collect();
     for stream in &mut slow {
-        stream.write_all(b"GET / HTTP/1.1\r\nX-Slow: ").expect("sent");
+        let _ = stream.write_all(b"GET / HTTP/1.1\r\nX-Slow: ");
     }
     for _ in 0..5 {
         for stream in &mut slow {
-            stream.write_all(b"a").expect("sent");
+            let _ = stream.write_all(b"a");
         }
         assert!(served(&lab));
+    }
+}
+
+/// A grid of 3,000 × 3,000 points took 2.8 GB before it was looked at, and could not be given up.
+#[test]
+fn law_a_scenario_of_the_lab_has_as_many_points_as_it_can_keep_ready() {
+    let lab = Running::new(None);
+    let axis = |points: u32| format!("{{ from = 0, to = 1, points = {points} }}");
+    let asked = |points: u32| {
+        let keys = [("axes.sensors.noise", axis(points)), ("axes.sensors.offset", axis(points))];
+        let keys: Vec<(&str, &str)> = keys.iter().map(|(key, value)| (*key, value.as_str())).collect();
+        lab.post("setting", &json!({ "setting": setting(&keys), "trial": 3, "angle": null, "trials": 10 }))
+    };
+    for (points, said) in [(3000, "at most 1000000"), (101, "at most 10000")] {
+        let begun = std::time::Instant::now();
+        let answer = asked(points);
+        assert_eq!(answer.code, 422, "{}", answer.text());
+        assert!(answer.text().contains(said) && answer.text().contains("axes"), "{}", answer.text());
+        assert!(begun.elapsed().as_secs() < 5, "it is counted, not made");
     }
 }
 

@@ -5,7 +5,7 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Farad, Hertz, Ohm, Second, Share, Volt};
 use standstill_sim::Purpose;
 
-use super::{NOT_NEGATIVE, POSITIVE, Range, TIME, Usual, number, table};
+use super::{NOT_NEGATIVE, Range, TIME, Usual, number, table};
 use crate::named::Named;
 
 /// Longest time in s that a detection may take; a sag that begins later would have no effect.
@@ -15,6 +15,9 @@ const LONGEST: f64 = 20.0;
 const OF_VOLTAGE: Range =
     Range::new(0.0, 1.0, "a share from 0 to 1", "a rectifier's link is never below 0 V");
 
+const DROP: Range =
+    Range::new(0.0, 100.0, "from 0 to 100 V", "stacks for medium voltage drop some ten volts");
+
 const SLOWEST_RIPPLE: &str = "from 0.1 Hz to 100 kHz: a rectifier's ripple has some hundred hertz, and a trial follows each of its periods";
 
 table! {
@@ -22,7 +25,8 @@ table! {
     pub struct InverterTable = "inverter" of scenario {
         /// Voltage of the DC link. Without it, the motor's.
         dc_link: Quantity<Volt> [scenario.drive.link.voltage] {
-            range: Some(POSITIVE), usual: Some((5.0, Usual::NominalLink)), example: "\"550 V\"",
+            range: Some(Range::new(f64::MIN_POSITIVE, 1e6, "more than zero, at most 1 MV", "links that carry power over land have less")),
+            usual: Some((5.0, Usual::NominalLink)), example: "\"550 V\"",
         };
         /// Amplitude of the DC link's ripple, a share of its voltage.
         ripple: Quantity<Share> [scenario.drive.link.ripple] {
@@ -90,7 +94,7 @@ table! {
         };
         /// Voltage across a conducting IGBT at no current.
         switch_drop: Quantity<Volt> [scenario.drive.bridge.devices.switch_drop] {
-            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::Link)),
+            range: Some(DROP), usual: Some((0.2, Usual::Link)),
             applies: |scenario| scenario.drive.bridge.devices.kind == DeviceKind::Igbt,
             example: "\"1 V\"",
         };
@@ -102,7 +106,7 @@ table! {
         };
         /// Voltage across a conducting diode at no current.
         diode_drop: Quantity<Volt> [scenario.drive.bridge.devices.diode_drop] {
-            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::Link)), example: "\"0.9 V\"",
+            range: Some(DROP), usual: Some((0.2, Usual::Link)), example: "\"0.9 V\"",
         };
         /// Slope of the voltage across a conducting diode over its current.
         diode_resistance: Quantity<Ohm> [scenario.drive.bridge.devices.diode_resistance] {
