@@ -1,9 +1,11 @@
 //! Rows as CSV.
 
+use std::borrow::Cow;
 use std::io;
 
 use serde::ser::{Serialize, Serializer};
 
+use super::formula::defused;
 use super::{Cell, Column, Destination, METADATA, TableError};
 
 pub(super) struct Sink<'w> {
@@ -20,8 +22,9 @@ impl<'w> Sink<'w> {
     ) -> Result<Self, TableError> {
         let run = object(metadata)?;
         let mut to = csv::WriterBuilder::new().has_headers(false).from_writer(to);
-        let names = columns.iter().map(|column| column.name.as_str());
-        to.write_record(names.chain(run.is_some().then_some(METADATA))).map_err(failed)?;
+        let names = columns.iter().map(|column| defused(&column.name));
+        to.write_record(names.chain(run.is_some().then_some(METADATA.into())).map(Cow::into_owned))
+            .map_err(failed)?;
         Ok(Self { to, run })
     }
 
@@ -85,7 +88,7 @@ impl Serialize for Field<'_> {
             Cell::Whole(whole) => serializer.serialize_u64(*whole),
             Cell::Number(number) => serializer.serialize_f64(*number),
             Cell::Flag(flag) => serializer.serialize_bool(*flag),
-            Cell::Text(text) => serializer.serialize_str(text),
+            Cell::Text(text) => serializer.serialize_str(&defused(text)),
         }
     }
 }

@@ -34,6 +34,7 @@
 mod columns;
 mod csv;
 mod error;
+mod formula;
 mod mat;
 mod npz;
 mod parquet;
@@ -46,6 +47,7 @@ use std::path::Path;
 
 pub use columns::{Columns, Data, Texts};
 pub use error::{Place, TableError};
+pub use formula::defused;
 pub use read::Reader;
 
 /// The examples of the README run too.

@@ -9,6 +9,7 @@ use csv::{ErrorKind, StringRecord};
 
 use self::parquet::Parquet;
 use super::error::quoted;
+use super::formula::restored;
 use super::{Cell, Column, Format, Kind, METADATA, Place, TableError};
 
 mod claims;
@@ -129,7 +130,7 @@ impl Reader {
         if !advance(path, &mut from, &mut record)? {
             return Err(file_error(path, "an empty file; a table begins with the names of its columns"));
         }
-        let mut columns: Vec<String> = record.iter().map(str::to_owned).collect();
+        let mut columns: Vec<String> = record.iter().map(|name| restored(name).to_owned()).collect();
         let has_metadata = columns.last().is_some_and(|last| last == METADATA);
         columns.truncate(columns.len() - usize::from(has_metadata));
         let first = advance(path, &mut from, &mut record)?.then_some(record);
@@ -167,7 +168,7 @@ fn value(kind: Kind, text: &str) -> Option<Cell<'_>> {
             number => number.is_finite().then_some(Cell::Number(number)),
         },
         Kind::Flag => text.parse().ok().map(Cell::Flag),
-        Kind::Text => Some(Cell::Text(text.into())),
+        Kind::Text => Some(Cell::Text(restored(text).into())),
     }
 }
 

@@ -52,7 +52,7 @@ impl Records {
         for Record(row) in &self.0 {
             let cell = |value: &Value| match value {
                 Value::Null => String::new(),
-                Value::String(text) => text.clone(),
+                Value::String(text) => standstill_table::defused(text).into_owned(),
                 value => value.to_string(),
             };
             writer.write_record(row.values().map(cell))?;
