@@ -17,6 +17,8 @@ mod lanes;
 mod magnetics;
 mod methods;
 mod pulse;
+mod random;
+mod random_detections;
 mod random_gates;
 mod readings;
 mod referee;
