@@ -278,3 +278,43 @@ fn regress_a_link_that_sags_is_named_with_what_to_record() {
     assert!(text.contains("The DC link of soft.csv moves between 41"), "{text}");
     assert!(text.contains("For a steadier DC link: record shorter pulses"), "{text}");
 }
+
+/// The same pulses with the phases' names turned on by one: a motor whose rotor stands 120° away. Of two such files neither is named, since either may be
+/// the wrong one, but both are to be fitted alone; of four, the one that differs is to be left out.
+#[test]
+fn law_files_of_different_rotor_positions_lead_to_a_fit_of_each() {
+    let folder = folder();
+    let at = folder.path();
+    let trace = fs::read_to_string(TRACE).expect("the trace");
+    let turned: Vec<String> = trace
+        .lines()
+        .enumerate()
+        .map(|(line, row)| {
+            let of: Vec<&str> = row.split(',').collect();
+            let order = if line == 0 { [0, 1, 2, 3, 4, 5, 6, 7] } else { [0, 3, 1, 2, 4, 7, 5, 6] };
+            order.map(|column| of[column]).join(",")
+        })
+        .collect();
+    fs::write(at.join("turned.csv"), turned.join("\n")).expect("written");
+    fs::write(at.join("here.csv"), &trace).expect("written");
+    for name in ["again.csv", "more.csv"] {
+        fs::write(at.join(name), &trace).expect("written");
+    }
+    let said = |files: &[&str]| {
+        let asked = [&["fit"], files, &["--motor", "paper-5k5", "--out", "f", "--force"]].concat();
+        let output = standstill(&asked, at);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).expect("text");
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let two = said(&["here.csv", "turned.csv"]);
+    assert!(two.contains("does NOT describe these currents"), "{two}");
+    assert!(two.contains("fit it alone, from standstill fit here.csv --out ANOTHER to turned.csv"), "{two}");
+    // As it says: each alone is described, 120° from the other.
+    for file in ["here.csv", "turned.csv"] {
+        let alone = said(&[file]);
+        assert!(!alone.contains("does NOT describe") && !alone.contains("fit it alone"), "{alone}");
+    }
+    let four = said(&["here.csv", "turned.csv", "again.csv", "more.csv"]);
+    assert!(four.contains("Leave out turned.csv, or record its pulses again with the rotor held"), "{four}");
+}

@@ -135,7 +135,8 @@ fn after_a_soft_link(fit: &Fit) -> Option<String> {
 /// Returns what to measure next if the simulation does not describe the currents.
 fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
     let drive = "-s inverter.dead_time=…, -s inverter.diode_drop=…, -s inverter.devices=…";
-    match fit.misfit() {
+    let misfit = fit.misfit();
+    let mut steps = match misfit {
         Some(Misfit::LargeCurrents { pulse, below, .. }) => vec![
             format!(
                 "For angle, L_d, L_q and resistance: record the same pulses at most {} long, which stay below {}, and shorter again until they are described; then standstill fit SHORT.csv --out ANOTHER",
@@ -152,7 +153,17 @@ fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
             "Leave out pulse {number}, or record it again with the rotor held; then {again}"
         )],
         _ => vec![format!("Then {again} with what is known of the drive: {drive}")],
+    };
+    // The iron's law and a rotor that moved leave the same pattern in two files.
+    if let ([first, .., last], Some(Misfit::LargeCurrents { .. } | Misfit::Everywhere)) = (traces, misfit) {
+        steps.insert(
+            0,
+            format!(
+                "Where each file has several vectors, fit it alone, from standstill fit {first} --out ANOTHER to {last}: if a file alone is described, and the angles differ by more than their intervals, the rotor moved between the files"
+            ),
+        );
     }
+    steps
 }
 
 /// Returns the sentence on slow probes; none if the probes' lag was not estimated.
