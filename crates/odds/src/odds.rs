@@ -23,7 +23,7 @@ const ESTIMATOR: u32 = 3;
 
 /// Least ratio of the scatter between runs to their own estimate of it, for the interval: a smaller scatter is raised to it. Of
 /// intervals from the scatter alone 93 to 95 of 100 contain the true value, because runs that agree by chance give intervals that
-/// miss it; with this factor 95 to 97 do (docs/notes/odds-coverage.txt).
+/// miss it; with this factor 95 to 97 do (docs/notes/odds-coverage.txt). Counted with estimator 2; of estimator 3 see docs/notes/witnesses.md.
 const LEAST: f64 = 0.8;
 
 /// Number of runs after which the others are left out, if none of these came to the event: they bound its probability by their levels as

@@ -185,10 +185,10 @@ impl Population {
     }
 
     /// Returns the threshold of the next level, or that of the event at the last level. None if the values do not lead to the
-    /// event: more than half of the states have the same value.
+    /// event: more than half of the states are at the threshold or beyond it, or the threshold is −∞.
     ///
     /// The next level lies strictly beyond the state that sets it: that state, and those that are equal to it, are no seeds, and do not
-    /// count. Of n independent starts of which a share U lies beyond the k-th, (k − 1)/n is U times a factor of mean one, and the k − 1 are
+    /// count. E[(k − 1)/(n U)] = 1 for n independent starts, U the probability beyond the k-th, and the k − 1 are
     /// draws of the level; k/n is too large by 1/(n U), and with the k-th among the seeds chains begin at the level's edge (Bréhier et al.
     /// 2016, doi:10.1214/16-AAP1185). Where many states have the threshold's value (a quantity of few values), they are in the level.
     pub fn cut(&self, last: bool) -> Option<Cut> {
@@ -290,6 +290,9 @@ mod tests {
         let (share, seeds) = seeds(few.collect());
         assert_eq!((share, seeds.len()), (0.34, 10));
         assert!(seeds.iter().all(|value| *value >= -2.0) && seeds.contains(&-2.0), "{seeds:?}");
+        // Where most have one value, those beyond it are a level if they are at least half as many as seeds.
+        let most = |equal| of_values(10, (0..100).map(|k| if k < equal { -1.5 } else { -1.0 })).cut(false);
+        assert_eq!((most(93).map(|cut| cut.share), most(97)), (Some(0.07), None));
         // Where nothing tells how near most are, no level leads on.
         assert_eq!(
             of_values(10, (0..100).map(|k| if k < 93 { f64::NEG_INFINITY } else { -1.0 })).cut(false),
