@@ -25,7 +25,7 @@ table! {
     pub struct InverterTable = "inverter" of scenario {
         /// Voltage of the DC link. Without it, the motor's.
         dc_link: Quantity<Volt> [scenario.drive.link.voltage] {
-            range: Some(Range::new(f64::MIN_POSITIVE, 1e6, "more than zero, at most 1 MV", "links that carry power over land have less")),
+            range: Some(Range::new(1e-3, 1e6, "at least 1 mV, at most 1 MV", "a device alone drops a thousand times the least; links that carry power over land have less than the most")),
             usual: Some((5.0, Usual::NominalLink)), example: "\"550 V\"",
         };
         /// Amplitude of the DC link's ripple, a share of its voltage.
