@@ -17,7 +17,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use random_detections::{Depth, Surprise, Tally, drawn, run_seed};
+use random_detections::{Depth, Tally, drawn, run_seed};
 
 const DEPTH: Depth = Depth { longest: 0.15, trials: 4, balance: 20, referee: 50, nonsense: 10 };
 
@@ -72,11 +72,37 @@ fn asked() -> Result<Asked, String> {
 impl Tally {
     /// Adds another tally.
     pub fn add(&mut self, other: &Self) {
-        let pairs = self.counts().into_iter().zip(other.counts());
-        let [scenarios, refused, found, undetermined, failed, errors, nonsense, balanced, refereed] =
-            pairs.map(|((_, a), (_, b))| a + b).collect::<Vec<_>>().try_into().expect("nine");
-        *self =
-            Self { scenarios, refused, found, undetermined, failed, errors, nonsense, balanced, refereed };
+        let mut sums = self.counts().map(|(_, count)| count);
+        sums.iter_mut().zip(other.counts()).for_each(|(sum, (_, count))| *sum += count);
+        *self = Self::of(sums);
+    }
+
+    /// Makes a tally of the counts in the order of [`Self::counts`].
+    const fn of(counts: [u64; 10]) -> Self {
+        let [
+            scenarios,
+            refused,
+            found,
+            undetermined,
+            failed,
+            errors,
+            nonsense,
+            balanced,
+            refereed,
+            surprises,
+        ] = counts;
+        Self {
+            scenarios,
+            refused,
+            found,
+            undetermined,
+            failed,
+            errors,
+            nonsense,
+            balanced,
+            refereed,
+            surprises,
+        }
     }
 
     /// Returns the counts of a block of seeds as a line of a file.
@@ -88,26 +114,12 @@ impl Tally {
     /// Reads a line that [`Self::line`] wrote; none if it is another line.
     pub fn of_line(line: &str, first: u64) -> Option<Self> {
         let counts = line.strip_prefix(&format!("from {first}: "))?;
-        let mut tally = Self::default();
         let counts: Vec<u64> = counts
             .split(", ")
-            .zip(tally.counts())
+            .zip(Self::default().counts())
             .filter_map(|(count, (name, _))| count.strip_prefix(name)?.trim().parse().ok())
             .collect();
-        let [scenarios, refused, found, undetermined, failed, errors, nonsense, balanced, refereed] =
-            counts.try_into().ok()?;
-        tally.add(&Self {
-            scenarios,
-            refused,
-            found,
-            undetermined,
-            failed,
-            errors,
-            nonsense,
-            balanced,
-            refereed,
-        });
-        Some(tally)
+        Some(Self::of(counts.try_into().ok()?))
     }
 }
 
@@ -141,16 +153,17 @@ fn only(seed: u64, depth: Depth) -> Result<(), String> {
 fn earlier(asked: &Asked) -> Result<(u64, Tally), String> {
     let (mut blocks, mut sum) = (0, Tally::default());
     let Some(file) = &asked.keep else { return Ok((0, sum)) };
-    let Ok(text) = std::fs::read_to_string(file) else { return Ok((0, sum)) };
+    let Ok(mut text) = std::fs::read_to_string(file) else { return Ok((0, sum)) };
+    let whole = text.rfind('\n').map_or(0, |end| end + 1);
+    if whole < text.len() {
+        // The line that an interruption cut: its block is run again.
+        text.truncate(whole);
+        std::fs::write(file, &text).map_err(|error| format!("{file}: {error}"))?;
+    }
     for (number, line) in text.lines().enumerate() {
-        // The last line may be cut.
         let Some(tally) = Tally::of_line(line, asked.first + blocks * BLOCK) else {
-            let whole = text.lines().count() - 1;
-            if number < whole {
-                let needed = "counts of the seeds that follow: another file for another --seed";
-                return Err(format!("{file}: line {}: found {line:?}, needed {needed}", number + 1));
-            }
-            break;
+            let needed = "counts of the seeds that follow: another file for another --seed";
+            return Err(format!("{file}: line {}: found {line:?}, needed {needed}", number + 1));
         };
         blocks += 1;
         sum.add(&tally);
@@ -165,14 +178,13 @@ fn main() -> Result<(), String> {
     }
     let (blocks, sum) = earlier(&asked)?;
     let (next, done) = (AtomicU64::new(blocks), Mutex::new((blocks, sum, Vec::new())));
-    let surprises: Mutex<Vec<Surprise>> = Mutex::new(Vec::new());
     let begun: Vec<Mutex<Option<(u64, Instant)>>> = (0..asked.threads).map(|_| Mutex::new(None)).collect();
     let working = AtomicUsize::new(asked.threads);
     let wanted = asked.detections.div_ceil(BLOCK * DEPTH.trials);
     std::panic::set_hook(Box::new(|_| ()));
     std::thread::scope(|scope| {
         for begun in &begun {
-            let (next, done, surprises, working, asked) = (&next, &done, &surprises, &working, &asked);
+            let (next, done, working, asked) = (&next, &done, &working, &asked);
             scope.spawn(move || {
                 loop {
                     let block = next.fetch_add(1, Ordering::Relaxed);
@@ -184,7 +196,7 @@ fn main() -> Result<(), String> {
                         *begun.lock().expect("no panic") = Some((seed, Instant::now()));
                         if let Err(surprise) = run_seed(seed, depth(seed, asked.depth), &mut tally) {
                             println!("{surprise}\n");
-                            surprises.lock().expect("no panic").push(surprise);
+                            tally.surprises += 1;
                         }
                     }
                     keep(asked, &mut done.lock().expect("no panic"), block, tally);
@@ -207,9 +219,11 @@ fn main() -> Result<(), String> {
     for (name, count) in sum.counts() {
         println!("  {count:>10} {name}");
     }
-    let surprises = surprises.into_inner().expect("no panic");
-    println!("  {:>10} surprises", surprises.len());
-    if surprises.is_empty() { Ok(()) } else { Err("surprises, see above".to_owned()) }
+    if sum.surprises == 0 {
+        return Ok(());
+    }
+    let again = "a line of the kept file with surprises begins with the first of its 250 seeds: --seed FIRST 1000 runs them again";
+    Err(format!("{} surprises, printed as they were found; {again}", sum.surprises))
 }
 
 /// Adds the counts of a block and keeps those of all blocks that have no gap before them.

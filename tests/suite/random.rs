@@ -22,7 +22,7 @@ fn law_no_random_detection_ends_in_a_surprise() {
     assert!(surprises.is_empty(), "each by its command with --short\n\n{}", surprises.join("\n\n"));
     // Each kind of end occurs, or the scenarios would be no mixture.
     assert_eq!(tally.detections(), 2 * SCENARIOS);
-    assert!(tally.counts().into_iter().all(|(_, count)| count > 0), "{tally:?}");
+    assert!(tally.counts().into_iter().all(|(name, count)| count > 0 || name == "surprises"), "{tally:?}");
 }
 
 /// Makes the scenario of a text.
@@ -48,6 +48,7 @@ fn regress_a_blocked_leg_whose_potential_jumps_beyond_its_bound_conducts() {
         let record = scenario.trial(trial).expect("settings");
         assert!(matches!(record.run.ended, Ended::Outcome(_)), "{}", record.reason());
     }
+    assert_eq!(look::balances(&scenario), Ok(()));
 }
 
 /// The winding of ringing terminals saw a link's capacitor by the slope of its source, and not by its own.

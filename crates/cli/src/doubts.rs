@@ -210,8 +210,8 @@ mod tests {
             ),
             ("[sensors]\nrange = \"2 A\"\nbits = 12", ["sensors.range is 2 A", "rated for 8 A"]),
             (
-                "[inverter]\nswitch_drop = \"200 V\"",
-                ["inverter.switch_drop is 200 V", "36 % of the DC link of 550 V"],
+                "[inverter]\nswitch_drop = \"90 V\"\ndc_link = \"250 V\"",
+                ["inverter.switch_drop is 90 V", "36 % of the DC link of 250 V"],
             ),
         ] {
             let found = doubts(text);

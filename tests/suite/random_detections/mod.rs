@@ -33,6 +33,8 @@ pub struct Tally {
     /// Runs whose energies were looked at, and runs that the referee repeated.
     pub balanced: u64,
     pub refereed: u64,
+    /// What must not happen.
+    pub surprises: u64,
 }
 
 impl Tally {
@@ -42,7 +44,7 @@ impl Tally {
     }
 
     /// Returns all counts, each with its name.
-    pub const fn counts(&self) -> [(&'static str, u64); 9] {
+    pub const fn counts(&self) -> [(&'static str, u64); 10] {
         [
             ("scenarios", self.scenarios),
             ("refused", self.refused),
@@ -53,6 +55,7 @@ impl Tally {
             ("nonsense", self.nonsense),
             ("balanced", self.balanced),
             ("refereed", self.refereed),
+            ("surprises", self.surprises),
         ]
     }
 }

@@ -4,6 +4,25 @@ use super::*;
 
 /// promise: exact-counts
 #[test]
+fn analytic_one_sided_bounds_leave_five_in_a_hundred_on_their_side() {
+    // None of n: at most 1 − 0.05^(1/n), 0.1 % of 3,000; all of n: at least 0.05^(1/n).
+    for n in [10, 3000] {
+        let end = 0.05_f64.powf(1.0 / n as f64);
+        let ([low, high], [all, one]) = (one_sided_bounds(0, n), one_sided_bounds(n, n));
+        assert!(low == 0.0 && one == 1.0 && (high - (1.0 - end)).abs() < 1e-9 && (all - end).abs() < 1e-9);
+    }
+    // A binomial of that share gives at most 5 of 100 in one case of twenty.
+    let share = one_sided_bounds(5, 100)[1];
+    let mut term = (1.0 - share).powi(100);
+    let mut sum = term;
+    for k in 1..=5 {
+        term *= share / (1.0 - share) * (101 - k) as f64 / k as f64;
+        sum += term;
+    }
+    assert!((sum - 0.05).abs() < 1e-9, "{sum}");
+}
+
+#[test]
 fn analytic_clopper_pearson() {
     // Known values: 0 of n has the upper end 1 − 0.025^(1/n); 5 of 100 gives 1.643 % to 11.284 %.
     let none = binomial_interval(0, 10_000);

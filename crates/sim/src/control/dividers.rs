@@ -98,13 +98,7 @@ impl<'a> Control<'a> {
         let gates = std::array::from_fn(|k| legs.gates[k].of(lane, begin));
         let modes = legs.modes(lane, begin);
         let h = step.h.get(lane);
-        // Steps at rest take milliseconds, hundreds of thousands of periods of what has died away.
-        let turned = step.floating.as_ref().filter(|floating| floating.size.get(lane) > UNSEEN);
-        let turned = turned.map_or(0.0, |floating| {
-            let [first, second] = &floating.ringing.turned;
-            first.get(lane).max(second.get(lane)).sqrt()
-        });
-        let parts = (turned / TURNED).ceil().max(1.0);
+        let parts = (step.turned(lane) / TURNED).ceil().max(1.0);
         let at = |here: &Here<V>| self.potentials(bank, here, modes, gates);
         let mut from = at(&bank.outcome.begin);
         let mut part = 0.0;
@@ -149,10 +143,6 @@ impl<'a> Control<'a> {
 /// Largest angle in rad by which ringing terminals turn in a part of a step. A cubic then deviates from a sine by at
 /// most 1e-6 of its amplitude.
 const TURNED: f64 = 0.3;
-
-/// Amplitude of ringing terminals, as a multiple of a quarter of the link's voltage, that is not followed: what the cubics
-/// of a large oscillation miss.
-const UNSEEN: f64 = 1e-6;
 
 /// Advances the filters over `h` seconds, given the potentials in V at four equally spaced times.
 fn advance(filters: &mut [LowPass; 3], h: f64, points: &[[f64; 3]; 4]) {

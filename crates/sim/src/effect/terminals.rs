@@ -169,7 +169,7 @@ impl<V: Wide> TerminalStep<V> {
         let (looked, change) = (end.looked, end.change);
         let Begin { h, machine, legs, here, short, .. } = *end.begin;
         let terminals = &legs.terminals;
-        // Of the corrected voltage: until then nobody knows the slope of a capacitor's at the end.
+        // The slope of a capacitor's voltage at the end is known only after the correction.
         let surplus = terminals.rail * link.over_cubic(h);
         let way = predicted - here.state.flux - surplus;
         let pull = some!(short, short => short.pulling(&there.state, &there.at, change));

@@ -159,7 +159,7 @@ fn after_a_misfit(fit: &Fit, again: &str, traces: &[String]) -> Vec<String> {
         steps.insert(
             0,
             format!(
-                "Where each file has several vectors, fit it alone, from standstill fit {first} --out ANOTHER to {last}: if a file alone is described, and the angles differ by more than their intervals, the rotor moved between the files"
+                "Fit each file that has several vectors by itself: standstill fit {first} --out ANOTHER, and so on up to {last}. If each fit describes its file, and the angles differ by more than their intervals, the rotor moved between the files"
             ),
         );
     }
