@@ -15,8 +15,8 @@ fn analytic_one_sided_bounds_leave_five_in_a_hundred_on_their_side() {
     let share = one_sided_bounds(5, 100)[1];
     let mut term = (1.0 - share).powi(100);
     let mut sum = term;
-    for k in 1..=5 {
-        term *= share / (1.0 - share) * (101 - k) as f64 / k as f64;
+    for k in 1..=5_u32 {
+        term *= share / (1.0 - share) * f64::from(101 - k) / f64::from(k);
         sum += term;
     }
     assert!((sum - 0.05).abs() < 1e-9, "{sum}");
