@@ -54,7 +54,7 @@ pub enum FitError {
     NoPlant,
     /// The nearest motor has a winding without resistance.
     #[error(
-        "found a winding without resistance: nothing slows the currents' rise; needed: u_dc_V read at the bridge in each row, pulses so long \
+        "{NO_RESISTANCE}; needed: u_dc_V read at the bridge in each row, pulses so long \
          that a resistance shows, and a rotor that stays"
     )]
     NoResistance,
@@ -77,8 +77,8 @@ pub enum FitError {
     /// No motor comes near, or one without resistance, and the DC link, whose mean is simulated, moves much within a pulse: the error, the
     /// file of the largest swing, and the swing.
     #[error(
-        "{error}. The DC link of {file} moves between {:.1} and {:.1} V while legs drive, and its mean is simulated: {}",
-        swing.ends[0], swing.ends[1], swing.steadier()
+        "{}. The DC link of {file} moves between {:.1} and {:.1} V while legs drive, and its mean is simulated: {}",
+        error.beside_a_link(), swing.ends[0], swing.ends[1], error.steadier(swing)
     )]
     SoftLink {
         /// Error without regard to the link.
@@ -102,8 +102,11 @@ pub enum FitError {
     TooManyEdges(usize),
 }
 
-/// Share of its mean by which the DC link must move to be named where no plant fits, and where more than half of the currents are left, of
-/// which a soft link makes no more than its share.
+/// What was found where the nearest winding has no resistance.
+const NO_RESISTANCE: &str = "found a winding without resistance: nothing slows the currents' rise";
+
+/// Shares of its mean by which the DC link must move to be named: where no plant fits or a winding has no resistance, and where more than
+/// half of the currents are left. Of currents that follow the link, a swing leaves about its own share, so the second is larger.
 const SOFT: [f64; 2] = [0.1, 0.3];
 
 impl FitError {
@@ -115,10 +118,27 @@ impl FitError {
             _ => return self,
         };
         match swing {
-            Some(swing) if swing.spread > least => {
-                Self::SoftLink { error: Box::new(self), file: records[swing.record].file.clone(), swing }
-            }
+            Some(swing) if swing.spread > least => match records.get(swing.record) {
+                Some(record) => Self::SoftLink { error: Box::new(self), file: record.file.clone(), swing },
+                None => self,
+            },
             _ => self,
+        }
+    }
+
+    /// Returns this error as it stands before a DC link's swing: without the long pulses, in which such a link moves still more.
+    fn beside_a_link(&self) -> String {
+        match self {
+            Self::NoResistance => NO_RESISTANCE.to_owned(),
+            _ => self.to_string(),
+        }
+    }
+
+    /// Returns which records have a steadier link and mend this error: shorter pulses would show still less of a resistance.
+    const fn steadier(&self, swing: &Swing) -> &'static str {
+        match (self, swing.pulses) {
+            (Self::NoResistance, ..=1) => "record with more capacitance at the bridge",
+            _ => swing.steadier(),
         }
     }
 }

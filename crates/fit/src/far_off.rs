@@ -9,11 +9,12 @@ use super::{Fit, FitError, Work};
 /// Ratio of the rms of the nearest linear motor's residuals to the rms of the currents above which a record is refused.
 const FAR_OFF: f64 = 0.5;
 
-/// Least resistance of a winding, as a share of the link's voltage over the largest current: less changes no current that is read.
+/// Least resistance of a winding, as a share of the link's voltage over the largest current. A converter of 20 bits would not show less.
 const LEAST_RESISTANCE: f64 = 1e-6;
 
 impl Fit {
-    /// Returns this fit if a data sheet can state its resistance in Ω, which must be above zero. `records`: those of the fit.
+    /// Returns this fit if its resistance is above zero, as a data sheet must state it: above a millionth of the link's voltage over the
+    /// largest current. `records`: those of the fit, whose names the error has.
     ///
     /// # Errors
     /// [`FitError::NoResistance`], with the swing of the DC link where that may be why.

@@ -123,6 +123,7 @@ struct Work<'a> {
     steps: usize,
     reach: f64,
     link: f64,
+    swing: Swing,
     /// Function that is called before each step; it returns true to stop the fit.
     did: &'a (dyn Fn() -> bool + Sync),
 }
@@ -146,6 +147,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     let records = &*shunt::readable(records, start);
     let mut pieces: Vec<Piece> =
         records.iter().enumerate().flat_map(|(k, record)| pieces::pieces(k, record)).collect();
+    let swing = Swing::largest(&pieces);
     // The time of a fit grows with the rows, and neighbouring rows tell nearly the same.
     let every = rows.div_ceil(start.most_used.max(1));
     if every > 1 {
@@ -163,6 +165,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     }
     let (frame, point, scatter) =
         start::begin(records, &pieces, channels, start).ok_or(FitError::NoCurrent)?;
+    let swing = swing.ok_or(FitError::NoCurrent)?;
     let reach = start::reach(&pieces, &point);
     let link = pieces.iter().map(|piece| piece.link).sum::<f64>() / pieces.len() as f64;
     let slope = link / point.plant.inductance[0].min(point.plant.inductance[1]);
@@ -172,9 +175,9 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
         switch_is_stated: start.is_stated("switch_resistance"),
         winding_is_stated: start.motor.is_some(),
     };
-    let work = Work { problem, scatter, begin, steps: MOST_STEPS, reach, link, did };
-    let swing = Swing::largest(&work.problem.pieces);
-    let fitted = work.fitted(&point, slope, records, start).map_err(|error| error.beside(swing, records))?;
+    let work = Work { problem, scatter, begin, steps: MOST_STEPS, reach, link, swing, did };
+    let fitted =
+        work.fitted(&point, slope, records, start).map_err(|error| error.beside(Some(swing), records))?;
     Ok(Fit { every, ..fitted })
 }
 

@@ -8,8 +8,8 @@ use super::record::Row;
 pub struct Swing {
     /// Index of the record, in the order in which the records were given.
     pub record: usize,
-    /// Lowest and highest voltage in V while legs drive: means over an eighth of a pulse; the mean of all twice where these differ by no
-    /// more than the readings' noise makes them.
+    /// Lowest and highest voltage in V while legs drive: means over an eighth of a pulse. Both are the mean of all readings if these means
+    /// do not differ significantly, or if no part has two readings, which show how large the noise is.
     pub ends: [f64; 2],
     /// Largest deviation of these means from the mean of all, as a share of it.
     pub spread: f64,
@@ -17,7 +17,7 @@ pub struct Swing {
     pub pulses: usize,
 }
 
-/// Number of parts of a pulse whose means are taken: a link that sags in a straight line shows seven eighths of its swing.
+/// Number of parts of a pulse whose means are taken: of a straight sag they show seven eighths, of one in few rows less (two thirds of 4 rows).
 const PARTS: usize = 8;
 
 /// Largest excess of the parts' sum of squares over the one expected from their noise, in standard deviations.
@@ -27,7 +27,7 @@ const STEADY: f64 = 3.0;
 const SOFT: f64 = 0.05;
 
 impl Swing {
-    /// Returns the largest swing in these pieces; none without a piece in which legs drive.
+    /// Returns the largest swing in these pieces; none without a row in which legs drive.
     pub(super) fn largest(pieces: &[Piece]) -> Option<Self> {
         pieces.iter().filter_map(Self::of).max_by(|a, b| a.spread.total_cmp(&b.spread))
     }
@@ -41,10 +41,12 @@ impl Swing {
                 all.extend(links);
             }
         }
+        if all.is_empty() {
+            return None;
+        }
         let mean = all.iter().sum::<f64>() / all.len() as f64;
-        // The noise of one reading, by what is left within parts.
-        let freedom = all.len().checked_sub(parts.len()).filter(|freedom| *freedom > 0)? as f64;
-        let noise = parts.iter().map(|part| part.squares).sum::<f64>() / freedom;
+        // The noise of one reading, by what is left within parts: not a number, and no swing, if each part has one reading.
+        let noise = parts.iter().map(|part| part.squares).sum::<f64>() / (all.len() - parts.len()) as f64;
         let squares: f64 =
             parts.iter().map(|part| part.count * (part.mean - mean) * (part.mean - mean)).sum();
         let others = parts.len() as f64 - 1.0;
@@ -131,6 +133,12 @@ mod tests {
         let train = Swing { pulses: 2, ..found };
         let said = FitError::NoResistance.beside(Some(train), &records).to_string();
         assert!(said.contains("record one pulse per file, from rest"), "{said}");
+        // Shorter pulses steady the link, but show no resistance.
+        let said = FitError::NoResistance.beside(Some(found), &records).to_string();
+        assert!(said.ends_with("record with more capacitance at the bridge"), "{said}");
+        assert!(!said.contains("pulses so long") && !said.contains("shorter"), "{said}");
+        // A swing of a record that is not among these is left out.
+        assert_eq!(FitError::NoPlant.beside(Some(found), &[]), FitError::NoPlant);
     }
 
     /// Readings up and down by a tenth of the voltage are no swing; on a sag of a tenth they are.
@@ -142,5 +150,19 @@ mod tests {
         let sagging = swing(|k| 12.0 + noise(k) - if k < 200 { 0.0 } else { 1.2 * (k - 200) as f64 / 99.0 });
         assert!((0.03..0.12).contains(&sagging.spread), "{sagging:?}");
         assert_eq!(swing(|_| 12.0).spread, 0.0);
+    }
+
+    /// Pulses with one row each show no noise, so no swing, but they have a mean; without a row in which legs drive there is none.
+    #[test]
+    fn regress_pulses_of_one_row_have_the_mean_of_their_link() {
+        let rows = record(Request::Off, |_| 0.0).rows;
+        let first = rows.iter().position(|row| drives(row.legs)).expect("a pulse");
+        let mut piece = pieces(0, &record(Request::Off, |_| 0.0)).swap_remove(0);
+        let row = |k: usize, link: f64| Row { link, ..rows[k] };
+        piece.rows = vec![row(0, 20.0), row(first, 11.0), row(0, 20.0), row(first, 13.0)];
+        let found = Swing::largest(std::slice::from_ref(&piece)).expect("a swing");
+        assert_eq!((found.ends, found.spread), ([12.0; 2], 0.0));
+        piece.rows.retain(|row| !drives(row.legs));
+        assert_eq!(Swing::largest(&[piece]), None);
     }
 }

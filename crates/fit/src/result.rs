@@ -182,7 +182,6 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         .zip(&solved.scatter)
         .map(|(r, scatter)| r.len() as f64 * expected(scatter))
         .sum();
-    let link_swing = Swing::largest(&work.problem.pieces).ok_or(FitError::NoCurrent)?;
     let current_rms = rms_of_currents(&traces, &solved.point);
     Ok(Fit {
         parameters,
@@ -191,7 +190,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         current: frame.current,
         magnet_flux: frame.magnet_flux,
         link: work.link,
-        link_swing,
+        link_swing: work.swing,
         reach: work.reach,
         reached,
         pole,

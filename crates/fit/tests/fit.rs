@@ -284,16 +284,23 @@ fn law_pulses_to_one_side_of_the_magnet_name_no_pole() {
         (100e-6, ["high", "low", "high"]),
         (300e-6, LOW),
     ];
-    let mut vanish = 0;
     for motor in [Some(scope::like_it()), None] {
         let fit = scope::ideal(10.0, 0.15, &one_way).found(&Scope::of(32.0), 1, &scope::start(motor, 1));
         assert!(!fit.pole.identified && !fit.pole.both_ways, "{:?}", fit.pole);
-        // Pulses too short for a resistance: of one that vanishes no data sheet is made.
-        let resistance = fit.plant.resistance;
-        vanish += usize::from(resistance == 0.0);
-        assert_eq!(fit.with_a_resistance(&[]).is_ok(), resistance > 0.0);
+        // No data sheet states a resistance below a millionth of the link's voltage over the largest current.
+        let least = 1e-6 * fit.link / fit.reach;
+        let with = |resistance: f64, spread: f64| {
+            let plant = standstill_fit::Plant { resistance, ..fit.plant.clone() };
+            let link_swing = standstill_fit::Swing { spread, ..fit.link_swing };
+            Fit { plant, link_swing, ..fit.clone() }.with_a_resistance(&[])
+        };
+        assert!(with(1.01 * least, 0.2).is_ok());
+        for resistance in [0.0, 0.99 * least] {
+            // The DC link of a record that is not given has no name.
+            let refused = with(resistance, 0.2).err();
+            assert_eq!(refused, Some(standstill_fit::FitError::NoResistance), "{resistance}");
+        }
     }
-    assert_eq!(vanish, 1);
 }
 
 #[test]
