@@ -61,7 +61,7 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
         ),
         (
             &["fmu", "paper-5k5", "-s", "inverter.dc_link=0", "-o", "x.fmu"],
-            "`inverter.dc_link`: found 0 V, needed more than zero",
+            "`inverter.dc_link`: found 0 V, needed at least 1 mV",
         ),
         (
             &["fmu", "paper-5k5", "--part", "motor", "-s", "sensors.noise=1mA", "-o", "x.fmu"],
