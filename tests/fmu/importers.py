@@ -196,7 +196,7 @@ def refused(path, folder):
     slave.instantiate(callbacks=callbacks)
     cases = [
         ("inverter.dead_time", 20e-6, "found 20 µs, needed from 0 to 19.999 µs: less than a quarter of the PWM period of 80 µs"),
-        ("inverter.dc_link", 0.0, "found 0 V, needed more than zero"),
+        ("inverter.dc_link", 0.0, "found 0 V, needed at least 1 mV"),
         ("sensors.gain_error", 1.5, "found 1.5, needed a share from 0 to 1"),
     ]
     for name, value, says in cases:

@@ -263,7 +263,7 @@ fn law_mistakes_are_errors_with_a_message() {
             20e-6,
             "found 20 µs, needed from 0 to 19.999 µs: less than a quarter of the PWM period of 80 µs",
         ),
-        ("inverter.dc_link", 0.0, "`inverter.dc_link`: found 0 V, needed more than zero"),
+        ("inverter.dc_link", 0.0, "`inverter.dc_link`: found 0 V, needed at least 1 mV"),
         ("sensors.gain_error", 1.5, "`sensors.gain_error`: found 1.5, needed a share from 0 to 1"),
         ("sensors.noise", f64::NAN, "found NaN A"),
         ("mode_a", 4.0, "`mode_a`: found 4, needed 0, 1, 2 or 3"),
