@@ -79,9 +79,20 @@ pub(crate) const LIBRARY: &str =
 /// Scenarios that are kept ready, so that going back and forth costs nothing.
 const KEPT: usize = 48;
 
-/// Most points of a scenario whose settings are kept: all kept ones together take less than 200 MB, and each is planned in a second, which
-/// nobody needs to cancel.
+/// Most points of a scenario whose settings are kept: at 300 bytes a point and axis all kept ones together take 150 MB an axis, and each is
+/// planned in a second, which nobody needs to cancel.
 const MOST_POINTS: usize = 10_000;
+
+/// Refuses a scenario of more than [`MOST_POINTS`] points, before they are made.
+fn few_points(document: &Document) -> Result<(), LabError> {
+    let points = document.load()?.point_count().map_err(|error| document.locate(error))?;
+    if points <= MOST_POINTS {
+        return Ok(());
+    }
+    let needed =
+        format!("at most {MOST_POINTS} in the lab, which looks at one of them; `standstill sweep` runs all");
+    Err(document.refuse("axes", &format!("{points} points"), &needed).into())
+}
 
 /// State of the lab: see the crate's documentation.
 pub struct Bench {
@@ -111,6 +122,7 @@ impl Bench {
     /// The scenario cannot be run.
     pub fn new(mut given: Given, folder: Option<Folder>) -> Result<Self, LabError> {
         // What the scenario itself names is read here, wherever it lies.
+        few_points(&given.document)?;
         let plan = Plan::new(given.document.clone())?;
         given.document.fence(folder.as_ref().map(Folder::path))?;
         let bench = Self { given, folder, adviser: None, ready: Mutex::default(), clouds: Mutex::default() };
@@ -220,13 +232,7 @@ impl Bench {
         {
             return Err(LabError::of(LIBRARY));
         }
-        let points = document.load()?.point_count().map_err(|error| document.locate(error))?;
-        if points > MOST_POINTS {
-            let needed = format!(
-                "at most {MOST_POINTS} in the lab, which looks at one of them; `standstill sweep` runs all"
-            );
-            return Err(document.refuse("axes", &format!("{points} points"), &needed).into());
-        }
+        few_points(&document)?;
         let like = {
             let ready = lock(&self.ready);
             let motor = document.get("motor");

@@ -2,8 +2,11 @@
 
 use std::io::Write as _;
 use std::net::TcpStream;
+use std::path::Path;
 
 use serde_json::json;
+use standstill_lab::{Bench, Given};
+use standstill_scenario::Document;
 
 use crate::{Running, setting};
 
@@ -94,4 +97,17 @@ fn regress_links_and_pipes_are_no_results() {
     // A journal that is a pipe is none: the page of progress comes at once.
     let progress = lab.post("progress", &json!({ "path": "run" }));
     assert_eq!((progress.code, progress.json()["journals"].as_array().map(Vec::len)), (200, Some(0)));
+}
+
+/// A lab that opens with more points would refuse each change of a setting.
+#[test]
+fn law_a_lab_opens_with_no_more_points_than_it_keeps_ready() {
+    let open = |points: u32| {
+        let text = format!("axes.\"sensors.noise\" = {{ from = 0, to = 1, points = {points} }}");
+        let document = Document::parse(Path::new("s.toml"), &text).expect("TOML");
+        Bench::new(Given { document, ..Given::nothing().expect("a scenario") }, None).map(|_| ())
+    };
+    open(100).expect("few enough");
+    let said = open(10_001).expect_err("too many").to_string();
+    assert!(said.contains("found 10001 points") && said.contains("at most 10000 in the lab"), "{said}");
 }
