@@ -98,7 +98,14 @@ impl<'a> Control<'a> {
         let gates = std::array::from_fn(|k| legs.gates[k].of(lane, begin));
         let modes = legs.modes(lane, begin);
         let h = step.h.get(lane);
-        let parts = (step.turned(lane) / TURNED).ceil().max(1.0);
+        // Steps at rest take milliseconds, hundreds of thousands of periods of what has died away.
+        let decayed = |size: f64| size <= UNSEEN;
+        let turned = step.floating.as_ref().filter(|floating| !decayed(floating.size.get(lane)));
+        let turned = turned.map_or(0.0, |floating| {
+            let [first, second] = &floating.ringing.turned;
+            first.get(lane).max(second.get(lane)).sqrt()
+        });
+        let parts = (turned / TURNED).ceil().max(1.0);
         let at = |here: &Here<V>| self.potentials(bank, here, modes, gates);
         let mut from = at(&bank.outcome.begin);
         let mut part = 0.0;
@@ -143,6 +150,10 @@ impl<'a> Control<'a> {
 /// Largest angle in rad by which ringing terminals turn in a part of a step. A cubic then deviates from a sine by at
 /// most 1e-6 of its amplitude.
 const TURNED: f64 = 0.3;
+
+/// Amplitude of ringing terminals, as a multiple of a quarter of the link's voltage, up to which the filters do not follow an
+/// oscillation: the error is no larger than that of the cubics for a large one. The energy balance follows it all the same.
+const UNSEEN: f64 = 1e-6;
 
 /// Advances the filters over `h` seconds, given the potentials in V at four equally spaced times.
 fn advance(filters: &mut [LowPass; 3], h: f64, points: &[[f64; 3]; 4]) {

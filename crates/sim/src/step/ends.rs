@@ -5,14 +5,9 @@ use standstill_numeric::Wide;
 use super::hermite::Cubic;
 use super::two_derivative::{Here, Tried};
 use crate::effect::link::LinkStep;
-use crate::effect::terminals::floating::Floating;
 use crate::guard::{Bounds, PerGuard};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
-
-/// Amplitude of ringing terminals, as a multiple of a quarter of the link's voltage, up to which an oscillation is not
-/// followed within a step: the error is no larger than that of the cubics for a large oscillation.
-const UNSEEN: f64 = 1e-6;
 
 impl<V: Wide> Tried<V> {
     /// Makes an empty record of a step. All fields are written out: a step of zero length would be shorter to write,
@@ -59,13 +54,10 @@ impl<V: Wide> Tried<V> {
         (self.least_margin, self.blocked_at_begin, self.least_at_mode_end) = (least, at_begin, at_mode_end);
     }
 
-    /// Returns the largest angle in rad by which the oscillations of a lane turn in the step; zero if none is larger than
-    /// [`UNSEEN`]. Steps at rest take milliseconds, hundreds of thousands of periods of an oscillation that has decayed.
+    /// Returns the largest angle in rad by which the oscillations of a lane turn in the step.
     pub fn turned(&self, lane: usize) -> f64 {
-        let decayed = |floating: &Floating<V>| floating.size.get(lane) <= UNSEEN;
-        let floating = self.floating.as_ref().filter(|floating| !decayed(floating));
-        let squares =
-            floating.map_or([0.0; 2], |floating| floating.ringing.turned.map(|square| square.get(lane)));
+        let squares = self.floating.as_ref().map(|floating| floating.ringing.turned);
+        let squares = squares.map_or([0.0; 2], |squares| squares.map(|square| square.get(lane)));
         squares[0].max(squares[1]).sqrt()
     }
 }
