@@ -72,37 +72,7 @@ fn asked() -> Result<Asked, String> {
 impl Tally {
     /// Adds another tally.
     pub fn add(&mut self, other: &Self) {
-        let mut sums = self.counts().map(|(_, count)| count);
-        sums.iter_mut().zip(other.counts()).for_each(|(sum, (_, count))| *sum += count);
-        *self = Self::of(sums);
-    }
-
-    /// Makes a tally of the counts in the order of [`Self::counts`].
-    const fn of(counts: [u64; 10]) -> Self {
-        let [
-            scenarios,
-            refused,
-            found,
-            undetermined,
-            failed,
-            errors,
-            nonsense,
-            balanced,
-            refereed,
-            surprises,
-        ] = counts;
-        Self {
-            scenarios,
-            refused,
-            found,
-            undetermined,
-            failed,
-            errors,
-            nonsense,
-            balanced,
-            refereed,
-            surprises,
-        }
+        self.counts_mut().into_iter().zip(other.counts()).for_each(|(sum, (_, count))| *sum += count);
     }
 
     /// Returns the counts of a block of seeds as a line of a file.
@@ -114,12 +84,15 @@ impl Tally {
     /// Reads a line that [`Self::line`] wrote; none if it is another line.
     pub fn of_line(line: &str, first: u64) -> Option<Self> {
         let counts = line.strip_prefix(&format!("from {first}: "))?;
-        let counts: Vec<u64> = counts
-            .split(", ")
-            .zip(Self::default().counts())
-            .filter_map(|(count, (name, _))| count.strip_prefix(name)?.trim().parse().ok())
-            .collect();
-        Some(Self::of(counts.try_into().ok()?))
+        let (mut tally, names) = (Self::default(), Self::default().counts());
+        let counts: Vec<&str> = counts.split(", ").collect();
+        if counts.len() != names.len() {
+            return None;
+        }
+        for ((read, text), (name, _)) in tally.counts_mut().into_iter().zip(counts).zip(names) {
+            *read = text.strip_prefix(name)?.trim().parse().ok()?;
+        }
+        Some(tally)
     }
 }
 

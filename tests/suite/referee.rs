@@ -5,7 +5,7 @@ use std::io::{Write as _, stderr};
 use std::path::Path;
 
 use standstill_detect::{Method, MethodName, Settings};
-use standstill_interface::{Command, Detector, Nanos, Reading, Step};
+use standstill_interface::{Command, Detector, Nanos};
 use standstill_plant::{Motor, built_in, built_in_names};
 use standstill_scenario::{Document, ErrorSet, Plan, Scenario};
 use standstill_sim::{
@@ -14,22 +14,7 @@ use standstill_sim::{
 };
 
 use crate::bench::{Script, paper_motor};
-
-/// Keeps each command of a detector.
-struct Recorder<D> {
-    detector: D,
-    commands: Vec<Command<f64>>,
-}
-
-impl<D: Detector<f64>> Detector<f64> for Recorder<D> {
-    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        let step = self.detector.step(readings);
-        if let Step::Drive(command) = &step {
-            self.commands.push(*command);
-        }
-        step
-    }
-}
+use crate::random_detections::look::Recorder;
 
 fn scenario(motor: Motor, method: MethodName, errors: ErrorSet, rotor: RotorState) -> Scenario<Method<f64>> {
     Scenario::of_method(method, motor, errors, rotor, 1)

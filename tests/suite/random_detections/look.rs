@@ -83,9 +83,9 @@ pub fn balances(scenario: &Scenario<Method<f64>>) -> Result<(), String> {
 }
 
 /// Keeps each command of a detector.
-struct Recorder<D> {
-    detector: D,
-    commands: Vec<Command<f64>>,
+pub struct Recorder<D> {
+    pub detector: D,
+    pub commands: Vec<Command<f64>>,
 }
 
 impl<D: Detector<f64>> Detector<f64> for Recorder<D> {

@@ -44,18 +44,36 @@ impl Tally {
     }
 
     /// Returns all counts, each with its name.
-    pub const fn counts(&self) -> [(&'static str, u64); 10] {
+    pub fn counts(&self) -> [(&'static str, u64); 10] {
+        let names = [
+            "scenarios",
+            "refused",
+            "found",
+            "undetermined",
+            "failed",
+            "errors",
+            "nonsense",
+            "balanced",
+            "refereed",
+            "surprises",
+        ];
+        let counts = self.clone().counts_mut().map(|count| *count);
+        std::array::from_fn(|k| (names[k], counts[k]))
+    }
+
+    /// Returns the places of all counts, in the order of [`Self::counts`].
+    pub const fn counts_mut(&mut self) -> [&mut u64; 10] {
         [
-            ("scenarios", self.scenarios),
-            ("refused", self.refused),
-            ("found", self.found),
-            ("undetermined", self.undetermined),
-            ("failed", self.failed),
-            ("errors", self.errors),
-            ("nonsense", self.nonsense),
-            ("balanced", self.balanced),
-            ("refereed", self.refereed),
-            ("surprises", self.surprises),
+            &mut self.scenarios,
+            &mut self.refused,
+            &mut self.found,
+            &mut self.undetermined,
+            &mut self.failed,
+            &mut self.errors,
+            &mut self.nonsense,
+            &mut self.balanced,
+            &mut self.refereed,
+            &mut self.surprises,
         ]
     }
 }

@@ -196,7 +196,7 @@ mod tests {
             let mut changed = document();
             changed.set(key.path, value, Origin::CommandLine).expect("a key");
             let other = identity(changed).inspect(|_| whole += 1).unwrap_or_else(|_| {
-                // What needs other keys beside it is compared as it would stand in the run's text.
+                // A key that needs companions is compared as a line of the run's text.
                 alone += 1;
                 let scenario = format!("trials = 40\n{} = {value}\n", key.path);
                 Identity { scenario, ..own.clone() }

@@ -279,8 +279,8 @@ fn regress_a_link_that_sags_is_named_with_what_to_record() {
     assert!(text.contains("For a steadier DC link: record shorter pulses"), "{text}");
 }
 
-/// The same pulses with the phases' names turned on by one: a motor whose rotor stands 120° away. Of two such files neither is named, since either may be
-/// the wrong one, but both are to be fitted alone; of four, the one that differs is to be left out.
+/// A record whose phases are renamed in a circle is one of a rotor 120° away. Of two such files the program names neither, since either may be wrong: it
+/// asks for a fit of each. Of four files it asks to leave out the one that differs.
 #[test]
 fn law_files_of_different_rotor_positions_lead_to_a_fit_of_each() {
     let folder = folder();

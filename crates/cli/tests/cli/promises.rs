@@ -1,4 +1,4 @@
-//! What the manual promises is held by tests that name it, and `docs/promises.md` is made of both.
+//! Tests name the manual's promises. This module makes `docs/promises.md` of the promises and these tests.
 //!
 //! A promise stands in a page, in the readme, in ARCHITECTURE or in rustdoc: a sentence, and behind it the comment `promise: NAME` in the form of
 //! HTML, with several names where it promises several things. A test names what it holds in a line of its own above `#[test]`: `/// promise: NAME`.
@@ -62,7 +62,7 @@ fn sentence(text: &str) -> String {
     }
     lines.reverse();
     let whole = lines.join(" ").split_whitespace().collect::<Vec<_>>().join(" ");
-    // What an earlier promise ended is no part of this one.
+    // A sentence that ended at an earlier promise does not belong to this one.
     let whole = whole.rsplit("-->").next().unwrap_or_default().trim();
     let whole = whole.trim_end_matches('.');
     let begin = [". ", "? ", ".) ", "| "]
@@ -148,9 +148,9 @@ fn golden_each_promise_has_a_test_and_each_test_its_promise() {
         );
     }
     let mut page = format!(
-        "# Promises\n\nWhat these pages promise, and the tests that hold it: {} promises, {} tests. `cargo test --workspace NAME` runs one. A promise without a \
-         test, and a test of what nobody promises, fail the tests (`STANDSTILL_WRITE=1 cargo test -p standstill --test cli promise` writes this page). \
-         What is compared with what, and how close: [validation](validation.md).\n\n| promise | held by |\n|---|---|\n",
+        "# Promises\n\nThe manual makes {} promises, and {} tests hold them; a test may hold a part of its sentence. `cargo test --workspace NAME` runs one. The suite fails where a \
+         promise has no test, and where a test names a promise that no page makes. `STANDSTILL_WRITE=1 cargo test -p standstill --test cli promise` writes this page. \
+         [Validation](validation.md) says how close each comparison is.\n\n| promise | held by |\n|---|---|\n",
         promises.len(),
         tests.values().map(Vec::len).sum::<usize>(),
     );

@@ -1,4 +1,4 @@
-//! What the sources must not have, whatever they do.
+//! Rules for all sources: no file is read past the one door, and `unsafe` stands only where ARCHITECTURE.md allows it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ fn below(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Whether this line has code that the compiler does not check; types of functions of C are none.
+/// Returns whether a line has an `unsafe` block, function or implementation; the type of a C function does not count.
 fn is_unsafe(line: &str) -> bool {
     let code = line.split("//").next().unwrap_or_default();
     ["unsafe {", "unsafe fn", "unsafe impl", "unsafe trait", "#[unsafe("]
