@@ -78,7 +78,7 @@ pub enum FitError {
     /// file of the largest swing, and the swing.
     #[error(
         "{}. The DC link of {file} moves between {:.1} and {:.1} V while legs drive, and its mean is simulated: {}",
-        error.beside_a_link(), swing.ends[0], swing.ends[1], error.steadier(swing)
+        error.beside_a_link(), swing.ends()[0], swing.ends()[1], error.steadier(swing)
     )]
     SoftLink {
         /// Error without regard to the link.
@@ -105,24 +105,20 @@ pub enum FitError {
 /// What was found where the nearest winding has no resistance.
 const NO_RESISTANCE: &str = "found a winding without resistance: nothing slows the currents' rise";
 
-/// Shares of its mean by which the DC link must move to be named: where no plant fits or a winding has no resistance, and where more than
-/// half of the currents are left. Of currents that follow the link, a swing leaves about its own share, so the second is larger.
-const SOFT: [f64; 2] = [0.1, 0.3];
-
 impl FitError {
     /// Returns this error with the swing of the DC link, if that may be why no motor comes near.
     pub(super) fn beside(self, swing: Option<Swing>, records: &[Record]) -> Self {
-        let least = match &self {
-            Self::NoPlant | Self::NoResistance => SOFT[0],
-            Self::FarOff { .. } => SOFT[1],
-            _ => return self,
+        let may_explain = |swing: &Swing| match &self {
+            Self::NoPlant | Self::NoResistance => swing.is_soft(),
+            Self::FarOff { .. } => swing.leaves_half(),
+            _ => false,
         };
-        match swing {
-            Some(swing) if swing.spread > least => match records.get(swing.record) {
-                Some(record) => Self::SoftLink { error: Box::new(self), file: record.file.clone(), swing },
-                None => self,
-            },
-            _ => self,
+        let named = swing.filter(may_explain).and_then(|swing| Some((swing, records.get(swing.record)?)));
+        match named {
+            Some((swing, record)) => {
+                Self::SoftLink { error: Box::new(self), file: record.file.clone(), swing }
+            }
+            None => self,
         }
     }
 

@@ -1,68 +1,88 @@
 //! How far the DC link moves while legs drive, of which each piece's mean is simulated.
 
+use standstill_numeric::beta;
+
 use super::pieces::{Piece, drives};
-use super::record::Row;
 
 /// Swing of the DC link's voltage within a pulse or a train of pulses, whose mean is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swing {
     /// Index of the record, in the order in which the records were given.
     pub record: usize,
-    /// Lowest and highest voltage in V while legs drive: means over an eighth of a pulse. Both are the mean of all readings if these means
-    /// do not differ significantly, or if no part has two readings, which show how large the noise is.
-    pub ends: [f64; 2],
-    /// Largest deviation of these means from the mean of all, as a share of it.
+    /// Mean of the link's voltage in V while legs drive.
+    pub mean: f64,
+    /// Half of a straight sag in each pulse, as a share of the mean: √3 times the rms deviation of straight lines through the readings of
+    /// each pulse from the mean, without the part of the readings' noise. Zero if noise explains the lines, or if too few readings show how large it is.
     pub spread: f64,
     /// Number of changes of the legs to requests that drive: 1 for a single pulse.
     pub pulses: usize,
 }
 
-/// Number of parts of a pulse whose means are taken: of a straight sag they show seven eighths, of one in few rows less (two thirds of 4 rows).
-const PARTS: usize = 8;
+/// Share of all fits with a stiff link of which noise is taken for a swing.
+const FALSE_SWINGS: f64 = 1e-3;
 
-/// Largest excess of the parts' sum of squares over the one expected from their noise, in standard deviations.
-const STEADY: f64 = 3.0;
+/// Number of rows from which on a pulse has a line of its own. Of shorter pulses the first rows of all have one, and so have the second ones.
+const OWN_LINE: usize = 3;
+
+/// Share of its mean above which a link that moves is named in an answer: it has moved the resistance by less than that.
+const NOTED: f64 = 0.02;
 
 /// Share of its mean above which a link that moves asks for other records.
 const SOFT: f64 = 0.05;
 
+/// Share of its mean by which a link must move to leave half of the currents unexplained: currents follow the link, so a swing leaves about
+/// its own share of them.
+const LEAVES_HALF: f64 = 0.3;
+
 impl Swing {
     /// Returns the largest swing in these pieces; none without a row in which legs drive.
     pub(super) fn largest(pieces: &[Piece]) -> Option<Self> {
-        pieces.iter().filter_map(Self::of).max_by(|a, b| a.spread.total_cmp(&b.spread))
+        let swings = pieces.iter().filter_map(|piece| Self::of(piece, FALSE_SWINGS / pieces.len() as f64));
+        swings.max_by(|a, b| a.spread.total_cmp(&b.spread))
     }
 
-    fn of(piece: &Piece) -> Option<Self> {
-        let (mut all, mut parts) = (Vec::new(), Vec::new());
-        for pulse in piece.rows.chunk_by(|a, b| drives(a.legs) == drives(b.legs)) {
-            if drives(pulse[0].legs) {
-                let links: Vec<f64> = pulse.iter().map(|row: &Row| row.link).collect();
-                parts.extend(links.chunks(links.len().div_ceil(PARTS).max(2)).map(Part::of));
-                all.extend(links);
+    /// `chance`: probability with which noise makes a swing.
+    fn of(piece: &Piece, chance: f64) -> Option<Self> {
+        let pulses = piece.rows.chunk_by(|a, b| a.legs == b.legs).filter(|pulse| drives(pulse[0].legs));
+        let (mut own, mut short) = (Vec::new(), [const { Vec::new() }; OWN_LINE - 1]);
+        for pulse in pulses {
+            let links = pulse.iter().map(|row| row.link);
+            if pulse.len() < OWN_LINE {
+                short.iter_mut().zip(links).for_each(|(place, link)| place.push(link));
+            } else {
+                own.push(links.collect());
             }
         }
+        own.extend(short.into_iter().filter(|place| !place.is_empty()));
+        let all: Vec<f64> = own.iter().flatten().copied().collect();
         if all.is_empty() {
             return None;
         }
         let mean = all.iter().sum::<f64>() / all.len() as f64;
-        // The noise of one reading, by what is left within parts: not a number, and no swing, if each part has one reading.
-        let noise = parts.iter().map(|part| part.squares).sum::<f64>() / (all.len() - parts.len()) as f64;
-        let squares: f64 =
-            parts.iter().map(|part| part.count * (part.mean - mean) * (part.mean - mean)).sum();
-        let others = parts.len() as f64 - 1.0;
-        let ends = if squares > noise * (others + STEADY * (2.0 * others).sqrt()) {
-            let means = parts.iter().map(|part| part.mean);
-            means.fold([mean; 2], |[low, high], mean| [low.min(mean), high.max(mean)])
-        } else {
-            [mean; 2]
-        };
+        let lines: Vec<Line> = own.iter().map(|links| Line::through(links, mean)).collect();
+        let spread = (3.0 * mean_square_of_motion(&lines, chance)).sqrt() / mean;
         let pulses = piece.edges.iter().filter(|edge| drives(edge.legs)).count();
-        Some(Self { record: piece.record, ends, spread: (ends[1] - mean).max(mean - ends[0]) / mean, pulses })
+        Some(Self { record: piece.record, mean, spread, pulses })
+    }
+
+    /// Returns the lowest and the highest voltage in V of a straight sag by this spread.
+    pub fn ends(&self) -> [f64; 2] {
+        [-1.0, 1.0].map(|side| self.mean * (1.0 + side * self.spread))
+    }
+
+    /// Returns true if the link moves so far within a pulse or train that an answer names it: by more than 2 % of its mean.
+    pub fn is_noted(&self) -> bool {
+        self.spread > NOTED
     }
 
     /// Returns true if the link moves so far within a pulse or train that its mean is not enough: by more than 5 % of it.
     pub fn is_soft(&self) -> bool {
         self.spread > SOFT
+    }
+
+    /// Returns true if the link moves so far that a simulation with its mean leaves half of the currents.
+    pub(super) fn leaves_half(&self) -> bool {
+        self.spread > LEAVES_HALF
     }
 
     /// Returns which records have a steadier link.
@@ -76,27 +96,61 @@ impl Swing {
     }
 }
 
-/// Readings of a part of a pulse.
-struct Part {
+/// Straight line through readings at equal distances, by least squares; through one or two of them exactly.
+struct Line {
     count: f64,
-    mean: f64,
-    /// Sum of the squares of the readings' deviations from the mean.
-    squares: f64,
+    /// Number of its parameters.
+    parameters: usize,
+    /// Sum of the squares of its deviations from the mean of all lines' readings, at the readings.
+    moved: f64,
+    /// Sum of the squares of the readings' deviations from it.
+    left: f64,
 }
 
-impl Part {
-    fn of(links: &[f64]) -> Self {
+impl Line {
+    /// `mean`: of the readings of all lines.
+    fn through(links: &[f64], mean: f64) -> Self {
         let count = links.len() as f64;
-        let mean = links.iter().sum::<f64>() / count;
-        Self { count, mean, squares: links.iter().map(|u| (u - mean) * (u - mean)).sum() }
+        let level = links.iter().sum::<f64>() / count;
+        let places = || (0..links.len()).map(|k| k as f64 - (count - 1.0) / 2.0);
+        let squares = places().map(|k| k * k).sum::<f64>();
+        let product = places().zip(links).map(|(k, u)| k * (u - level)).sum::<f64>();
+        let slope = if links.len() > 1 { product / squares } else { 0.0 };
+        let off = |(k, u): (f64, &f64)| u - level - slope * k;
+        Self {
+            count,
+            parameters: links.len().min(2),
+            moved: count * (level - mean) * (level - mean) + slope * slope * squares,
+            left: places().zip(links).map(off).map(|off| off * off).sum(),
+        }
     }
+}
+
+/// Returns the mean square of these lines' deviations from the mean, without the part of the readings' noise; zero if noise makes such lines more
+/// often than `chance`, by the F test of the lines against one mean.
+fn mean_square_of_motion(lines: &[Line], chance: f64) -> f64 {
+    let parameters: usize = lines.iter().map(|line| line.parameters).sum();
+    let count = lines.iter().map(|line| line.count).sum::<f64>();
+    let [others, freedom] = [parameters as f64 - 1.0, count - parameters as f64];
+    if others == 0.0 || freedom == 0.0 {
+        return 0.0;
+    }
+    let moved = lines.iter().map(|line| line.moved).sum::<f64>();
+    let noise = lines.iter().map(|line| line.left).sum::<f64>() / freedom;
+    // P(F > moved/others/noise) (Abramowitz and Stegun, 26.6.2). Not a number if the link never moves.
+    let by_noise = beta(freedom / 2.0, others / 2.0, freedom * noise / (freedom * noise + moved));
+    if by_noise < chance { (moved - others * noise).max(0.0) / count } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng as _;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution as _, Normal};
+
     use super::super::FitError;
     use super::super::pieces::{pieces, tests::record};
-    use super::super::record::{Record, Request};
+    use super::super::record::{Record, Request, Row};
     use super::*;
 
     /// The two pulses of 40 and of 100 rows with a link that has this voltage in each row.
@@ -108,8 +162,7 @@ mod tests {
         Swing::largest(&pieces(0, &record)).expect("pieces")
     }
 
-    /// Twelve volts that sag to nine in the second pulse alone, which is named; rows in which no leg drives do not count. The first of eight
-    /// parts, of 13 of 100 rows, has a mean of 6 of 99 of the sag, the last, of 9 rows, one of 95 of 99.
+    /// Twelve volts that sag to nine in the second pulse alone, which is named; rows in which no leg drives do not count.
     #[test]
     fn analytic_the_largest_swing_of_the_link_is_that_while_legs_drive() {
         let sagging = |k: usize| match k {
@@ -118,14 +171,17 @@ mod tests {
             _ => 12.0,
         };
         let found = swing(sagging);
-        let ends = [12.0 - 3.0 * 95.0 / 99.0, 12.0 - 3.0 * 6.0 / 99.0];
-        assert!(found.ends.iter().zip(ends).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
-        assert!((found.spread - (10.5 - ends[0]) / 10.5).abs() < 1e-9 && found.is_soft(), "{found:?}");
+        // 100 rows, each of which stands for a hundredth of the pulse: √(101/99) of half of what the last row differs from the first.
+        assert!((found.mean - 10.5).abs() < 1e-9, "{found:?}");
+        assert!(
+            (found.spread - 1.5 / 10.5 * (101.0_f64 / 99.0).sqrt()).abs() < 1e-9 && found.is_soft(),
+            "{found:?}"
+        );
         // Named beside an error that it may explain, and beside no other.
         let rows = record(Request::Off, |_| 0.0);
         let records = [Record { file: "soft.csv".to_owned(), ..rows }];
         let said = FitError::NoPlant.beside(Some(found), &records).to_string();
-        assert!(said.contains("soft.csv moves between 9.1 and 11.8 V while legs drive"), "{said}");
+        assert!(said.contains("soft.csv moves between 9.0 and 12.0 V while legs drive"), "{said}");
         assert!(said.ends_with("record shorter pulses, or with more capacitance at the bridge"), "{said}");
         assert_eq!(FitError::NoCurrent.beside(Some(found), &records), FitError::NoCurrent);
         let stiff = Swing { spread: 0.02, ..found };
@@ -141,15 +197,55 @@ mod tests {
         assert_eq!(FitError::NoPlant.beside(Some(found), &[]), FitError::NoPlant);
     }
 
-    /// Readings up and down by a tenth of the voltage are no swing; on a sag of a tenth they are.
+    /// Pulses of so many rows each, in a train, with a link that has this voltage in the row `k` of the pulse `n`.
+    fn train(pulses: usize, rows: usize, mut link: impl FnMut(usize, usize) -> f64) -> Piece {
+        let record = record(Request::Off, |_| 0.0);
+        let first = record.rows.iter().position(|row| drives(row.legs)).expect("a pulse");
+        let mut piece = pieces(0, &record).swap_remove(0);
+        piece.rows = (0..pulses)
+            .flat_map(|n| (0..=rows).map(move |k| (n, k)))
+            .map(|(n, k)| match k.checked_sub(1) {
+                None => Row { link: 20.0, ..record.rows[0] },
+                Some(k) => Row { link: link(n, k), ..record.rows[first] },
+            })
+            .collect();
+        piece
+    }
+
+    /// Noise of 4 % makes a swing in one fit of a thousand, however many pulses of however few rows it has, alone or among other pieces.
     #[test]
-    fn regress_noise_of_the_link_is_no_swing() {
-        let noise = |k: usize| 1.2 * [1.0, -0.6, 0.3, -1.0, 0.8, -0.4, 0.1, -0.9, 0.7][(k * k + k / 7) % 9];
-        let noisy = swing(|k| 12.0 + noise(k));
-        assert!(noisy.spread < 1e-9 && (noisy.ends[0] - 12.0).abs() < 0.3, "{noisy:?}");
-        let sagging = swing(|k| 12.0 + noise(k) - if k < 200 { 0.0 } else { 1.2 * (k - 200) as f64 / 99.0 });
-        assert!((0.03..0.12).contains(&sagging.spread), "{sagging:?}");
-        assert_eq!(swing(|_| 12.0).spread, 0.0);
+    fn law_noise_of_the_link_is_no_swing() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let normal = Normal::new(12.0, 0.48).expect("valid");
+        for (pieces, pulses, rows) in
+            [(1, 1, 3), (1, 1, 16), (1, 30, 2), (1, 30, 3), (1, 30, 16), (1, 1, 100), (30, 1, 16)]
+        {
+            let swings = (0..1000).filter(|_| {
+                let noisy: Vec<Piece> =
+                    (0..pieces).map(|_| train(pulses, rows, |_, _| normal.sample(&mut random))).collect();
+                Swing::largest(&noisy).expect("pulses").spread > 0.0
+            });
+            // Six or more of one that is expected: in one case of 1,700.
+            assert!(swings.count() < 6, "{pieces} pieces of {pulses} pulses of {rows} rows");
+        }
+    }
+
+    /// A straight sag by a tenth below noise of 4 %: in one pulse, or in each pulse of a train, of few rows, too. √3 times its rms deviation is half of
+    /// it, for n rows √((n + 1)/(n − 1)) times the half of what first and last row differ by.
+    #[test]
+    fn law_a_sag_below_noise_has_its_size() {
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        let normal = Normal::new(0.0, 0.48).expect("valid");
+        for (pulses, rows) in [(1, 300_u32), (30, 10), (300, 2)] {
+            let spreads = (0..200).map(|_| {
+                let sag = |k: usize| 1.2 * k as f64 / f64::from(rows - 1);
+                let sagging = train(pulses, rows as usize, |_, k| 12.0 - sag(k) + normal.sample(&mut random));
+                Swing::of(&sagging, FALSE_SWINGS).expect("pulses").spread
+            });
+            let mean = spreads.sum::<f64>() / 200.0;
+            let expected = 0.6 / 11.4 * (f64::from(rows + 1) / f64::from(rows - 1)).sqrt();
+            assert!((mean / expected - 1.0).abs() < 0.03, "{pulses} {rows}: {mean} for {expected}");
+        }
     }
 
     /// Pulses with one row each show no noise, so no swing, but they have a mean; without a row in which legs drive there is none.
@@ -161,7 +257,7 @@ mod tests {
         let row = |k: usize, link: f64| Row { link, ..rows[k] };
         piece.rows = vec![row(0, 20.0), row(first, 11.0), row(0, 20.0), row(first, 13.0)];
         let found = Swing::largest(std::slice::from_ref(&piece)).expect("a swing");
-        assert_eq!((found.ends, found.spread), ([12.0; 2], 0.0));
+        assert_eq!((found.mean, found.spread, found.ends()), (12.0, 0.0, [12.0; 2]));
         piece.rows.retain(|row| !drives(row.legs));
         assert_eq!(Swing::largest(&[piece]), None);
     }

@@ -7,6 +7,7 @@
 //! * [`Symmetric`]: a 2×2 matrix such as an inverse inductance.
 //! * [`Heading`]: an angle as its sine and cosine.
 //! * [`dot`], [`dots`]: products of rows, one or four side by side.
+//! * [`beta`]: the incomplete beta function, for tails of distributions.
 //! * [`rank`]: where a quantile stands among sorted values.
 //! * [`root`]: where a function of one number is zero.
 //!
@@ -27,6 +28,7 @@
 //! ```
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
+mod beta;
 mod dot;
 mod factorials;
 mod functions;
@@ -36,6 +38,7 @@ mod quantile;
 mod root;
 mod symmetric;
 
+pub use beta::beta;
 pub use dot::{ROWS, dot, dots};
 pub use factorials::PER_FACTORIAL;
 pub use functions::{

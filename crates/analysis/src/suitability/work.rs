@@ -16,10 +16,9 @@ use standstill_sim::Work;
 const PER_EVALUATION: u64 = 3;
 
 /// Number of evaluations without terminal capacitances that take as long as one evaluation with them, as in the error
-/// set `field`. With seven, a unit of work took 0.19 µs on a hub motor and 0.15 µs on the paper's motor, while a unit
-/// without the capacitances took 0.36 to 0.56 µs (`standstill check hub-hoverboard -s errors=field --json` has the
-/// work, processor time on a machine with eight times as much to do as it has cores).
-const OF_TERMINALS: u64 = 4;
+/// set `field`. With four, a unit of work took 0.46 µs on a hub motor, 0.37 on a drone's and 0.47 on a gimbal's, which took 73 s, while a unit
+/// without the capacitances took 0.31 µs (`standstill check MOTOR -s errors=field --json` has the work, processor time on two cores of their own).
+const OF_TERMINALS: u64 = 6;
 
 /// Work of [`Effort::Normal`]: about a minute at 0.33 µs per evaluation.
 const NORMAL: u64 = 180_000_000;

@@ -4,54 +4,11 @@
 //! million trials one never came back. Here the continued fraction runs until it has converged, which takes some √n terms,
 //! and roots are enclosed.
 
-use standstill_numeric::{exp, exp_m1, ln, ln_1p, ln_gamma};
+use standstill_numeric::{beta, exp, exp_m1, ln};
 
 /// Returns P(X ≥ `count`) for `total` trials with probability `p` each; `count` from 1 to `total`.
 fn at_least(count: u64, total: u64, p: f64) -> f64 {
     beta(count as f64, (total - count + 1) as f64, p)
-}
-
-/// Returns the regularised incomplete beta function I_x(a, b).
-pub(super) fn beta(a: f64, b: f64, x: f64) -> f64 {
-    if x <= 0.0 {
-        return 0.0;
-    }
-    if x >= 1.0 {
-        return 1.0;
-    }
-    let front = ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b) + a * ln(x) + b * ln_1p(-x);
-    // The fraction converges fast on this side of the mean only.
-    if x < (a + 1.0) / (a + b + 2.0) {
-        exp(front) * fraction(a, b, x) / a
-    } else {
-        1.0 - exp(front) * fraction(b, a, 1.0 - x) / b
-    }
-}
-
-/// Evaluates the continued fraction of the incomplete beta function by Lentz' method (Abramowitz and Stegun, 26.5.8).
-fn fraction(a: f64, b: f64, x: f64) -> f64 {
-    const TINY: f64 = 1e-300;
-    let away = |value: f64| if value.abs() < TINY { TINY } else { value };
-    let mut c = 1.0;
-    let mut d = 1.0 / away(1.0 - (a + b) * x / (a + 1.0));
-    let mut value = d;
-    let mut m = 1.0;
-    loop {
-        let even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
-        let odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
-        let mut step = 1.0;
-        for term in [even, odd] {
-            d = 1.0 / away(1.0 + term * d);
-            c = away(1.0 + term / c);
-            step *= c * d;
-        }
-        value *= step;
-        // Of a million terms none is reached below 10^11 trials.
-        if (step - 1.0).abs() < 1e-15 || m > 1e6 {
-            return value;
-        }
-        m += 1.0;
-    }
 }
 
 /// Returns the probability with which `count` or more in `total` happen in a share `tail` of all cases: the lower end

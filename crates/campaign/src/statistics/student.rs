@@ -1,8 +1,6 @@
 //! Student's distribution.
 
-use standstill_numeric::power;
-
-use super::binomial::beta;
+use standstill_numeric::{beta, power};
 
 /// Returns Student's factor of a 95 % interval with this many degrees of freedom: 1.96 for many, NaN for none.
 ///

@@ -67,6 +67,7 @@ fn record(estimate: &Estimate) -> Record {
 }
 
 fn json(fit: &Fit, records: &Records, files: &[String], options: &Options) -> Value {
+    let [low, high] = fit.link_swing.ends();
     json!({
         "files": files,
         "start": options.motor,
@@ -104,7 +105,7 @@ fn json(fit: &Fit, records: &Records, files: &[String], options: &Options) -> Va
         "reached_A": { "d": fit.reached[0], "minus_d": fit.reached[1], "q": fit.reached[2] },
         "dc_link_V": fit.link,
         "dc_link_spread": fit.link_swing.spread,
-        "dc_link_swing": { "file": files[fit.link_swing.record], "low_V": fit.link_swing.ends[0], "high_V": fit.link_swing.ends[1] },
+        "dc_link_swing": { "file": files[fit.link_swing.record], "low_V": low, "high_V": high },
     })
 }
 

@@ -87,6 +87,15 @@ fn settled(fit: &Fit, one: &Discrepancy) -> String {
     )
 }
 
+/// Returns the words on a link that moves too far for its mean, which large currents show as the iron does; none for a steady one.
+fn first_at_a_soft_link(swing: &Swing, files: &[String]) -> String {
+    if !swing.is_soft() {
+        return String::new();
+    }
+    let moves = number(1, 100.0 * swing.spread);
+    format!("the DC link of {}, which moves by {moves} % while legs drive, then at ", files[swing.record])
+}
+
 /// Returns the sentence on where the simulation differs from currents that it does not describe, and on the likely
 /// cause. `files`: names of the trace files.
 pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
@@ -94,7 +103,7 @@ pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
         Some(Misfit::LargeCurrents { above, ratio, .. }) => format!(
             "The difference is {ratio:.1} times as large above {} as below: look first at {}the iron, which saturates more steeply than this model has it, or turns the axes (cross-saturation).",
             amperes(above),
-            if fit.link_swing.is_soft() { "the DC link, which sags as the current rises, then at " } else { "" }
+            first_at_a_soft_link(&fit.link_swing, files)
         ),
         Some(Misfit::OneFile { record, ratio }) => format!(
             "{} alone is off: the difference in it is {ratio:.1} times as large as in any other file. Its rotor may have stood in another position, its legs or channels may be others, or, of one pulse a file, the iron saturates more in its direction.",
@@ -109,13 +118,11 @@ pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
     }
 }
 
-/// Share of its mean by which the DC link may move within a pulse without a word on it.
-const NEARLY_STIFF: f64 = 0.02;
-
 /// Returns the sentence on a DC link that moves while legs drive. `files`: names of the trace files.
 pub(super) fn link(fit: &Fit, files: &[String]) -> Option<String> {
-    let Swing { record, ends: [low, high], spread, .. } = fit.link_swing;
-    (spread > NEARLY_STIFF).then(|| {
+    let Swing { record, spread, .. } = fit.link_swing;
+    let [low, high] = fit.link_swing.ends();
+    fit.link_swing.is_noted().then(|| {
         format!(
             "The DC link of {} moves between {} and {} V while legs drive, {:.1} % from its mean, which is what is simulated. A link that sags as the current rises looks like resistance.",
             files[record],
@@ -224,4 +231,19 @@ pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
         sheet.display()
     ));
     steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A link may sag or be charged as the current changes: the words state by how much it moves and in which file, and no direction.
+    #[test]
+    fn law_large_currents_are_laid_first_at_a_soft_link_by_name() {
+        let files = ["stiff.csv", "soft.csv"].map(str::to_owned);
+        let swing = |spread: f64| Swing { record: 1, mean: 12.0, spread, pulses: 1 };
+        let words = first_at_a_soft_link(&swing(0.123), &files);
+        assert_eq!(words, "the DC link of soft.csv, which moves by 12.3 % while legs drive, then at ");
+        assert_eq!(first_at_a_soft_link(&swing(0.04), &files), "");
+    }
 }
