@@ -77,7 +77,7 @@ enum Samples {
 /// let scenario = Scenario::paper(motor, ErrorSet::Default, Decay::Fast, RotorState::Locked, 1);
 /// let bound = Bounds::new(&scenario).at(0.5)?.ok_or("a method that turns the rotor")?;
 /// // From more samples more could be known.
-/// assert!(bound.all_deg < bound.scheme_deg);
+/// assert!(bound.all_deg.is_some_and(|all| all < bound.scheme_deg));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -88,9 +88,8 @@ pub struct Bounds<'a, S> {
     pub unknown: &'a [Unknown],
     /// Commands that count for the bound.
     pub counted: Counted,
-    /// Interval between samples for the bounds that use all possible samples. About a kilobyte of memory is needed per
-    /// sample.
-    pub interval: Nanos,
+    /// Interval between samples for the bounds that use all possible samples, about a kilobyte of memory each; none: no such bounds.
+    pub interval: Option<Nanos>,
     /// Number of the trial whose noise is added when the detector's commands are recorded; none: no noise. A method that
     /// continues until its readings are certain enough stops too early without noise, and the bound would not be that of its
     /// trials.
@@ -107,8 +106,8 @@ pub struct Bounds<'a, S> {
 pub struct Bound {
     /// Bound from the samples that the commands request.
     pub scheme_deg: f64,
-    /// Bound from samples at every interval during the same commands.
-    pub all_deg: f64,
+    /// Bound from samples at every interval during the same commands. None without an interval.
+    pub all_deg: Option<f64>,
     /// Like `scheme_deg`, for a specimen whose gains, offsets and delays are known only within the tolerances of drive and
     /// sensors. None for sensors without noise: the information of the readings and that of the priors have no common scale then.
     pub hybrid_deg: Option<f64>,
@@ -136,20 +135,20 @@ impl Bound {
     /// ```
     /// use standstill_analysis::Bound;
     ///
-    /// let bound = |deg| Bound { scheme_deg: deg, all_deg: deg, hybrid_deg: None, hybrid_all_deg: None };
+    /// let bound = |deg| Bound { scheme_deg: deg, all_deg: None, hybrid_deg: None, hybrid_all_deg: None };
     /// assert_eq!(Bound::rms(&[bound(1.0), bound(7.0)]).scheme_deg, 5.0);
     /// ```
     pub fn rms(bounds: &[Self]) -> Self {
         let n = bounds.len() as f64;
-        let squares = |of: fn(&Self) -> f64| bounds.iter().map(|bound| of(bound) * of(bound)).sum::<f64>();
-        let rms = |of: fn(&Self) -> f64| (squares(of) / n).sqrt();
-        let known = bounds.iter().all(|bound| bound.hybrid_deg.is_some());
-        let hybrid = |of: fn(&Self) -> f64| known.then(|| rms(of));
+        let known = |of: fn(&Self) -> Option<f64>| {
+            let squares: Option<f64> = bounds.iter().map(|bound| of(bound).map(|deg| deg * deg)).sum();
+            squares.map(|squares| (squares / n).sqrt())
+        };
         Self {
-            scheme_deg: rms(|bound| bound.scheme_deg),
-            all_deg: rms(|bound| bound.all_deg),
-            hybrid_deg: hybrid(|bound| bound.hybrid_deg.unwrap_or(f64::NAN)),
-            hybrid_all_deg: hybrid(|bound| bound.hybrid_all_deg.unwrap_or(f64::NAN)),
+            scheme_deg: known(|bound| Some(bound.scheme_deg)).unwrap_or(f64::NAN),
+            all_deg: known(|bound| bound.all_deg),
+            hybrid_deg: known(|bound| bound.hybrid_deg),
+            hybrid_all_deg: known(|bound| bound.hybrid_all_deg),
         }
     }
 }
@@ -170,7 +169,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
             scenario,
             unknown: &Unknown::ALL,
             counted: Counted::All,
-            interval: Nanos::from_micros(10),
+            interval: Some(Nanos::from_micros(10)),
             noise: None,
             step: 1.0,
             threads: None,
@@ -186,12 +185,13 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         let case = self.nominal(angle);
         let commands = self.commands(&case)?;
         let (scheme, hybrid) = self.deviations(&case, &commands, Samples::Scheme)?;
-        let (all, hybrid_all) = self.deviations(&case, &commands, Samples::Every(self.interval))?;
+        let every = |interval| self.deviations(&case, &commands, Samples::Every(interval));
+        let all = self.interval.map(every).transpose()?;
         Ok(Some(Bound {
             scheme_deg: scheme.to_degrees(),
-            all_deg: all.to_degrees(),
+            all_deg: all.map(|(all, _)| all.to_degrees()),
             hybrid_deg: hybrid.map(f64::to_degrees),
-            hybrid_all_deg: hybrid_all.map(f64::to_degrees),
+            hybrid_all_deg: all.and_then(|(_, hybrid)| hybrid).map(f64::to_degrees),
         }))
     }
 

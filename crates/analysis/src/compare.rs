@@ -84,29 +84,21 @@ impl Bound {
     /// # Errors
     /// Errors of [`Self::of`], except for a simulation that cannot be run.
     pub fn or_reason(
-        scenario: &Scenario<Method<f64>>,
+        bounds: Bounds<'_, Method<f64>>,
         angles: usize,
-        threads: Option<usize>,
     ) -> Result<(Option<Self>, Option<RunError>), BoundError> {
-        match Self::of(scenario, angles, threads) {
+        match Self::of(bounds, angles) {
             Ok(bound) => Ok((bound, None)),
             Err(BoundError::Run(reason)) => Ok((None, Some(reason))),
             Err(error) => Err(error),
         }
     }
 
-    /// Returns the Cramér–Rao limit of the method's excitation as rms over evenly spaced angles; none if the method
-    /// turns the rotor. For a method with line pulses only the pulses count, because its polarity test comes after the
-    /// axis is known.
+    /// Returns the rms of these bounds over evenly spaced angles, as [`Bounds::over`] has them; none if the method turns the rotor.
     ///
     /// # Errors
     /// A plant cannot be simulated.
-    pub fn of(
-        scenario: &Scenario<Method<f64>>,
-        angles: usize,
-        threads: Option<usize>,
-    ) -> Result<Option<Self>, BoundError> {
-        let bounds = Bounds { threads, ..Bounds::of_method(scenario) };
+    pub fn of(bounds: Bounds<'_, Method<f64>>, angles: usize) -> Result<Option<Self>, BoundError> {
         Ok(bounds.over(angles)?.map(|bounds| Self::rms(&bounds)))
     }
 }

@@ -43,7 +43,7 @@ pub use standstill_odds::subset::Effort;
 pub use turning::TurningSpeeds;
 pub use work::most as most_work;
 
-use crate::bound::{Bound, BoundError};
+use crate::bound::{Bound, BoundError, Bounds};
 use bench::Bench;
 use search::Found;
 use thiserror::Error;
@@ -279,9 +279,10 @@ impl Suitability {
         // An end of a range without settings is no answer, and the limit takes as long as a method.
         let is_answer = recommended.is_some() || bench.upper_end.is_none();
         let is_bounded = is_answer && tried.check().is_ok();
+        let bounds = Bounds { interval: None, ..Bounds::of_method(&tried) };
         let suitability = Self {
             saliency_ratio: saliency_ratio(motor),
-            limit: if is_bounded { Bound::or_reason(&tried, ANGLES, None)?.0 } else { None },
+            limit: if is_bounded { Bound::or_reason(bounds, ANGLES)?.0 } else { None },
             has_magnet: motor.has_magnet(),
             pole: motor.pole_knowledge(),
             signature: [known.signature, known.pulse_signature],
@@ -373,5 +374,6 @@ const SEARCH: f64 = 0.5;
 /// Share of the remaining work for the confirmation, before changes are tried.
 const CONFIRMATION: f64 = 0.7;
 
-/// Number of angles for the Cramér–Rao limit, enough to resolve a harmonic of the winding.
-const ANGLES: usize = 16;
+/// Number of angles for the Cramér–Rao limit: without a factor of six, as line inductances repeat every 60°. With errors of `field` each takes as
+/// long as some hundred starts.
+const ANGLES: usize = 7;

@@ -144,14 +144,14 @@ fn law_as_much_work_as_is_usual_finds_what_any_work_finds() {
 
 /// A step with terminals' capacitances solves two oscillators, too.
 #[test]
-fn law_an_evaluation_with_terminals_counts_as_six() {
+fn law_an_evaluation_with_terminals_counts_as_four() {
     let work = standstill_sim::Work { derivatives: 100, steps: 90, segments: 21, events: 9 };
     let document = drive(&[]);
     let motor = document.motor().expect("a motor");
     let mut bridge = document.scenario_of(&motor).expect("a scenario").drive.bridge;
     assert_eq!((bridge.terminal_capacitance, work::of_start(&work, &bridge)), (0.0, 110));
     bridge.terminal_capacitance = 1e-9;
-    assert_eq!(work::of_start(&work, &bridge), 610);
+    assert_eq!(work::of_start(&work, &bridge), 410);
 }
 
 /// Both states of the rotor object to the same thing: it is said once, with the figures of the worse.

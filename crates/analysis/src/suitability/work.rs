@@ -16,9 +16,9 @@ use standstill_sim::Work;
 const PER_EVALUATION: u64 = 3;
 
 /// Number of evaluations without terminal capacitances that take as long as one evaluation with them, as in the error
-/// set `field`. With four, a unit of work took 0.46 µs on a hub motor, 0.37 on a drone's and 0.47 on a gimbal's, which took 73 s, while a unit
-/// without the capacitances took 0.31 µs (`standstill check MOTOR -s errors=field --json` has the work, processor time on two cores of their own).
-const OF_TERMINALS: u64 = 6;
+/// set `field`. On a gimbal's motor one of the searches and confirmations of a check took 1.0 to 1.2 µs, and a unit of work without the capacitances
+/// 0.31 µs (`standstill check gimbal-2804.toml -s errors=field`, processor time).
+const OF_TERMINALS: u64 = 4;
 
 /// Work of [`Effort::Normal`]: about a minute at 0.33 µs per evaluation.
 const NORMAL: u64 = 180_000_000;

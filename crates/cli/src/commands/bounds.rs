@@ -3,6 +3,7 @@
 use serde_json::json;
 use standstill_analysis::{Bound, Bounds, informative};
 use standstill_detect::Source;
+use standstill_interface::Nanos;
 use standstill_report::page::{Block, Column, Table, Tone};
 
 use super::question::given;
@@ -15,7 +16,7 @@ use crate::shell::{Report, interrupt};
 
 /// Returns the values of a bound in degrees; none for values that are too large to be informative.
 fn values(bound: &Bound) -> [Option<f64>; 4] {
-    [Some(bound.scheme_deg), Some(bound.all_deg), bound.hybrid_deg, bound.hybrid_all_deg]
+    [Some(bound.scheme_deg), bound.all_deg, bound.hybrid_deg, bound.hybrid_all_deg]
         .map(|v| v.and_then(informative))
 }
 
@@ -76,7 +77,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
                 } else {
                     read.join("; ")
                 },
-                interval.seconds() * 1e6
+                interval.map_or(f64::NAN, Nanos::seconds) * 1e6
             );
             vec![Block::Table(table), Block::Text(legend)]
         }

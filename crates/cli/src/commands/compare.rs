@@ -4,7 +4,7 @@ mod cache;
 mod cells;
 
 use serde_json::json;
-use standstill_analysis::{Bound, Entry, informative, mean_energy};
+use standstill_analysis::{Bound, Bounds, Entry, informative, mean_energy};
 use standstill_campaign::{Campaign, Estimate, Occurrence, Sectors, Statistics, Summary};
 use standstill_detect::MethodName;
 use standstill_plant::Motor;
@@ -79,7 +79,7 @@ fn record(entry: &Entry, motor: &Motor) -> Record {
         .with("moved_deg", s.max_moved_deg)
         // From the scheme's samples, from all samples at 100 kHz, and on a specimen with its own gains, offsets and delays.
         .with("bound_deg", bound(|bound| Some(bound.scheme_deg)))
-        .with("bound_all_deg", bound(|bound| Some(bound.all_deg)))
+        .with("bound_all_deg", bound(|bound| bound.all_deg))
         .with("bound_hybrid_deg", bound(|bound| bound.hybrid_deg))
         .with("efficiency", entry.efficiency())
         .with("reasons", reasons(entry));
@@ -174,7 +174,8 @@ fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<E
         }
         let angles = if cell.scenario.detector.has_line_pulses() { ANGLES } else { FEW_ANGLES };
         let (bound, no_bound) = if limits {
-            let compute = || Bound::or_reason(&cell.scenario, angles, threads);
+            let bounds = Bounds { threads, ..Bounds::of_method(&cell.scenario) };
+            let compute = || Bound::or_reason(bounds, angles);
             // What a library would do with the pulses, its name does not tell.
             let known = MethodName::ALL.iter().any(|method| method.name() == cell.method);
             if known { cache::limit(&cell.scenario, angles, compute)? } else { compute()? }

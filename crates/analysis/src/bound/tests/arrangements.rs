@@ -84,7 +84,7 @@ fn analytic_times_to_a_threshold_of_a_linear_motor() {
             let got = at(Bounds { unknown: &[], ..Bounds::new(&scenario) }, angle);
             assert!((got.scheme_deg.to_radians() * known.sqrt() - 1.0).abs() < 1e-3, "{angle}: {got:?}");
             // Between two trips nothing is read on such a drive.
-            assert_eq!(got.all_deg, got.scheme_deg);
+            assert_eq!(got.all_deg, Some(got.scheme_deg));
             let expected =
                 information.try_inverse().expect("three directions tell three numbers")[(0, 0)].sqrt();
             let unknown = &[Unknown::MeanInductance, Unknown::Saliency];
@@ -158,7 +158,7 @@ fn measured(scenario: &Scenario<Method<f64>>, trials: u64) -> (f64, f64) {
     }
     let summary = statistics.summary();
     assert_eq!(summary.axes, trials, "{:?}", summary.reasons);
-    let bound = Bound::of(scenario, 7, None).expect("simulated").expect("a bound");
+    let bound = Bound::of(Bounds::of_method(scenario), 7).expect("simulated").expect("a bound");
     (summary.rms_deg.value, bound.scheme_deg)
 }
 

@@ -86,16 +86,15 @@ fn write(path: &std::path::Path, kept: &Kept) -> std::io::Result<()> {
 }
 
 fn bits(bound: &Bound) -> [Option<u64>; 4] {
-    [Some(bound.scheme_deg), Some(bound.all_deg), bound.hybrid_deg, bound.hybrid_all_deg]
+    [Some(bound.scheme_deg), bound.all_deg, bound.hybrid_deg, bound.hybrid_all_deg]
         .map(|value| value.map(f64::to_bits))
 }
 
-fn bound([scheme, all, hybrid_deg, hybrid_all_deg]: [Option<u64>; 4]) -> Bound {
+fn bound([scheme, all_deg, hybrid_deg, hybrid_all_deg]: [Option<u64>; 4]) -> Bound {
     let number = |bits: Option<u64>| bits.map(f64::from_bits);
-    let sure = |bits| number(bits).unwrap_or(f64::NAN);
     Bound {
-        scheme_deg: sure(scheme),
-        all_deg: sure(all),
+        scheme_deg: number(scheme).unwrap_or(f64::NAN),
+        all_deg: number(all_deg),
         hybrid_deg: number(hybrid_deg),
         hybrid_all_deg: number(hybrid_all_deg),
     }
@@ -107,8 +106,12 @@ mod tests {
 
     #[test]
     fn law_a_limit_survives_with_what_is_not_finite() {
-        let all =
-            Bound { scheme_deg: 0.1, all_deg: f64::INFINITY, hybrid_deg: None, hybrid_all_deg: Some(0.3) };
+        let all = Bound {
+            scheme_deg: 0.1,
+            all_deg: Some(f64::INFINITY),
+            hybrid_deg: None,
+            hybrid_all_deg: Some(0.3),
+        };
         let kept = Kept { of: String::new(), bound: Some(bits(&all)) };
         let text = serde_json::to_vec(&kept).expect("JSON");
         let again: Kept = serde_json::from_slice(&text).expect("as written");
