@@ -49,7 +49,7 @@ struct Asked {
 }
 
 fn asked() -> Result<Asked, String> {
-    let mut asked = Asked { detections: 1000, first: 0, threads: 1, keep: None, only: None, depth: DEPTH };
+    let mut asked = Asked { detections: 300, first: 0, threads: 1, keep: None, only: None, depth: DEPTH };
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut next =

@@ -7,7 +7,8 @@
 //! All in one run, by turns and each at its best: the ratios hold on a machine that is busy with something else. The
 //! figures of docs/notes/performance.md are from here.
 //!
-//! Run with `cargo run --release --example speed`.
+//! Run with `cargo run --release --example speed`. `-- quick` takes each time once and a twentieth of the trials: whether it runs, and no
+//! measurement.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -36,9 +37,15 @@ fn peak(chains: &mut [[f64; 8]; CHAINS], factor: f64) {
     *chains = all;
 }
 
+/// Whether everything is to be tried, and nothing measured.
+fn quick() -> bool {
+    std::env::args().any(|argument| argument == "quick")
+}
+
 /// The least time in ns that each of some tasks takes, one after the other and again, over `per` times what they do once:
 /// at least `turns[0]` times, at most `turns[1]`, and not again after a second.
 fn by_turns<const K: usize>(turns: [u32; 2], per: [f64; K], mut tasks: [&mut dyn FnMut(); K]) -> [f64; K] {
+    let turns = if quick() { [1, 1] } else { turns };
     let mut best = [f64::INFINITY; K];
     let start = Instant::now();
     for turn in 0..turns[1] {
@@ -195,7 +202,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenario = |method, errors, rotor| Scenario::of_method(method, motor.clone(), errors, rotor, 1);
     let fast = scenario(MethodName::LineInductanceFast, ErrorSet::Default, RotorState::Locked);
     // Before anything else has had memory.
-    let grown = [1000, 20_000, 200_000].map(|trials| {
+    let part = if quick() { 20 } else { 1 };
+    let grown = [1000, 20_000, 200_000].map(|trials| trials / part).map(|trials| {
         campaign(&fast, trials, None);
         (trials, memory())
     });
@@ -234,7 +242,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     ratios()?;
 
-    let trials = 20_000;
+    let trials = 20_000 / part;
     let [one, two] = by_turns(
         [7, 7],
         [trials as f64; 2],

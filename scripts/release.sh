@@ -203,6 +203,8 @@ case $how in
     --finish) finish; check ;;
     --check) check ;;
     build)
+        # What .ci/run leaves to it.
+        if [ -z "$only" ] && [ "$(uname)" = Linux ]; then scripts/ci-more.sh; fi
         mkdir -p "$out/fmu-binaries" "$out/work"
         # Libraries of FMUs first: each archive has them all.
         while read -r triple _; do

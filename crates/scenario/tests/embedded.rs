@@ -25,7 +25,7 @@ fn succeeded(output: &Output) {
 fn library() -> &'static Path {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(|| {
-        // Beside this program's own: `.ci/run` builds it there too.
+        // Beside this program's own: `scripts/ci-more.sh` builds it there too.
         let folder =
             Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("a target folder").join("firmware");
         let output = Process::new(env!("CARGO"))
