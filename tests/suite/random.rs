@@ -7,8 +7,9 @@ use standstill_sim::Ended;
 
 use crate::random_detections::{Depth, Tally, document, look, run_seed};
 
-/// Seeds of a test. `--short` of the example draws the same scenarios.
-const SCENARIOS: u64 = 1000;
+/// Seeds of a test, enough for each kind of end. `--short` of the example draws the same scenarios, and `scripts/random-detections.sh` as many
+/// others as one likes.
+const SCENARIOS: u64 = 300;
 
 #[test]
 fn law_no_random_detection_ends_in_a_surprise() {

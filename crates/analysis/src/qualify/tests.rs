@@ -298,13 +298,14 @@ fn regress_what_the_scenario_cannot_have_is_named_by_the_requirements_line() {
 
 #[test]
 fn law_odds_decide_what_trials_leave_open_case_by_case_and_resume_to_the_same() {
-    // The peak current that 59 of 60 starts do not exceed.
-    let (plan, _) = scenario(HEAD);
+    // The peak current that 59 of 60 starts do not exceed. A locked rotor, which computes less.
+    let head = "detector.method = \"bipolar\"\n";
+    let (plan, _) = scenario(head);
     let one = plan.scenario(0).expect("a scenario");
     let mut currents: Vec<f64> =
-        records(&plan, &one, 0..3000).expect("runs").iter().map(|record| record.run.peak_current).collect();
+        records(&plan, &one, 0..1500).expect("runs").iter().map(|record| record.run.peak_current).collect();
     currents.sort_by(f64::total_cmp);
-    let limit = currents[2950];
+    let limit = currents[1475];
     let list = format!(
         "odds = \"quick\"\ntrials = 64\n{}",
         requirement(
@@ -313,7 +314,7 @@ fn law_odds_decide_what_trials_leave_open_case_by_case_and_resume_to_the_same() 
             "over.\"inverter.dead_time\" = [\"2 us\", \"2.1 us\"]"
         ),
     );
-    let mut found = made(HEAD, &list);
+    let mut found = made(head, &list);
     let watch = Keeping::default();
     judged(&mut found, &watch);
     let claims: Vec<&Claim> = found.cases.iter().flat_map(|case| &case.claims).collect();
@@ -323,7 +324,7 @@ fn law_odds_decide_what_trials_leave_open_case_by_case_and_resume_to_the_same() 
         claims.iter().filter_map(|claim| Some(claim.rare.as_ref()?.probability.value)).collect();
     // Another dead time changes the peak current.
     assert!((shares[0] * 60.0 - 1.0).abs() < 0.5 && (shares[1] / shares[0] - 1.0).abs() > 0.1, "{shares:?}");
-    let mut again = made(HEAD, &list);
+    let mut again = made(head, &list);
     judged(&mut again, &watch);
     assert_eq!(again.cases.iter().flat_map(|case| &case.claims).collect::<Vec<_>>(), claims);
 }

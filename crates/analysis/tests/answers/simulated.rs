@@ -21,9 +21,9 @@ fn plainly(trials: &Trials<'_>, event: Event, count: u64) -> (Vec<Record>, f64) 
     (records, share)
 }
 
-/// Odds by levels of a quarter of the states, for time.
+/// Odds by levels of an eighth of the states, for time.
 fn by_levels(trials: &Trials<'_>, event: Event) -> Odds {
-    let settings = Settings { states: 1000, ..Settings::default() };
+    let settings = Settings { states: 500, ..Settings::default() };
     trials.odds(event, &settings, &NEVER, |_| {}).expect("runs")
 }
 
@@ -38,15 +38,14 @@ fn analytic_wrong_evidence_that_is_rarer_has_its_closed_form() {
     wrong_evidence(0.020, 1e-11..1e-8);
 }
 
-/// Noise of this many A alone decides, and makes a probability of this order. A quarter of the states, for time.
+/// Noise of this many A alone decides, and makes a probability of this order.
 fn wrong_evidence(noise: f64, order: std::ops::Range<f64>) {
     let (current, angle) = (5.0, None);
     let truth = motor::closed_form(current, noise, angle);
     assert!(order.contains(&truth), "{truth:e}");
     let plan = motor::noisy(current, noise, angle);
     let trials = Trials::new(&plan).expect("a scenario");
-    let settings = Settings { states: 1000, ..Settings::default() };
-    let odds = trials.odds(Event::WrongEvidence, &settings, &NEVER, |_| {}).expect("runs");
+    let odds = by_levels(&trials, Event::WrongEvidence);
     assert_eq!(odds.estimator, Estimator::Subset);
     let ratio = odds.probability.value / truth;
     assert!((0.65..1.5).contains(&ratio), "{:?} where {truth:e} is right", odds.probability);

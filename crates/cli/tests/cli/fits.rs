@@ -285,7 +285,11 @@ fn regress_a_link_that_sags_is_named_with_what_to_record() {
 fn law_files_of_different_rotor_positions_lead_to_a_fit_of_each() {
     let folder = folder();
     let at = folder.path();
+    // Each second row, which tells as much of where a rotor stands.
     let trace = fs::read_to_string(TRACE).expect("the trace");
+    let trace: Vec<&str> =
+        trace.lines().enumerate().filter(|(line, _)| line % 2 == 0).map(|(_, row)| row).collect();
+    let trace = trace.join("\n");
     let turned: Vec<String> = trace
         .lines()
         .enumerate()

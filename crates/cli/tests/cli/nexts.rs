@@ -28,7 +28,7 @@ fn law_each_answer_ends_with_a_command_that_is_accepted() {
             &["--vary", "detector.rounds=2:3", "--minimise", "rms", "--trials", "1000", "--starts", "1"],
             "-s detector.rounds=",
         ),
-        ("odds", &["--event", "|e| > 1 deg"], "standstill run"),
+        ("odds", &["--event", "|e| > 1 deg", "--effort", "quick"], "standstill run"),
         ("faults", &["--mode", "current-gain", "--trials", "20"], "standstill odds"),
         (
             "compare",

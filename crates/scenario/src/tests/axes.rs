@@ -68,17 +68,18 @@ fn law_tolerances_have_the_spread_that_is_stated() {
         "inverter.dead_time" = { normal = "200 ns", mean = "2000 ns", truncated = 1 }
         "#,
     );
-    let drawn: Vec<_> = (0..2000).map(|trial| plan.drawn(0, None, trial).expect("valid")).collect();
+    let drawn: Vec<_> = (0..600).map(|trial| plan.drawn(0, None, trial).expect("valid")).collect();
     let moments = |value: &dyn Fn(&Scenario<Method<f64>>) -> f64| {
         let n = drawn.len() as f64;
         let mean = drawn.iter().map(value).sum::<f64>() / n;
         (mean, (drawn.iter().map(|s| (value(s) - mean).powi(2)).sum::<f64>() / n).sqrt())
     };
+    // Three and a half standard deviations of 600 draws: a mean errs by 0.2 %, a standard deviation by 2.9 %.
     let (mean, deviation) = moments(&|s| s.motor.resistance);
-    assert!((mean / 1.2 - 1.0).abs() < 0.005 && (deviation / 0.06 - 1.0).abs() < 0.06, "{mean} {deviation}");
+    assert!((mean / 1.2 - 1.0).abs() < 0.007 && (deviation / 0.06 - 1.0).abs() < 0.1, "{mean} {deviation}");
     let (mean, deviation) = moments(&|s| s.sensors.noise);
     let expected = 4e-3 / 3.0_f64.sqrt();
-    assert!((mean / 10e-3 - 1.0).abs() < 0.02 && (deviation / expected - 1.0).abs() < 0.05);
+    assert!((mean / 10e-3 - 1.0).abs() < 0.035 && (deviation / expected - 1.0).abs() < 0.065);
     assert!(drawn.iter().all(|s| s.drive.dead_time >= Nanos(1800) && s.drive.dead_time <= Nanos(2200)));
     // The motor is another one, which the drive does not know.
     let nominal = plan.scenario(0).expect("valid");

@@ -149,7 +149,7 @@ const LOOSE: SequentialSettings<f64> =
     SequentialSettings { error: 0.02, effect: 0.02, floor: 1e-4, most_pairs: 40 };
 
 fn rates(effect: f64, sensor: f64, scatter: f64, sequential: SequentialSettings<f64>) -> (f64, f64, f64) {
-    let trials = 20_000;
+    let trials = 8_000;
     let (mut wrong, mut open, mut pairs) = (0, 0, 0);
     for trial in 0..trials {
         let (pole, test) = Motor::of(trial + 1, effect, sensor, scatter).decide(settings(sequential));
