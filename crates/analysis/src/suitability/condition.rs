@@ -271,13 +271,11 @@ impl Suitability {
             // More fresh starts than there is work for would be needed where the evidence is just enough.
             least = rounded_up(COMFORT * least).min(NARROWEST * most);
         }
-        let less =
-            |least: f64| format!("a saturation of less than {} %", standstill_quantity::rounded(least, 2));
-        // The largest saturation below which no more starts were run because of their work.
-        let mut cut_below = (cut || is_dear).then_some(least);
+        let smaller = (cut || is_dear)
+            .then(|| format!("a saturation of less than {} %", standstill_quantity::rounded(least, 2)));
         // Settings that few starts accept may need a little more saturation on many starts.
         for _ in 0..5 {
-            let (range, before) = ([least, most], work.done());
+            let range = [least, most];
             let found = with_range(document, demands, work, range, |bench| {
                 let (found, _) = Self::judged(bench, methods, Some(&setting), hear)?;
                 Ok((found, minus_d(bench.document)?))
@@ -286,23 +284,17 @@ impl Suitability {
             found.pole = PoleKnowledge::NotGiven;
             if found.recommended.is_some() {
                 found.condition = Some(Condition::Saturation { least, most, minus_d });
-                found.untried.extend(cut_below.map(less));
+                found.untried.extend(smaller);
                 return Ok(Some(found));
             }
-            let next = rounded_up(1.12 * least);
-            // Where the poles differ more, fewer starts show how rare wrong poles are.
-            let is_affordable = next <= NARROWEST * most && work.left() > work.done() - before;
-            if found.is_undecided && !is_affordable {
+            if found.is_undecided {
                 let share = standstill_quantity::rounded(least, 2);
                 found
                     .untried
                     .push(format!("more fresh starts of a saturation of {share} %, which suffices in few"));
                 return Ok(Some(found));
             }
-            if found.is_undecided {
-                cut_below = Some(next);
-            }
-            least = next;
+            least = rounded_up(1.12 * least);
             if least > NARROWEST * most {
                 break;
             }
