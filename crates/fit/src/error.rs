@@ -78,7 +78,7 @@ pub enum FitError {
     /// file of the largest swing, and the swing.
     #[error(
         "{}. The DC link of {file} moves between {:.1} and {:.1} V while legs drive, and its mean is simulated: {}",
-        error.beside_a_link(), swing.ends()[0], swing.ends()[1], error.steadier(swing)
+        error.beside_a_link(), swing.ends[0], swing.ends[1], error.steadier(swing)
     )]
     SoftLink {
         /// Error without regard to the link.
@@ -110,7 +110,7 @@ impl FitError {
     pub(super) fn beside(self, swing: Option<Swing>, records: &[Record]) -> Self {
         let may_explain = |swing: &Swing| match &self {
             Self::NoPlant | Self::NoResistance => swing.is_soft(),
-            Self::FarOff { .. } => swing.leaves_half(),
+            Self::FarOff { .. } => swing.may_leave_half(),
             _ => false,
         };
         let named = swing.filter(may_explain).and_then(|swing| Some((swing, records.get(swing.record)?)));

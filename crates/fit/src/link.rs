@@ -9,10 +9,10 @@ use super::pieces::{Piece, drives};
 pub struct Swing {
     /// Index of the record, in the order in which the records were given.
     pub record: usize,
-    /// Mean of the link's voltage in V while legs drive.
-    pub mean: f64,
+    /// Lowest and highest voltage in V while legs drive, by straight lines through the readings; the mean of all readings twice without a spread.
+    pub ends: [f64; 2],
     /// Half of a straight sag in each pulse, as a share of the mean: √3 times the rms deviation of straight lines through the readings of
-    /// each pulse from the mean, without the part of the readings' noise. Zero if noise explains the lines, or if too few readings show how large it is.
+    /// each pulse from the mean, without the part of the readings' noise. Zero if noise that is independent from row to row explains the lines, or if too few readings show how large it is.
     pub spread: f64,
     /// Number of changes of the legs to requests that drive: 1 for a single pulse.
     pub pulses: usize,
@@ -21,18 +21,22 @@ pub struct Swing {
 /// Share of all fits with a stiff link of which noise is taken for a swing.
 const FALSE_SWINGS: f64 = 1e-3;
 
-/// Number of rows from which on a pulse has a line of its own. Of shorter pulses the first rows of all have one, and so have the second ones.
+/// Number of lines through a long pulse, so that a link that dips and recovers is no steady one, and the least number of rows of each.
+const LINES: usize = 4;
+const ROWS: usize = 8;
+
+/// Number of rows from which on a pulse has lines of its own. Of shorter pulses the first rows of all have one, and so have the second ones.
 const OWN_LINE: usize = 3;
 
-/// Share of its mean above which a link that moves is named in an answer: it has moved the resistance by less than that.
+/// Share of its mean above which a link that moves is named in an answer: below it, the link has moved the resistance by less than that share.
 const NOTED: f64 = 0.02;
 
 /// Share of its mean above which a link that moves asks for other records.
 const SOFT: f64 = 0.05;
 
-/// Share of its mean by which a link must move to leave half of the currents unexplained: currents follow the link, so a swing leaves about
-/// its own share of them.
-const LEAVES_HALF: f64 = 0.3;
+/// Share of its mean above which a link may be why more than half of the currents are left: a swing leaves about its own share of them, other
+/// errors the rest.
+const MAY_LEAVE_HALF: f64 = 0.3;
 
 impl Swing {
     /// Returns the largest swing in these pieces; none without a row in which legs drive.
@@ -46,11 +50,11 @@ impl Swing {
         let pulses = piece.rows.chunk_by(|a, b| a.legs == b.legs).filter(|pulse| drives(pulse[0].legs));
         let (mut own, mut short) = (Vec::new(), [const { Vec::new() }; OWN_LINE - 1]);
         for pulse in pulses {
-            let links = pulse.iter().map(|row| row.link);
-            if pulse.len() < OWN_LINE {
+            let links: Vec<f64> = pulse.iter().map(|row| row.link).collect();
+            if links.len() < OWN_LINE {
                 short.iter_mut().zip(links).for_each(|(place, link)| place.push(link));
             } else {
-                own.push(links.collect());
+                own.extend(links.chunks(links.len().div_ceil(LINES).max(ROWS)).map(<[f64]>::to_vec));
             }
         }
         own.extend(short.into_iter().filter(|place| !place.is_empty()));
@@ -62,12 +66,9 @@ impl Swing {
         let lines: Vec<Line> = own.iter().map(|links| Line::through(links, mean)).collect();
         let spread = (3.0 * mean_square_of_motion(&lines, chance)).sqrt() / mean;
         let pulses = piece.edges.iter().filter(|edge| drives(edge.legs)).count();
-        Some(Self { record: piece.record, mean, spread, pulses })
-    }
-
-    /// Returns the lowest and the highest voltage in V of a straight sag by this spread.
-    pub fn ends(&self) -> [f64; 2] {
-        [-1.0, 1.0].map(|side| self.mean * (1.0 + side * self.spread))
+        let ends = lines.iter().filter(|_| spread > 0.0).flat_map(|line| line.ends);
+        let ends = ends.fold([mean; 2], |[low, high], end| [low.min(end), high.max(end)]);
+        Some(Self { record: piece.record, ends, spread, pulses })
     }
 
     /// Returns true if the link moves so far within a pulse or train that an answer names it: by more than 2 % of its mean.
@@ -80,9 +81,9 @@ impl Swing {
         self.spread > SOFT
     }
 
-    /// Returns true if the link moves so far that a simulation with its mean leaves half of the currents.
-    pub(super) fn leaves_half(&self) -> bool {
-        self.spread > LEAVES_HALF
+    /// Returns true if the link moves so far that it may be why a simulation with its mean leaves half of the currents.
+    pub(super) fn may_leave_half(&self) -> bool {
+        self.spread > MAY_LEAVE_HALF
     }
 
     /// Returns which records have a steadier link.
@@ -99,6 +100,8 @@ impl Swing {
 /// Straight line through readings at equal distances, by least squares; through one or two of them exactly.
 struct Line {
     count: f64,
+    /// Its values in V at the first and at the last reading.
+    ends: [f64; 2],
     /// Number of its parameters.
     parameters: usize,
     /// Sum of the squares of its deviations from the mean of all lines' readings, at the readings.
@@ -119,6 +122,7 @@ impl Line {
         let off = |(k, u): (f64, &f64)| u - level - slope * k;
         Self {
             count,
+            ends: [-0.5, 0.5].map(|side| level + side * slope * (count - 1.0)),
             parameters: links.len().min(2),
             moved: count * (level - mean) * (level - mean) + slope * slope * squares,
             left: places().zip(links).map(off).map(|off| off * off).sum(),
@@ -132,12 +136,12 @@ fn mean_square_of_motion(lines: &[Line], chance: f64) -> f64 {
     let parameters: usize = lines.iter().map(|line| line.parameters).sum();
     let count = lines.iter().map(|line| line.count).sum::<f64>();
     let [others, freedom] = [parameters as f64 - 1.0, count - parameters as f64];
-    if others == 0.0 || freedom == 0.0 {
+    let moved = lines.iter().map(|line| line.moved).sum::<f64>();
+    if others == 0.0 || freedom == 0.0 || moved == 0.0 {
         return 0.0;
     }
-    let moved = lines.iter().map(|line| line.moved).sum::<f64>();
     let noise = lines.iter().map(|line| line.left).sum::<f64>() / freedom;
-    // P(F > moved/others/noise) (Abramowitz and Stegun, 26.6.2). Not a number if the link never moves.
+    // P(F > moved/others/noise) (Abramowitz and Stegun, 26.6.2).
     let by_noise = beta(freedom / 2.0, others / 2.0, freedom * noise / (freedom * noise + moved));
     if by_noise < chance { (moved - others * noise).max(0.0) / count } else { 0.0 }
 }
@@ -172,7 +176,7 @@ mod tests {
         };
         let found = swing(sagging);
         // 100 rows, each of which stands for a hundredth of the pulse: √(101/99) of half of what the last row differs from the first.
-        assert!((found.mean - 10.5).abs() < 1e-9, "{found:?}");
+        assert!(found.ends.iter().zip([9.0, 12.0]).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
         assert!(
             (found.spread - 1.5 / 10.5 * (101.0_f64 / 99.0).sqrt()).abs() < 1e-9 && found.is_soft(),
             "{found:?}"
@@ -184,8 +188,17 @@ mod tests {
         assert!(said.contains("soft.csv moves between 9.0 and 12.0 V while legs drive"), "{said}");
         assert!(said.ends_with("record shorter pulses, or with more capacitance at the bridge"), "{said}");
         assert_eq!(FitError::NoCurrent.beside(Some(found), &records), FitError::NoCurrent);
-        let stiff = Swing { spread: 0.02, ..found };
-        assert_eq!(FitError::NoPlant.beside(Some(stiff), &records), FitError::NoPlant);
+        let far_off = FitError::FarOff { share: 0.6, file: "soft.csv".to_owned(), time: 0.0 };
+        for (error, limit) in [(FitError::NoPlant, 0.05), (FitError::NoResistance, 0.05), (far_off, 0.3)] {
+            let named =
+                |spread: f64| error.clone().beside(Some(Swing { spread, ..found }), &records) != error;
+            assert!(!named(limit - 1e-3) && named(limit + 1e-3), "{error}");
+        }
+        assert!(!Swing { spread: 0.019, ..found }.is_noted() && Swing { spread: 0.021, ..found }.is_noted());
+        // Of a link that never moves nothing is named, and a dip that recovers is a motion.
+        assert_eq!(swing(|_| 12.0).spread, 0.0);
+        let dip = swing(|k| 12.0 - 2.4 * (1.0 - (k as f64 - 249.5).abs() / 50.0).max(0.0));
+        assert!(dip.is_soft() && (dip.ends[0] - 9.6).abs() < 0.1, "{dip:?}");
         let train = Swing { pulses: 2, ..found };
         let said = FitError::NoResistance.beside(Some(train), &records).to_string();
         assert!(said.contains("record one pulse per file, from rest"), "{said}");
@@ -257,7 +270,7 @@ mod tests {
         let row = |k: usize, link: f64| Row { link, ..rows[k] };
         piece.rows = vec![row(0, 20.0), row(first, 11.0), row(0, 20.0), row(first, 13.0)];
         let found = Swing::largest(std::slice::from_ref(&piece)).expect("a swing");
-        assert_eq!((found.mean, found.spread, found.ends()), (12.0, 0.0, [12.0; 2]));
+        assert_eq!((found.spread, found.ends), (0.0, [12.0; 2]));
         piece.rows.retain(|row| !drives(row.legs));
         assert_eq!(Swing::largest(&[piece]), None);
     }

@@ -16,7 +16,7 @@ use standstill_sim::Work;
 const PER_EVALUATION: u64 = 3;
 
 /// Number of evaluations without terminal capacitances that take as long as one evaluation with them, as in the error
-/// set `field`. On a gimbal's motor one of the searches and confirmations of a check took 1.0 to 1.2 µs, and a unit of work without the capacitances
+/// set `field`. On a gimbal's motor an evaluation with them took 1.0 to 1.2 µs in searches and confirmations of a check, one without them
 /// 0.31 µs (`standstill check gimbal-2804.toml -s errors=field`, processor time).
 const OF_TERMINALS: u64 = 4;
 

@@ -67,7 +67,7 @@ fn record(estimate: &Estimate) -> Record {
 }
 
 fn json(fit: &Fit, records: &Records, files: &[String], options: &Options) -> Value {
-    let [low, high] = fit.link_swing.ends();
+    let [low, high] = fit.link_swing.ends;
     json!({
         "files": files,
         "start": options.motor,

@@ -120,8 +120,7 @@ pub(super) fn misfit(fit: &Fit, files: &[String]) -> String {
 
 /// Returns the sentence on a DC link that moves while legs drive. `files`: names of the trace files.
 pub(super) fn link(fit: &Fit, files: &[String]) -> Option<String> {
-    let Swing { record, spread, .. } = fit.link_swing;
-    let [low, high] = fit.link_swing.ends();
+    let Swing { record, ends: [low, high], spread, .. } = fit.link_swing;
     fit.link_swing.is_noted().then(|| {
         format!(
             "The DC link of {} moves between {} and {} V while legs drive, {:.1} % from its mean, which is what is simulated. A link that sags as the current rises looks like resistance.",
@@ -241,7 +240,7 @@ mod tests {
     #[test]
     fn law_large_currents_are_laid_first_at_a_soft_link_by_name() {
         let files = ["stiff.csv", "soft.csv"].map(str::to_owned);
-        let swing = |spread: f64| Swing { record: 1, mean: 12.0, spread, pulses: 1 };
+        let swing = |spread: f64| Swing { record: 1, ends: [10.0, 14.0], spread, pulses: 1 };
         let words = first_at_a_soft_link(&swing(0.123), &files);
         assert_eq!(words, "the DC link of soft.csv, which moves by 12.3 % while legs drive, then at ");
         assert_eq!(first_at_a_soft_link(&swing(0.04), &files), "");
