@@ -63,8 +63,8 @@ fn difference(scenario: &Scenario<Method<f64>>, trial: u64, most: Nanos) -> (f64
 /// A millionth of an ampere at the paper's motor, and the same share of rated current elsewhere.
 const BOUND: f64 = 1e-6 / 8.0;
 
-/// Of how many trials, and how much of each, the referee repeats: poor drives have more that can differ. Methods that take thousands of PWM periods are repeated for 20 ms of
-/// one, and injection as a whole on one motor whose rotor can move, with a poor drive.
+/// Returns how many trials the referee repeats, and how much of each: two trials with a poor drive, in which more can differ, and one with a good drive.
+/// Of methods that take thousands of PWM periods it repeats 20 ms of one trial, and injection as a whole on one motor whose rotor can move, with a poor drive.
 fn repeated(method: MethodName, motor: &str, errors: ErrorSet, rotor: RotorState) -> (u64, Nanos) {
     let whole = motor == "paper-5k5" && errors == ErrorSet::Harsh && rotor == RotorState::Free;
     match method {

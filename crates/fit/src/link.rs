@@ -175,7 +175,7 @@ mod tests {
             _ => 12.0,
         };
         let found = swing(sagging);
-        // 100 rows, each of which stands for a hundredth of the pulse: √(101/99) of half of what the last row differs from the first.
+        // Of 100 rows the rms deviation times √3 is √(101/99) times half of the difference between the first and the last row.
         assert!(found.ends.iter().zip([9.0, 12.0]).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
         assert!(
             (found.spread - 1.5 / 10.5 * (101.0_f64 / 99.0).sqrt()).abs() < 1e-9 && found.is_soft(),
@@ -195,7 +195,7 @@ mod tests {
             assert!(!named(limit - 1e-3) && named(limit + 1e-3), "{error}");
         }
         assert!(!Swing { spread: 0.019, ..found }.is_noted() && Swing { spread: 0.021, ..found }.is_noted());
-        // Of a link that never moves nothing is named, and a dip that recovers is a motion.
+        // A link that never moves has no spread. A link that dips and recovers has one.
         assert_eq!(swing(|_| 12.0).spread, 0.0);
         let dip = swing(|k| 12.0 - 2.4 * (1.0 - (k as f64 - 249.5).abs() / 50.0).max(0.0));
         assert!(dip.is_soft() && (dip.ends[0] - 9.6).abs() < 0.1, "{dip:?}");
@@ -243,8 +243,8 @@ mod tests {
         }
     }
 
-    /// A straight sag by a tenth below noise of 4 %: in one pulse, or in each pulse of a train, of few rows, too. √3 times its rms deviation is half of
-    /// it, for n rows √((n + 1)/(n − 1)) times the half of what first and last row differ by.
+    /// A link sags straight by a tenth, with noise of 4 %: in one pulse, or in each pulse of a train of few rows each. The spread is √3 times the rms
+    /// deviation. Of n rows that is √((n + 1)/(n − 1)) times half of the difference between the first and the last row.
     #[test]
     fn law_a_sag_below_noise_has_its_size() {
         let mut random = ChaCha8Rng::seed_from_u64(2);

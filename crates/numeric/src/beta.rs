@@ -46,7 +46,7 @@ fn fraction(a: f64, b: f64, x: f64) -> f64 {
             step *= c * d;
         }
         value *= step;
-        // Of a million terms none is reached below 10^11 trials.
+        // Below 10^11 trials the fraction converges within a million terms.
         if (step - 1.0).abs() < 1e-15 || m > 1e6 {
             return value;
         }

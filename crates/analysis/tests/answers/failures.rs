@@ -15,19 +15,8 @@ fn document(text: &str) -> Document {
 }
 
 #[test]
-fn law_the_usual_entry_of_each_mode_builds_a_plan() {
-    usual_entries(3);
-}
-
-#[test]
-#[ignore = "three times the motors of the test that runs by default: scripts/test-all.sh long"]
 fn law_the_usual_entry_of_each_mode_builds_a_plan_on_all_library_motors() {
-    usual_entries(1);
-}
-
-/// On each so many-th motor of the library.
-fn usual_entries(each: usize) {
-    for motor in built_in_names().step_by(each) {
+    for motor in built_in_names() {
         let document = document(&format!("motor = \"{motor}\"\ndetector.method = \"bipolar\"\n"));
         let plan = Plan::new(document.clone()).expect("a plan");
         let scenario = plan.scenario(0).expect(motor);

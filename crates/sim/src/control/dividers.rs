@@ -98,14 +98,9 @@ impl<'a> Control<'a> {
         let gates = std::array::from_fn(|k| legs.gates[k].of(lane, begin));
         let modes = legs.modes(lane, begin);
         let h = step.h.get(lane);
-        // Steps at rest take milliseconds, hundreds of thousands of periods of what has died away.
-        let decayed = |size: f64| size <= UNSEEN;
-        let turned = step.floating.as_ref().filter(|floating| !decayed(floating.size.get(lane)));
-        let turned = turned.map_or(0.0, |floating| {
-            let [first, second] = &floating.ringing.turned;
-            first.get(lane).max(second.get(lane)).sqrt()
-        });
-        let parts = (turned / TURNED).ceil().max(1.0);
+        // A step at rest takes milliseconds. An oscillation that has decayed turns hundreds of thousands of times in it.
+        let rings = step.floating.as_ref().is_some_and(|floating| floating.size.get(lane) > UNSEEN);
+        let parts = if rings { (step.turned(lane) / TURNED).ceil().max(1.0) } else { 1.0 };
         let at = |here: &Here<V>| self.potentials(bank, here, modes, gates);
         let mut from = at(&bank.outcome.begin);
         let mut part = 0.0;
