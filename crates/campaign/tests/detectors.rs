@@ -54,6 +54,19 @@ fn law_a_motor_without_saliency_has_no_axis_by_any_method() {
 }
 
 #[test]
+fn regress_delays_of_the_legs_are_no_bad_contact_in_short_pulses() {
+    // Line pulses of 27 µs on 310 V raise two thirds of rated current in 1.1 mH. Legs that switch 50 ns apart then look like 0.13 Ω (standard
+    // deviation) beside a phase's 0.21 Ω: 41 of 100 sound motors were refused.
+    let text = "[detector]\nmethod = \"bipolar\"\npulse = \"27 us\"\nrounds = 12\n";
+    let sheet = "[nameplate]\npole_pairs = 5\nresistance = \"0.21 Ohm\"\nL_d = \"0.45 mH\"\nL_q = \"0.65 mH\"\nmagnet_flux = \"53 mWb\"\n\
+                 rated_current = \"12.7 A\"\ndc_link = \"310 V\"\nsaturation = \"14 %\"\n";
+    let motor = DataSheet::parse("t.toml", sheet).and_then(|sheet| sheet.motor()).expect("a motor");
+    let document = Document::parse(Path::new("scenario"), text).expect("TOML");
+    let s = summary(&document.scenario_of(&motor).expect("a scenario"), 200);
+    assert_eq!((s.found, s.failed), (200, 0), "{s:?}");
+}
+
+#[test]
 fn regress_delays_of_the_legs_are_no_saliency_to_a_rotating_injection() {
     // At 12 V and 13.5 µH the injected 0.14 V are less than what the dead time takes, and legs whose delays differ make a tenth of it:
     // 24 of 100 were taken for a saliency.

@@ -15,6 +15,7 @@ standstill_detect::Nameplate {
     dividers: standstill_detect::Dividers::default(),
     dc_link: 550.0,
     dead_time: standstill_interface::Nanos::from_micros(2),
+    delay_mismatch: 50e-9,
     carrier_period: standstill_interface::Nanos::from_micros(100),
     switch_drop: [0.9, 0.05],
     diode_drop: [0.8, 0.03],

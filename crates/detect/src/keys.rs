@@ -13,7 +13,7 @@
 //! #     signature: Signature::Normal, pulse_signature: Signature::Normal, polarity_difference: 0.1,
 //! #     cross_saturation: 0.0,
 //! #     rated_pulse: Nanos::from_micros(300), gain_tolerance: 0.005, dc_link: 540.0, dead_time: Nanos(2000),
-//! #     carrier_period: Nanos::from_micros(100), switch_drop: [1.0, 0.01], diode_drop: [1.0, 0.01],
+//! #     delay_mismatch: 0.0, carrier_period: Nanos::from_micros(100), switch_drop: [1.0, 0.01], diode_drop: [1.0, 0.01],
 //! #     reverse_drop: [1.0, 0.01], sensing: standstill_detect::Sensing::default(),
 //! #     dividers: standstill_detect::Dividers::default(),
 //! # };

@@ -31,6 +31,7 @@ use crate::settings::{SettingsError, require, require_positive, require_zero_or_
 ///     dividers: Dividers::default(),
 ///     dc_link: 550.0,
 ///     dead_time: Nanos::from_micros(2),
+///     delay_mismatch: 50e-9,
 ///     carrier_period: Nanos::from_micros(100),
 ///     switch_drop: [0.9, 0.05],
 ///     diode_drop: [0.8, 0.03],
@@ -73,6 +74,9 @@ pub struct Nameplate<T> {
     pub dc_link: T,
     /// Dead time of the drive.
     pub dead_time: Nanos,
+    /// Standard deviation in s of the delays with which a leg switches, from leg to leg, as the gate drivers' data sheet tolerates it. Zero:
+    /// equal.
+    pub delay_mismatch: T,
     /// Period of its PWM carrier.
     pub carrier_period: Nanos,
     /// Voltage in V across a conducting switch, and its slope in Ω.
@@ -150,6 +154,7 @@ impl<T: Real> Nameplate<T> {
             dividers: self.dividers.cast(),
             dc_link: cast(self.dc_link),
             dead_time: self.dead_time,
+            delay_mismatch: cast(self.delay_mismatch),
             carrier_period: self.carrier_period,
             switch_drop: self.switch_drop.map(cast),
             diode_drop: self.diode_drop.map(cast),
@@ -167,6 +172,7 @@ impl<T: Real> Nameplate<T> {
         require_positive(self.q_axis_inductance, "q_axis_inductance")?;
         require(self.rated_pulse > Nanos::ZERO, "rated_pulse", "positive")?;
         require_positive(self.dc_link, "dc_link")?;
+        require_zero_or_more(self.delay_mismatch, "delay_mismatch")?;
         require_zero_or_more(self.resistance, "resistance")?;
         require_zero_or_more(self.magnet_flux, "magnet_flux")?;
         require(self.polarity_difference.is_finite(), "polarity_difference", "finite")?;
@@ -242,6 +248,7 @@ mod tests {
             Nameplate { gain_tolerance: f64::NAN, ..PLATE },
             Nameplate { dc_link: 0.0, ..PLATE },
             Nameplate { dead_time: Nanos::from_micros(25), ..PLATE },
+            Nameplate { delay_mismatch: -1e-9, ..PLATE },
             Nameplate { carrier_period: Nanos::ZERO, ..PLATE },
             Nameplate { switch_drop: [0.0, f64::INFINITY], ..PLATE },
             Nameplate { diode_drop: [-1.0, 0.0], ..PLATE },

@@ -26,6 +26,7 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
     gain_tolerance: 0.005,
     dc_link: 540.0,
     dead_time: Nanos(2000),
+    delay_mismatch: 0.0,
     carrier_period: Nanos::from_micros(100),
     switch_drop: [1.0, 0.01],
     diode_drop: [1.0, 0.01],

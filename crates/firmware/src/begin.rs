@@ -121,6 +121,7 @@ fn nameplate(plate: &Plate) -> Nameplate<f32> {
         },
         dc_link: plate.dc_link,
         dead_time: Nanos(plate.dead_time_ns),
+        delay_mismatch: plate.delay_mismatch,
         carrier_period: Nanos(plate.period_ns),
         switch_drop: plate.switch_drop,
         diode_drop: plate.diode_drop,

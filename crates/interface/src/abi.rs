@@ -298,6 +298,7 @@ pub struct Plate {
     pub timer_error: f32,
     pub link_noise: f32,
     pub averaged_ns: u64,
+    pub delay_mismatch: f32,
 }
 
 /// `enum sts_kinds`: kinds of readings that a drive has.

@@ -136,6 +136,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
         }),
         dc_link: drive.link.voltage,
         dead_time: drive.dead_time,
+        delay_mismatch: drive.delay_mismatch,
         carrier_period: drive.carrier_period,
         switch_drop: [devices.switch_drop, devices.switch_resistance],
         diode_drop: [devices.diode_drop, devices.diode_resistance],

@@ -137,6 +137,7 @@ fn in_c(Plate { knows: plate, readings }: &Plate) -> String {
         ("pole_difference", plate.polarity_difference),
         ("gain_tolerance", plate.gain_tolerance),
         ("dc_link", plate.dc_link),
+        ("delay_mismatch", plate.delay_mismatch),
         ("sensor_bandwidth", plate.sensing.bandwidth.unwrap_or(0.0)),
         ("bandwidth_mismatch", plate.sensing.bandwidth_mismatch),
         ("timer_tick", comparator.tick),

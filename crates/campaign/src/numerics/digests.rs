@@ -16,7 +16,7 @@ use crate::store::{Journal, JournalError, Row, Rows, Shard, Sweep, SweepError};
 pub(super) const TEXT: &str = include_str!("../numerics.txt");
 
 /// Cases in addition to methods on motors, for other code that determines the numbers of a trial.
-const OTHERS: [(&str, &str); 7] = [
+const OTHERS: [(&str, &str); 8] = [
     (
         "map",
         "errors = \"harsh\"\n[motor]\nbase = \"motor.toml\"\n[axes]\n\"rotor.state\" = [\"locked\", \"free\"]",
@@ -44,6 +44,10 @@ const OTHERS: [(&str, &str); 7] = [
     (
         "hysteresis, ringing terminals and a link that gives way",
         "motor = { base = \"outrunner\", hysteresis = { coercive_current = 0.5, depth = \"5 %\", cells = 2 } }\ndetector.method = \"bipolar\"\nrotor.state = \"free\"\n[inverter]\nterminal_capacitance = \"0.3 nF\"\ncapacitance = \"100 uF\"\nsource_resistance = \"0.1 Ω\"",
+    ),
+    (
+        "contacts",
+        "detector.method = \"bipolar\"\n[axes]\nmotor = [\"paper-5k5\", \"light-vehicle\"]\n[[faults]]\nmode = \"contact-resistance\"\nat = \"b\"\nmagnitude = [\"0.5 Ω\", \"5 Ω\"]",
     ),
 ];
 

@@ -6,7 +6,7 @@
 
 use standstill_interface::{Fault, Nanos, Phase, Reading, Real, Sensed};
 
-use super::losses::Losses;
+use super::losses::{Driven, Losses};
 use super::margin::Margin;
 use super::train::{Derived, GainComparison, LINES, PulseTrainSettings, Train};
 use crate::checks::{Check, Checks};
@@ -32,6 +32,8 @@ pub struct PlausibilitySettings<T> {
     pub both_ways: [T; 2],
     /// Smallest and largest voltage in V of the DC link.
     pub dc_link: [T; 2],
+    /// Standard deviation in s of the time by which one line's edges lie apart from its samples, from line to line.
+    pub edges: T,
     /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
     pub magnet_flux: T,
 }
@@ -89,6 +91,10 @@ impl<T: Real> PlausibilitySettings<T> {
             saturates,
             both_ways: by_poles(drive),
             dc_link: [drive.dc_link * below, drive.dc_link * above],
+            // A pulse ends by two legs, half of the time by each.
+            edges: (drive.delay_mismatch * drive.delay_mismatch / two
+                + drive.sensing.lag_deviation() * drive.sensing.lag_deviation())
+            .sqrt(),
             magnet_flux: drive.magnet_flux,
         }
     }
@@ -107,6 +113,7 @@ impl<T: Real> PlausibilitySettings<T> {
             "plausibility.dc_link",
             "an upper limit above the lower one",
         )?;
+        require_zero_or_more(self.edges, "plausibility.edges")?;
         require_zero_or_more(self.magnet_flux, "plausibility.magnet_flux")
     }
 
@@ -165,11 +172,15 @@ impl<T: Real> PlausibilitySettings<T> {
         losses: &Losses<T>,
         train: &Train<T>,
         lines: [T; 3],
-        shown: (T, [T; 3]),
+        (volts, late): (T, [T; 3]),
     ) -> Result<(), Fault<T>> {
         // Where the third leg's diodes take a part of the current, lines differ by it.
         let on = self.checks.has(Check::Contact) && self.idle_is_blocked;
-        if on { losses.check(margin, train, lines, shown) } else { Ok(()) }
+        if on {
+            losses.check(margin, train, lines, Driven { volts, late, edges: self.edges })
+        } else {
+            Ok(())
+        }
     }
 
     /// Checks that the two sensors of each line differ by a factor and by noise alone. A bit of a code that is always set or clear

@@ -94,6 +94,7 @@ pub fn plausible<T: Real>(random: &mut Random) -> Nameplate<T> {
         gain_tolerance: T::of(0.005),
         dc_link: T::of(dc_link),
         dead_time: Nanos(1000),
+        delay_mismatch: T::of(20e-9),
         carrier_period: Nanos::from_seconds(carrier),
         switch_drop: [T::of(1.0), T::of(0.01)],
         diode_drop: [T::of(1.0), T::of(0.01)],

@@ -35,7 +35,7 @@ fn layout() -> Vec<(String, usize)> {
             stronger_pole_half pole_difference gain_tolerance dc_link switch_drop diode_drop reverse_drop sensor_bandwidth
             bandwidth_mismatch pick_up settle_ns readings comparators timer_tick comparator_delay comparator_delay_spread
             comparator_offset comparator_noise divider_tolerance divider_offset divider_bandwidth comparator_blanking
-            threshold_highest timer_error link_noise averaged_ns;
+            threshold_highest timer_error link_noise averaged_ns delay_mismatch;
         "sts_setting" Setting: key value;
     }
     for (name, value) in [

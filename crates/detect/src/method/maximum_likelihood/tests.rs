@@ -25,6 +25,7 @@ fn nameplate<T: Real>() -> Nameplate<T> {
         gain_tolerance: T::of(0.005),
         dc_link: T::of(540.0),
         dead_time: Nanos(2000),
+        delay_mismatch: T::zero(),
         carrier_period: Nanos::from_micros(100),
         switch_drop: [T::of(LineMotor::DROP / 2.0), T::zero()],
         diode_drop: [T::of(LineMotor::DROP / 2.0), T::zero()],

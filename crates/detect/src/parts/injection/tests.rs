@@ -21,6 +21,7 @@ fn nameplate(d: f64, q: f64) -> Nameplate<f64> {
         gain_tolerance: 0.0,
         dc_link: 540.0,
         dead_time: Nanos::ZERO,
+        delay_mismatch: 0.0,
         carrier_period: Nanos::from_micros(100),
         switch_drop: [0.0; 2],
         diode_drop: [0.0; 2],

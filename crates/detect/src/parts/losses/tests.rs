@@ -130,13 +130,55 @@ fn regress_pulses_with_a_pair_less_weigh_less() {
         };
         losses.add(&train, slot, &readings, if more { boundary + 1.0 } else { boundary }).expect("currents");
     }
-    assert!(losses.pairs[0] > losses.pairs[2] && losses.pairs[2] > losses.pairs[1], "{:?}", losses.pairs);
-    let (found, _) = losses.resistances(0.0, [INDUCTANCE; 3], (boundary, [0.0; 3])).expect("pairs");
+    let pairs = losses.0.map(|pairs| pairs.count);
+    assert!(pairs[0] > pairs[2] && pairs[2] > pairs[1], "{pairs:?}");
+    let driven = Driven { volts: boundary, late: [0.0; 3], edges: 0.0 };
+    let (found, _) = losses.resistances(0.0, [INDUCTANCE; 3], driven).expect("pairs");
     for resistance in found {
         assert!((resistance - 12.0).abs() < 1e-9, "{found:?}");
     }
     // A line without any pair says nothing, and nothing is judged.
     let mut none = losses;
-    none.pairs[1] = 0.0;
-    assert_eq!(none.resistances(0.0, [INDUCTANCE; 3], (boundary, [0.0; 3])), None);
+    none.0[1] = Losses::new().0[1];
+    assert_eq!(none.resistances(0.0, [INDUCTANCE; 3], driven), None);
+}
+
+#[test]
+fn analytic_edges_that_come_later_are_no_losses() {
+    // Three pairs of one line with 12 Ω, and the same with a peak that came 80 ns later: 2 · 540 V · 80 ns / 27 mH = 3.2 mA less in each pair.
+    let settings = PulseTrainSettings::suited(&PLATE, Nanos::from_micros(20));
+    let (volts, later) = (540.0, 80e-9);
+    let (t1, interval) = (settings.pulse.seconds(), settings.interval.seconds());
+    let pairs = |shift: f64| {
+        let mut pairs = Losses::new().0[0];
+        for pair in 1..=3 {
+            let apart = f64::from(pair) * interval;
+            let charge = 3.5 * 2.0 * apart * (1.0 - apart / (2.0 * t1));
+            pairs.add(12.0 / INDUCTANCE * charge - 2.0 * volts * shift / INDUCTANCE, charge);
+        }
+        pairs
+    };
+    let resistance = |shift: f64, known: f64, edges: f64, noise: f64| {
+        let driven = Driven { volts, late: [-known; 3], edges };
+        Losses([pairs(shift); 3]).resistances(noise, [INDUCTANCE; 3], driven).expect("pairs")
+    };
+    // Nothing is known of edges, and there is no noise: the slope alone.
+    assert!((resistance(later, 0.0, 50e-9, 0.0).0[0] - 12.0).abs() < 1e-9);
+    // Edges that are alike: all of it is taken for losses, unless the shift is known.
+    let charges: [f64; 3] = [1.0, 2.0, 3.0].map(|n| 7.0 * n * interval * (1.0 - n * interval / (2.0 * t1)));
+    let [sum, squares] = [charges.iter().sum::<f64>(), charges.iter().map(|charge| charge * charge).sum()];
+    let fooled = 12.0 - 2.0 * volts * later * sum / squares;
+    assert!((resistance(later, 0.0, 0.0, 0.0).0[0] - fooled).abs() < 1e-9);
+    assert!((resistance(later, later, 0.0, 0.0).0[0] - 12.0).abs() < 1e-9);
+    // Between these, with noise: the estimate of largest likelihood, by its normal equations in slope and offset, and its deviation.
+    let (noise, edges) = (1e-6, 50e-9);
+    let prior = (2.0 * volts * edges / INDUCTANCE).powi(2);
+    let [slope, mixed, constant] = [squares / noise, sum / noise, 3.0 / noise + 1.0 / prior];
+    let determinant = slope * constant - mixed * mixed;
+    let shorts = charges.map(|charge| 12.0 / INDUCTANCE * charge - 2.0 * volts * later / INDUCTANCE);
+    let products: f64 = charges.iter().zip(shorts).map(|(charge, short)| charge * short).sum();
+    let of_slope = (constant * products - mixed * shorts.iter().sum::<f64>()) / noise / determinant;
+    let (found, deviation) = resistance(later, 0.0, edges, noise);
+    assert!((found[0] - INDUCTANCE * of_slope).abs() < 1e-6, "{found:?}");
+    assert!((deviation / (INDUCTANCE * (constant / determinant).sqrt()) - 1.0).abs() < 1e-9, "{deviation}");
 }
