@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::fs;
-use std::io::ErrorKind::NotFound;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
 use std::time::SystemTime;
@@ -80,7 +79,7 @@ impl Folder {
         let own = |name: &str| {
             path.join(name)
                 .symlink_metadata()
-                .map_or_else(|error| error.kind() == NotFound, |of| of.is_file())
+                .map_or_else(|error| error.kind() == std::io::ErrorKind::NotFound, |of| of.is_file())
         };
         if ["summary.json", "trials.csv", "trials.parquet"].into_iter().all(own) {
             Ok(path)

@@ -265,9 +265,13 @@ fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
 }
 
-/// Formats a factor, with one decimal if it is below 10.
+/// Formats a factor with two digits, which is what the angles and starts behind it resolve.
 fn factor(value: f64) -> String {
-    if value < 9.95 { format!("{value:.1}") } else { format!("{value:.0}") }
+    if value < 9.95 {
+        return format!("{value:.1}");
+    }
+    let two: f64 = format!("{value:.1e}").parse().unwrap_or(value);
+    format!("{two:.0}")
 }
 
 /// Formats a current in A, with enough digits for motors of a few milliamperes.
@@ -307,6 +311,12 @@ pub fn settings(method: &Method<f64>, has_poles: bool) -> Vec<(&'static str, Str
 mod tests {
     use super::*;
     use crate::shell::table::Print as _;
+
+    #[test]
+    fn law_a_factor_has_two_digits() {
+        let found = [1.04, 9.94, 9.96, 17.4, 99.6, 164.3, 3149.0].map(factor);
+        assert_eq!(found, ["1.0", "9.9", "10", "17", "100", "160", "3100"]);
+    }
 
     #[test]
     fn regress_what_decides_stays_where_there_is_little_room() {
