@@ -73,41 +73,40 @@ choice! {
     }
 }
 
+/// A constant of the settings of a method, by its name.
+macro_rules! of_settings {
+    ($name:expr, $constant:ident) => {
+        match $name {
+            MethodName::LineInductance | MethodName::LineInductanceFast => {
+                LineInductanceSettings::<f64>::$constant
+            }
+            MethodName::Subdivision => SubdivisionSettings::<f64>::$constant,
+            MethodName::HfiRotating => RotatingInjectionSettings::<f64>::$constant,
+            MethodName::HfiPulsating => PulsatingInjectionSettings::<f64>::$constant,
+            MethodName::DcAlignment => AlignmentSettings::<f64>::$constant,
+            MethodName::Bipolar => BipolarSettings::<f64>::$constant,
+            MethodName::MaximumLikelihood | MethodName::MaximumLikelihoodAdaptive => {
+                MaximumLikelihoodSettings::<f64>::$constant
+            }
+            MethodName::OpenTerminal => OpenTerminalSettings::<f64>::$constant,
+            MethodName::SixPulse => SixPulseSettings::<f64>::$constant,
+        }
+    };
+}
+
 impl MethodName {
     /// Returns the kinds of readings of which any one is enough for the method.
     pub const fn sources(self) -> &'static [Source] {
         match self {
             // With slow decay the current circulates where one shunt in the link does not see it.
             Self::LineInductance => &[Source::PhaseCurrents],
-            Self::LineInductanceFast => LineInductanceSettings::<f64>::SOURCES,
-            Self::Subdivision => SubdivisionSettings::<f64>::SOURCES,
-            Self::HfiRotating => RotatingInjectionSettings::<f64>::SOURCES,
-            Self::HfiPulsating => PulsatingInjectionSettings::<f64>::SOURCES,
-            Self::DcAlignment => AlignmentSettings::<f64>::SOURCES,
-            Self::Bipolar => BipolarSettings::<f64>::SOURCES,
-            Self::MaximumLikelihood | Self::MaximumLikelihoodAdaptive => {
-                MaximumLikelihoodSettings::<f64>::SOURCES
-            }
-            Self::OpenTerminal => OpenTerminalSettings::<f64>::SOURCES,
-            Self::SixPulse => SixPulseSettings::<f64>::SOURCES,
+            _ => of_settings!(self, SOURCES),
         }
     }
 
     /// Returns the checks that a list of the method's key `checks` can name, see [`Keyed::CHECKS`].
     pub const fn checks(self) -> Checks {
-        match self {
-            Self::LineInductance | Self::LineInductanceFast => LineInductanceSettings::<f64>::CHECKS,
-            Self::Subdivision => SubdivisionSettings::<f64>::CHECKS,
-            Self::HfiRotating => RotatingInjectionSettings::<f64>::CHECKS,
-            Self::HfiPulsating => PulsatingInjectionSettings::<f64>::CHECKS,
-            Self::DcAlignment => AlignmentSettings::<f64>::CHECKS,
-            Self::Bipolar => BipolarSettings::<f64>::CHECKS,
-            Self::MaximumLikelihood | Self::MaximumLikelihoodAdaptive => {
-                MaximumLikelihoodSettings::<f64>::CHECKS
-            }
-            Self::OpenTerminal => OpenTerminalSettings::<f64>::CHECKS,
-            Self::SixPulse => SixPulseSettings::<f64>::CHECKS,
-        }
+        of_settings!(self, CHECKS)
     }
 }
 

@@ -11,6 +11,7 @@ pub(crate) mod plausibility;
 pub(crate) mod polarity;
 pub(crate) mod settle;
 pub(crate) mod significance;
+pub(crate) mod then_pole;
 pub(crate) mod train;
 pub(crate) mod turning;
 pub(crate) mod windows;

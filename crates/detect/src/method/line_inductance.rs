@@ -13,36 +13,29 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage, Step};
+use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage};
 
-use crate::method::Sequence;
 use crate::nameplate::Place;
 use crate::parts::lines::{Interval, Saliency, line_impedance};
 use crate::parts::margin::Margin;
-use crate::parts::polarity::PolarityTest;
 use crate::parts::settle::{Settler, link, link_current, seen};
 use crate::parts::significance;
+use crate::parts::then_pole::{Measurement, Next, ThenPole};
 use crate::parts::train::LINES;
 use crate::settings::{Decay, SettingsError};
 
 pub use settings::LineInductanceSettings;
 
-/// State of the sequence, named after the last command, whose readings come next.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
-enum State<T> {
-    Start,
-    Settling { line: usize, pulse: u8 },
-    Pulsing { line: usize, pulse: u8 },
-    Testing(PolarityTest<T>),
-}
-
 /// The paper's detector.
+pub type LineInductance<T> = ThenPole<T, LinePulses<T>>;
+
+/// Its measurement.
 #[derive(Clone, Debug)]
-pub struct LineInductance<T> {
+pub struct LinePulses<T> {
     settings: LineInductanceSettings<T>,
-    state: State<T>,
-    settler: Settler<T>,
+    /// Line of the next or present pulse, and the number of the line's pulses before it.
+    line: usize,
+    pulses: u8,
     /// i1 of the next pulse in A.
     initial: Abc<T>,
     /// Sums over the pulses of each line.
@@ -52,7 +45,6 @@ pub struct LineInductance<T> {
     scatter: T,
     /// Sum over the pulses of 2/(i2 − i1)² in 1/A²: the variance that the noise of single readings gives L, relative.
     by_readings: T,
-    findings: Findings<T>,
 }
 
 impl<T: Real> LineInductance<T> {
@@ -63,33 +55,25 @@ impl<T: Real> LineInductance<T> {
     pub fn new(settings: LineInductanceSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let zero = Abc::new(T::zero(), T::zero(), T::zero());
-        Ok(Self {
+        let measurement = LinePulses {
             settings,
-            state: State::Start,
-            settler: Settler::new(settings.settle, settings.decay == Decay::Fast),
+            line: 0,
+            pulses: 0,
             initial: zero,
             inductance: zero,
             resistance: zero,
             scatter: T::zero(),
             by_readings: T::zero(),
-            findings: Findings::default(),
-        })
+        };
+        let settler = Settler::new(settings.settle, settings.decay == Decay::Fast);
+        Ok(Self::start(measurement, settler, settings.polarity))
     }
+}
 
-    /// Begins to wait for the current of a pulse to be gone.
-    fn settle(&mut self, line: usize, pulse: u8) -> Step<T> {
-        self.state = State::Settling { line, pulse };
-        Step::Drive(self.settler.begin())
-    }
-
-    fn begin_pulse(&mut self, line: usize, pulse: u8) -> Step<T> {
-        self.state = State::Pulsing { line, pulse };
-        Step::Drive(self.pulse(line))
-    }
-
-    fn pulse(&self, line: usize) -> Command<T> {
+impl<T: Real> LinePulses<T> {
+    fn pulse(&self) -> Command<T> {
         let s = &self.settings;
-        let (first, second) = LINES[line];
+        let (first, second) = LINES[self.line];
         let decay = match s.decay {
             Decay::Slow => Stage::freewheel(first, second, s.period - s.pulse),
             // The wait that follows belongs to the period.
@@ -100,8 +84,8 @@ impl<T: Real> LineInductance<T> {
     }
 
     /// Returns i1, i2 and i3 of a pulse in A, without the offset steps that occur if different sensors read them.
-    fn currents(&self, line: usize, second: &Reading<T>, third: &Reading<T>) -> Result<[T; 3], Fault<T>> {
-        let ((from, to), none) = (LINES[line], self.initial);
+    fn currents(&self, second: &Reading<T>, third: &Reading<T>) -> Result<[T; 3], Fault<T>> {
+        let ((from, to), none) = (LINES[self.line], self.initial);
         Ok(match self.settings.place() {
             Place::InLine => [none[from], seen(second, from)?, seen(third, from)?],
             Place::BelowLegs => [T::zero(), none[to] - seen(second, to)?, seen(third, from)? - none[from]],
@@ -113,29 +97,29 @@ impl<T: Real> LineInductance<T> {
     }
 
     /// Returns the delay between the trigger of i2 and its sampling by a shunt.
-    fn late(&self, line: usize) -> Nanos {
+    fn late(&self) -> Nanos {
         let sensing = &self.settings.sensing;
         match self.settings.place() {
             Place::InLine => Nanos::ZERO,
-            Place::BelowLegs => Nanos::from_seconds(sensing.late_of(LINES[line].1).to_double()),
+            Place::BelowLegs => Nanos::from_seconds(sensing.late_of(LINES[self.line].1).to_double()),
             Place::InLink => Nanos(sensing.averaged.0 / 2),
         }
     }
 
-    /// Evaluates a pulse (its R and L), and returns the next pulse, or the axis and the first vector.
-    fn pulsed(&mut self, line: usize, pulse: u8, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+    /// Evaluates a pulse: its R and L.
+    fn pulsed(&mut self, readings: &[Reading<T>], margin: &mut Margin<T>) -> Result<(), Fault<T>> {
         let [second, third] = readings else { return Err(Fault::UnexpectedReadings) };
-        let phase = LINES[line].0;
-        let [i1, i2, i3] = self.currents(line, second, third)?;
+        let phase = LINES[self.line].0;
+        let [i1, i2, i3] = self.currents(second, third)?;
         let s = &self.settings;
         let (on_link, off_link) = (link(second)?, link(third)?);
-        self.settler.margin.at_least(i2 - i1, s.least_current);
+        margin.at_least(i2 - i1, s.least_current);
         if i2 - i1 < s.least_current {
             return Err(Fault::NoCurrent { peak: i2 - i1, needed: s.least_current });
         }
         let seconds = |duration: Nanos| T::of(duration.seconds());
         // Mean voltages: no voltage in the dead time before the pulse; a rest of the pulse after an early i2.
-        let risen = s.pulse - s.sample_lead + self.late(line);
+        let risen = s.pulse - s.sample_lead + self.late();
         let rise = Interval {
             voltage: on_link * seconds(risen - s.dead_time) / seconds(risen),
             begin: i1,
@@ -160,55 +144,42 @@ impl<T: Real> LineInductance<T> {
             return Err(Fault::NotInductive(phase));
         }
         self.by_readings = self.by_readings + T::of(2.0) / ((i2 - i1) * (i2 - i1));
-        let before = T::of(f64::from(pulse));
-        if pulse > 0 {
+        let before = T::of(f64::from(self.pulses));
+        if self.pulses > 0 {
             let apart = inductance - self.inductance[phase] / before;
             self.scatter = self.scatter + apart * apart * before / (before + T::one());
         }
         self.inductance[phase] = self.inductance[phase] + inductance;
         self.resistance[phase] = self.resistance[phase] + resistance;
         self.initial = third.current;
-
-        let next = pulse + 1;
-        Ok(if next < s.pulses {
-            match s.decay {
-                Decay::Slow => self.begin_pulse(line, next),
-                Decay::Fast => self.settle(line, next),
-            }
-        } else if line + 1 < LINES.len() {
-            self.settle(line + 1, 0)
-        } else {
-            let axis = self.find_axis()?;
-            let d_axis_inductance = T::of(1.5) * (axis.mean + axis.amplitude);
-            let mut test =
-                PolarityTest::new(self.settings.polarity, self.settler, axis.axis, d_axis_inductance);
-            let wait = test.begin();
-            self.state = State::Testing(test);
-            Step::Drive(wait)
-        })
+        Ok(())
     }
 
     /// Equations (5)–(7).
-    fn find_axis(&mut self) -> Result<Saliency<T>, Fault<T>> {
+    fn find_axis(
+        &self,
+        settler: &mut Settler<T>,
+        findings: &mut Findings<T>,
+    ) -> Result<Saliency<T>, Fault<T>> {
         let count = T::of(f64::from(self.settings.pulses));
         let lines = self.inductance.map(|sum| sum / count);
-        let (s, margin) = (&self.settings, &mut self.settler.margin);
+        let (s, margin) = (&self.settings, &mut settler.margin);
         // Equation (10) leaves the resistance out of the inductance.
         s.plausibility.inductances(margin, lines.0.map(|line| [line; 2]), s.pulse, T::zero())?;
         let saliency = Saliency::from_lines(lines, s.saliency);
-        self.findings.line_inductance = Some(lines);
-        self.findings.line_resistance = Some(self.resistance.map(|sum| sum / count));
-        self.findings.mean_inductance = Some(saliency.mean);
-        self.findings.saliency = Some(saliency.amplitude);
-        let (needed, least) = (self.needed(&saliency), self.settings.least_saliency);
-        significance::check(&mut self.settler.margin, saliency.ratio(), needed, least)?;
+        findings.line_inductance = Some(lines);
+        findings.line_resistance = Some(self.resistance.map(|sum| sum / count));
+        findings.mean_inductance = Some(saliency.mean);
+        findings.saliency = Some(saliency.amplitude);
+        let (needed, least) = (self.needed(&saliency, settler), self.settings.least_saliency);
+        significance::check(&mut settler.margin, saliency.ratio(), needed, least)?;
         Ok(saliency)
     }
 
     /// Returns the square of |L_B|/L_A that must be exceeded. It allows for noise (from the scatter of pulses, or from
     /// the readings without current before a single pulse), for the gain of the one sensor that reads a line, and for
     /// the delays of the legs.
-    fn needed(&self, saliency: &Saliency<T>) -> T {
+    fn needed(&self, saliency: &Saliency<T>, settler: &Settler<T>) -> T {
         let s = &self.settings;
         let count = T::of(f64::from(s.pulses));
         let line = T::of(3.0) * saliency.mean;
@@ -218,7 +189,7 @@ impl<T: Real> LineInductance<T> {
             let freedom = T::of(3.0) * (count - T::one());
             lines(self.scatter / (freedom * count * line * line), freedom)
         } else {
-            let noise = &self.settler.noise;
+            let noise = &settler.noise;
             let readings = self.by_readings / T::of(3.0) * noise.deviation() * noise.deviation();
             let (link, links) = noise.of_link();
             lines(readings, noise.freedom()) + lines(link, links)
@@ -229,31 +200,31 @@ impl<T: Real> LineInductance<T> {
     }
 }
 
-impl<T: Real> Sequence<T> for LineInductance<T> {
-    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
-        match &mut self.state {
-            State::Start => Ok(self.settle(0, 0)),
-            State::Settling { line, pulse } => {
-                let (line, pulse) = (*line, *pulse);
-                if let Some(wait) = self.settler.step(readings)? {
-                    return Ok(Step::Drive(wait));
-                }
-                self.initial = self.settler.residual;
-                Ok(self.begin_pulse(line, pulse))
-            }
-            State::Pulsing { line, pulse } => {
-                let (line, pulse) = (*line, *pulse);
-                self.pulsed(line, pulse, readings)
-            }
-            State::Testing(test) => Ok(test.step(readings)?.with(self.findings)),
-        }
+impl<T: Real> Measurement<T> for LinePulses<T> {
+    fn rested(&mut self, settler: &Settler<T>) -> Command<T> {
+        self.initial = settler.residual;
+        self.pulse()
     }
 
-    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
-        let margin = match &self.state {
-            State::Testing(test) => test.margin(),
-            _ => self.settler.margin,
-        };
-        (&self.findings, margin)
+    fn measured(
+        &mut self,
+        readings: &[Reading<T>],
+        settler: &mut Settler<T>,
+        findings: &mut Findings<T>,
+    ) -> Result<Next<T>, Fault<T>> {
+        self.pulsed(readings, &mut settler.margin)?;
+        self.pulses += 1;
+        if self.pulses < self.settings.pulses {
+            return Ok(match self.settings.decay {
+                Decay::Slow => Next::Drive(self.pulse()),
+                Decay::Fast => Next::Wait,
+            });
+        }
+        if self.line + 1 < LINES.len() {
+            (self.line, self.pulses) = (self.line + 1, 0);
+            return Ok(Next::Wait);
+        }
+        let axis = self.find_axis(settler, findings)?;
+        Ok(Next::Test(axis.axis, T::of(1.5) * (axis.mean + axis.amplitude)))
     }
 }

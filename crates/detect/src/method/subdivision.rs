@@ -11,17 +11,16 @@
 #[cfg(test)]
 mod tests;
 
-use standstill_interface::{AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Sensed, Step};
+use standstill_interface::{AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Sensed};
 
 use crate::checks::{Check, Checks};
 use crate::keys::{Keyed, Setting, Value, place};
-use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
-use crate::parts::margin::Margin;
-use crate::parts::polarity::{PolaritySettings, PolarityTest};
+use crate::parts::polarity::PolaritySettings;
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
 use crate::parts::significance;
+use crate::parts::then_pole::{Measurement, Next, ThenPole};
 use crate::parts::turning;
 use crate::settings::{SettingsError, require, require_positive, require_share, require_zero_or_more};
 
@@ -75,22 +74,13 @@ const PUSHED: f64 = 4.0 * turning::DEGREE;
 /// Vectors of the first round.
 const FIRST: usize = 12;
 
-/// State of the sequence, named after the last command.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
-enum State<T> {
-    Start,
-    Settling,
-    Pushing,
-    Testing(PolarityTest<T>),
-}
-
 /// The subdividing detector.
+pub type Subdivision<T> = ThenPole<T, Halving<T>>;
+
+/// Its measurement.
 #[derive(Clone, Debug)]
-pub struct Subdivision<T> {
+pub struct Halving<T> {
     settings: SubdivisionSettings<T>,
-    state: State<T>,
-    settler: Settler<T>,
     /// Answers of the first round in A per V of the link.
     first: [T; FIRST],
     /// Sums in A of the currents of opposite vectors of that round, and whether a sensor did not see one.
@@ -101,7 +91,6 @@ pub struct Subdivision<T> {
     /// Best direction in rad and its current; the field after it is the best of the present round.
     best: (T, T),
     centre: T,
-    findings: Findings<T>,
 }
 
 impl<T: Real> Subdivision<T> {
@@ -111,20 +100,20 @@ impl<T: Real> Subdivision<T> {
     /// The method cannot work with one of the settings.
     pub fn new(settings: SubdivisionSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
-        Ok(Self {
+        let measurement = Halving {
             settings,
-            state: State::Start,
-            settler: Settler::new(settings.settle, true),
             first: [T::zero(); FIRST],
             opposite: [AlphaBeta::new(T::zero(), T::zero()); FIRST / 2],
             derived: false,
             given: 0,
             best: (T::zero(), T::neg_infinity()),
             centre: T::zero(),
-            findings: Findings::default(),
-        })
+        };
+        Ok(Self::start(measurement, Settler::new(settings.settle, true), settings.vector))
     }
+}
 
+impl<T: Real> Halving<T> {
     /// Returns the direction in rad of the next vector.
     fn direction(&self) -> T {
         let first = T::TAU() / T::of(FIRST as f64);
@@ -136,14 +125,14 @@ impl<T: Real> Subdivision<T> {
         self.centre + if later.is_multiple_of(2) { step } else { -step }
     }
 
-    fn pushed(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+    fn pushed(&mut self, readings: &[Reading<T>], settler: &mut Settler<T>) -> Result<(), Fault<T>> {
         let Some(reading) = readings.last() else { return Err(Fault::UnexpectedReadings) };
         let direction = self.direction();
         let angle = Angle::from_radians(direction);
         let seen = all_seen(reading)?;
         let current = PolaritySettings::direct_current(seen, angle);
         let needed = self.settings.vector.least_current;
-        self.settler.margin.at_least(current, needed);
+        settler.margin.at_least(current, needed);
         if current < needed || !current.is_finite() {
             return Err(Fault::NoCurrent { peak: current, needed });
         }
@@ -160,8 +149,8 @@ impl<T: Real> Subdivision<T> {
         }
         self.given += 1;
         if self.given == FIRST {
-            self.check_saliency()?;
-            self.check_standing(link(reading)?)?;
+            self.check_saliency(settler)?;
+            self.check_standing(link(reading)?, settler)?;
         }
         if self.given >= FIRST && (self.given - FIRST).is_multiple_of(2) {
             self.centre = self.best.0;
@@ -178,7 +167,7 @@ impl<T: Real> Subdivision<T> {
         })
     }
 
-    fn check_saliency(&mut self) -> Result<(), Fault<T>> {
+    fn check_saliency(&mut self, settler: &mut Settler<T>) -> Result<(), Fault<T>> {
         let mean = self.first.iter().fold(T::zero(), |sum, answer| sum + *answer) / T::of(FIRST as f64);
         // (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
         // The fourth and the fifth harmonic stand for what else may be in the second: noise has as much of each, and neither
@@ -189,7 +178,7 @@ impl<T: Real> Subdivision<T> {
         let needed = significance::known(significance::of_phases(self.settings.gain_tolerance))
             + significance::scattered(squares / freedom, freedom);
         let (ratio, least) = (self.harmonic(2.0).norm() / mean, self.settings.least_saliency);
-        significance::check(&mut self.settler.margin, ratio, needed, least)
+        significance::check(&mut settler.margin, ratio, needed, least)
     }
 
     /// Checks that the rotor stands still, from the currents of opposite vectors, six waits apart. If the axis turns by
@@ -197,7 +186,7 @@ impl<T: Real> Subdivision<T> {
     /// the rotor's frame a saturating core leaves `A + B cos 2x` along the magnet and `C sin 2x` across it, with x = φ
     /// − θ, and the induced voltage leaves a constant, like an offset. The speed is estimated from the rest of the six
     /// sums.
-    fn check_standing(&mut self, dc_link: T) -> Result<(), Fault<T>> {
+    fn check_standing(&mut self, dc_link: T, settler: &mut Settler<T>) -> Result<(), Fault<T>> {
         const PAIRS: usize = FIRST / 2;
         let s = &self.settings;
         if !s.vector.checks.has(Check::Turning) || s.vector.magnet_flux <= T::zero() {
@@ -219,63 +208,38 @@ impl<T: Real> Subdivision<T> {
             square = square + along * along + across * across;
             all = all + sum.d * sum.d + sum.q * sum.q;
         }
-        let noise = self.settler.noise.deviation();
+        let noise = settler.noise.deviation();
         let variance = noise * noise * s.vector.by_reading() * T::of(2.0) / square;
-        let freedom = self.settler.noise.freedom();
+        let freedom = settler.noise.freedom();
         let seconds = seconds * T::of(PAIRS as f64);
         let ahead = product / square * seconds;
         let deviation = turning::deviation(variance, freedom, self.derived) * seconds;
         // An axis that is a little off leaves a share of what saturates.
         let askew = (all / square).sqrt() * seconds * T::of(turning::UNEVEN);
-        turning::check_axis(&mut self.settler.margin, (ahead, seconds), deviation, T::of(PUSHED) + askew)
-    }
-
-    fn settle(&mut self) -> Command<T> {
-        self.state = State::Settling;
-        self.settler.begin()
-    }
-
-    /// Returns the next vector, after the last current has decayed.
-    fn push(&mut self) -> Command<T> {
-        self.state = State::Pushing;
-        let s = &self.settings;
-        let amplitude = s.vector.amplitude(s.d_axis_inductance);
-        s.vector.command(Angle::from_radians(self.direction()), amplitude, self.settler.dc_link)
+        turning::check_axis(&mut settler.margin, (ahead, seconds), deviation, T::of(PUSHED) + askew)
     }
 }
 
-impl<T: Real> Sequence<T> for Subdivision<T> {
-    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
-        let command = match &mut self.state {
-            State::Start => self.settle(),
-            State::Settling => match self.settler.step(readings)? {
-                Some(wait) => wait,
-                None => self.push(),
-            },
-            State::Pushing => {
-                self.pushed(readings)?;
-                if self.given < FIRST + 2 * usize::from(self.settings.halvings) {
-                    self.settle()
-                } else {
-                    let s = &self.settings;
-                    let axis = Angle::from_radians(self.best.0);
-                    let mut test = PolarityTest::new(s.vector, self.settler, axis, s.d_axis_inductance);
-                    let wait = test.begin();
-                    self.state = State::Testing(test);
-                    wait
-                }
-            }
-            State::Testing(test) => return Ok(test.step(readings)?.with(self.findings)),
-        };
-        Ok(Step::Drive(command))
+impl<T: Real> Measurement<T> for Halving<T> {
+    fn rested(&mut self, settler: &Settler<T>) -> Command<T> {
+        let s = &self.settings;
+        let amplitude = s.vector.amplitude(s.d_axis_inductance);
+        s.vector.command(Angle::from_radians(self.direction()), amplitude, settler.dc_link)
     }
 
-    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
-        let margin = match &self.state {
-            State::Testing(test) => test.margin(),
-            _ => self.settler.margin,
-        };
-        (&self.findings, margin)
+    fn measured(
+        &mut self,
+        readings: &[Reading<T>],
+        settler: &mut Settler<T>,
+        _: &mut Findings<T>,
+    ) -> Result<Next<T>, Fault<T>> {
+        self.pushed(readings, settler)?;
+        let s = &self.settings;
+        Ok(if self.given < FIRST + 2 * usize::from(s.halvings) {
+            Next::Wait
+        } else {
+            Next::Test(Angle::from_radians(self.best.0), s.d_axis_inductance)
+        })
     }
 }
 

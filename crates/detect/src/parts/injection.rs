@@ -12,17 +12,15 @@ mod tests;
 
 use core::marker::PhantomData;
 
-use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Fault, Findings, Nanos, Phase, Reading, Real, Step,
-};
+use standstill_interface::{Abc, AlphaBeta, Angle, Command, Fault, Findings, Nanos, Phase, Reading, Real};
 
 use crate::checks::Checks;
 use crate::keys::{self, Keyed, Lines, Setting, Value, place};
-use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::margin::Margin;
-use crate::parts::polarity::{PolaritySettings, PolarityTest};
+use crate::parts::polarity::PolaritySettings;
 use crate::parts::settle::{Settler, all_seen, link};
+use crate::parts::then_pole::{Measurement, Next, ThenPole};
 use crate::parts::windows;
 use crate::settings::{SettingsError, Source};
 
@@ -92,50 +90,43 @@ impl<T: Real, D: Demodulator<T>> InjectionMethod<T, D> {
     }
 }
 
-/// State of the sequence, named after the last command.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
-enum State<T> {
-    Start,
-    Settling,
-    Injecting(Clock),
-    Testing(PolarityTest<T>),
-}
-
 /// A detector by injection; the type `D` defines the kind of injection.
+pub type Injection<T, D> = ThenPole<T, Injecting<T, D>>;
+
+/// Its measurement.
 #[derive(Clone, Debug)]
-pub struct Injection<T, D> {
+pub struct Injecting<T, D> {
     settings: InjectionSettings<T>,
     demodulator: D,
-    state: State<T>,
-    settler: Settler<T>,
+    /// The step under way.
+    clock: Clock,
     /// Last link voltage in V and currents in A, offsets removed.
     dc_link: T,
     current: Abc<T>,
     /// With windows: the readings of the first period of the pair; none before it.
     first: Option<[T; 2]>,
-    findings: Findings<T>,
 }
 
 impl<T: Real, D: Demodulator<T>> Injection<T, D> {
     pub(crate) fn new(InjectionMethod(settings, _): InjectionMethod<T, D>) -> Result<Self, SettingsError> {
         settings.check()?;
         let zero = T::zero();
-        Ok(Self {
+        let measurement = Injecting {
             settings,
             demodulator: D::new(),
-            state: State::Start,
-            settler: Settler::new(settings.settle, true),
+            clock: Clock::START,
             dc_link: zero,
             current: Abc::new(zero, zero, zero),
             first: None,
-            findings: Findings::default(),
-        })
+        };
+        Ok(Self::start(measurement, Settler::new(settings.settle, true), settings.polarity))
     }
+}
 
+impl<T: Real, D: Demodulator<T>> Injecting<T, D> {
     /// Returns the command for one carrier period.
     fn inject(&mut self, clock: Clock) -> Command<T> {
-        self.state = State::Injecting(clock);
+        self.clock = clock;
         let s = &self.settings;
         let voltage = self.demodulator.voltage(s, clock);
         let rise = voltage * (T::of(s.modulation.carrier_period.seconds()) / s.modulation.inductance);
@@ -150,9 +141,9 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
     }
 
     /// Reads a period with windows; returns whether the pair is complete.
-    fn read_windows(&mut self, clock: Clock, readings: &[Reading<T>]) -> Result<bool, Fault<T>> {
-        let s = &self.settings;
-        let (seen, dc_link) = windows::seen(readings, self.first.is_some(), self.settler.residual[Phase::A])?;
+    fn read_windows(&mut self, readings: &[Reading<T>], residual: Abc<T>) -> Result<bool, Fault<T>> {
+        let (s, clock) = (&self.settings, self.clock);
+        let (seen, dc_link) = windows::seen(readings, self.first.is_some(), residual[Phase::A])?;
         self.dc_link = dc_link;
         let Some(first) = self.first.take() else {
             self.first = Some(seen);
@@ -170,75 +161,46 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
         Ok(true)
     }
 
-    /// Returns the first carrier period, after the last current has decayed.
-    fn begin(&mut self) -> Command<T> {
-        self.dc_link = self.settler.dc_link;
-        self.inject(Clock::START)
-    }
-
-    fn read(&mut self, clock: Clock, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+    fn read(&mut self, readings: &[Reading<T>], offset: Abc<T>) -> Result<(), Fault<T>> {
         let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
         let seen = all_seen(reading)?;
-        let offset = self.settler.residual;
         self.current = Abc(core::array::from_fn(|k| seen.0[k] - offset.0[k]));
         self.dc_link = link(reading)?;
-        if clock.cycle >= self.settings.ramp {
-            self.demodulator.add(&self.settings, clock, self.current.clarke());
+        if self.clock.cycle >= self.settings.ramp {
+            self.demodulator.add(&self.settings, self.clock, self.current.clarke());
         }
         Ok(())
     }
+}
 
-    /// Evaluates a carrier period and returns the next command.
-    fn injected(&mut self, mut clock: Clock, readings: &[Reading<T>]) -> Result<Command<T>, Fault<T>> {
+impl<T: Real, D: Demodulator<T>> Measurement<T> for Injecting<T, D> {
+    fn rested(&mut self, settler: &Settler<T>) -> Command<T> {
+        self.dc_link = settler.dc_link;
+        self.inject(Clock::START)
+    }
+
+    fn measured(
+        &mut self,
+        readings: &[Reading<T>],
+        settler: &mut Settler<T>,
+        findings: &mut Findings<T>,
+    ) -> Result<Next<T>, Fault<T>> {
         if self.settings.windows.is_none() {
-            self.read(clock, readings)?;
-        } else if !self.read_windows(clock, readings)? {
-            return Ok(self.inject(clock));
+            self.read(readings, settler.residual)?;
+        } else if !self.read_windows(readings, settler.residual)? {
+            return Ok(Next::Drive(self.inject(self.clock)));
         }
-        let s = &self.settings;
+        let (s, mut clock) = (&self.settings, self.clock);
         clock.advance(s.periods);
         if clock.cycle >= s.ramp + s.cycles {
-            let noise = self.settler.noise.deviation();
-            let (link, margin) = (self.dc_link, &mut self.settler.margin);
-            let concluded = self.demodulator.conclude(s, noise, link, &mut self.findings, margin)?;
-            if let Some(axis) = concluded {
-                let mut test = PolarityTest::new(s.polarity, self.settler, axis, s.d_axis_inductance);
-                let wait = test.begin();
-                self.state = State::Testing(test);
-                return Ok(wait);
+            let (noise, link) = (settler.noise.deviation(), self.dc_link);
+            let axis = self.demodulator.conclude(s, noise, link, findings, &mut settler.margin)?;
+            if let Some(axis) = axis {
+                return Ok(Next::Test(axis, s.d_axis_inductance));
             }
             clock = Clock::START;
         }
-        Ok(self.inject(clock))
-    }
-}
-
-impl<T: Real, D: Demodulator<T>> Sequence<T> for Injection<T, D> {
-    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
-        let command = match &mut self.state {
-            State::Start => {
-                self.state = State::Settling;
-                self.settler.begin()
-            }
-            State::Settling => match self.settler.step(readings)? {
-                Some(wait) => wait,
-                None => self.begin(),
-            },
-            State::Injecting(clock) => {
-                let clock = *clock;
-                self.injected(clock, readings)?
-            }
-            State::Testing(test) => return Ok(test.step(readings)?.with(self.findings)),
-        };
-        Ok(Step::Drive(command))
-    }
-
-    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
-        let margin = match &self.state {
-            State::Testing(test) => test.margin(),
-            _ => self.settler.margin,
-        };
-        (&self.findings, margin)
+        Ok(Next::Drive(self.inject(clock)))
     }
 }
 

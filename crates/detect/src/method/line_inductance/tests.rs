@@ -1,7 +1,7 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{AlphaBeta, Detector, Leg, Outcome, Phase, Sensed};
+use standstill_interface::{AlphaBeta, Detector, Leg, Outcome, Phase, Sensed, Step};
 
 use super::*;
 use crate::checks::Checks;

@@ -1,7 +1,7 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{Detector, Leg, Outcome};
+use standstill_interface::{Detector, Leg, Outcome, Step};
 
 use super::*;
 use crate::checks::Checks;

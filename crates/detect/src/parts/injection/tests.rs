@@ -1,9 +1,11 @@
-use standstill_interface::Dq;
+use standstill_interface::{Dq, Step};
 
 use super::*;
+use crate::method::Sequence as _;
 use crate::method::{Pulsating, PulsatingInjectionSettings, Rotating, RotatingInjectionSettings};
 use crate::nameplate::{Dividers, Place, Sensing};
 use crate::parts::polarity::Signature;
+use crate::parts::then_pole::State;
 use crate::testing::Noise;
 
 fn nameplate(d: f64, q: f64) -> Nameplate<f64> {
@@ -238,14 +240,14 @@ fn law_a_measurement_begins_after_its_ramp_and_has_no_offsets() {
     while !matches!(detector.state, State::Testing(_)) {
         let Ok(Step::Drive(command)) = detector.next(&[reading; 2][..count]) else { panic!("ended") };
         count = usize::try_from(command.sampling.count).expect("few");
-        if matches!(detector.state, State::Injecting(_)) {
+        if matches!(detector.state, State::Measuring) {
             assert_eq!(command.duration(), s.modulation.carrier_period);
             periods += 1;
         }
     }
-    assert_eq!((periods, detector.demodulator.currents), (7 * 20, 4 * 20));
-    assert_eq!(detector.demodulator.first, Some(Clock { period: 0, cycle: 3 }));
-    assert!(detector.demodulator.most < 1e-12);
+    assert_eq!((periods, detector.measurement.demodulator.currents), (7 * 20, 4 * 20));
+    assert_eq!(detector.measurement.demodulator.first, Some(Clock { period: 0, cycle: 3 }));
+    assert!(detector.measurement.demodulator.most < 1e-12);
 }
 
 /// A drive with one shunt.

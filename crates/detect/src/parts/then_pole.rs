@@ -1,0 +1,102 @@
+//! Frame of the methods that measure an axis and then test its pole.
+//!
+//! ```text
+//!   wait ─► measure ─► measure ─► … ─► wait ─► measure ─► … ─► polarity test
+//! ```
+
+use standstill_interface::{Angle, Command, Fault, Findings, Reading, Real, Step};
+
+use crate::method::Sequence;
+use crate::parts::margin::Margin;
+use crate::parts::polarity::{PolaritySettings, PolarityTest};
+use crate::parts::settle::Settler;
+
+/// What follows a command of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Next<T> {
+    /// A wait until the current is gone; the measurement then goes on with [`Measurement::rested`].
+    Wait,
+    /// A further command of the measurement.
+    Drive(Command<T>),
+    /// The polarity test: the axis, and the d-axis inductance in H.
+    Test(Angle<T>, T),
+}
+
+/// The measurement of an axis.
+pub(crate) trait Measurement<T: Real> {
+    /// Returns the next command, after the last current has decayed.
+    fn rested(&mut self, settler: &Settler<T>) -> Command<T>;
+
+    /// Evaluates the readings of the last command.
+    fn measured(
+        &mut self,
+        readings: &[Reading<T>],
+        settler: &mut Settler<T>,
+        findings: &mut Findings<T>,
+    ) -> Result<Next<T>, Fault<T>>;
+}
+
+/// State of the sequence, named after the last command, whose readings come next.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
+pub(crate) enum State<T> {
+    Start,
+    Settling,
+    Measuring,
+    Testing(PolarityTest<T>),
+}
+
+/// A detector that measures an axis in the way of `M` and then tests its pole.
+#[derive(Clone, Debug)]
+pub struct ThenPole<T, M> {
+    pub(crate) measurement: M,
+    pub(crate) state: State<T>,
+    settler: Settler<T>,
+    polarity: PolaritySettings<T>,
+    findings: Findings<T>,
+}
+
+impl<T: Real, M> ThenPole<T, M> {
+    /// Makes a detector, ready for its first step.
+    pub(crate) fn start(measurement: M, settler: Settler<T>, polarity: PolaritySettings<T>) -> Self {
+        Self { measurement, state: State::Start, settler, polarity, findings: Findings::default() }
+    }
+}
+
+impl<T: Real, M: Measurement<T>> Sequence<T> for ThenPole<T, M> {
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        let next = match &mut self.state {
+            State::Start => Next::Wait,
+            State::Settling => match self.settler.step(readings)? {
+                Some(wait) => return Ok(Step::Drive(wait)),
+                None => Next::Drive(self.measurement.rested(&self.settler)),
+            },
+            State::Measuring => self.measurement.measured(readings, &mut self.settler, &mut self.findings)?,
+            State::Testing(test) => return Ok(test.step(readings)?.with(self.findings)),
+        };
+        Ok(Step::Drive(match next {
+            Next::Wait => {
+                self.state = State::Settling;
+                self.settler.begin()
+            }
+            Next::Drive(command) => {
+                self.state = State::Measuring;
+                command
+            }
+            Next::Test(axis, d_axis_inductance) => {
+                let mut test = PolarityTest::new(self.polarity, self.settler, axis, d_axis_inductance);
+                let wait = test.begin();
+                self.state = State::Testing(test);
+                wait
+            }
+        }))
+    }
+
+    fn so_far(&self) -> (&Findings<T>, Margin<T>) {
+        let margin = match &self.state {
+            State::Testing(test) => test.margin(),
+            _ => self.settler.margin,
+        };
+        (&self.findings, margin)
+    }
+}
