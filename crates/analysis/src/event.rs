@@ -9,6 +9,7 @@ use standstill_quantity::unit::{Ampere, Degree};
 use standstill_quantity::{Quantity, Unit, split};
 use standstill_scenario::{Record, Verdict, nearest};
 use standstill_sim::Ended;
+use thiserror::Error;
 
 /// An outcome of a start whose probability can be asked for. Angles are in degrees, currents in A.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,18 +32,12 @@ pub enum Event {
 }
 
 /// Error of a text that does not name an event.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("`{text}` is no event{wrong}")]
 pub struct EventError {
     text: String,
-    wrong: Wrong,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Wrong {
-    /// No event has this name.
-    Name,
-    /// The bound found in the text, and the bounds that are allowed.
-    Bound(String, &'static str),
+    /// The message's end.
+    wrong: String,
 }
 
 /// Names of the events without a bound.
@@ -55,43 +50,32 @@ const NAMES: [(&str, Event); 4] = [
 /// Names of the quantities that need a bound to make an event.
 const QUANTITIES: [&str; 3] = ["|e|", "moved", "peak_current"];
 
-impl fmt::Display for EventError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = &self.text;
-        if let Wrong::Bound(found, needed) = &self.wrong {
-            return write!(f, "`{text}` is no event: found {found}, needed {needed}");
-        }
-        let what = text.split_once('>').map_or(text.as_str(), |(what, _)| what).trim();
-        let near = nearest(what, NAMES.iter().map(|(name, _)| *name).chain(QUANTITIES));
-        let near = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
-        write!(
-            f,
-            "`{text}` is no event{near}: needed wrong-pole, wrong-evidence, undetermined, failed, `|e| > 3 deg`, \
-             `moved > 1 deg` or `peak_current > 8 A`",
-        )
-    }
-}
-
-impl std::error::Error for EventError {}
-
 impl FromStr for Event {
     type Err = EventError;
 
     fn from_str(text: &str) -> Result<Self, EventError> {
         let text = text.trim();
         let error = |wrong| EventError { text: text.to_owned(), wrong };
+        let unknown = |what: &str| {
+            let near = nearest(what, NAMES.iter().map(|(name, _)| *name).chain(QUANTITIES));
+            let near = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
+            error(format!(
+                "{near}: needed wrong-pole, wrong-evidence, undetermined, failed, `|e| > 3 deg`, `moved > 1 deg` or \
+                 `peak_current > 8 A`"
+            ))
+        };
         if let Some((_, event)) = NAMES.iter().find(|(name, _)| *name == text) {
             return Ok(*event);
         }
-        let (what, most) = text.split_once('>').ok_or_else(|| error(Wrong::Name))?;
+        let (what, most) = text.split_once('>').ok_or_else(|| unknown(text))?;
         let most = most.trim();
         let (value, needed) = match what.trim() {
             "|e|" => (bound::<Degree>(most, 0.0..90.0).map(Self::Error), ERRORS),
             "moved" => (bound::<Degree>(most, 0.0..MOST).map(Self::Moved), MOVEMENTS),
             "peak_current" => (bound::<Ampere>(most, 0.0..MOST).map(Self::PeakCurrent), CURRENTS),
-            _ => return Err(error(Wrong::Name)),
+            what => return Err(unknown(what)),
         };
-        value.map_err(|found| error(Wrong::Bound(found, needed)))
+        value.map_err(|found| error(format!(": found {found}, needed {needed}")))
     }
 }
 

@@ -1,10 +1,10 @@
 //! Parses limits and measures.
 
-use std::fmt;
 use std::str::FromStr;
 
 use standstill_quantity::unit::{Ampere, Degree, Second, Share};
 use standstill_scenario::quoted;
+use thiserror::Error;
 
 use super::{Limit, Limits, Measure, NAMES, Subject};
 use crate::event::bound;
@@ -14,80 +14,36 @@ const MEASURES: &str =
     "rms, p95, p99, P(|e| > 2 deg), wrong_poles, unanswered, moved, duration or peak_current";
 
 /// Error of a text that is not a list of limits.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("`{text}` {wrong}")]
 pub struct LimitError {
     text: String,
-    wrong: Wrong,
+    /// The message's end.
+    wrong: String,
 }
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Wrong {
-    /// A limit is missing before or after a comma.
-    Empty,
-    /// The limit has no `<=`.
-    Sides,
-    /// The text before the `<=` is not a measure.
-    Measure(MeasureError),
-    /// The bound is invalid: the text found, and the bounds that the measure allows.
-    Bound(String, &'static str),
-}
-
-impl fmt::Display for LimitError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = &self.text;
-        match &self.wrong {
-            Wrong::Empty => write!(
-                f,
-                "`{text}` has a comma with no limit before or after it: needed limits joined by single commas, such as \
-                 `rms <= 1 deg, wrong_poles <= 5 %`"
-            ),
-            Wrong::Sides => write!(
-                f,
-                "`{text}` is no limit: needed a measure, `<=` and its bound, such as `rms <= 1 deg`, several joined by \
-                 commas; the measures are {MEASURES}"
-            ),
-            Wrong::Measure(error) => write!(f, "`{text}` is no limit: {error}"),
-            Wrong::Bound(found, needed) => write!(f, "`{text}` is no limit: found {found}, needed {needed}"),
-        }
-    }
-}
-
-impl std::error::Error for LimitError {}
 
 /// Error of a text that is not a measure.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MeasureError {
-    text: String,
-    /// The bound of a probability, if only the bound is wrong.
-    bound: Option<String>,
-}
-
-impl fmt::Display for MeasureError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let text = &self.text;
-        if let Some(found) = &self.bound {
-            let needed = "an error from 0 deg to less than 180 deg, such as `P(|e| > 2 deg)`";
-            return write!(f, "`{text}` is no measure: found {found}, needed {needed}");
-        }
-        let known = NAMES.iter().map(|(name, _)| *name).chain(["P(|e| > X)"]);
-        write!(f, "{} is no measure: needed {MEASURES}", quoted(text, known))
-    }
-}
-
-impl std::error::Error for MeasureError {}
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct MeasureError(String);
 
 impl FromStr for Measure {
     type Err = MeasureError;
 
     fn from_str(text: &str) -> Result<Self, MeasureError> {
         let text = text.trim();
-        let error = |bound| MeasureError { text: text.to_owned(), bound };
         if let Some((_, measure)) = NAMES.iter().find(|(name, _)| *name == text) {
             return Ok(*measure);
         }
         let inside = text.strip_prefix("P(").and_then(|rest| rest.strip_suffix(')')?.split_once('>'));
-        let (_, least) = inside.filter(|(what, _)| what.trim() == "|e|").ok_or_else(|| error(None))?;
-        bound::<Degree>(least.trim(), 0.0..180.0).map(Self::Beyond).map_err(|found| error(Some(found)))
+        let Some((_, least)) = inside.filter(|(what, _)| what.trim() == "|e|") else {
+            let known = NAMES.iter().map(|(name, _)| *name).chain(["P(|e| > X)"]);
+            return Err(MeasureError(format!("{} is no measure: needed {MEASURES}", quoted(text, known))));
+        };
+        bound::<Degree>(least.trim(), 0.0..180.0).map(Self::Beyond).map_err(|found| {
+            let needed = "an error from 0 deg to less than 180 deg, such as `P(|e| > 2 deg)`";
+            MeasureError(format!("`{text}` is no measure: found {found}, needed {needed}"))
+        })
     }
 }
 
@@ -123,14 +79,22 @@ fn each<T>(
     of: impl Fn(Measure, &str) -> Result<T, (String, &'static str)>,
 ) -> Result<Vec<T>, LimitError> {
     let limit = |part: &str| {
-        let error = |wrong| LimitError { text: part.trim().to_owned(), wrong };
+        let error = |text: &str, wrong| LimitError { text: text.trim().to_owned(), wrong };
         if part.trim().is_empty() && text.contains(',') {
-            return Err(LimitError { text: text.trim().to_owned(), wrong: Wrong::Empty });
+            let wrong = "has a comma with no limit before or after it: needed limits joined by single commas, such as \
+                         `rms <= 1 deg, wrong_poles <= 5 %`";
+            return Err(error(text, wrong.to_owned()));
         }
-        let halves = part.split_once("<=").or_else(|| part.split_once('≤'));
-        let (measure, bound) = halves.ok_or_else(|| error(Wrong::Sides))?;
-        let measure = measure.parse().map_err(|wrong| error(Wrong::Measure(wrong)))?;
-        of(measure, bound.trim()).map_err(|(found, needed)| error(Wrong::Bound(found, needed)))
+        let no_limit = |why: String| error(part, format!("is no limit: {why}"));
+        let Some((measure, bound)) = part.split_once("<=").or_else(|| part.split_once('≤')) else {
+            return Err(no_limit(format!(
+                "needed a measure, `<=` and its bound, such as `rms <= 1 deg`, several joined by commas; the measures are \
+                 {MEASURES}"
+            )));
+        };
+        let measure = measure.parse().map_err(|wrong: MeasureError| no_limit(wrong.to_string()))?;
+        of(measure, bound.trim())
+            .map_err(|(found, needed)| no_limit(format!("found {found}, needed {needed}")))
     };
     text.split(',').map(limit).collect()
 }
