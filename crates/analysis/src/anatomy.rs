@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use standstill_numeric::whole;
 use standstill_scenario::{FaultSettings, FileError, Record};
 use standstill_sim::{Purpose, Tape};
 
@@ -114,9 +115,7 @@ fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
     };
     let angle = record.start_angle_deg().rem_euclid(turn);
     // At most 24.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let sector = (angle / width(event)) as usize;
-    (sector, positive)
+    (whole(angle / width(event)), positive)
 }
 
 /// Returns true for draws that the anatomy lists. The rotor angle is left out because the sector gives it; phases are

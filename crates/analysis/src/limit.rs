@@ -6,7 +6,7 @@ pub mod rms;
 use std::fmt;
 
 use standstill_campaign::{Estimate, binomial_interval, quantile_ranks};
-use standstill_numeric::ln;
+use standstill_numeric::{ln, whole};
 use standstill_quantity::rounded;
 use standstill_scenario::{Record, Verdict as Ending};
 
@@ -176,20 +176,10 @@ impl Measure {
     }
 }
 
-/// Rounds a number of trials to an integer.
-#[allow(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "trials are counted: never negative, and far below 2^53"
-)]
-fn whole(trials: f64) -> u64 {
-    trials.round() as u64
-}
-
 /// Returns the share `count / all` with the exact interval that it would have after `trials` similar trials.
 fn share(count: usize, all: usize, trials: f64) -> Estimate {
     let value = count as f64 / all as f64;
-    let found = binomial_interval(whole(value * trials), whole(trials));
+    let found = binomial_interval(whole((value * trials).round()), whole(trials.round()));
     Estimate { value, low: found.low.min(value), high: found.high.max(value) }
 }
 
@@ -197,12 +187,11 @@ fn share(count: usize, all: usize, trials: f64) -> Estimate {
 /// similar trials.
 fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
     let count = values.len() as f64;
-    let [value, ..] = quantile_ranks(share, whole(count));
-    let [_, low, high] = quantile_ranks(share, whole(trials));
+    let [value, ..] = quantile_ranks(share, values.len() as u64);
+    let [_, low, high] = quantile_ranks(share, whole(trials.round()));
     let at = |rank: u64| usize::try_from(rank).ok().and_then(|rank| values.get(rank).copied());
     // A rank among that many trials is as far up among these.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below their number")]
-    let here = |rank: u64| ((rank as f64 + 0.5) * count / trials) as u64;
+    let here = |rank: u64| whole((rank as f64 + 0.5) * count / trials);
     let end = |rank: Option<u64>| rank.map(here).and_then(at);
     Estimate {
         value: value.and_then(at).unwrap_or(f64::INFINITY),
@@ -227,9 +216,7 @@ impl Limits {
             _ => 1.0,
         };
         let least = self.0.iter().map(share).fold(1.0, f64::min);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "above zero; saturates")]
-        let trials = (-standstill_numeric::ln(0.025) / least) as u64;
-        trials
+        whole(-standstill_numeric::ln(0.025) / least)
     }
 }
 

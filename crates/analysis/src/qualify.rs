@@ -14,6 +14,7 @@ pub mod rare;
 pub mod sequential;
 
 use rayon::prelude::*;
+use standstill_numeric::whole;
 use standstill_odds::kept;
 use standstill_plant::Entry as SheetEntry;
 use standstill_scenario::{Document, FaultMode, FileError, Plan};
@@ -182,9 +183,7 @@ impl Case {
 
 /// Returns the number of trials of the look after this one.
 fn next(look: u64) -> u64 {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most some ten millions")]
-    let next = (look as f64 * MORE) as u64;
-    next.max(FIRST)
+    whole::<u64>(look as f64 * MORE).max(FIRST)
 }
 
 /// Requirements on a scenario, and the results of the trials.

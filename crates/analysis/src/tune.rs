@@ -22,6 +22,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 
 use standstill_campaign::Estimate;
+use standstill_numeric::whole;
 use standstill_scenario::{Document, FileError};
 
 pub use compare::{Unseen, paired, unseen};
@@ -63,8 +64,7 @@ impl Effort {
     pub fn new(last: u64, limits: &Limits) -> Self {
         let shares = limits.0.iter().filter(|limit| limit.measure.unit().is_none());
         let least = shares.map(|limit| limit.most).fold(1.0, f64::min);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousands")]
-        let needed = (NEEDED / least).min(200_000.0) as u64;
+        let needed: u64 = whole((NEEDED / least).min(200_000.0));
         let last = last.max(2 * needed);
         Self { starts: 6, coarse: (last / 40).max(200), fine: Self::fine(last).max(needed), last }
     }

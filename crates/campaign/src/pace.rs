@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use standstill_numeric::whole;
 use standstill_sim::MOST_LANES;
 
 /// Blocks of trials: between them records are handed on. The records are the same whatever the blocks are.
@@ -38,8 +39,7 @@ impl Pace {
     fn next(self, took: Duration) -> Self {
         let share = LONG.as_secs_f64() / took.as_secs_f64().max(1e-9);
         // A share of at most two of a small number.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let size = (self.size as f64 * share.min(2.0)) as u64;
+        let size: u64 = whole(self.size as f64 * share.min(2.0));
         Self { size: size.min(MOST).max(self.least), ..self }
     }
 }

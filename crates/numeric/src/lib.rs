@@ -37,6 +37,7 @@ mod lane;
 mod quantile;
 mod root;
 mod symmetric;
+mod whole;
 
 pub use beta::beta;
 pub use dot::{ROWS, dot, dots};
@@ -51,3 +52,4 @@ pub use lane::{
 pub use quantile::rank;
 pub use root::root;
 pub use symmetric::Symmetric;
+pub use whole::{Count, whole};

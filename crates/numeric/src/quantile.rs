@@ -1,5 +1,7 @@
 //! Position of a quantile in sorted values.
 
+use crate::whole;
+
 /// Returns the index of the quantile `share` among `count` sorted values: the smallest value such that at least this
 /// share of the values are not larger. None if there are no values.
 ///
@@ -15,13 +17,7 @@ pub fn rank(share: f64, count: u64) -> Option<u64> {
     let among = share * count as f64;
     // 0.07 · 100 is 7.000000000000001: what arithmetic rounds makes no other value.
     let least = (among - 1e-12 * among).ceil().max(1.0);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "1 to a count of values; saturates"
-    )]
-    let place = least as u64 - 1;
-    Some(place.min(last))
+    Some((whole::<u64>(least) - 1).min(last))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use standstill_interface::choice;
-use standstill_numeric::{exp, log10};
+use standstill_numeric::{exp, log10, whole};
 use standstill_sim::{Purpose, Streams};
 use toml::Value;
 
@@ -218,8 +218,7 @@ impl<'a> Axis<'a> {
         match self {
             Self::List(values) => {
                 // A share of a length is an index.
-                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-                let place = ((share * values.len() as f64) as usize).min(values.len() - 1);
+                let place = whole::<usize>(share * values.len() as f64).min(values.len() - 1);
                 values[place].clone()
             }
             Self::Range { from, to, log, .. } => {

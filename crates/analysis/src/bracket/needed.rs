@@ -1,6 +1,6 @@
 //! Estimates the number of trials that would make an edge's interval narrow enough.
 
-use standstill_numeric::{exp, ln};
+use standstill_numeric::{exp, ln, whole};
 use standstill_quantity::{magnitude, rounded};
 
 use super::{Look, Looks, Search, Side, forecast_trials};
@@ -91,7 +91,5 @@ fn crossing(looks: &[(f64, &Look)], share: impl Fn(&Look) -> f64, falls: bool) -
 /// Rounds up to two significant digits.
 fn two_digits(trials: f64) -> Option<u64> {
     let last = magnitude(trials)? - 1;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand millions")]
-    let trials = rounded(rounded(trials, -last).ceil(), last) as u64;
-    Some(trials)
+    Some(whole(rounded(rounded(trials, -last).ceil(), last)))
 }

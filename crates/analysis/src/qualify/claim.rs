@@ -1,6 +1,7 @@
 //! Claims: statements of a requirement on the starts of one case, the results of the trials, and the verdicts.
 
 use serde::{Deserialize, Serialize};
+use standstill_numeric::whole;
 use standstill_scenario::Record;
 
 use super::Case;
@@ -125,9 +126,7 @@ impl Claim {
                 let needed = self.share(most).trials_needed(rate)?;
                 // Of all starts, only some are those that it is about.
                 let part = self.trials as f64 / (self.seen.of as f64).max(1.0);
-                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-                let all = (needed as f64 * part.max(1.0)) as u64;
-                Some(all)
+                Some(whole(needed as f64 * part.max(1.0)))
             }
         }
     }

@@ -5,7 +5,7 @@
 //! exceeds 1/α at any time with a probability of at most α. So the probability of error is bounded for every stopping
 //! rule.
 
-use standstill_numeric::{exp, ln, ln_1p, ln_gamma};
+use standstill_numeric::{exp, ln, ln_1p, ln_gamma, whole};
 
 /// Weight of the prior: the number of events that it is worth.
 const CASES: f64 = 0.5;
@@ -94,13 +94,7 @@ fn first(enough: impl Fn(f64) -> bool) -> Option<u64> {
         let middle = f64::midpoint(low, high);
         *(if enough(middle) { &mut high } else { &mut low }) = middle;
     }
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "above zero and at most 10^15"
-    )]
-    let trials = high.ceil() as u64;
-    Some(trials)
+    Some(whole(high.ceil()))
 }
 
 /// A limited mean of numbers from 0 to 1.

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
 use standstill_detect::{Method, PolarityRule};
+use standstill_numeric::whole;
 use standstill_scenario::{Record, Rotor, Scenario, Verdict};
 
 use super::Demands;
@@ -164,8 +165,7 @@ impl Starts {
     /// Returns a quantile of the evidence, interpolated between two starts. There must be at least one start.
     fn quantile(&self, share: f64) -> f64 {
         let place = share * (self.evidence.len() - 1) as f64;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the starts")]
-        let below = place as usize;
+        let below: usize = whole(place);
         let [low, high] = [below, self.evidence.len().min(below + 2) - 1].map(|k| self.evidence[k]);
         low + (high - low) * (place - below as f64)
     }

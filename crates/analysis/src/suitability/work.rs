@@ -6,6 +6,7 @@
 use std::cell::Cell;
 
 use standstill_inverter::Bridge;
+use standstill_numeric::whole;
 use standstill_odds::subset::Effort;
 use standstill_sim::Work;
 
@@ -81,12 +82,7 @@ impl Allowance {
     /// part was cut. The enclosing part then counts as cut, too.
     pub fn within<T>(&self, share: f64, part: impl FnOnce() -> T) -> (T, bool) {
         let (limit, cut) = (self.limit.get(), self.cut.replace(false));
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a share of some billions"
-        )]
-        let most = (share * self.left() as f64) as u64;
+        let most = whole(share * self.left() as f64);
         self.limit.set(self.done.get().saturating_add(most));
         let done = part();
         self.limit.set(limit);

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
+use standstill_numeric::whole;
 use standstill_sim::{Purpose, Streams, Tape};
 
 /// A state of a chain: the draws on its tape, and the value of the order parameter.
@@ -129,8 +130,7 @@ impl Population {
         let count = all.len() as f64;
         let at = |share: f64| {
             // Of thousands of states.
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a count")]
-            let value = *all.get((share * count).ceil().max(1.0) as usize - 1)?;
+            let value = *all.get(whole::<usize>((share * count).ceil().max(1.0)) - 1)?;
             // Of equal values all are there.
             let reached = all.partition_point(|other| other.total_cmp(&value).is_ge());
             value.is_finite().then_some((value, reached as f64 / count))

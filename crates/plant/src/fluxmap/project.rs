@@ -16,7 +16,7 @@
 
 use nalgebra::DMatrix;
 use standstill_interface::Dq;
-use standstill_numeric::exp;
+use standstill_numeric::{exp, whole};
 
 use super::banded::{Banded, Factor};
 use super::co_energy::CoEnergy;
@@ -63,8 +63,7 @@ pub(super) fn spread(sites: &[f64], count: usize) -> Vec<f64> {
     let at = |k: usize| {
         let place = (last * k) as f64 / (count as f64 - 1.0);
         // Between zero and the last site.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let site = (place as usize).min(last - 1);
+        let site = whole::<usize>(place).min(last - 1);
         sites[site] + (sites[site + 1] - sites[site]) * (place - site as f64)
     };
     (0..count).map(at).collect()

@@ -4,6 +4,7 @@ use super::backend::{Point, Surface, Type};
 use super::colour::Colour;
 use super::text::{self, pieces};
 use plotters_backend::text_anchor::HPos;
+use standstill_numeric::whole;
 use tiny_skia::{FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 
 /// Pixels per logical pixel: type stays sharp in print.
@@ -49,8 +50,7 @@ impl Png {
 
 fn paint(Colour(r, g, b, opacity): Colour) -> Paint<'static> {
     let mut paint = Paint::default();
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a byte")]
-    paint.set_color_rgba8(r, g, b, (255.0 * opacity).round() as u8);
+    paint.set_color_rgba8(r, g, b, whole((255.0 * opacity).round()));
     paint
 }
 

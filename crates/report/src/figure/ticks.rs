@@ -6,6 +6,7 @@ use super::number::superscript;
 use super::text::{fit, shorten, widest};
 use plotters::coord::ranged1d::{BoldPoints, Ranged};
 use plotters::coord::types::RangedCoordf64;
+use standstill_numeric::whole;
 
 /// Least distance of two texts along a line.
 const APART: f64 = 14.0;
@@ -86,8 +87,7 @@ fn shown(names: &[(f64, String)], (first, last): (f64, f64)) -> Vec<Tick> {
 
 /// Takes texts away until the others are a line apart; every tick keeps its mark.
 fn thin_out(ticks: &mut [Tick], gap: f64) {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "fewer than there are ticks")]
-    let every = ((SMALL_LINE - 1.0) / gap.max(0.1)).ceil().max(1.0) as usize;
+    let every: usize = whole(((SMALL_LINE - 1.0) / gap.max(0.1)).ceil().max(1.0));
     for (_, tick) in ticks.iter_mut().enumerate().filter(|(index, _)| index % every != 0) {
         tick.text.clear();
     }
@@ -125,8 +125,7 @@ fn round((low, high): (f64, f64), step: Option<f64>, most: f64) -> Vec<f64> {
     // plotters compares with absolute errors, so that it wants numbers near 1.
     const SLACK: f64 = 1e-9;
     let unit = step.unwrap_or_else(|| 10f64.powf((high - low).log10().floor()));
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few")]
-    let most = BoldPoints(most.max(2.0) as usize);
+    let most = BoldPoints(whole(most.max(2.0)));
     let mut places = RangedCoordf64::from(low / unit - SLACK..high / unit + SLACK).key_points(most);
     places.retain(|at| step.is_none() || (at - at.round()).abs() < SLACK);
     places.into_iter().map(|at| (at * unit).clamp(low, high)).collect()

@@ -1,6 +1,6 @@
 //! Errors of single trials in bounded memory.
 
-use standstill_numeric::rank;
+use standstill_numeric::{rank, whole};
 
 /// Angle bins of 5°.
 pub(super) const BINS: usize = 72;
@@ -86,12 +86,7 @@ impl Magnitudes {
 
     fn push(&mut self, magnitude: f64) {
         let place = (magnitude / LEAST).log2() * STEPS as f64;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "an index within the counts"
-        )]
-        let index = (place.floor() + 1.0).clamp(0.0, (OCTAVES * STEPS) as f64) as usize;
+        let index: usize = whole((place.floor() + 1.0).clamp(0.0, (OCTAVES * STEPS) as f64));
         self.counts[index] += 1;
         self.largest = self.largest.max(magnitude);
     }

@@ -3,6 +3,7 @@
 use super::cloud::quantile;
 use super::{Caption, ErrorCloud, StudyPoint};
 use crate::figure::{Axis, Figure, Layer, Panel, Style, significant};
+use standstill_numeric::whole;
 
 /// Returns the figure of the distribution. The upper panel has the histogram of the signed axis error with rms and 95th
 /// percentile, the lower one the probability that the error's magnitude exceeds a value.
@@ -94,8 +95,7 @@ impl Histogram {
         let bins = ((last - first) / wanted).ceil();
         let bins = if bins.is_finite() { bins.clamp(10.0, 100.0) } else { 10.0 };
         let width = (last - first) / bins;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "10 to 100")]
-        let mut shares = vec![0.0; bins as usize];
+        let mut shares = vec![0.0; whole(bins)];
         let mut outside = 0;
         for error in errors {
             let place = (error - first) / width;
@@ -104,12 +104,7 @@ impl Histogram {
                 outside += 1;
                 continue;
             }
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "an index of the bins"
-            )]
-            let bin = (place as usize).min(shares.len() - 1);
+            let bin = whole::<usize>(place).min(shares.len() - 1);
             shares[bin] += 100.0 / errors.len() as f64;
         }
         Some(Self { first, width, shares, outside })

@@ -1,6 +1,7 @@
 //! Sets the numbers of the sensors that depend on several keys, and checks the rules between these keys.
 
 use standstill_interface::Nanos;
+use standstill_numeric::whole;
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::One;
 use standstill_sim::{Adc, Arrangement, Comparators, PickUp, SensorSettings};
@@ -48,12 +49,7 @@ impl SensorsTable {
             check_own_comparators(sensors)?;
         }
         if let Some(bits) = self.threshold_bits {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "whole, from 0 to 24"
-            )]
-            let bits = bits.value() as u8;
+            let bits = whole(bits.value());
             sensors.comparator.bits = bits;
             if bits > 0 && sensors.comparator.range == 0.0 {
                 let needed = "`sensors.threshold_range` beside it, where the error set has none";
@@ -61,13 +57,7 @@ impl SensorsTable {
             }
         }
         if let Some(count) = self.oversampling {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "whole, from 1 to 64"
-            )]
-            let count = count.value() as u8;
-            sensors.oversampling = count;
+            sensors.oversampling = whole(count.value());
         }
         self.needs(
             &["sensors.conversion"],
@@ -190,8 +180,7 @@ pub(super) fn converter(
     range: Option<[f64; 2]>,
     bits: Option<Quantity<One>>,
 ) -> Result<Option<Adc>, FileError> {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole, from 0 to 24")]
-    let bits = bits.map(|bits| bits.value() as u8);
+    let bits = bits.map(|bits| whole(bits.value()));
     match (adc, range, bits) {
         (None, None, None | Some(0)) => Ok(None),
         (None, Some([low, high]), Some(bits)) => Ok(Some(Adc { bits, low, high })),

@@ -3,6 +3,7 @@
 use standstill_detect::{Nameplate, Signature};
 use standstill_interface::Nanos;
 use standstill_inverter::{Gate, Storage};
+use standstill_numeric::whole;
 use standstill_plant::Motor;
 use standstill_sim::{Broken, Case, Fault, Misreading, Purpose, Short, Streams};
 
@@ -114,12 +115,7 @@ impl FaultSettings {
             FaultPlace::A => 0,
             FaultPlace::B => 1,
             FaultPlace::C => 2,
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "one of three at most"
-            )]
-            FaultPlace::Any => ((place * places as f64) as usize).min(places - 1),
+            FaultPlace::Any => whole::<usize>(place * places as f64).min(places - 1),
         };
         let (m, n) = ((k + 1) % 3, (k + 2) % 3);
         let from = between(self.onset, onset);
@@ -146,8 +142,7 @@ impl FaultSettings {
             FaultMode::CurrentDead => sensor(Misreading::Dead),
             FaultMode::CurrentFrozen => sensor(Misreading::Frozen),
             FaultMode::CurrentStuck => sensor(Misreading::Stuck(way * size)),
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 23")]
-            FaultMode::CurrentBit => sensor(Misreading::Bit(size.round() as u8, way > 0.0)),
+            FaultMode::CurrentBit => sensor(Misreading::Bit(whole(size.round()), way > 0.0)),
             FaultMode::CurrentGain => sensor(Misreading::Gain(size)),
             FaultMode::CurrentOffset => sensor(Misreading::Offset(way * size)),
             FaultMode::CurrentSign => sensor(Misreading::Gain(-1.0)),
@@ -217,13 +212,7 @@ pub(crate) fn apply(faults: &[FaultSettings], case: &mut Case<'_>, streams: Stre
                 FaultDraw::Command => {
                     drawn.command = fault.command.map(|[first, last]| {
                         let count = f64::from(last - first + 1);
-                        #[expect(
-                            clippy::cast_possible_truncation,
-                            clippy::cast_sign_loss,
-                            reason = "at most a million commands"
-                        )]
-                        let later = (share * count) as u32;
-                        (first + later).min(last)
+                        (first + whole::<u32>(share * count)).min(last)
                     });
                 }
                 FaultDraw::Further(n, _) => drawn.further[n] = share,

@@ -1,6 +1,6 @@
 //! Curvature of the energy of a map, and from it the spacing of the surface's cells and points.
 
-use standstill_numeric::Symmetric;
+use standstill_numeric::{Symmetric, whole};
 
 use super::cells::Cells;
 use crate::fluxmap::co_energy::{CoEnergy, Sample};
@@ -81,12 +81,7 @@ impl Bends {
             let shares = [one, other].map(|sample| (flux(sample, axis) - low) / (high - low));
             let rise = (shares[1] - shares[0]).abs().max(1e-6);
             let bend = change(one.inductance.inverse(), other.inductance.inverse()) / rise;
-            #[allow(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "shares are from 0 to 1"
-            )]
-            let part = |share: f64| ((share * PARTS as f64) as usize).min(PARTS - 1);
+            let part = |share: f64| whole::<usize>(share * PARTS as f64).min(PARTS - 1);
             let (first, last) = (part(shares[0].min(shares[1])), part(shares[0].max(shares[1])));
             for most in &mut bends[first..=last] {
                 *most = most.max(bend);
@@ -126,12 +121,10 @@ impl Bends {
             let more = (ends[1] - ends[0]) * densities[0].max(densities[1]);
             sums.push(sums[sums.len() - 1] + more);
         }
-        let whole = sums[sums.len() - 1];
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few thousand at most")]
-        let wanted = (whole * per_cell as f64) as usize;
-        let parts = wanted.clamp(per_cell * count, 2 * per_cell * count);
+        let all = sums[sums.len() - 1];
+        let parts = whole::<usize>(all * per_cell as f64).clamp(per_cell * count, 2 * per_cell * count);
         let place = |k: usize| {
-            let sum = whole * k as f64 / parts as f64;
+            let sum = all * k as f64 / parts as f64;
             let after = sums.partition_point(|x| *x < sum).clamp(1, sums.len() - 1);
             let share = ((sum - sums[after - 1]) / (sums[after] - sums[after - 1])).min(1.0);
             currents[after - 1] + share * (currents[after] - currents[after - 1])

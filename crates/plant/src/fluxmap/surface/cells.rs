@@ -3,6 +3,8 @@
 //! Cells are narrow where the energy bends and wide elsewhere. A saturating core goes from one inductance to another
 //! within a hundredth of its flux; equal cells would have to be that narrow everywhere.
 
+use standstill_numeric::whole;
+
 /// Functions that differ from zero in a cell.
 pub(super) const WIDTH: usize = 6;
 
@@ -115,8 +117,7 @@ impl Cells {
     #[inline]
     pub(super) fn find(&self, flux: f64) -> Spot {
         // Never negative, and not beyond the last part.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let part = (((flux - self.low) * self.parts_per_flux) as usize).min(self.parts.len() - 1);
+        let part = whole::<usize>((flux - self.low) * self.parts_per_flux).min(self.parts.len() - 1);
         let begins = usize::from(self.parts[part]);
         let cell = (begins + usize::from(flux >= self.spans[begins].end)).min(self.spans.len() - 1);
         let Cell { start, per_width, .. } = self.spans[cell];
