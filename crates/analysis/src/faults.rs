@@ -241,8 +241,8 @@ impl Entry {
             };
             keys.push((key("magnitude"), size));
         }
-        for (name, size) in mode.further() {
-            let both = (size.typical)(scenario).map(|number| Value::Float(significant(number)));
+        for (name, further) in mode.further() {
+            let both = (further.size.typical)(scenario).map(|number| Value::Float(significant(number)));
             keys.push((key(name), Value::Array(both.to_vec())));
         }
         Self { modes: vec![mode], keys }

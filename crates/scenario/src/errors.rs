@@ -4,7 +4,7 @@ use standstill_interface::{Nanos, choice};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::Motor;
 use standstill_sim::{
-    Adc, Arrangement, ComparatorSettings, PickUp, Purpose, Resolver, SensorSettings, Streams, TerminalSensor,
+    Adc, ComparatorSettings, PickUp, Purpose, Resolver, SensorSettings, Streams, TerminalSensor,
     VoltageSensor,
 };
 
@@ -158,31 +158,16 @@ impl ErrorSet {
     pub fn sensors(self, rated_current: f64, dc_link: f64) -> SensorSettings {
         let scale = rated_current / 8.0;
         let default = SensorSettings {
-            arrangement: Arrangement::ThreeInLine,
             gain_error: 0.005,
             offset: 20e-3 * scale,
             noise: 10e-3 * scale,
-            bandwidth: None,
-            bandwidth_tolerance: 0.0,
-            bandwidth_mismatch: 0.0,
-            slew: 0.0,
-            acquisition: 0.0,
             adc: Some(Adc { bits: 12, low: -20.0 * scale, high: 20.0 * scale }),
-            skew: Nanos::ZERO,
-            oversampling: 1,
-            conversion: Nanos::from_micros(1),
-            pick_up: None,
             jitter: Nanos(100),
-            sample_delay: Nanos::ZERO,
-            settle: Nanos::ZERO,
             dc_link: VoltageSensor {
                 gain_error: 0.001,
-                offset: 0.0,
-                noise: 0.0,
-                bandwidth: None,
                 adc: Some(Adc { bits: 12, low: 0.0, high: 1000.0 * (dc_link / DC_LINK) }),
+                ..VoltageSensor::default()
             },
-            terminal: None,
             resolver: Resolver { error: 0.2_f64.to_radians() },
             // A comparator of a microcontroller on a shunt of a tenth of a volt at rated current, an RC oscillator. Neither a
             // timer nor a trip: these are a drive's own choice.
@@ -197,6 +182,7 @@ impl ErrorSet {
                 range: 20.0 * scale,
                 ..SensorSettings::IDEAL.comparator
             },
+            ..SensorSettings::IDEAL
         };
         match self {
             Self::None => SensorSettings::IDEAL,

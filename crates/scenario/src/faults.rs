@@ -12,6 +12,7 @@ mod tests;
 
 use standstill_detect::Method;
 use standstill_interface::{Nanos, choice};
+use standstill_numeric::whole;
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
 use standstill_sim::{Arrangement, MOST_FAULTS};
@@ -20,6 +21,7 @@ use toml::Value;
 pub use self::apply::FaultDraw;
 pub(crate) use self::apply::{apply, demagnetise, misinform};
 pub use self::mode::FaultMode;
+use self::mode::Further;
 use crate::Scenario;
 use crate::document::FileError;
 use crate::named::Named;
@@ -122,17 +124,11 @@ impl FaultTable {
     /// A value is invalid; the error names its key.
     fn settings(&self, number: usize) -> Result<FaultSettings, FileError> {
         let (mode, name) = (self.mode.0, self.mode.0.name());
-        let error = |key: &str, found: &str, needed: &str| {
-            FileError::key(&format!("faults[{number}].{key}"), found, needed)
-        };
-        let wrong = |key: &str, found: &str, needed: &str| Err(error(key, found, needed));
+        let wrong = |key: &str, found: &str, needed: &str| Err(error(number, key, found, needed));
         let at = match self.at {
             Some(Named(at)) if !mode.has_place() => {
-                return wrong(
-                    "at",
-                    &format!("\"{}\"", at.name()),
-                    &format!("no such key: \"{name}\" is at no phase"),
-                );
+                let needed = format!("no such key: \"{name}\" is at no phase");
+                return wrong("at", &format!("\"{}\"", at.name()), &needed);
             }
             at => at.unwrap_or_default().0,
         };
@@ -142,20 +138,12 @@ impl FaultTable {
                 return wrong("magnitude", "a value", &format!("no such key: \"{name}\" has no size"));
             }
             (Some(size), None) => {
-                return wrong(
-                    "magnitude",
-                    "none",
-                    &format!("{}, or two of them between which trials draw", size.allowed),
-                );
+                let needed = format!("{}, or two of them between which trials draw", size.allowed);
+                return wrong("magnitude", "none", &needed);
             }
             (Some(size), Some(between)) => {
-                let [low, high] = between.numbers(size.read, size.range).map_err(|found| {
-                    error(
-                        "magnitude",
-                        &found,
-                        &format!("{}, or two of them, the smaller one first", size.allowed),
-                    )
-                })?;
+                let [low, high] =
+                    between.within(size.read, size.range, size.allowed, (number, "magnitude"))?;
                 if mode.is_fixed() && low != high {
                     let needed = "one value: what a drive knows, and its magnets, are the same in all trials (an axis or a tolerance of `faults.0.magnitude` varies them)";
                     return wrong("magnitude", "two values", needed);
@@ -165,42 +153,19 @@ impl FaultTable {
         };
         let further = self.further(number)?;
         let time = |value: &Value| value.clone().try_into::<Quantity<Second>>().ok().map(Quantity::value);
-        let onset = match &self.onset {
-            None => [0.0; 2],
-            Some(_) if !mode.may_begin() => {
-                return wrong(
-                    "onset",
-                    "a time",
-                    &format!("no such key: \"{name}\" is there before the detection"),
-                );
-            }
-            Some(onset) => onset.numbers(time, [0.0, LONGEST]).map_err(|found| {
-                error("onset", &found, "a time from 0 to 20 s, or two of them, the earlier one first")
-            })?,
-        };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "whole, from 1 to a million"
-        )]
-        let command = match &self.command {
-            None => None,
-            Some(_) if !mode.may_begin() => {
+        for (key, found, of) in [("onset", "a time", &self.onset), ("command", "a number", &self.command)] {
+            if of.is_some() && !mode.may_begin() {
                 let needed = format!("no such key: \"{name}\" is there before the detection");
-                return wrong("command", "a number", &needed);
+                return wrong(key, found, &needed);
             }
-            Some(command) => {
-                let whole = |value: &Value| value.as_integer().map(|number| number as f64);
-                let numbers = command.numbers(whole, [1.0, 1e6]).map_err(|found| {
-                    error(
-                        "command",
-                        &found,
-                        "a whole number from 1 to 1000000, or two of them, the smaller one first",
-                    )
-                })?;
-                Some(numbers.map(|number| number as u32))
-            }
-        };
+        }
+        let onset = self.onset.as_ref().map_or(Ok([0.0; 2]), |onset| onset.numbers(time, [0.0, LONGEST]));
+        let needed = "a time from 0 to 20 s, or two of them, the earlier one first";
+        let onset = onset.map_err(|found| error(number, "onset", &found, needed))?;
+        let read = |value: &Value| value.as_integer().map(|number| number as f64);
+        let allowed = "a whole number from 1 to 1000000";
+        let of = |command: &Between| command.within(read, [1.0, 1e6], allowed, (number, "command"));
+        let command = self.command.as_ref().map(of).transpose()?.map(|numbers| numbers.map(whole));
         let lasts = match self.lasts.map(Quantity::value) {
             None => f64::INFINITY,
             Some(_) if !mode.may_pass() => {
@@ -215,9 +180,6 @@ impl FaultTable {
     /// Checks the further sizes of the fault with this number, counted from 0.
     fn further(&self, number: usize) -> Result<[[f64; 2]; 2], FileError> {
         let mode = self.mode.0;
-        let error = |key: &str, found: &str, needed: &str| {
-            FileError::key(&format!("faults[{number}].{key}"), found, needed)
-        };
         let mut further = [[0.0; 2]; 2];
         for (n, (key, found)) in
             [("resistance", &self.resistance), ("coupling", &self.coupling)].iter().enumerate()
@@ -227,17 +189,11 @@ impl FaultTable {
                 (None, None) => continue,
                 (None, Some(_)) => {
                     let needed = format!("no such key: it belongs to \"{}\"", FaultMode::TurnsShorted.name());
-                    return Err(error(key, "a value", &needed));
+                    return Err(error(number, key, "a value", &needed));
                 }
-                (Some((_, size)), None) => [size.without; 2],
-                (Some((_, size)), Some(between)) => {
-                    between.numbers(size.read, size.range).map_err(|found| {
-                        error(
-                            key,
-                            &found,
-                            &format!("{}, or two of them, the smaller one first", size.allowed),
-                        )
-                    })?
+                (Some((_, further)), None) => [further.without; 2],
+                (Some((_, Further { size, .. })), Some(between)) => {
+                    between.within(size.read, size.range, size.allowed, (number, key))?
                 }
             };
         }
@@ -263,6 +219,23 @@ impl Between {
             _ => Err(format!("{} and {}", both[0], both[1])),
         }
     }
+
+    /// Returns both values as numbers, of a key of the fault with this number.
+    fn within(
+        &self,
+        read: fn(&Value) -> Option<f64>,
+        range: [f64; 2],
+        allowed: &str,
+        (number, key): (usize, &str),
+    ) -> Result<[f64; 2], FileError> {
+        let needed = format!("{allowed}, or two of them, the smaller one first");
+        self.numbers(read, range).map_err(|found| error(number, key, &found, &needed))
+    }
+}
+
+/// Makes the error of a key of the fault with this number.
+fn error(number: usize, key: &str, found: &str, needed: &str) -> FileError {
+    FileError::key(&format!("faults[{number}].{key}"), found, needed)
 }
 
 /// Checks the faults of a file against a scenario that is complete except for its detector.
@@ -282,16 +255,12 @@ pub(crate) fn settings(
         let fault = table.settings(number)?;
         if let Some(needed) = fault.mode.lacks(scenario) {
             let found = format!("\"{}\"", fault.mode.name());
-            return Err(FileError::key(&format!("faults[{number}].mode"), &found, needed));
+            return Err(error(number, "mode", &found, needed));
         }
         if fault.mode == FaultMode::TurnsShorted && all.iter().any(|of: &FaultSettings| of.mode == fault.mode)
         {
             let found = format!("\"{}\" a second time", fault.mode.name());
-            return Err(FileError::key(
-                &format!("faults[{number}].mode"),
-                &found,
-                "one short of turns at most",
-            ));
+            return Err(error(number, "mode", &found, "one short of turns at most"));
         }
         if fault.mode == FaultMode::TurnsShorted {
             short::check(&fault, &scenario.motor, number)?;
@@ -305,18 +274,14 @@ pub(crate) fn settings(
             } else {
                 "\"a\" or \"b\", where this drive has sensors"
             };
-            return Err(FileError::key(
-                &format!("faults[{number}].at"),
-                &format!("\"{}\"", fault.at.name()),
-                needed,
-            ));
+            return Err(error(number, "at", &format!("\"{}\"", fault.at.name()), needed));
         }
         if let (FaultMode::CurrentBit, Some(adc)) = (fault.mode, scenario.sensors.adc)
             && (fault.size[1] > f64::from(adc.bits - 1) || fault.size.iter().any(|bit| bit.fract() != 0.0))
         {
             let found = format!("{} to {}", fault.size[0], fault.size[1]);
             let needed = format!("whole numbers from 0 to {}, the bits of the converter", adc.bits - 1);
-            return Err(FileError::key(&format!("faults[{number}].magnitude"), &found, &needed));
+            return Err(error(number, "magnitude", &found, &needed));
         }
         all.push(fault);
     }
@@ -327,12 +292,15 @@ impl FaultMode {
     /// Returns the number of places in a drive at which this fault can occur; for current sensors, the number of
     /// sensors.
     pub(super) fn places(self, arrangement: Arrangement) -> usize {
-        let of_sensors = self.has_place() && self.name().starts_with("current");
         match arrangement {
-            Arrangement::TwoInLine if of_sensors => 2,
-            Arrangement::DcLinkShunt if of_sensors => 1,
+            Arrangement::TwoInLine if self.is_of_current_sensor() => 2,
+            Arrangement::DcLinkShunt if self.is_of_current_sensor() => 1,
             _ => 3,
         }
+    }
+
+    fn is_of_current_sensor(self) -> bool {
+        self.has_place() && self.name().starts_with("current")
     }
 
     /// Returns what a drive lacks to have this fault in its typical size beside its own ones; none if it may.
@@ -358,20 +326,11 @@ impl FaultMode {
             Self::LinkCapacitorAged | Self::SupplyWeak if scenario.drive.link.storage.is_none() => Some(
                 "`inverter.capacitance` beside it: the link of this drive has the source's voltage at any current",
             ),
-            Self::CurrentDead
-            | Self::CurrentFrozen
-            | Self::CurrentStuck
-            | Self::CurrentBit
-            | Self::CurrentGain
-            | Self::CurrentOffset
-            | Self::CurrentSign
-            | Self::CurrentSlow
-                if arrangement == NoSensors =>
-            {
-                Some("a drive that reads currents")
-            }
             Self::CurrentsSwapped if !matches!(arrangement, ThreeInLine | LowSideShunts) => {
                 Some("a drive with three current sensors")
+            }
+            _ if self.is_of_current_sensor() && arrangement == NoSensors => {
+                Some("a drive that reads currents")
             }
             Self::CurrentBit if sensors.adc.is_none_or(|adc| adc.bits == 0) => {
                 Some("`sensors.bits` above 0: without a converter there are no bits")

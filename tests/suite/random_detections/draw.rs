@@ -293,7 +293,7 @@ pub fn faults(rng: &mut ChaCha8Rng, scenario: &Scenario<Method<f64>>) -> Option<
             table += &format!(", magnitude = {number:e}");
         }
         for (key, further) in mode.further() {
-            let [low, high] = (further.typical)(scenario);
+            let [low, high] = (further.size.typical)(scenario);
             table += &format!(", {key} = {:e}", between(rng, low, high));
         }
         if mode.may_begin() && rng.random_bool(0.6) {

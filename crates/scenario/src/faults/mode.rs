@@ -97,16 +97,9 @@ pub struct Size {
 /// A further size of a fault, in a key of its own that may be left out.
 #[derive(Clone, Copy)]
 pub struct Further {
-    /// Function that returns a value in SI units; none if the value is not of the right quantity.
-    pub(super) read: fn(&Value) -> Option<f64>,
-    /// Smallest and largest value allowed, in SI units.
-    pub(super) range: [f64; 2],
-    /// The allowed values, described in words.
-    pub(super) allowed: &'static str,
+    pub size: Size,
     /// The value without the key.
     pub(super) without: f64,
-    /// Function that returns the smallest and largest typical value for the drive of a scenario, in SI units.
-    pub typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
 }
 
 fn read<U: Unit>(value: &Value) -> Option<f64> {
@@ -114,13 +107,33 @@ fn read<U: Unit>(value: &Value) -> Option<f64> {
 }
 
 /// Makes a size in the unit `U`.
-fn sized<U: Unit>(
+const fn sized<U: Unit>(
     range: [f64; 2],
     allowed: &'static str,
     typical: fn(&Scenario<Method<f64>>) -> [f64; 2],
 ) -> Size {
     Size { read: read::<U>, range, allowed, typical }
 }
+
+/// The further sizes of shorted turns.
+const OF_SHORTS: [(&str, Further); 2] = [
+    (
+        "resistance",
+        Further {
+            size: sized::<Ohm>([0.0, 1e4], "a resistance from 0 to 10 kΩ", |scenario| {
+                super::short::resistances(&scenario.motor)
+            }),
+            without: 0.0,
+        },
+    ),
+    (
+        "coupling",
+        Further {
+            size: sized::<One>([0.1, 0.99], "a coupling from 0.1 to 0.99", |_| super::short::COUPLINGS),
+            without: 0.9,
+        },
+    ),
+];
 
 impl FaultMode {
     /// Returns the size of this kind of fault; none for faults without a size.
@@ -178,31 +191,7 @@ impl FaultMode {
 
     /// Returns the further sizes of this kind of fault, each with the name of its key.
     pub fn further(self) -> &'static [(&'static str, Further)] {
-        match self {
-            Self::TurnsShorted => &[
-                (
-                    "resistance",
-                    Further {
-                        read: read::<Ohm>,
-                        range: [0.0, 1e4],
-                        allowed: "a resistance from 0 to 10 kΩ",
-                        without: 0.0,
-                        typical: |scenario| super::short::resistances(&scenario.motor),
-                    },
-                ),
-                (
-                    "coupling",
-                    Further {
-                        read: read::<One>,
-                        range: [0.1, 0.99],
-                        allowed: "a coupling from 0.1 to 0.99",
-                        without: 0.9,
-                        typical: |_| super::short::COUPLINGS,
-                    },
-                ),
-            ],
-            _ => &[],
-        }
+        if self == Self::TurnsShorted { &OF_SHORTS } else { &[] }
     }
 
     /// Returns whether this kind of fault may end during the detection.
@@ -212,22 +201,19 @@ impl FaultMode {
 
     /// Returns whether this kind of fault may begin during the detection.
     pub fn may_begin(self) -> bool {
-        !matches!(
-            self,
-            Self::TerminalsSwapped
-                | Self::TerminalsTurned
-                | Self::MagnetWeak
-                | Self::SheetSignature
-                | Self::SheetInductance
-                | Self::SheetResistance
-                | Self::DeadTimeLong
-                | Self::LinkCapacitorAged
-                | Self::SupplyWeak
-                | Self::CurrentSlow
-                | Self::SampleLate
-                | Self::TimerOff
-                | Self::CommandLate
-        )
+        !self.is_fixed()
+            && !matches!(
+                self,
+                Self::TerminalsSwapped
+                    | Self::TerminalsTurned
+                    | Self::DeadTimeLong
+                    | Self::LinkCapacitorAged
+                    | Self::SupplyWeak
+                    | Self::CurrentSlow
+                    | Self::SampleLate
+                    | Self::TimerOff
+                    | Self::CommandLate
+            )
     }
 
     /// Returns whether this kind of fault belongs to one of the phases, legs or sensors.
