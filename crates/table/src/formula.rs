@@ -1,37 +1,78 @@
 //! Texts in CSV that a spreadsheet would run as formulas.
+//!
+//! A spreadsheet takes a cell for a formula that begins with `=`, `+`, `-` or `@`, also behind blanks. Where its separator is a
+//! semicolon or a tab, as in countries with a decimal comma, cells begin within the texts of a file that separates by commas, too, and
+//! quotation marks do not keep lines together there: so does each part of a text behind `;`, a tab or the end of a line.
+//! Numbers with a sign are no formulas, with a unit or a remark behind them neither: nothing but a name, an operator
+//! or a bracket right behind a name makes a spreadsheet compute.
 
 use std::borrow::Cow;
 
-/// Returns a text as a cell of a CSV file: one that a spreadsheet would take for a formula has an apostrophe before it, as people
-/// type it there. [`Reader`](crate::Reader) takes the apostrophe away again.
+/// Characters behind which a cell may begin, within a text.
+const BETWEEN: [char; 4] = [';', '\t', '\r', '\n'];
+
+/// Returns a text as a cell of a CSV file: each part that a spreadsheet would take for a formula has an apostrophe before it, as
+/// people type it there. [`Reader`](crate::Reader) takes the apostrophes away again.
 ///
 /// ```
 /// use standstill_table::defused;
 ///
 /// assert_eq!(defused("=HYPERLINK(\"x\")"), "'=HYPERLINK(\"x\")");
 /// assert_eq!(defused("-2+3+cmd|' /C calc'!A0"), "'-2+3+cmd|' /C calc'!A0");
+/// // The next cell where semicolons separate.
+/// assert_eq!(defused("a;=1+1"), "a;'=1+1");
 /// // Quantities stay as they are.
-/// assert_eq!(defused("-40 °C"), "-40 °C");
+/// assert_eq!(defused("-40 °C (typical)"), "-40 °C (typical)");
 /// ```
 pub fn defused(text: &str) -> Cow<'_, str> {
-    if is_formula(text) { Cow::Owned(format!("'{text}")) } else { Cow::Borrowed(text) }
+    by_part(text, |part| is_formula(part).then(|| format!("'{part}")))
 }
 
 /// Returns the text of a cell that [`defused`] wrote.
-pub(crate) fn restored(cell: &str) -> &str {
-    cell.strip_prefix('\'').filter(|text| is_formula(text)).unwrap_or(cell)
+pub(crate) fn restored(cell: &str) -> Cow<'_, str> {
+    by_part(cell, |part| part.strip_prefix('\'').filter(|rest| is_formula(rest)).map(str::to_owned))
 }
 
-/// Returns whether a text begins like a formula, behind any apostrophes, tabs and ends of lines, and is no quantity.
-fn is_formula(text: &str) -> bool {
-    let text = text.trim_start_matches(['\'', '\t', '\r', '\n']);
-    if !text.starts_with(['=', '+', '-', '@']) {
+/// Returns a text whose parts are replaced where `other` returns something.
+fn by_part(text: &str, other: impl Fn(&str) -> Option<String>) -> Cow<'_, str> {
+    let mut new: Option<String> = None;
+    let mut begin = 0;
+    for part in text.split_inclusive(BETWEEN) {
+        match (other(part), &mut new) {
+            (Some(part), Some(new)) => new.push_str(&part),
+            (Some(part), None) => new = Some(text[..begin].to_owned() + &part),
+            (None, Some(new)) => new.push_str(part),
+            (None, None) => {}
+        }
+        begin += part.len();
+    }
+    new.map_or(Cow::Borrowed(text), Cow::Owned)
+}
+
+/// Returns whether a part of a text begins like a formula, behind apostrophes, quotation marks and blanks, and is no quantity.
+fn is_formula(part: &str) -> bool {
+    let part = part.trim_start_matches(|c: char| c == '\'' || c == '"' || c.is_whitespace());
+    if !part.starts_with(['=', '+', '-', '@']) {
         return false;
     }
-    let mut words = text.split(' ');
-    let number = words.next().is_some_and(|word| word.parse::<f64>().is_ok());
-    let is_unit = |word: &str| word.chars().all(|c| c.is_alphanumeric() || "°%²³·/".contains(c));
-    !(number && words.all(is_unit))
+    let mut words = part.trim_end_matches(BETWEEN).split(' ');
+    !(words.next().is_some_and(is_number) && words.all(is_remark))
+}
+
+/// Returns whether a word is a number, perhaps with its unit: `-40°C`.
+fn is_number(word: &str) -> bool {
+    let digits = word.trim_end_matches(|c: char| is_of_unit(c) && !c.is_ascii_digit());
+    [word, digits].iter().any(|number| number.parse::<f64>().is_ok())
+}
+
+/// Returns whether a word behind a number is a unit or a word of a remark, perhaps in brackets.
+fn is_remark(word: &str) -> bool {
+    let word = word.trim_start_matches(['(', '[']).trim_end_matches([')', ']', ',', '.', ':']);
+    word.chars().all(is_of_unit)
+}
+
+fn is_of_unit(c: char) -> bool {
+    c.is_alphanumeric() || "°%²³·/".contains(c)
 }
 
 #[cfg(test)]
@@ -41,38 +82,82 @@ mod tests {
     #[test]
     fn law_formulas_have_an_apostrophe_and_come_back_and_all_else_stays() {
         let formulas = [
-            "=1+1",
-            "+cmd",
-            "-x",
-            "@SUM(A1)",
-            "\t=1",
-            "\r=1",
-            "-2+3+cmd|' /C calc'!A0",
-            "'=1",
-            "''@x",
-            "- 1",
+            ("=1+1", "'=1+1"),
+            ("+cmd", "'+cmd"),
+            ("-x", "'-x"),
+            ("@SUM(A1)", "'@SUM(A1)"),
+            ("\t=1", "\t'=1"),
+            ("\r=1", "\r'=1"),
+            (" =1", "' =1"),
+            ("\"=1\"", "'\"=1\""),
+            ("-2+3+cmd|' /C calc'!A0", "'-2+3+cmd|' /C calc'!A0"),
+            ("-5 cmd|x", "'-5 cmd|x"),
+            ("-5 SUM(A1:A9)", "'-5 SUM(A1:A9)"),
+            ("-1*2", "'-1*2"),
+            ("'=1", "''=1"),
+            ("''@x", "'''@x"),
+            ("- 1", "'- 1"),
+            // Cells where semicolons separate, and lines where quotation marks do not hold them together.
+            ("a;=1", "a;'=1"),
+            ("a;=1;@x; b", "a;'=1;'@x; b"),
+            ("a; =HYPERLINK(\"x\")", "a;' =HYPERLINK(\"x\")"),
+            ("a;\"=1\"", "a;'\"=1\""),
+            ("a\n=1\r\n+x", "a\n'=1\r\n'+x"),
+            ("a;'=1", "a;''=1"),
+            ("-5 V;-x", "-5 V;'-x"),
         ];
-        for formula in formulas {
-            let cell = defused(formula);
-            assert_eq!(cell, format!("'{formula}"), "{formula:?}");
-            assert_eq!(restored(&cell), formula);
+        for (formula, cell) in formulas {
+            assert_eq!(defused(formula), cell, "{formula:?}");
+            assert_eq!(restored(cell), formula);
         }
         for text in [
             "",
             "found",
             "-40 °C",
+            "-40°C",
             "+5",
             "-1e-3 N m",
             "-60 rpm/s",
+            "-5 (typical)",
+            "-5 mV/K [at 25 °C], typical.",
+            "-5 V; +3 %;-1",
             "a=b",
+            "a,=b",
             "it's",
-            "'quoted'",
+            "'quoted'; 'twice'",
             "'",
+            "';'",
             "\t",
             "\r\n",
+            ";;",
         ] {
             assert_eq!(defused(text), text);
             assert_eq!(restored(text), text);
+        }
+    }
+
+    /// Every short text of the characters that matter comes back, and no cell of it begins like a formula, whatever separates cells.
+    #[test]
+    fn law_every_text_comes_back_and_none_runs() {
+        let letters = ['=', '-', '\'', ';', '\n', ' ', '"', '1', 'x'];
+        for number in 0..letters.len().pow(5) {
+            let mut rest = number;
+            let pick = |rest: &mut usize| {
+                let letter = letters[*rest % letters.len()];
+                *rest /= letters.len();
+                letter
+            };
+            let text: String = (0..5).map(|_| pick(&mut rest)).collect();
+            let cell = defused(&text);
+            assert_eq!(restored(&cell), text, "{cell:?}");
+            for part in cell.split(BETWEEN) {
+                let begin = part.trim_start_matches(|c: char| c == '"' || c.is_whitespace());
+                let runs =
+                    begin.starts_with(['=', '@']) || begin.starts_with(['+', '-']) && begin.contains('x');
+                // A sign before a number, and a word behind it, at most.
+                let quantity = begin.starts_with("-1") && !begin[1..].contains(['-', '=', '\'', '"']);
+                assert!(!runs || quantity, "{text:?} as {cell:?}");
+            }
         }
     }
 }

@@ -130,14 +130,14 @@ impl Reader {
         if !advance(path, &mut from, &mut record)? {
             return Err(file_error(path, "an empty file; a table begins with the names of its columns"));
         }
-        let mut columns: Vec<String> = record.iter().map(|name| restored(name).to_owned()).collect();
+        let mut columns: Vec<String> = record.iter().map(|name| restored(name).into_owned()).collect();
         let has_metadata = columns.last().is_some_and(|last| last == METADATA);
         columns.truncate(columns.len() - usize::from(has_metadata));
         let first = advance(path, &mut from, &mut record)?.then_some(record);
         let text = first.iter().filter(|_| has_metadata).find_map(|record| record.iter().next_back());
         let metadata = match text {
             None | Some("") => BTreeMap::new(),
-            Some(text) => serde_json::from_str(text).map_err(|_| TableError::At {
+            Some(text) => serde_json::from_str(&restored(text)).map_err(|_| TableError::At {
                 path: path.to_owned(),
                 place: Place::Line(line(path, first.as_ref().and_then(StringRecord::position))),
                 column: Some(METADATA.to_owned()),
@@ -168,7 +168,7 @@ fn value(kind: Kind, text: &str) -> Option<Cell<'_>> {
             number => number.is_finite().then_some(Cell::Number(number)),
         },
         Kind::Flag => text.parse().ok().map(Cell::Flag),
-        Kind::Text => Some(Cell::Text(restored(text).into())),
+        Kind::Text => Some(Cell::Text(restored(text))),
     }
 }
 
