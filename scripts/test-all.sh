@@ -4,6 +4,7 @@
 # (`#[ignore]`). Makes a virtual environment of its own, runs each part, and says what it could not find.
 #   scripts/test-all.sh            all parts
 #   scripts/test-all.sh python     one of them: c, python, fmu, cluster, lab, long
+#   scripts/test-all.sh faults     of `long` what kills commands and lets disks fail, with its counts
 #   STRICT=1 scripts/test-all.sh lab   on an idle machine: the lab's times by the clock must be those that docs/lab.md promises
 set -uo pipefail
 cd "$(dirname "$0")/.."
@@ -22,7 +23,7 @@ try() {
 }
 
 say "program"
-cargo build --release --bin standstill || exit 1
+[ "$parts" = faults ] || cargo build --release --bin standstill || exit 1
 export STANDSTILL=$target/release/standstill
 
 environment() {
@@ -168,6 +169,12 @@ case " $parts " in *" c "*)
 esac
 
 case " $parts " in *" lab "*) say "the lab"; lab_part ;; esac
+# Kills, full disks and their kind, each command: the counts that docs/validation.md has.
+faults() {
+    cargo test -p standstill --test cli broken:: -- --include-ignored --nocapture 2>&1 | grep -E 'killed|calls failed|panicked|error|test result'
+}
+
+case " $parts " in *" faults "*) say "faults"; try faults ;; esac
 case " $parts " in *" long "*) say "tests that widen others"; try cargo test --workspace --lib --tests -- --ignored ;; esac
 
 say "summary"

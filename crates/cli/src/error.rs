@@ -7,6 +7,7 @@ use standstill_analysis::{BoundError, SuitabilityError};
 use standstill_campaign::CampaignError;
 use standstill_campaign::store::{JournalError, ShardsError, SweepError};
 use standstill_detect::SettingsError;
+use standstill_files::remedy;
 use standstill_fit::FitError;
 use standstill_fit::record::RecordError;
 #[cfg(feature = "program")]
@@ -34,7 +35,7 @@ pub enum Error {
     /// A file exists in place of a folder, or a folder in place of a file.
     #[error("{path} is {is}, but must be {needed}")]
     InTheWay { path: PathBuf, is: &'static str, needed: &'static str },
-    #[error("cannot write {0}: {1}")]
+    #[error("cannot write {0}: {1}{remedy}", remedy = remedy(.1))]
     Write(PathBuf, std::io::Error),
     #[error(transparent)]
     Campaign(#[from] CampaignError),

@@ -123,6 +123,27 @@ pub fn open_as(path: &Path, how: &OpenOptions) -> io::Result<std::fs::File> {
     }
 }
 
+/// Returns what to do about an error of the operating system, to be put behind the error; empty where the error says all.
+pub fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "; make room there, or write to another place"
+        }
+        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
+            "; write to another place, or allow it there"
+        }
+        // EIO, as Unix numbers it.
+        _ if cfg!(unix) && error.raw_os_error() == Some(5) => {
+            "; the disk or its connection fails: write to another place"
+        }
+        // Of the process (EMFILE) and of the system (ENFILE), as Unix numbers them.
+        _ if cfg!(unix) && matches!(error.raw_os_error(), Some(23 | 24)) => {
+            "; allow the process more open files (`ulimit -n`)"
+        }
+        _ => "",
+    }
+}
+
 fn as_text(bytes: &[u8]) -> io::Result<&str> {
     str::from_utf8(bytes).map_err(|error| {
         let byte = error.valid_up_to() + 1;

@@ -13,7 +13,7 @@ mod import;
 pub mod sheet;
 mod table;
 
-pub use files::{Digest, Files, MOST_BYTES, open, open_as, read_at_most, read_text};
+pub use files::{Digest, Files, MOST_BYTES, open, open_as, read_at_most, read_text, remedy};
 pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
 pub use table::{TableError, in_words, key_span, line_of, quoted, read_keyed};
 

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde::de::DeserializeOwned;
-use standstill_files::{open, open_as};
+use standstill_files::{open, open_as, remedy};
 use thiserror::Error;
 
 use super::block::{Block, Tail, block, encoded, read_block, split};
@@ -31,7 +31,7 @@ pub(super) const TALLY: [u8; 8] = *b"stdstilT";
 #[derive(Debug, Error)]
 pub enum JournalError {
     /// The operating system refused.
-    #[error("{0}: {1}")]
+    #[error("{0}: {1}{remedy}", remedy = remedy(.1))]
     Io(PathBuf, io::Error),
     /// The file is not a journal, or its header is damaged.
     #[error("{0} is no journal of a run")]
@@ -109,15 +109,10 @@ impl Journal {
     ) -> Result<Self, JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
         let mut file = locked(path, OpenOptions::new().read(true).write(true))?;
-        let beginning = beginning(ROWS, identity).map_err(io)?;
-        if file.metadata().map_err(io)?.len() < beginning.len() as u64 {
-            let mut there = Vec::new();
-            file.read_to_end(&mut there).map_err(io)?;
-            // Killed before even the header was whole: nothing was done yet.
-            if beginning.starts_with(&there) {
-                drop(file);
-                return Self::create(path, identity);
-            }
+        // Killed before even the header was whole: nothing was done yet.
+        if is_beginning(&file, ROWS, identity).map_err(io)? {
+            drop(file);
+            return Self::create(path, identity);
         }
         let mut rows = Rows::open(path)?;
         rows.blocks.check(identity)?;
@@ -181,7 +176,7 @@ impl Keep for Journal {
     fn sync(&mut self) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
         self.file.flush().map_err(io)?;
-        self.file.get_ref().sync_data().map_err(io)?;
+        self.file.get_ref().sync_data().and_then(|()| still_there(&self.path)).map_err(io)?;
         self.synced = Instant::now();
         Ok(())
     }
@@ -210,7 +205,11 @@ pub(super) fn begun(path: &Path, magic: [u8; 8], identity: &Identity) -> Result<
     let mut file = locked(path, OpenOptions::new().write(true).create(true).truncate(false))?;
     let begin =
         beginning(magic, identity).and_then(|bytes| file.set_len(0).and_then(|()| file.write_all(&bytes)));
-    begin.map_err(|error| JournalError::Io(path.to_owned(), error))?;
+    begin.map_err(|error| {
+        // Half a header keeps nothing, and would be in the way of the next try.
+        let _ = std::fs::remove_file(path);
+        JournalError::Io(path.to_owned(), error)
+    })?;
     Ok(file)
 }
 
@@ -225,6 +224,28 @@ fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
 /// Returns the bytes that a journal of this run begins with.
 pub(super) fn beginning(magic: [u8; 8], identity: &Identity) -> io::Result<Vec<u8>> {
     Ok([magic.to_vec(), block(&serde_json::to_vec(identity)?)?].concat())
+}
+
+/// Returns whether a file is the begin of such a journal of this run and ends within its header.
+pub(super) fn is_beginning(file: &File, magic: [u8; 8], identity: &Identity) -> io::Result<bool> {
+    let beginning = beginning(magic, identity)?;
+    if file.metadata()?.len() >= beginning.len() as u64 {
+        return Ok(false);
+    }
+    let (mut there, mut file) = (Vec::new(), file);
+    file.seek(SeekFrom::Start(0))?;
+    file.read_to_end(&mut there)?;
+    Ok(beginning.starts_with(&there))
+}
+
+/// Refuses to go on where the journal is no longer under its name: what it keeps would be lost with the process.
+pub(super) fn still_there(path: &Path) -> io::Result<()> {
+    match path.metadata() {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            Err(io::Error::new(error.kind(), "it was removed while the run wrote it"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Returns whether a journal keeps statistics alone.

@@ -4,7 +4,8 @@
 //! ```text
 //!   magic  length  header (JSON)  crc │ length  key, bytes  crc │ …
 //! ```
-//! A process that is killed leaves at most one incomplete block; opening the notes again cuts it off.
+//! A process that is killed leaves at most one incomplete block; opening the notes again cuts it off. So does the next note
+//! after one that could not be written.
 
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
@@ -27,13 +28,21 @@ pub struct Notes {
     path: PathBuf,
     identity: Identity,
     file: Option<File>,
+    /// Bytes of the file up to the end of its last whole block.
+    whole: u64,
     known: HashMap<String, Vec<u8>>,
 }
 
 impl Notes {
     /// Makes new notes.
     pub fn new(path: &Path, identity: &Identity) -> Self {
-        Self { path: path.to_owned(), identity: identity.clone(), file: None, known: HashMap::new() }
+        Self {
+            path: path.to_owned(),
+            identity: identity.clone(),
+            file: None,
+            whole: 0,
+            known: HashMap::new(),
+        }
     }
 
     /// Opens the notes of this scenario to append to them, after their last whole block; without a file, new notes.
@@ -47,6 +56,10 @@ impl Notes {
             return Ok(notes);
         }
         let mut file = journal::locked(path, OpenOptions::new().read(true).write(true))?;
+        // Killed before even the header was whole: nothing was noted yet.
+        if journal::is_beginning(&file, NOTES, identity).map_err(io)? {
+            return Ok(notes);
+        }
         let mut blocks = Blocks::open(path, NOTES)?;
         blocks.check(identity)?;
         while let Some(((key, note), _)) = blocks.next::<(String, Vec<u8>), f64>()? {
@@ -58,6 +71,7 @@ impl Notes {
         }
         file.set_len(blocks.whole).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io)?;
         notes.file = Some(file);
+        notes.whole = blocks.whole;
         Ok(notes)
     }
 
@@ -86,21 +100,29 @@ impl Notes {
     /// # Errors
     /// A file that cannot be written, or that another process is writing.
     pub fn add(&mut self, key: &str, bytes: &[u8]) -> Result<(), JournalError> {
-        let io = |error| JournalError::Io(self.path.clone(), error);
+        let path = self.path.clone();
+        let io = |error| JournalError::Io(path.clone(), error);
         let block = encoded(&(key, bytes), &Tail::<f64>::new()).map_err(io)?;
         if self.file.is_none() {
-            self.file = Some(self.begin()?);
+            self.begin()?;
         }
-        let written = self.file.as_mut().map_or(Ok(()), |file| file.write_all(&block));
-        written.map_err(|error| JournalError::Io(self.path.clone(), error))
+        let Some(file) = &mut self.file else { return Ok(()) };
+        // Half a block, which a full disk leaves, would hide all that follow it.
+        let place = file.set_len(self.whole).and_then(|()| file.seek(SeekFrom::Start(self.whole)));
+        place.and_then(|_| file.write_all(&block)).map_err(io)?;
+        self.whole += block.len() as u64;
+        Ok(())
     }
 
-    fn begin(&self) -> Result<File, JournalError> {
+    fn begin(&mut self) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
         if let Some(folder) = self.path.parent() {
             std::fs::create_dir_all(folder).map_err(io)?;
         }
-        journal::begun(&self.path, NOTES, &self.identity)
+        let file = journal::begun(&self.path, NOTES, &self.identity)?;
+        self.whole = file.metadata().map_err(io)?.len();
+        self.file = Some(file);
+        Ok(())
     }
 }
 
@@ -136,5 +158,26 @@ mod tests {
         assert!(matches!(Notes::resume(&path, &other), Err(JournalError::Other { .. })));
         Notes::new(&path, &other).replace().expect("nobody writes it");
         assert!(!path.exists());
+    }
+
+    #[test]
+    fn regress_half_a_header_is_no_note_and_half_a_note_hides_none() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("odds.journal");
+        let scenario = identity("{}", Shard::WHOLE);
+        let header = journal::beginning(NOTES, &scenario).expect("encoded");
+        for cut in [0, 5, 40, header.len() - 1] {
+            std::fs::write(&path, &header[..cut]).expect("written");
+            let mut notes = Notes::resume(&path, &scenario).expect("nothing was noted yet");
+            assert!(!notes.is_begun());
+            notes.add("a", b"one").expect("written");
+            // What a full disk leaves of a note that could not be written.
+            let mut file = OpenOptions::new().append(true).open(&path).expect("there");
+            file.write_all(&[40, 0, 0, 0, 1, 2]).expect("written");
+            notes.add("b", b"two").expect("written");
+            drop(notes);
+            let notes = Notes::resume(&path, &scenario).expect("whole");
+            assert_eq!((notes.get("a"), notes.get("b")), (Some(&b"one"[..]), Some(&b"two"[..])));
+        }
     }
 }

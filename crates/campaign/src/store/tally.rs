@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -61,8 +61,6 @@ impl Tally {
         let mut how = OpenOptions::new();
         let mut file = journal::locked(path, how.read(true).write(true).create(true).truncate(false))?;
         let beginning = journal::beginning(TALLY, identity).map_err(io)?;
-        let mut there = Vec::new();
-        (&file).take(beginning.len() as u64).read_to_end(&mut there).map_err(io)?;
         let mut tally = Tallied {
             identity: identity.clone(),
             walk: Walk::new(identity),
@@ -71,7 +69,7 @@ impl Tally {
         };
         let mut end = beginning.len() as u64;
         // Killed before even the header was whole: nothing was done yet.
-        if there.len() < beginning.len() && beginning.starts_with(&there) {
+        if journal::is_beginning(&file, TALLY, identity).map_err(io)? {
             file.seek(SeekFrom::Start(0)).and_then(|_| file.write_all(&beginning)).map_err(io)?;
         } else {
             let mut blocks = Blocks::open(path, TALLY)?;
@@ -153,7 +151,8 @@ impl Keep for Tally {
         let sectors: Tail<Sectors> =
             standing.points.iter().filter_map(|(point, of)| Some((*point, of.sectors?))).collect();
         let written = encoded(&standing, &sectors).and_then(|block| self.file.write_all(&block));
-        written.and_then(|()| self.file.sync_data()).map_err(io)?;
+        let synced = written.and_then(|()| self.file.sync_data());
+        synced.and_then(|()| journal::still_there(&self.path)).map_err(io)?;
         // The last point may go on.
         self.open = standing.points.into_iter().next_back().into_iter().collect();
         self.written = Instant::now();

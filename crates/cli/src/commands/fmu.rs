@@ -11,7 +11,7 @@ use standstill_scenario::Document;
 use crate::arguments::{Fmu, FmuPart};
 use crate::error::Error;
 use crate::scenario::{self, Shorthands};
-use crate::shell::output::Output;
+use crate::shell::output::replace;
 use crate::shell::{Report, interrupt};
 
 /// Largest size of the shared library in bytes; with full debug information it has some hundred MB.
@@ -19,9 +19,9 @@ const MOST_BYTES: u64 = 1 << 30;
 
 pub fn run(options: &Fmu) -> Result<Report, Error> {
     interrupt::at_once();
-    let Some(name) = options.out.file_name().map(|name| name.to_string_lossy().into_owned()) else {
+    if options.out.file_name().is_none() {
         return Err(Error::InTheWay { path: options.out.clone(), is: "a folder", needed: "a file" });
-    };
+    }
     if options.out.extension().is_none_or(|extension| extension != "fmu") && !options.out.is_dir() {
         let (is, needed) = ("no FMU's name", "a file's that ends in .fmu");
         return Err(Error::InTheWay { path: options.out.clone(), is, needed });
@@ -58,13 +58,7 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     if !options.force && other {
         return Err(Error::another_run(options.out.clone(), "this FMU is another one"));
     }
-    let mut output = Output::create(folder, &[&name]).map_err(|error| match error {
-        // The file that was asked for, and not its folder.
-        Error::Write(_, error) => Error::Write(options.out.clone(), error),
-        error => error,
-    })?;
-    output.file(&name, &content)?;
-    output.finish()?;
+    replace(&options.out, &content)?;
     let count = |of: fn(&standstill_fmu::Variable) -> bool| model.variables.iter().filter(|v| of(v)).count();
     let steps = match part {
         Part::Drive => {

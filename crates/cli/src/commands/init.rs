@@ -4,15 +4,13 @@ mod vesc;
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
-use std::fs::OpenOptions;
-use std::io::{ErrorKind, Write};
-use std::path::Path;
 
 use standstill_scenario as file;
 
 use crate::arguments::Init;
 use crate::error::Error;
 use crate::shell::Report;
+use crate::shell::output::create_new;
 
 /// The example file with the keys outside the tables; keys of the tables are added from the registry of keys.
 const SCENARIO: &str = include_str!("init/scenario.toml");
@@ -80,7 +78,7 @@ pub fn run(options: &Init) -> Result<Report, Error> {
         ),
         None => (&options.file, scenario().into()),
     };
-    write_new(path, &text)?;
+    create_new(path, text.as_bytes())?;
     let path = path.display();
     let text = if options.vesc.is_some() {
         format!(
@@ -94,22 +92,6 @@ pub fn run(options: &Init) -> Result<Report, Error> {
         format!("{path} is written. Run it with\n  standstill run {path}\n")
     };
     Ok(Report { text, code: 0 })
-}
-
-/// Writes a new file; fails if the file exists.
-fn write_new(path: &Path, text: &str) -> Result<(), Error> {
-    let file = OpenOptions::new().write(true).create_new(true).open(path);
-    let mut file = file.map_err(|error| match error.kind() {
-        ErrorKind::AlreadyExists => {
-            Error::InTheWay { path: path.to_owned(), is: "there already", needed: "a new file" }
-        }
-        _ => Error::Write(path.to_owned(), error),
-    })?;
-    file.write_all(text.as_bytes()).map_err(|error| {
-        // A file that is not whole would be in the way of the next try.
-        let _ = std::fs::remove_file(path);
-        Error::Write(path.to_owned(), error)
-    })
 }
 
 pub fn schema() -> Report {

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use serde_json::json;
 use standstill_analysis::Halt;
-use standstill_campaign::store::Notes;
+use standstill_campaign::store::{Journal, JournalError, Notes};
 use standstill_detect::Method;
 use standstill_scenario::{Document, FileError, Plan, Scenario, ScenarioFile};
 
@@ -132,9 +132,10 @@ impl<'a> Asked<'a> {
         &self.identity
     }
 
-    /// Removes the notes of the question.
+    /// Removes the notes that this process has of the question; those of another process stay.
     pub fn forget(&self) -> Result<(), Error> {
-        match notes_of(self.question, self.name).filter(|notes| notes.exists()) {
+        let own = notes_of(self.question, self.name).filter(|_| self.watched.has_notes());
+        match own.filter(|notes| notes.exists()) {
             Some(notes) => std::fs::remove_file(&notes).map_err(Error::writing(&notes)),
             None => Ok(()),
         }
@@ -208,6 +209,9 @@ fn notes(question: &Question, path: PathBuf, asked: &Identity) -> Result<Notes, 
         return Ok(Notes::resume(&path, &asked.of)?);
     }
     let notes = Notes::new(&path, &asked.of);
+    if Journal::is_busy(&path) {
+        return Err(JournalError::Busy(path).into());
+    }
     match (path.exists(), question.force) {
         (false, _) => {}
         (true, true) => notes.replace()?,

@@ -131,10 +131,12 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
         Ok(None) => Ok(interrupted(&options.results, &path)),
         Err(error) => {
             // The caller prints the error itself, in a line.
-            tell(&format!(
-                "what was done is kept in {}; once the cause is gone, --resume goes on",
-                path.display()
-            ));
+            if path.exists() {
+                tell(&format!(
+                    "what was done is kept in {}; once the cause is gone, --resume goes on",
+                    path.display()
+                ));
+            }
             Err(error)
         }
     }

@@ -12,6 +12,7 @@ use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Witness as Options;
 use crate::error::Error;
 use crate::shell::interrupt::{self, INTERRUPTED};
+use crate::shell::output::{remove_stale, unfinished_prefix};
 use crate::shell::{Report, progress};
 
 /// Reason why witnesses could not be computed.
@@ -31,7 +32,9 @@ impl From<Unheard> for Error {
 
 /// Computes all witnesses, with a temporary folder for their files.
 pub fn hear(stop: &AtomicBool, hear: impl FnMut(&'static str)) -> Result<Vec<Witness>, Unheard> {
-    let folder = tempfile::tempdir().map_err(Unheard::Folder)?;
+    remove_stale(&std::env::temp_dir());
+    let folder = tempfile::Builder::new().prefix(&unfinished_prefix()).tempdir();
+    let folder = folder.map_err(Unheard::Folder)?;
     all(folder.path(), stop, hear).map_err(Unheard::Witness)
 }
 

@@ -13,6 +13,7 @@ use standstill_files::read_text;
 use standstill_plant::Digest;
 
 use crate::error::Error;
+use crate::shell::output::replace;
 
 /// File name of the note; the leading dot hides it from lists of results.
 pub const NOTE: &str = ".standstill-asked.json";
@@ -30,8 +31,8 @@ pub struct NotedQuestion {
 struct Note {
     said: String,
     digest: String,
-    /// Files that answer the question, and the digest of each when it was written. Another command may have replaced a
-    /// file since.
+    /// Files that answer the question, and the digest of each when it was written, behind which may stand that of the content
+    /// before ([`OR`]). Another command may have replaced a file since.
     files: BTreeMap<String, String>,
 }
 
@@ -59,7 +60,10 @@ impl NotedQuestion {
         let Some(mut first) = there.first().copied().filter(|_| !self.force) else { return Ok(()) };
         let difference = match kept(folder).remove(self.command) {
             Some(question) if question.digest == self.question.digest => {
-                let own = |name: &&str| question.files.get(*name) == content(&folder.join(name)).as_ref();
+                let own = |name: &&str| {
+                    let content = content(&folder.join(name));
+                    question.files.get(*name).zip(content).is_some_and(|(of, content)| has(of, &content))
+                };
                 let Some(other) = there.iter().find(|name| !own(name)) else { return Ok(()) };
                 first = other;
                 "it was written by something else since".to_owned()
@@ -75,18 +79,34 @@ impl NotedQuestion {
 
     /// Returns the new content of the folder's note ([`NOTE`]), to which this question and the digests of these files
     /// are added. `staged` returns the path of a file before it is moved to the folder.
-    pub fn note(&self, folder: &Path, names: &[String], staged: impl Fn(&str) -> PathBuf) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// A file cannot be read, with its name.
+    pub fn note(
+        &self,
+        folder: &Path,
+        names: &[String],
+        staged: impl Fn(&str) -> PathBuf,
+    ) -> Result<Vec<u8>, (String, std::io::Error)> {
         let mut all = kept(folder);
         let mut question = self.question.clone();
         // The same question may have other files there, of another format.
         if let Some(same) = all.remove(self.command).filter(|same| same.digest == question.digest) {
             question.files = same.files;
         }
-        let new = names.iter().filter_map(|name| Some((name.clone(), content(&staged(name))?)));
-        question.files.extend(new);
+        for name in names {
+            let new = match Digest::of_file(&staged(name)) {
+                Ok(digest) => digest.to_string(),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
+                Err(error) => return Err((name.clone(), error)),
+            };
+            let present = content(&folder.join(name));
+            let own = |present: &String| question.files.get(name).is_some_and(|of| has(of, present));
+            question.files.insert(name.clone(), newest(new, present.filter(own)));
+        }
         all.insert(self.command.to_owned(), question);
         // Of strings alone: there is nothing that could fail.
-        serde_json::to_vec_pretty(&all).unwrap_or_default()
+        Ok(serde_json::to_vec_pretty(&all).unwrap_or_default())
     }
 }
 
@@ -113,19 +133,33 @@ pub fn digest(text: &str) -> String {
 pub fn rewrite(folder: &Path, name: &str, content: &[u8]) -> Result<(), Error> {
     let (path, mut all) = (folder.join(name), kept(folder));
     let before = self::content(&path);
-    std::fs::write(&path, content).map_err(Error::writing(&path))?;
     let known = all.values_mut().filter_map(|question| question.files.get_mut(name));
     let mut changed = false;
-    for digest in known.filter(|digest| Some(&**digest) == before.as_ref()) {
-        *digest = Digest::of(content).to_string();
+    for digests in known.filter(|digests| before.as_ref().is_some_and(|before| has(digests, before))) {
+        *digests = newest(Digest::of(content).to_string(), before.clone());
         changed = true;
     }
+    // First what both contents are known by, whichever of them a process leaves that is killed between the two.
     if changed {
-        let note = folder.join(NOTE);
-        std::fs::write(&note, serde_json::to_vec_pretty(&all).unwrap_or_default())
-            .map_err(Error::writing(&note))?;
+        replace(&folder.join(NOTE), &serde_json::to_vec_pretty(&all).unwrap_or_default())?;
     }
-    Ok(())
+    replace(&path, content)
+}
+
+/// Returns the text of a file's digests: that of its new content and, until that is in place, that of the present one.
+fn newest(new: String, present: Option<String>) -> String {
+    match present.filter(|present| *present != new) {
+        Some(present) => format!("{new}{OR}{present}"),
+        None => new,
+    }
+}
+
+/// What stands between the digests of a file.
+const OR: &str = "; ";
+
+/// Returns whether one of a file's digests is this one.
+fn has(digests: &str, digest: &str) -> bool {
+    digests.split(OR).any(|known| known == digest)
 }
 
 #[cfg(test)]
@@ -149,7 +183,7 @@ mod tests {
         );
         let note = |asked: &NotedQuestion, names: &[&str]| {
             let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-            let note = asked.note(folder.path(), &names, |name| folder.path().join(name));
+            let note = asked.note(folder.path(), &names, |name| folder.path().join(name)).expect("readable");
             std::fs::write(folder.path().join(NOTE), note).expect("written");
         };
         note(&first, &["a.csv"]);
@@ -172,5 +206,14 @@ mod tests {
         let said = first.guard(folder.path(), &["a.csv"]).expect_err("not its own").to_string();
         assert!(said.contains("written by something else since"), "{said}");
         assert!(first.guard(folder.path(), &["a.npz"]).is_ok());
+        // A file that is replaced is the command's before and after, wherever it was killed; nobody else's is.
+        let path = folder.path().join("a.npz");
+        for (content, own) in [("marked", true), ("1", true), ("3", false)] {
+            std::fs::write(&path, "1").expect("written");
+            note(&first, &["a.npz"]);
+            rewrite(folder.path(), "a.npz", b"marked").expect("written");
+            std::fs::write(&path, content).expect("written");
+            assert_eq!(first.guard(folder.path(), &["a.npz"]).is_ok(), own, "{content}");
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! The folder of results, which contains all files complete or none.
 //!
 //! Files are written into a hidden folder inside the target and renamed into place when all are complete, so that a
-//! failure leaves the previous contents unchanged.
+//! failure leaves the previous contents unchanged. The note of their question goes first: a process that is killed between
+//! two renames leaves files that the same question may replace.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -11,7 +12,6 @@ use std::sync::{Mutex, PoisonError};
 
 use standstill_files::Digest;
 use standstill_report::figure::Figure;
-use tempfile::TempDir;
 
 use crate::error::Error;
 use crate::shell::asked::{NOTE, NotedQuestion};
@@ -36,7 +36,8 @@ struct Unfinished {
 
 impl Unfinished {
     fn remove(&self) {
-        let _ = fs::remove_dir_all(&self.staging);
+        // An empty one goes without opening it: all files that the process may open may be open.
+        let _ = fs::remove_dir(&self.staging).or_else(|_| fs::remove_dir_all(&self.staging));
         // Only what was made here and is empty: whatever somebody else put there stays.
         let Some(made) = &self.made else { return };
         for folder in self.target.ancestors().take_while(|folder| folder.starts_with(made)) {
@@ -63,7 +64,6 @@ pub fn abandon() {
 /// An output folder whose files are not complete yet.
 pub struct Output {
     target: PathBuf,
-    staging: Option<TempDir>,
     unfinished: Unfinished,
     names: Vec<String>,
     asked: Option<NotedQuestion>,
@@ -102,32 +102,23 @@ impl Output {
         let mut unfinished = Unfinished { staging: PathBuf::new(), target: target.to_owned(), made };
         let staging = fs::create_dir_all(target).and_then(|()| {
             remove_stale(target);
-            let prefix = format!("{PREFIX}{}-", std::process::id());
-            tempfile::Builder::new().prefix(&prefix).tempdir_in(target)
+            staging(target)
         });
         match staging {
             Ok(staging) => {
-                staging.path().clone_into(&mut unfinished.staging);
+                unfinished.staging = staging;
                 *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner) = Some(unfinished.clone());
-                Ok(Self {
-                    target: target.to_owned(),
-                    staging: Some(staging),
-                    unfinished,
-                    names: Vec::new(),
-                    asked: None,
-                })
+                Ok(Self { target: target.to_owned(), unfinished, names: Vec::new(), asked: None })
             }
             Err(error) => {
                 unfinished.remove();
-                // Without the temporary folder's name, which would only confuse.
-                let error = std::io::Error::from(error.kind());
                 Err(Error::Write(target.to_owned(), error))
             }
         }
     }
 
     fn staged(&self, name: &str) -> PathBuf {
-        self.staging.as_ref().map_or_else(PathBuf::new, |staging| staging.path().join(name))
+        self.unfinished.staging.join(name)
     }
 
     /// Begins a file, which must be closed with [`Output::close`].
@@ -167,10 +158,22 @@ impl Output {
 
     /// Moves all files into place. Returns their names.
     pub fn finish(mut self) -> Result<Vec<String>, Error> {
+        // One process after the other, until this function returns. Not every system can lock a folder.
+        let _turn = File::open(&self.target).and_then(|folder| folder.lock().map(|()| folder));
         if let Some(asked) = self.asked.take() {
+            let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
+            // Another process may have answered another question here meanwhile.
+            asked.guard(&self.target, &names)?;
             let note = asked.note(&self.target, &self.names, |name| self.staged(name));
+            let note = note.map_err(|(name, error)| Error::Read(self.target.join(name), error))?;
             self.file(NOTE, &note)?;
+            self.names.rotate_right(1);
         }
+        self.place()
+    }
+
+    /// Renames all files, in the order in which they were begun.
+    fn place(mut self) -> Result<Vec<String>, Error> {
         for name in &self.names {
             let path = self.target.join(name);
             fs::rename(self.staged(name), &path).map_err(Error::writing(&path))?;
@@ -184,10 +187,86 @@ impl Output {
 
 impl Drop for Output {
     fn drop(&mut self) {
-        self.staging = None;
         // After a success the folder is not empty and stays.
         self.unfinished.remove();
         *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
+/// Writes a single file, which appears whole or not at all; one that is there is replaced.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn replace(path: &Path, content: &[u8]) -> Result<(), Error> {
+    // What is no file (a pipe, /dev/stdout) gets the bytes as they come.
+    if path.metadata().is_ok_and(|there| !there.is_file()) {
+        return fs::write(path, content).map_err(Error::writing(path));
+    }
+    // What a link leads to is replaced, not the link.
+    let link = path.is_symlink().then(|| path.canonicalize().ok()).flatten();
+    let (mut output, name) = beside(link.as_deref().unwrap_or(path))?;
+    output.file(&name, content)?;
+    output.place().map(|_| ())
+}
+
+/// Writes a single file that is not there yet, which appears whole or not at all.
+///
+/// # Errors
+/// There is a file of this name, or it cannot be written.
+pub fn create_new(path: &Path, content: &[u8]) -> Result<(), Error> {
+    let there = || Error::InTheWay { path: path.to_owned(), is: "there already", needed: "a new file" };
+    remove_stale(folder_of(path));
+    if path.symlink_metadata().is_ok() {
+        return Err(there());
+    }
+    let (mut output, name) = beside(path)?;
+    output.file(&name, content)?;
+    // Unlike a rename, a link replaces nothing, whoever made a file of this name just now. Not every system has links.
+    match fs::hard_link(output.staged(&name), path) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Err(there()),
+        Err(_) => output.place().map(|_| ()),
+    }
+}
+
+/// Returns the folder of a file.
+pub fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Returns an output in the folder of a file, which must exist, and the file's name.
+///
+/// # Errors
+/// The folder does not exist or cannot be written, or the file's name is that of a folder.
+pub fn beside(path: &Path) -> Result<(Output, String), Error> {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let folder = folder_of(path);
+    if let Err(error) = folder.metadata() {
+        return Err(Error::Write(path.to_owned(), error));
+    }
+    let output = Output::create(folder, &[&name]).map_err(|error| match error {
+        // The file that was asked for, and not its folder.
+        Error::Write(_, error) => Error::Write(path.to_owned(), error),
+        error => error,
+    })?;
+    Ok((output, name))
+}
+
+/// Returns how the names begin of files and folders that this process has not finished: [`remove_stale`] finds them once it is gone.
+pub fn unfinished_prefix() -> String {
+    format!("{PREFIX}{}-", std::process::id())
+}
+
+/// Makes a folder for unfinished files.
+fn staging(target: &Path) -> std::io::Result<PathBuf> {
+    let mut number = 0;
+    loop {
+        let path = target.join(format!("{}{number}", unfinished_prefix()));
+        match fs::create_dir(&path) {
+            // Of another thread, or of a process of this number on another machine.
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => number += 1,
+            made => return made.map(|()| path),
+        }
     }
 }
 
@@ -212,7 +291,8 @@ pub fn remove_stale(folder: &Path) {
             Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{id}")).exists()
         });
         if dead {
-            let _ = fs::remove_dir_all(entry.path());
+            let path = entry.path();
+            let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
         }
     }
 }
@@ -266,5 +346,35 @@ mod tests {
         fs::write(stale.join("trials.csv"), "half").expect("written");
         drop(Output::create(root.path(), &[]).expect("writable"));
         assert_eq!(exists(&stale), !Path::new("/proc/self").exists());
+    }
+
+    #[test]
+    fn law_a_single_file_appears_whole_and_a_new_one_replaces_none() {
+        let root = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| root.path().join(name);
+        create_new(&at("new.toml"), b"1").expect("written");
+        let refused = create_new(&at("new.toml"), b"2").expect_err("it is there").to_string();
+        assert!(refused.contains("is there already"), "{refused}");
+        replace(&at("new.toml"), b"3").expect("written");
+        assert_eq!(fs::read(at("new.toml")).expect("there"), b"3");
+        assert_eq!(fs::read_dir(root.path()).expect("a folder").count(), 1);
+        let nowhere = replace(&at("nowhere/a"), b"1").expect_err("no folder").to_string();
+        assert!(nowhere.contains("cannot write") && !at("nowhere").exists(), "{nowhere}");
+        #[cfg(unix)]
+        {
+            // As a user's other files, not as temporary ones, which nobody else may read.
+            use std::os::unix::fs::PermissionsExt as _;
+            fs::write(at("plain"), "").expect("written");
+            let mode = |name: &str| fs::metadata(at(name)).expect("there").permissions().mode();
+            assert_eq!(mode("new.toml"), mode("plain"));
+            // A link stays one, and a device is written and not replaced.
+            std::os::unix::fs::symlink(at("plain"), at("link")).expect("linked");
+            replace(&at("link"), b"4").expect("written");
+            assert_eq!(fs::read(at("plain")).expect("there"), b"4");
+            assert!(at("link").is_symlink());
+            std::os::unix::fs::symlink("/dev/null", at("null")).expect("linked");
+            replace(&at("null"), b"5").expect("written");
+            assert!(!Path::new("/dev/null").metadata().expect("there").is_file() && at("null").is_symlink());
+        }
     }
 }

@@ -87,12 +87,14 @@ pub struct Watched {
     stop: Arc<AtomicBool>,
     /// Notes of a question, from which it can be resumed.
     notes: Option<Mutex<Notes>>,
+    /// Whether it was said that something could not be noted.
+    said: AtomicBool,
 }
 
 impl Watched {
     /// Makes an observer with a bar for about this many trials (0 if their number is not known) and an interrupt flag.
     pub fn new(trials: u64) -> Self {
-        Self { bar: bar(trials), stop: interrupt::flag(), notes: None }
+        Self { bar: bar(trials), stop: interrupt::flag(), notes: None, said: AtomicBool::new(false) }
     }
 
     /// Makes an observer as [`Watched::new`] does, with notes.
@@ -130,7 +132,11 @@ impl Watch for Watched {
 
     fn keep(&self, key: &str, bytes: &[u8]) {
         // What cannot be noted costs the time to compute it again, not the answer.
-        let _ = self.notes.as_ref().map(|notes| locked(notes).add(key, bytes));
+        if let Some(Err(error)) = self.notes.as_ref().map(|notes| locked(notes).add(key, bytes))
+            && !self.said.swap(true, Ordering::Relaxed)
+        {
+            tell(&format!("not kept for --resume: {error}; the answer is computed all the same"));
+        }
     }
 }
 

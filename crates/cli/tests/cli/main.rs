@@ -3,6 +3,8 @@
 
 mod answers;
 mod bits;
+#[cfg(target_os = "linux")]
+mod broken;
 mod budgets;
 mod campaigns;
 mod changed;
@@ -13,6 +15,8 @@ mod compared;
 mod completed;
 #[cfg(unix)]
 mod endless;
+#[cfg(unix)]
+mod escaped;
 mod explained;
 mod failing;
 mod faults;

@@ -9,6 +9,7 @@ use toml::Value;
 
 use crate::arguments::Check;
 use crate::error::Error;
+use crate::shell::output::{beside, folder_of, remove_stale, replace};
 use crate::shell::terminal::wrapped;
 
 /// Width of the file's comment in columns.
@@ -57,6 +58,7 @@ pub fn write(
         text.extend(["# ", &line, "\n"]);
     }
     text += &recommended.load()?.text()?;
+    remove_stale(folder_of(&path));
     match fs::read(&path) {
         Ok(there) if there == text.as_bytes() => return Ok(Written::Done(path)),
         Ok(_) if !options.force && options.write.is_some() => {
@@ -72,22 +74,23 @@ pub fn write(
         }
         _ => {}
     }
-    match fs::write(&path, text) {
+    match replace(&path, text.as_bytes()) {
         Ok(()) => Ok(Written::Done(path)),
-        Err(error) if options.write.is_none() => Ok(Written::Failed(format!("{}: {error}", path.display()))),
-        Err(error) => Err(Error::Write(path, error)),
+        Err(Error::Write(path, error)) if options.write.is_none() => {
+            Ok(Written::Failed(format!("{}: {error}", path.display())))
+        }
+        Err(error) => Err(error),
     }
 }
 
 /// Refuses a path of `--write` that cannot be written, before anything is computed.
 ///
 /// # Errors
-/// The folder does not exist, or the file exists and `--force` is not given.
+/// The folder does not exist or cannot be written, or the file exists and `--force` is not given.
 pub fn free(options: &Check) -> Result<(), Error> {
     let Some(path) = &options.write else { return Ok(()) };
     let refused = |is, needed| Err(Error::InTheWay { path: path.clone(), is, needed });
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() {
+    if !folder_of(path).is_dir() {
         return refused("in a folder that is not there", "a folder that is");
     }
     // An earlier answer may be that of this question: that is seen once there is an answer.
@@ -95,7 +98,8 @@ pub fn free(options: &Check) -> Result<(), Error> {
     if path.exists() && !options.force && !is_answer() {
         return refused("there already", "a new file, or --force given");
     }
-    Ok(())
+    // A pipe or a device gets the text as it comes; beside a file a folder is made and removed again.
+    if path.exists() && !path.is_file() { Ok(()) } else { beside(path).map(drop) }
 }
 
 /// Returns the name of the file: `check-` and the name of the motor or scenario.

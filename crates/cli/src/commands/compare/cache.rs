@@ -18,6 +18,7 @@ use standstill_plant::Digest;
 use standstill_scenario::Scenario;
 
 use crate::shell::host;
+use crate::shell::output::{remove_stale, unfinished_prefix};
 
 /// A cached limit. Its numbers are stored as bits, because JSON cannot represent infinity and not-a-number.
 #[derive(Serialize, Deserialize)]
@@ -79,7 +80,8 @@ pub fn limit<E>(
 fn write(path: &std::path::Path, kept: &Kept) -> std::io::Result<()> {
     let folder = path.parent().unwrap_or(path);
     fs::create_dir_all(folder)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    remove_stale(folder);
+    let mut file = tempfile::Builder::new().prefix(&unfinished_prefix()).tempfile_in(folder)?;
     file.write_all(&serde_json::to_vec(kept)?)?;
     file.persist(path)?;
     Ok(())
