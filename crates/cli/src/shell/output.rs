@@ -377,4 +377,19 @@ mod tests {
             assert!(!Path::new("/dev/null").metadata().expect("there").is_file() && at("null").is_symlink());
         }
     }
+
+    #[test]
+    fn regress_files_that_a_killed_command_moved_into_place_are_known_by_their_note() {
+        let root = tempfile::tempdir().expect("a folder");
+        let asked = NotedQuestion::place("report", "a run".to_owned(), false);
+        let mut output =
+            Output::answering(asked.clone(), root.path(), &["a.csv", "b.csv"]).expect("writable");
+        output.file("a.csv", b"1").expect("written");
+        output.file("b.csv", b"2").expect("written");
+        // Ends between the two renames, as a kill would.
+        fs::create_dir_all(root.path().join("b.csv/in-the-way")).expect("made");
+        assert!(output.finish().is_err());
+        assert!(exists(&root.path().join("a.csv")));
+        asked.guard(root.path(), &["a.csv"]).expect("the same question goes on");
+    }
 }
