@@ -204,7 +204,7 @@ mod tests {
                 saturates: 1.0,
                 both_ways: [0.1, 0.2],
                 dc_link: [100.0, 1000.0],
-                edges: 0.0,
+                edge_deviation: 0.0,
                 magnet_flux: 0.5,
             },
         };

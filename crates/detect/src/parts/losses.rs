@@ -9,9 +9,13 @@
 //! ΔU, the drops of the devices, and the effect of a turning magnet in both directions are equal in all lines; a bad contact in one phase is
 //! not. It adds to two lines, and nothing to the third.
 //!
-//! An edge that comes τ later, or a sample that is taken as much earlier, moves the peak: −2 U τ / L, the same at each s, whereas losses grow
-//! with s. Legs switch apart by some ten nanoseconds, which in a short pulse looks like as much resistance as the winding has. The offset
-//! of each line is therefore estimated beside its losses, from what the drive's data sheet says of edges: a normal distribution about zero.
+//! An edge that comes τ later, or a sample that is taken τ earlier than the sequence says, moves the peak: −2 U τ / L, the same at each s,
+//! whereas losses grow with s. Legs switch apart by some ten nanoseconds, which in a short pulse looks like as much resistance as the
+//! winding has. Each line's offset is therefore estimated beside its losses: a part that all lines have in common, of any size, and a rest
+//! with a normal distribution, of which the drive's data sheet says the width.
+//!
+//! The amounts are set against the time 2 s (1 − s / (2 t₁)) alone, so that the result is linear in the currents: what a magnet that turns
+//! adds forward it takes away backward.
 
 use standstill_interface::{Fault, Phase, Reading, Real};
 
@@ -25,19 +29,22 @@ const DEVIATIONS: f64 = 6.0;
 /// Share of all losses by which phases may differ: saturation makes those of a line look larger or smaller, and so do irons.
 const ALIKE: f64 = 0.35;
 
-/// Share of the squared charges that the pairs of a line must differ by, where nothing is known of an offset: less is rounding.
-const LEAST_SPREAD: f64 = 1e-4;
+/// Least variance of a reading in A²: that of a nanoampere, which no converter resolves.
+const LEAST_NOISE: f64 = 1e-18;
 
 /// The pairs of samples of one line's pulses. A link that a pulse shows lower may leave it a pair less than another one.
 #[derive(Clone, Copy, Debug)]
 struct Pairs<T> {
     count: T,
+    /// Mean current in A at the peak.
+    peak: T,
     /// Mean of the amounts in A by which currents after the peak fall short.
     short: T,
-    /// Mean of twice the charge between the samples of a pair, ∫ i dt, in As: short by that, times R / L.
-    charge: T,
-    /// Sum of the squared deviations of the charge from its mean, and of its products with those of the amounts.
-    squares: T,
+    /// Mean of ∫ i dt / î = 2 s (1 − s / (2 t₁)) in s: short by that, times R î / L.
+    time: T,
+    /// Sums of the squared deviations of these times and of these amounts from their means, and of the products of both.
+    times: T,
+    shorts: T,
     products: T,
 }
 
@@ -45,46 +52,73 @@ struct Pairs<T> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Losses<T>([Pairs<T>; 3]);
 
-/// What drives the currents of the lines, and when they are read.
+/// Voltage that drives the currents of the lines, and when they are read.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Driven<T> {
+pub(crate) struct Timing<T> {
     /// Voltage in V.
     pub volts: T,
     /// Delay in s with which the samples show each line's current.
     pub late: [T; 3],
-    /// Standard deviation in s of the time between edges and samples, from line to line.
-    pub edges: T,
+    /// Standard deviation in s of the time between edges and samples: of a line's own part, beside that of all lines.
+    pub deviation: T,
 }
 
 impl<T: Real> Pairs<T> {
     /// Adds a pair by Welford's update.
-    fn add(&mut self, short: T, charge: T) {
+    fn add(&mut self, short: T, time: T, peak: T) {
         self.count = self.count + T::one();
-        let (apart, off) = (charge - self.charge, short - self.short);
-        self.charge = self.charge + apart / self.count;
+        let (apart, off) = (time - self.time, short - self.short);
+        self.peak = self.peak + (peak - self.peak) / self.count;
+        self.time = self.time + apart / self.count;
         self.short = self.short + off / self.count;
-        self.squares = self.squares + apart * (charge - self.charge);
+        self.times = self.times + apart * (time - self.time);
+        self.shorts = self.shorts + off * (short - self.short);
         self.products = self.products + apart * (short - self.short);
     }
 
-    /// Returns the slope of the amounts over the charges in 1/s, and its variance; none if the pairs do not tell it. `noise`: variance of an
-    /// amount in A²; `offset`: amount in A that is the same in all pairs, and its variance in A².
-    fn slope(&self, noise: T, (offset, variance): (T, T)) -> Option<(T, T)> {
+    /// Returns the sum of the squared deviations in A² from a straight line, and the degrees of freedom.
+    fn residuals(&self) -> (T, T) {
+        let two = T::of(2.0);
+        if self.times > T::zero() {
+            ((self.shorts - self.products * self.products / self.times).max(T::zero()), self.count - two)
+        } else {
+            (self.shorts, self.count - T::one())
+        }
+    }
+
+    /// Returns the amount in A at s = 0 of a straight line, and its variance; none if all pairs have one time. `noise`: variance of an amount.
+    fn offset(&self, noise: T) -> Option<(T, T)> {
+        (self.times > T::zero()).then(|| {
+            let offset = self.short - self.products / self.times * self.time;
+            (offset, noise * (self.count.recip() + self.time * self.time / self.times))
+        })
+    }
+
+    /// Returns the slope in A/s of the amounts over the times, and its variance. `noise`: variance of an amount in A²; `offset`: expected
+    /// amount at s = 0, and its variance.
+    fn slope(&self, noise: T, (offset, variance): (T, T)) -> (T, T) {
         // With no variance all of the mean belongs to the losses, with a large one nothing of it.
-        let spread = self.count * variance;
-        let share = if spread > T::zero() { noise / (spread + noise) } else { T::one() };
-        let of_mean = share * self.count * self.charge;
-        let squares = self.squares + of_mean * self.charge;
-        let least = T::of(LEAST_SPREAD) * self.count * self.charge * self.charge;
-        (squares > least)
-            .then(|| ((self.products + of_mean * (self.short - offset)) / squares, noise / squares))
+        let share = noise / (self.count * variance + noise);
+        let of_mean = share * self.count * self.time;
+        let squares = self.times + of_mean * self.time;
+        ((self.products + of_mean * (self.short - offset)) / squares, noise / squares)
     }
 }
 
 impl<T: Real> Losses<T> {
     pub fn new() -> Self {
         let zero = T::zero();
-        Self([Pairs { count: zero, short: zero, charge: zero, squares: zero, products: zero }; 3])
+        Self(
+            [Pairs {
+                count: zero,
+                peak: zero,
+                short: zero,
+                time: zero,
+                times: zero,
+                shorts: zero,
+                products: zero,
+            }; 3],
+        )
     }
 
     /// Returns the number of samples before the peak that have a counterpart while the current still falls; `volts`:
@@ -118,24 +152,42 @@ impl<T: Real> Losses<T> {
             let [before, after] =
                 [train.current(slot, &readings[peak - pair])?, train.current(slot, &readings[peak + pair])?];
             let apart = interval * T::of(pair as f64);
-            self.0[k].add(before - after, highest * two * apart * (T::one() - apart / (two * t1)));
+            self.0[k].add(before - after, two * apart * (T::one() - apart / (two * t1)), highest);
         }
         Ok(())
     }
 
     /// Returns the resistance in Ω that would cause the same losses in each line, devices included, and its standard
-    /// deviation by noise and edges; none if the pairs of a line do not tell it. `noise`: variance of a reading in A²; `lines`: inductances
-    /// in H.
-    fn resistances(&self, noise: T, lines: [T; 3], driven: Driven<T>) -> Option<([T; 3], T)> {
+    /// deviation by noise and edges; none if a line has no pair of samples. `noise`: variance of a reading in A²; `lines`: inductances in H.
+    fn resistances(&self, noise: T, lines: [T; 3], timing: Timing<T>) -> Option<([T; 3], T)> {
+        if self.0.iter().any(|pairs| pairs.count < T::one()) {
+            return None;
+        }
+        // Jitter and steps of a converter scatter the amounts, but not the readings without current.
+        let (sum, freedom) =
+            self.0.iter().map(Pairs::residuals).fold((T::zero(), T::zero()), |(a, b), (c, d)| (a + c, b + d));
+        let scatter = if freedom > T::zero() { sum / freedom } else { T::zero() };
+        // Two currents of a pair, each the mean of two sensors.
+        let noise = noise.max(scatter).max(T::of(LEAST_NOISE));
+        // A current that is read later has risen more before the peak, and fallen more after it.
+        let by_time = lines.map(|line| T::of(2.0) * timing.volts / line);
+        let own = timing.deviation * timing.deviation;
+        let (mut later, mut weights) = (T::zero(), T::zero());
+        for (k, pairs) in self.0.iter().enumerate() {
+            if let Some((offset, variance)) = pairs.offset(noise) {
+                let weight = (variance / (by_time[k] * by_time[k]) + own).recip();
+                later = later + weight * (offset / by_time[k] - timing.late[k]);
+                weights = weights + weight;
+            }
+        }
+        let later = if weights > T::zero() { later / weights } else { T::zero() };
         let (mut found, mut sum) = ([T::zero(); 3], T::zero());
         for (k, pairs) in self.0.iter().enumerate() {
-            // A current that is read later has risen more before the peak, and fallen more after it.
-            let by_time = T::of(2.0) * driven.volts / lines[k];
-            let offset = (by_time * driven.late[k], by_time * by_time * driven.edges * driven.edges);
-            // Two currents of a pair, each the mean of two sensors.
-            let (slope, variance) = pairs.slope(noise, offset)?;
-            found[k] = lines[k] * slope;
-            sum = sum + lines[k] * lines[k] * variance;
+            let offset = (by_time[k] * (timing.late[k] + later), by_time[k] * by_time[k] * own);
+            let (slope, variance) = pairs.slope(noise, offset);
+            let per_slope = lines[k] / pairs.peak;
+            found[k] = per_slope * slope;
+            sum = sum + per_slope * per_slope * variance;
         }
         Some((found, (sum / T::of(3.0)).sqrt()))
     }
@@ -146,9 +198,9 @@ impl<T: Real> Losses<T> {
         margin: &mut Margin<T>,
         train: &Train<T>,
         lines: [T; 3],
-        driven: Driven<T>,
+        timing: Timing<T>,
     ) -> Result<(), Fault<T>> {
-        let Some((lost, deviation)) = self.resistances(train.noise, lines, driven) else { return Ok(()) };
+        let Some((lost, deviation)) = self.resistances(train.noise, lines, timing) else { return Ok(()) };
         let (two, three) = (T::of(2.0), T::of(3.0));
         let mean = (lost[0] + lost[1] + lost[2]) / three;
         // A mean of two lines less a third: 3/2 of a line's variance.

@@ -6,7 +6,7 @@
 
 use standstill_interface::{Fault, Nanos, Phase, Reading, Real, Sensed};
 
-use super::losses::{Driven, Losses};
+use super::losses::{Losses, Timing};
 use super::margin::Margin;
 use super::train::{Derived, GainComparison, LINES, PulseTrainSettings, Train};
 use crate::checks::{Check, Checks};
@@ -32,8 +32,8 @@ pub struct PlausibilitySettings<T> {
     pub both_ways: [T; 2],
     /// Smallest and largest voltage in V of the DC link.
     pub dc_link: [T; 2],
-    /// Standard deviation in s of the time by which one line's edges lie apart from its samples, from line to line.
-    pub edges: T,
+    /// Standard deviation in s of the time between edges and samples: of a line's own part, beside that of all lines.
+    pub edge_deviation: T,
     /// Flux in Wb of the magnet, by which a rotor that turns induces; zero without magnet.
     pub magnet_flux: T,
 }
@@ -91,10 +91,10 @@ impl<T: Real> PlausibilitySettings<T> {
             saturates,
             both_ways: by_poles(drive),
             dc_link: [drive.dc_link * below, drive.dc_link * above],
-            // A pulse ends by two legs, half of the time by each.
-            edges: (drive.delay_mismatch * drive.delay_mismatch / two
-                + drive.sensing.lag_deviation() * drive.sensing.lag_deviation())
-            .sqrt(),
+            // The voltage ends at the mean of the turn-offs of two legs, (τa + τb + τc) / 2 − τc / 2. So do the filters of two sensors.
+            edge_deviation: (drive.delay_mismatch * drive.delay_mismatch / T::of(4.0)
+                + drive.sensing.lag_deviation() * drive.sensing.lag_deviation() / two)
+                .sqrt(),
             magnet_flux: drive.magnet_flux,
         }
     }
@@ -113,7 +113,7 @@ impl<T: Real> PlausibilitySettings<T> {
             "plausibility.dc_link",
             "an upper limit above the lower one",
         )?;
-        require_zero_or_more(self.edges, "plausibility.edges")?;
+        require_zero_or_more(self.edge_deviation, "plausibility.edge_deviation")?;
         require_zero_or_more(self.magnet_flux, "plausibility.magnet_flux")
     }
 
@@ -177,7 +177,7 @@ impl<T: Real> PlausibilitySettings<T> {
         // Where the third leg's diodes take a part of the current, lines differ by it.
         let on = self.checks.has(Check::Contact) && self.idle_is_blocked;
         if on {
-            losses.check(margin, train, lines, Driven { volts, late, edges: self.edges })
+            losses.check(margin, train, lines, Timing { volts, late, deviation: self.edge_deviation })
         } else {
             Ok(())
         }

@@ -40,7 +40,7 @@ fn settings<T: Real>() -> BipolarSettings<T> {
         sensing: Sensing::default(),
         plausibility: PlausibilitySettings {
             checks: Checks::ALL,
-            edges: T::zero(),
+            edge_deviation: T::zero(),
             magnet_flux: T::zero(),
             sensors: T::of(0.06),
             idle_is_blocked: true,

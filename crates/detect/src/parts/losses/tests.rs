@@ -5,6 +5,8 @@ use standstill_interface::{Detector, Nanos, Outcome, Phase, Step};
 use super::*;
 use crate::checks::{Check, Checks};
 use crate::method::{Bipolar, BipolarSettings};
+use crate::nameplate::Nameplate;
+use crate::parts::plausibility::PlausibilitySettings;
 use crate::testing::{LineMotor, PLATE};
 
 fn detect(checks: Checks, motor: &mut LineMotor) -> Outcome<f64> {
@@ -132,53 +134,96 @@ fn regress_pulses_with_a_pair_less_weigh_less() {
     }
     let pairs = losses.0.map(|pairs| pairs.count);
     assert!(pairs[0] > pairs[2] && pairs[2] > pairs[1], "{pairs:?}");
-    let driven = Driven { volts: boundary, late: [0.0; 3], edges: 0.0 };
-    let (found, _) = losses.resistances(0.0, [INDUCTANCE; 3], driven).expect("pairs");
+    let timing = Timing { volts: boundary, late: [0.0; 3], deviation: 0.0 };
+    let (found, _) = losses.resistances(0.0, [INDUCTANCE; 3], timing).expect("pairs");
     for resistance in found {
         assert!((resistance - 12.0).abs() < 1e-9, "{found:?}");
     }
     // A line without any pair says nothing, and nothing is judged.
     let mut none = losses;
     none.0[1] = Losses::new().0[1];
-    assert_eq!(none.resistances(0.0, [INDUCTANCE; 3], driven), None);
+    assert_eq!(none.resistances(0.0, [INDUCTANCE; 3], timing), None);
+}
+
+/// Three pairs of one line with 12 Ω, whose peak comes so many seconds later: 540 V and 80 ns take 3.2 mA from each pair.
+fn pairs(settings: &PulseTrainSettings<f64>, later: f64) -> Pairs<f64> {
+    let (t1, interval) = (settings.pulse.seconds(), settings.interval.seconds());
+    let mut pairs = Losses::new().0[0];
+    for pair in 1..=3 {
+        let apart = f64::from(pair) * interval;
+        let time = 2.0 * apart * (1.0 - apart / (2.0 * t1));
+        pairs.add((12.0 * 3.5 * time - 2.0 * 540.0 * later) / INDUCTANCE, time, 3.5);
+    }
+    pairs
 }
 
 #[test]
 fn analytic_edges_that_come_later_are_no_losses() {
-    // Three pairs of one line with 12 Ω, and the same with a peak that came 80 ns later: 2 · 540 V · 80 ns / 27 mH = 3.2 mA less in each pair.
     let settings = PulseTrainSettings::suited(&PLATE, Nanos::from_micros(20));
-    let (volts, later) = (540.0, 80e-9);
-    let (t1, interval) = (settings.pulse.seconds(), settings.interval.seconds());
-    let pairs = |shift: f64| {
-        let mut pairs = Losses::new().0[0];
-        for pair in 1..=3 {
-            let apart = f64::from(pair) * interval;
-            let charge = 3.5 * 2.0 * apart * (1.0 - apart / (2.0 * t1));
-            pairs.add(12.0 / INDUCTANCE * charge - 2.0 * volts * shift / INDUCTANCE, charge);
-        }
-        pairs
+    let found = |later: [f64; 3], known: f64, deviation: f64| {
+        let timing = Timing { volts: 540.0, late: [-known; 3], deviation };
+        let losses = Losses(later.map(|later| pairs(&settings, later)));
+        losses.resistances(0.0, [INDUCTANCE; 3], timing).expect("pairs").0
     };
-    let resistance = |shift: f64, known: f64, edges: f64, noise: f64| {
-        let driven = Driven { volts, late: [-known; 3], edges };
-        Losses([pairs(shift); 3]).resistances(noise, [INDUCTANCE; 3], driven).expect("pairs")
-    };
-    // Nothing is known of edges, and there is no noise: the slope alone.
-    assert!((resistance(later, 0.0, 50e-9, 0.0).0[0] - 12.0).abs() < 1e-9);
-    // Edges that are alike: all of it is taken for losses, unless the shift is known.
-    let charges: [f64; 3] = [1.0, 2.0, 3.0].map(|n| 7.0 * n * interval * (1.0 - n * interval / (2.0 * t1)));
-    let [sum, squares] = [charges.iter().sum::<f64>(), charges.iter().map(|charge| charge * charge).sum()];
-    let fooled = 12.0 - 2.0 * volts * later * sum / squares;
-    assert!((resistance(later, 0.0, 0.0, 0.0).0[0] - fooled).abs() < 1e-9);
-    assert!((resistance(later, later, 0.0, 0.0).0[0] - 12.0).abs() < 1e-9);
-    // Between these, with noise: the estimate of largest likelihood, by its normal equations in slope and offset, and its deviation.
-    let (noise, edges) = (1e-6, 50e-9);
-    let prior = (2.0 * volts * edges / INDUCTANCE).powi(2);
-    let [slope, mixed, constant] = [squares / noise, sum / noise, 3.0 / noise + 1.0 / prior];
+    for (later, known, deviation, most) in [
+        // All lines alike, whatever is known of it.
+        ([0.5e-6; 3], 0.0, 0.0, 1e-6),
+        ([0.5e-6; 3], 0.2e-6, 0.0, 1e-6),
+        ([0.5e-6; 3], 0.5e-6, 50e-9, 1e-6),
+        // Lines apart, where the drive says that they may be.
+        ([0.1e-6, 0.3e-6, -0.2e-6], 0.0, 50e-9, 1e-6),
+    ] {
+        let found = found(later, known, deviation);
+        assert!(found.iter().all(|found| (found - 12.0).abs() < most), "{later:?}: {found:?}");
+    }
+    // Where it says that they are not, a line that is later than the others seems to lose less.
+    let found = found([0.1e-6, 0.3e-6, -0.1e-6], 0.0, 0.0);
+    let times = pairs(&settings, 0.0);
+    let less = 2.0 * 540.0 * 0.2e-6 / 3.5 * times.time * 3.0 / (times.times + 3.0 * times.time * times.time);
+    for (found, expected) in found.into_iter().zip([12.0, 12.0 - less, 12.0 + less]) {
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
+}
+
+#[test]
+fn analytic_a_slope_with_an_offset_of_known_width_is_the_likeliest() {
+    // By the normal equations of slope and offset.
+    let settings = PulseTrainSettings::suited(&PLATE, Nanos::from_micros(20));
+    let of = pairs(&settings, 80e-9);
+    let (noise, expected, variance) = (1e-6, -1e-3, 4e-6);
+    let [sum, squares] = [3.0 * of.time, of.times + 3.0 * of.time * of.time];
+    let [slope, mixed, constant] = [squares / noise, sum / noise, 3.0 / noise + 1.0 / variance];
+    let products = (of.products + 3.0 * of.time * of.short) / noise;
+    let right = 3.0 * of.short / noise + expected / variance;
     let determinant = slope * constant - mixed * mixed;
-    let shorts = charges.map(|charge| 12.0 / INDUCTANCE * charge - 2.0 * volts * later / INDUCTANCE);
-    let products: f64 = charges.iter().zip(shorts).map(|(charge, short)| charge * short).sum();
-    let of_slope = (constant * products - mixed * shorts.iter().sum::<f64>()) / noise / determinant;
-    let (found, deviation) = resistance(later, 0.0, edges, noise);
-    assert!((found[0] - INDUCTANCE * of_slope).abs() < 1e-6, "{found:?}");
-    assert!((deviation / (INDUCTANCE * (constant / determinant).sqrt()) - 1.0).abs() < 1e-9, "{deviation}");
+    let (found, spread) = of.slope(noise, (expected, variance));
+    assert!((found / ((constant * products - mixed * right) / determinant) - 1.0).abs() < 1e-9, "{found}");
+    assert!((spread / (constant / determinant) - 1.0).abs() < 1e-9, "{spread}");
+    // Its offset alone, and what is left of a straight line.
+    let (offset, spread) = of.offset(noise).expect("three times");
+    assert!((offset + 2.0 * 540.0 * 80e-9 / INDUCTANCE).abs() < 1e-12, "{offset}");
+    assert!((spread / (noise * squares / (3.0 * of.times)) - 1.0).abs() < 1e-9, "{spread}");
+    assert!(of.residuals().0 < 1e-15 && of.residuals().1 == 1.0, "{:?}", of.residuals());
+}
+
+#[test]
+fn law_what_scatters_more_than_the_zeroing_widens_the_limit() {
+    // A fourth pair at the mean time, 1 mA beside the line: 3/4 (1 mA)² are left, with two degrees of freedom. The zeroing saw no noise.
+    let settings = PulseTrainSettings::suited(&PLATE, Nanos::from_micros(20));
+    let mut off = pairs(&settings, 0.0);
+    off.add(off.short + 1e-3, off.time, 3.5);
+    let timing = Timing { volts: 540.0, late: [0.0; 3], deviation: 0.0 };
+    let losses = Losses([off; 3]);
+    let (sum, freedom) = off.residuals();
+    assert!((sum / 0.75e-6 - 1.0).abs() < 1e-9 && freedom == 2.0, "{sum} {freedom}");
+    let (_, deviation) = losses.resistances(0.0, [INDUCTANCE; 3], timing).expect("pairs");
+    let (_, noisy) = losses.resistances(sum / freedom, [INDUCTANCE; 3], timing).expect("pairs");
+    assert!(deviation > 0.0 && (deviation / noisy - 1.0).abs() < 1e-12, "{deviation} {noisy}");
+}
+
+#[test]
+fn analytic_a_lines_own_edge_is_half_of_the_third_legs() {
+    let plate = Nameplate { delay_mismatch: 60e-9, ..PLATE };
+    let deviation = PlausibilitySettings::suited(&plate).edge_deviation;
+    assert!((deviation / 30e-9 - 1.0).abs() < 1e-12, "{deviation}");
 }
