@@ -127,11 +127,11 @@ fn analytic_a_check_has_the_speeds_at_which_a_method_notices_and_at_which_it_is_
     assert!((17.0..25.0).contains(&notices), "{speeds:?}");
     assert!(speeds.is_checked && speeds.notices_in_time() && speeds.highest_rpm > exceeds, "{speeds:?}");
     assert_eq!(speeds.answered, 1.0, "{speeds:?}");
-    // At 20° other checks end starts before: up to there seven of ten have no angle, and no error.
+    // At 20° other checks end starts before: up to there half of them have no angle, and no error.
     let far = checked(20.0, &[]).turning.expect("measured");
     let far_exceeds = far.exceeds_rpm.expect("an error that grows with the speed");
     assert!((19.0 / 0.1162..20.0 / 0.1162 * 1.09).contains(&far_exceeds), "{far:?}");
-    assert!((0.15..0.5).contains(&far.answered), "{far:?}");
+    assert!((0.3..0.8).contains(&far.answered), "{far:?}");
     // Of 1° the error is more before the method notices.
     let strict = checked(1.0, &[]).turning.expect("measured");
     assert!(!strict.notices_in_time() && strict.exceeds_rpm < strict.notices_rpm, "{strict:?}");

@@ -32,7 +32,7 @@ const ALIKE: f64 = 0.35;
 /// Least variance of a reading in A²: that of a nanoampere, which no converter resolves.
 const LEAST_NOISE: f64 = 1e-18;
 
-/// The pairs of samples of one line's pulses. A link that a pulse shows lower may leave it a pair less than another one.
+/// The pairs of samples of one line's pulses one way. A link that a pulse shows lower may leave it a pair less than another one.
 #[derive(Clone, Copy, Debug)]
 struct Pairs<T> {
     count: T,
@@ -48,9 +48,9 @@ struct Pairs<T> {
     products: T,
 }
 
-/// Losses of each line's pulses.
+/// Losses of each line's pulses, backward and forward.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Losses<T>([Pairs<T>; 3]);
+pub(crate) struct Losses<T>([[Pairs<T>; 2]; 3]);
 
 /// Voltage that drives the currents of the lines, and when they are read.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +74,22 @@ impl<T: Real> Pairs<T> {
         self.times = self.times + apart * (time - self.time);
         self.shorts = self.shorts + off * (short - self.short);
         self.products = self.products + apart * (short - self.short);
+    }
+
+    /// Returns the pairs of both ways as one set. Their residuals are not those of the two: both ways differ where a core saturates.
+    fn and(&self, other: &Self) -> Self {
+        let count = self.count + other.count;
+        let (share, between) = (other.count / count, self.count * other.count / count);
+        let (apart, off) = (other.time - self.time, other.short - self.short);
+        Self {
+            count,
+            peak: self.peak + share * (other.peak - self.peak),
+            short: self.short + share * off,
+            time: self.time + share * apart,
+            times: self.times + other.times + between * apart * apart,
+            shorts: self.shorts + other.shorts + between * off * off,
+            products: self.products + other.products + between * apart * off,
+        }
     }
 
     /// Returns the sum of the squared deviations in A² from a straight line, and the degrees of freedom.
@@ -108,17 +124,16 @@ impl<T: Real> Pairs<T> {
 impl<T: Real> Losses<T> {
     pub fn new() -> Self {
         let zero = T::zero();
-        Self(
-            [Pairs {
-                count: zero,
-                peak: zero,
-                short: zero,
-                time: zero,
-                times: zero,
-                shorts: zero,
-                products: zero,
-            }; 3],
-        )
+        let none = Pairs {
+            count: zero,
+            peak: zero,
+            short: zero,
+            time: zero,
+            times: zero,
+            shorts: zero,
+            products: zero,
+        };
+        Self([[none; 2]; 3])
     }
 
     /// Returns the number of samples before the peak that have a counterpart while the current still falls; `volts`:
@@ -152,28 +167,37 @@ impl<T: Real> Losses<T> {
             let [before, after] =
                 [train.current(slot, &readings[peak - pair])?, train.current(slot, &readings[peak + pair])?];
             let apart = interval * T::of(pair as f64);
-            self.0[k].add(before - after, two * apart * (T::one() - apart / (two * t1)), highest);
+            self.0[k][usize::from(slot.forward)].add(
+                before - after,
+                two * apart * (T::one() - apart / (two * t1)),
+                highest,
+            );
         }
         Ok(())
     }
 
     /// Returns the resistance in Ω that would cause the same losses in each line, devices included, and its standard
-    /// deviation by noise and edges; none if a line has no pair of samples. `noise`: variance of a reading in A²; `lines`: inductances in H.
+    /// deviation by noise and edges; none if a line has no pair of samples one way. `noise`: variance of a reading in A²; `lines`: inductances in H.
     fn resistances(&self, noise: T, lines: [T; 3], timing: Timing<T>) -> Option<([T; 3], T)> {
-        if self.0.iter().any(|pairs| pairs.count < T::one()) {
+        if self.0.iter().flatten().any(|pairs| pairs.count < T::one()) {
             return None;
         }
         // Jitter and steps of a converter scatter the amounts, but not the readings without current.
-        let (sum, freedom) =
-            self.0.iter().map(Pairs::residuals).fold((T::zero(), T::zero()), |(a, b), (c, d)| (a + c, b + d));
+        let (sum, freedom) = self
+            .0
+            .iter()
+            .flatten()
+            .map(Pairs::residuals)
+            .fold((T::zero(), T::zero()), |(a, b), (c, d)| (a + c, b + d));
         let scatter = if freedom > T::zero() { sum / freedom } else { T::zero() };
         // Two currents of a pair, each the mean of two sensors.
         let noise = noise.max(scatter).max(T::of(LEAST_NOISE));
         // A current that is read later has risen more before the peak, and fallen more after it.
         let by_time = lines.map(|line| T::of(2.0) * timing.volts / line);
         let own = timing.deviation * timing.deviation;
+        let both = self.0.map(|[back, forward]| back.and(&forward));
         let (mut later, mut weights) = (T::zero(), T::zero());
-        for (k, pairs) in self.0.iter().enumerate() {
+        for (k, pairs) in both.iter().enumerate() {
             if let Some((offset, variance)) = pairs.offset(noise) {
                 let weight = (variance / (by_time[k] * by_time[k]) + own).recip();
                 later = later + weight * (offset / by_time[k] - timing.late[k]);
@@ -182,7 +206,7 @@ impl<T: Real> Losses<T> {
         }
         let later = if weights > T::zero() { later / weights } else { T::zero() };
         let (mut found, mut sum) = ([T::zero(); 3], T::zero());
-        for (k, pairs) in self.0.iter().enumerate() {
+        for (k, pairs) in both.iter().enumerate() {
             let offset = (by_time[k] * (timing.late[k] + later), by_time[k] * by_time[k] * own);
             let (slope, variance) = pairs.slope(noise, offset);
             let per_slope = lines[k] / pairs.peak;

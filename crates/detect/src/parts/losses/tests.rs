@@ -132,7 +132,7 @@ fn regress_pulses_with_a_pair_less_weigh_less() {
         };
         losses.add(&train, slot, &readings, if more { boundary + 1.0 } else { boundary }).expect("currents");
     }
-    let pairs = losses.0.map(|pairs| pairs.count);
+    let pairs = losses.0.map(|[back, forward]| back.count + forward.count);
     assert!(pairs[0] > pairs[2] && pairs[2] > pairs[1], "{pairs:?}");
     let timing = Timing { volts: boundary, late: [0.0; 3], deviation: 0.0 };
     let (found, _) = losses.resistances(0.0, [INDUCTANCE; 3], timing).expect("pairs");
@@ -141,14 +141,14 @@ fn regress_pulses_with_a_pair_less_weigh_less() {
     }
     // A line without any pair says nothing, and nothing is judged.
     let mut none = losses;
-    none.0[1] = Losses::new().0[1];
+    none.0[1][0] = Losses::new().0[1][0];
     assert_eq!(none.resistances(0.0, [INDUCTANCE; 3], timing), None);
 }
 
 /// Three pairs of one line with 12 Ω, whose peak comes so many seconds later: 540 V and 80 ns take 3.2 mA from each pair.
 fn pairs(settings: &PulseTrainSettings<f64>, later: f64) -> Pairs<f64> {
     let (t1, interval) = (settings.pulse.seconds(), settings.interval.seconds());
-    let mut pairs = Losses::new().0[0];
+    let mut pairs = Losses::new().0[0][0];
     for pair in 1..=3 {
         let apart = f64::from(pair) * interval;
         let time = 2.0 * apart * (1.0 - apart / (2.0 * t1));
@@ -162,7 +162,7 @@ fn analytic_edges_that_come_later_are_no_losses() {
     let settings = PulseTrainSettings::suited(&PLATE, Nanos::from_micros(20));
     let found = |later: [f64; 3], known: f64, deviation: f64| {
         let timing = Timing { volts: 540.0, late: [-known; 3], deviation };
-        let losses = Losses(later.map(|later| pairs(&settings, later)));
+        let losses = Losses(later.map(|later| [pairs(&settings, later); 2]));
         losses.resistances(0.0, [INDUCTANCE; 3], timing).expect("pairs").0
     };
     for (later, known, deviation, most) in [
@@ -213,7 +213,7 @@ fn law_what_scatters_more_than_the_zeroing_widens_the_limit() {
     let mut off = pairs(&settings, 0.0);
     off.add(off.short + 1e-3, off.time, 3.5);
     let timing = Timing { volts: 540.0, late: [0.0; 3], deviation: 0.0 };
-    let losses = Losses([off; 3]);
+    let losses = Losses([[off; 2]; 3]);
     let (sum, freedom) = off.residuals();
     assert!((sum / 0.75e-6 - 1.0).abs() < 1e-9 && freedom == 2.0, "{sum} {freedom}");
     let (_, deviation) = losses.resistances(0.0, [INDUCTANCE; 3], timing).expect("pairs");
