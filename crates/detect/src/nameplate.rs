@@ -74,8 +74,8 @@ pub struct Nameplate<T> {
     pub dc_link: T,
     /// Dead time of the drive.
     pub dead_time: Nanos,
-    /// Standard deviation in s of the delays with which a leg switches, from leg to leg, as the gate drivers' data sheet tolerates it. Zero:
-    /// equal.
+    /// Standard deviation in s of the legs' turn-off delays; a third of the mismatch that a gate driver's data sheet states at most. Zero:
+    /// equal, and a leg that is late may look like a bad contact.
     pub delay_mismatch: T,
     /// Period of its PWM carrier.
     pub carrier_period: Nanos,
@@ -173,6 +173,12 @@ impl<T: Real> Nameplate<T> {
         require(self.rated_pulse > Nanos::ZERO, "rated_pulse", "positive")?;
         require_positive(self.dc_link, "dc_link")?;
         require_zero_or_more(self.delay_mismatch, "delay_mismatch")?;
+        let period = T::of(self.carrier_period.seconds());
+        require(
+            self.delay_mismatch < period,
+            "delay_mismatch",
+            "in seconds, and shorter than the carrier period",
+        )?;
         require_zero_or_more(self.resistance, "resistance")?;
         require_zero_or_more(self.magnet_flux, "magnet_flux")?;
         require(self.polarity_difference.is_finite(), "polarity_difference", "finite")?;
@@ -249,6 +255,7 @@ mod tests {
             Nameplate { dc_link: 0.0, ..PLATE },
             Nameplate { dead_time: Nanos::from_micros(25), ..PLATE },
             Nameplate { delay_mismatch: -1e-9, ..PLATE },
+            Nameplate { delay_mismatch: 50.0, ..PLATE },
             Nameplate { carrier_period: Nanos::ZERO, ..PLATE },
             Nameplate { switch_drop: [0.0, f64::INFINITY], ..PLATE },
             Nameplate { diode_drop: [-1.0, 0.0], ..PLATE },

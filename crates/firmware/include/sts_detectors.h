@@ -72,7 +72,7 @@ typedef struct sts_plate {
     float timer_error;          /* standard deviation of the timer's clock, a share */
     float link_noise;           /* of a reading of the DC link's voltage, with its rounding, V rms */
     uint64_t averaged_ns;       /* a reading is the mean of several conversions: from the first to the last of them; 0: of one */
-    float delay_mismatch;       /* standard deviation of the delays with which a leg switches, from leg to leg, s */
+    float delay_mismatch;       /* standard deviation of the legs' turn-off delays, s, such as 50e-9; 0: all alike */
 } sts_plate;
 
 /* A setting of a method, as in a scenario's table [detector]: its key, and its value in SI units (0 or 1 for no or yes; of
