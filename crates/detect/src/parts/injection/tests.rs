@@ -1,8 +1,8 @@
+mod margin;
 use standstill_interface::{Dq, Step};
 
 use super::*;
-use crate::method::Sequence as _;
-use crate::method::{Pulsating, PulsatingInjectionSettings, Rotating, RotatingInjectionSettings};
+use crate::method::{Pulsating, PulsatingInjectionSettings, Rotating, RotatingInjectionSettings, Sequence};
 use crate::nameplate::{Dividers, Place, Sensing};
 use crate::parts::polarity::Signature;
 use crate::parts::then_pole::State;
