@@ -70,11 +70,11 @@ fn regress_delays_of_the_legs_are_no_bad_contact_in_short_pulses() {
         assert_eq!(s.failed, 0, "{errors}: {s:?}");
     }
     // Jitter of 0.1 µs leaves 1 Ω open in such a pulse. A contact of 2.5 Ω is named; a rotor that turns at 600 rpm is not called one.
-    const CONTACT: &str = "a phase has more resistance than the others";
+    let contact = "a phase has more resistance than the others";
     let weak = of("[[faults]]\nmode = \"contact-resistance\"\nat = \"b\"\nmagnitude = \"2.5 Ohm\"");
-    assert!(weak.reasons.get(CONTACT).is_some_and(|of| of.count > 160), "{weak:?}");
+    assert!(weak.reasons.get(contact).is_some_and(|of| of.count > 160), "{weak:?}");
     let turning = of("rotor = { state = \"free\", speed = \"600 rpm\" }");
-    assert!(turning.found == 0 && !turning.reasons.contains_key(CONTACT), "{turning:?}");
+    assert!(turning.found == 0 && !turning.reasons.contains_key(contact), "{turning:?}");
 }
 
 #[test]
