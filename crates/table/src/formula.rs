@@ -2,9 +2,9 @@
 //!
 //! A spreadsheet takes a cell for a formula that begins with `=`, `+`, `-` or `@`, also behind blanks. Where its separator is a
 //! semicolon or a tab, as in countries with a decimal comma, cells begin within the texts of a file that separates by commas, too, and
-//! quotation marks do not keep lines together there: so does each part of a text behind `;`, a tab or the end of a line.
-//! Numbers with a sign are no formulas, with a unit or a remark behind them neither: nothing but a name, an operator
-//! or a bracket right behind a name makes a spreadsheet compute.
+//! quotation marks do not keep lines together there: each part of a text behind `;`, a tab or the end of a line may be a cell.
+//! A number with a sign is no formula, and with a unit or a remark behind it neither: behind a number, a spreadsheet computes only if an
+//! operator follows, or a name with a bracket right behind it.
 
 use std::borrow::Cow;
 
@@ -52,7 +52,8 @@ fn by_part(text: &str, other: impl Fn(&str) -> Option<String>) -> Cow<'_, str> {
 /// Returns whether a part of a text begins like a formula, behind apostrophes, quotation marks and blanks, and is no quantity.
 fn is_formula(part: &str) -> bool {
     let part = part.trim_start_matches(|c: char| c == '\'' || c == '"' || c.is_whitespace());
-    if !part.starts_with(['=', '+', '-', '@']) {
+    // The last four as Chinese and Japanese keyboards write them, which spreadsheets take, too.
+    if !part.starts_with(['=', '+', '-', '@', '＝', '＋', '－', '＠']) {
         return false;
     }
     let mut words = part.trim_end_matches(BETWEEN).split(' ');
@@ -62,13 +63,16 @@ fn is_formula(part: &str) -> bool {
 /// Returns whether a word is a number, perhaps with its unit: `-40°C`.
 fn is_number(word: &str) -> bool {
     let digits = word.trim_end_matches(|c: char| is_of_unit(c) && !c.is_ascii_digit());
-    [word, digits].iter().any(|number| number.parse::<f64>().is_ok())
+    let divides = word[digits.len()..].starts_with('/');
+    let is_read =
+        |number: &str| number.contains(|c: char| c.is_ascii_digit()) && number.parse::<f64>().is_ok();
+    !divides && (is_read(word) || is_read(digits))
 }
 
 /// Returns whether a word behind a number is a unit or a word of a remark, perhaps in brackets.
 fn is_remark(word: &str) -> bool {
     let word = word.trim_start_matches(['(', '[']).trim_end_matches([')', ']', ',', '.', ':']);
-    word.chars().all(is_of_unit)
+    !word.starts_with('/') && word.chars().all(is_of_unit)
 }
 
 fn is_of_unit(c: char) -> bool {
@@ -94,6 +98,13 @@ mod tests {
             ("-5 cmd|x", "'-5 cmd|x"),
             ("-5 SUM(A1:A9)", "'-5 SUM(A1:A9)"),
             ("-1*2", "'-1*2"),
+            ("-5/A1", "'-5/A1"),
+            ("-5 /A1", "'-5 /A1"),
+            ("-5 / (A1)", "'-5 / (A1)"),
+            ("-5 (/A1)", "'-5 (/A1)"),
+            ("-inf", "'-inf"),
+            ("+nan", "'+nan"),
+            ("＝1+1", "'＝1+1"),
             ("'=1", "''=1"),
             ("''@x", "'''@x"),
             ("- 1", "'- 1"),

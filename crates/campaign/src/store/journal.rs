@@ -203,12 +203,13 @@ pub(super) fn locked(path: &Path, how: &OpenOptions) -> Result<File, JournalErro
 pub(super) fn begun(path: &Path, magic: [u8; 8], identity: &Identity) -> Result<File, JournalError> {
     // Not truncated before it is locked: another process may be writing it.
     let mut file = locked(path, OpenOptions::new().write(true).create(true).truncate(false))?;
-    let begin =
-        beginning(magic, identity).and_then(|bytes| file.set_len(0).and_then(|()| file.write_all(&bytes)));
-    begin.map_err(|error| {
+    let refused = |error| JournalError::Io(path.to_owned(), error);
+    let bytes = beginning(magic, identity).map_err(refused)?;
+    file.set_len(0).map_err(refused)?;
+    file.write_all(&bytes).map_err(|error| {
         // Half a header keeps nothing, and would be in the way of the next try.
         let _ = std::fs::remove_file(path);
-        JournalError::Io(path.to_owned(), error)
+        refused(error)
     })?;
     Ok(file)
 }

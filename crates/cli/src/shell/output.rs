@@ -5,10 +5,11 @@
 //! two renames leaves files that the same question may replace.
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use standstill_files::Digest;
 use standstill_report::figure::Figure;
@@ -158,8 +159,8 @@ impl Output {
 
     /// Moves all files into place. Returns their names.
     pub fn finish(mut self) -> Result<Vec<String>, Error> {
-        // One process after the other, until this function returns. Not every system can lock a folder.
-        let _turn = File::open(&self.target).and_then(|folder| folder.lock().map(|()| folder));
+        // One process after the other, until this function returns.
+        let _turn = turn(&self.target);
         if let Some(asked) = self.asked.take() {
             let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
             // Another process may have answered another question here meanwhile.
@@ -182,6 +183,25 @@ impl Output {
         let _ = File::open(&self.target).and_then(|folder| folder.sync_all());
         let names = std::mem::take(&mut self.names);
         Ok(names.into_iter().filter(|name| name != NOTE).collect())
+    }
+}
+
+/// Longest wait for another process that moves its files into a folder; that takes milliseconds.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Returns a folder, taken for this process until the value is dropped; none where the system locks no folders, and where somebody holds
+/// this one for longer than [`PATIENCE`]: whoever starts this program under a lock of the folder (`flock`) waits for its end.
+fn turn(folder: &Path) -> Option<File> {
+    let folder = File::open(folder).ok()?;
+    let begun = Instant::now();
+    loop {
+        match folder.try_lock() {
+            Ok(()) => return Some(folder),
+            Err(TryLockError::WouldBlock) if begun.elapsed() < PATIENCE => {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            Err(_) => return None,
+        }
     }
 }
 
