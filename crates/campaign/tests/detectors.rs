@@ -56,7 +56,7 @@ fn law_a_motor_without_saliency_has_no_axis_by_any_method() {
 #[test]
 fn regress_delays_of_the_legs_are_no_bad_contact_in_short_pulses() {
     // Line pulses of 27 µs on 310 V raise two thirds of rated current in 1.1 mH. Legs that turn off 50 ns apart then make lines differ like
-    // 0.13 Ω in one phase (standard deviation), beside its own 0.21 Ω: 41 of 100 sound motors were refused, of `harsh` drives 46.
+    // 0.13 Ω in one phase (standard deviation), beside its own 0.21 Ω: 41 of 100 sound motors were refused, of `harsh` drives 50.
     let sheet = "[nameplate]\npole_pairs = 5\nresistance = \"0.21 Ohm\"\nL_d = \"0.45 mH\"\nL_q = \"0.65 mH\"\nmagnet_flux = \"53 mWb\"\n\
                  rated_current = \"12.7 A\"\ndc_link = \"310 V\"\nsaturation = \"14 %\"\n";
     let motor = DataSheet::parse("t.toml", sheet).and_then(|sheet| sheet.motor()).expect("a motor");
