@@ -171,7 +171,7 @@ mod tests {
             let mut notes = Notes::resume(&path, &scenario).expect("nothing was noted yet");
             assert!(!notes.is_begun());
             notes.add("a", b"one").expect("written");
-            // What a full disk leaves of a note that could not be written.
+            // A full disk leaves a part of the note that it had no room for.
             let mut file = OpenOptions::new().append(true).open(&path).expect("there");
             file.write_all(&[40, 0, 0, 0, 1, 2]).expect("written");
             notes.add("b", b"two").expect("written");

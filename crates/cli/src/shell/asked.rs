@@ -13,7 +13,7 @@ use standstill_files::read_text;
 use standstill_plant::Digest;
 
 use crate::error::Error;
-use crate::shell::output::replace;
+use crate::shell::output::{replace, turn};
 
 /// File name of the note; the leading dot hides it from lists of results.
 pub const NOTE: &str = ".standstill-asked.json";
@@ -31,8 +31,8 @@ pub struct NotedQuestion {
 struct Note {
     said: String,
     digest: String,
-    /// Files that answer the question, and the digest of each when it was written, behind which may stand that of the content
-    /// before ([`OR`]). Another command may have replaced a file since.
+    /// Files that answer the question, and the digest of each when it was written: `NEW` or, until the new file is in place,
+    /// `NEW; OLD`. Another command may have replaced a file since.
     files: BTreeMap<String, String>,
 }
 
@@ -131,6 +131,7 @@ pub fn digest(text: &str) -> String {
 /// # Errors
 /// The note cannot be written.
 pub fn rewrite(folder: &Path, name: &str, content: &[u8]) -> Result<(), Error> {
+    let _turn = turn(folder);
     let (path, mut all) = (folder.join(name), kept(folder));
     let before = self::content(&path);
     let known = all.values_mut().filter_map(|question| question.files.get_mut(name));
@@ -139,7 +140,7 @@ pub fn rewrite(folder: &Path, name: &str, content: &[u8]) -> Result<(), Error> {
         *digests = newest(Digest::of(content).to_string(), before.clone());
         changed = true;
     }
-    // First what both contents are known by, whichever of them a process leaves that is killed between the two.
+    // The note goes first and knows both contents: a process that is killed before the second step leaves the old one.
     if changed {
         replace(&folder.join(NOTE), &serde_json::to_vec_pretty(&all).unwrap_or_default())?;
     }
@@ -154,7 +155,7 @@ fn newest(new: String, present: Option<String>) -> String {
     }
 }
 
-/// What stands between the digests of a file.
+/// Separates two digests of one file.
 const OR: &str = "; ";
 
 /// Returns whether one of a file's digests is this one.

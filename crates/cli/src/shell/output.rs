@@ -4,6 +4,8 @@
 //! failure leaves the previous contents unchanged. The note of their question goes first: a process that is killed between
 //! two renames leaves files that the same question may replace.
 
+mod single;
+
 use std::fmt::Write as _;
 use std::fs::{self, File, TryLockError};
 use std::io::{BufWriter, Write as _};
@@ -14,6 +16,7 @@ use std::time::{Duration, Instant};
 use standstill_files::Digest;
 use standstill_report::figure::Figure;
 
+pub use self::single::{beside, create_new, folder_of, replace};
 use crate::error::Error;
 use crate::shell::asked::{NOTE, NotedQuestion};
 
@@ -191,7 +194,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Returns a folder, taken for this process until the value is dropped; none where the system locks no folders, and where somebody holds
 /// this one for longer than [`PATIENCE`]: whoever starts this program under a lock of the folder (`flock`) waits for its end.
-fn turn(folder: &Path) -> Option<File> {
+pub fn turn(folder: &Path) -> Option<File> {
     let folder = File::open(folder).ok()?;
     let begun = Instant::now();
     loop {
@@ -213,66 +216,7 @@ impl Drop for Output {
     }
 }
 
-/// Writes a single file, which appears whole or not at all; one that is there is replaced.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn replace(path: &Path, content: &[u8]) -> Result<(), Error> {
-    // What is no file (a pipe, /dev/stdout) gets the bytes as they come.
-    if path.metadata().is_ok_and(|there| !there.is_file()) {
-        return fs::write(path, content).map_err(Error::writing(path));
-    }
-    // What a link leads to is replaced, not the link.
-    let link = path.is_symlink().then(|| path.canonicalize().ok()).flatten();
-    let (mut output, name) = beside(link.as_deref().unwrap_or(path))?;
-    output.file(&name, content)?;
-    output.place().map(|_| ())
-}
-
-/// Writes a single file that is not there yet, which appears whole or not at all.
-///
-/// # Errors
-/// There is a file of this name, or it cannot be written.
-pub fn create_new(path: &Path, content: &[u8]) -> Result<(), Error> {
-    let there = || Error::InTheWay { path: path.to_owned(), is: "there already", needed: "a new file" };
-    remove_stale(folder_of(path));
-    if path.symlink_metadata().is_ok() {
-        return Err(there());
-    }
-    let (mut output, name) = beside(path)?;
-    output.file(&name, content)?;
-    // Unlike a rename, a link replaces nothing, whoever made a file of this name just now. Not every system has links.
-    match fs::hard_link(output.staged(&name), path) {
-        Ok(()) => Ok(()),
-        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Err(there()),
-        Err(_) => output.place().map(|_| ()),
-    }
-}
-
-/// Returns the folder of a file.
-pub fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Returns an output in the folder of a file, which must exist, and the file's name.
-///
-/// # Errors
-/// The folder does not exist or cannot be written, or the file's name is that of a folder.
-pub fn beside(path: &Path) -> Result<(Output, String), Error> {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let folder = folder_of(path);
-    if let Err(error) = folder.metadata() {
-        return Err(Error::Write(path.to_owned(), error));
-    }
-    let output = Output::create(folder, &[&name]).map_err(|error| match error {
-        // The file that was asked for, and not its folder.
-        Error::Write(_, error) => Error::Write(path.to_owned(), error),
-        error => error,
-    })?;
-    Ok((output, name))
-}
-
-/// Returns how the names begin of files and folders that this process has not finished: [`remove_stale`] finds them once it is gone.
+/// Returns the begin of the names of this process' unfinished files and folders. [`remove_stale`] removes them once the process is gone.
 pub fn unfinished_prefix() -> String {
     format!("{PREFIX}{}-", std::process::id())
 }
@@ -283,7 +227,7 @@ fn staging(target: &Path) -> std::io::Result<PathBuf> {
     loop {
         let path = target.join(format!("{}{number}", unfinished_prefix()));
         match fs::create_dir(&path) {
-            // Of another thread, or of a process of this number on another machine.
+            // Another thread has it, or a process of this number on another machine.
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => number += 1,
             made => return made.map(|()| path),
         }
@@ -366,36 +310,6 @@ mod tests {
         fs::write(stale.join("trials.csv"), "half").expect("written");
         drop(Output::create(root.path(), &[]).expect("writable"));
         assert_eq!(exists(&stale), !Path::new("/proc/self").exists());
-    }
-
-    #[test]
-    fn law_a_single_file_appears_whole_and_a_new_one_replaces_none() {
-        let root = tempfile::tempdir().expect("a folder");
-        let at = |name: &str| root.path().join(name);
-        create_new(&at("new.toml"), b"1").expect("written");
-        let refused = create_new(&at("new.toml"), b"2").expect_err("it is there").to_string();
-        assert!(refused.contains("is there already"), "{refused}");
-        replace(&at("new.toml"), b"3").expect("written");
-        assert_eq!(fs::read(at("new.toml")).expect("there"), b"3");
-        assert_eq!(fs::read_dir(root.path()).expect("a folder").count(), 1);
-        let nowhere = replace(&at("nowhere/a"), b"1").expect_err("no folder").to_string();
-        assert!(nowhere.contains("cannot write") && !at("nowhere").exists(), "{nowhere}");
-        #[cfg(unix)]
-        {
-            // As a user's other files, not as temporary ones, which nobody else may read.
-            use std::os::unix::fs::PermissionsExt as _;
-            fs::write(at("plain"), "").expect("written");
-            let mode = |name: &str| fs::metadata(at(name)).expect("there").permissions().mode();
-            assert_eq!(mode("new.toml"), mode("plain"));
-            // A link stays one, and a device is written and not replaced.
-            std::os::unix::fs::symlink(at("plain"), at("link")).expect("linked");
-            replace(&at("link"), b"4").expect("written");
-            assert_eq!(fs::read(at("plain")).expect("there"), b"4");
-            assert!(at("link").is_symlink());
-            std::os::unix::fs::symlink("/dev/null", at("null")).expect("linked");
-            replace(&at("null"), b"5").expect("written");
-            assert!(!Path::new("/dev/null").metadata().expect("there").is_file() && at("null").is_symlink());
-        }
     }
 
     #[test]

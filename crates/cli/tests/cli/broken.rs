@@ -1,4 +1,4 @@
-//! What a command leaves behind that was killed, whose disk was full, or whose folder somebody took away.
+//! Files that a command leaves behind after a kill, on a full disk, or when somebody removes its folder.
 //!
 //! A library that stands before the C library (`broken/calls.c`) lets the k-th call end otherwise: with a kill, or with an error.
 
@@ -77,7 +77,7 @@ struct Bench {
 /// A command, what it begins with, and what it ends with where nothing happens.
 struct Ready {
     words: Vec<&'static str>,
-    /// What a user types after it was killed.
+    /// The command that a user types after a kill.
     again: Vec<&'static str>,
     before: Option<Tree>,
     after: Tree,
@@ -206,7 +206,7 @@ impl Bench {
         Ready { words, again, before, after: tree(&self.out()), code, once: case.is_once(), calls }
     }
 
-    /// What is there after a command ended badly: each file is the old one or the new one, and the next try makes it whole.
+    /// Checks the files after a command ended badly: each is the old one or the new one, and the next try makes all whole.
     fn looked_at(&self, ready: &Ready, of: &str) {
         let found = tree(&self.out());
         let none = Tree::new();

@@ -43,7 +43,7 @@ fn failed(
         assert!(next.iter().any(|next| said.contains(next)), "{of} says what to do: {said}");
         let left = tree(&bench.out());
         let unfinished = left.keys().any(|name| super::unfinished(name));
-        // What cannot be removed stays until it can.
+        // A file that cannot be removed stays until it can be.
         assert!(!unfinished || kinds.contains("unlink"), "{of} left {:?}", left.keys());
     }
     bench.looked_at(ready, &of);

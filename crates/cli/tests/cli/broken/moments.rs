@@ -55,7 +55,7 @@ fn law_of_two_processes_with_one_folder_one_answers_and_the_other_says_so() {
     }
     codes.sort_unstable();
     assert_eq!(codes, [Some(0), Some(2)]);
-    // What is there is of one of them, as a whole.
+    // All files are those of one of the two.
     let same = |seed: &&str| {
         let words = ["reproduce", "--trials", "1000", "--seed", *seed, "--out", "p"];
         crate::standstill(&words, at).status.success()
