@@ -128,15 +128,18 @@ impl Elf {
         // The loader protects whole pages.
         let relro = relro.map(|segment| {
             let from = segment.p_vaddr(endian);
-            [from, (from + segment.p_memsz(endian)) & !0xfff]
+            [from, from.saturating_add(segment.p_memsz(endian)) & !0xfff]
         });
         for segment in segments {
             match segment.p_type(endian) {
                 elf::PT_LOAD if segment.p_flags(endian).contains(elf::PF_W) => {
                     let from = segment.p_vaddr(endian);
-                    found.add_writable([from, from + segment.p_memsz(endian)], relro);
+                    // A damaged length has no end; the loader refuses such a segment.
+                    found.add_writable([from, from.saturating_add(segment.p_memsz(endian))], relro);
                 }
-                elf::PT_TLS => found.thread_local += segment.p_memsz(endian),
+                elf::PT_TLS => {
+                    found.thread_local = found.thread_local.saturating_add(segment.p_memsz(endian));
+                }
                 _ => {}
             }
         }
@@ -147,7 +150,7 @@ impl Elf {
             let name = String::from_utf8_lossy(symbol.name(endian, symbols.strings())?).into_owned();
             let (binding, is_here) = (symbol.st_bind(), symbol.st_shndx(endian) != elf::SHN_UNDEF);
             if binding == elf::STB_GNU_UNIQUE {
-                found.places.unique.push(table + index * SYMBOL + BINDING);
+                found.places.unique.push(table.saturating_add(index * SYMBOL + BINDING));
             }
             if !is_here && binding == elf::STB_GLOBAL && !name.is_empty() {
                 found.undefined.push(name);
@@ -183,7 +186,7 @@ impl Elf {
                 let (strings, at) = (sections.strings(endian, bytes, link)?, sections.section(link)?);
                 while let Some((one, _)) = all.next()? {
                     let name = String::from_utf8_lossy(one.file(endian, strings)?).into_owned();
-                    let at = usize_of(at.sh_offset(endian) + u64::from(one.vn_file.get(endian)));
+                    let at = usize_of(at.sh_offset(endian).saturating_add(one.vn_file.get(endian).into()));
                     self.places.names.push((at, name));
                 }
             }
@@ -191,13 +194,13 @@ impl Elf {
             let strings = sections.strings(endian, bytes, link)?;
             let texts = sections.section(link)?.sh_offset(endian);
             for (index, entry) in entries.iter().enumerate() {
-                let at = usize_of(section.sh_offset(endian)) + index * size_of::<[u64; 2]>();
+                let at = usize_of(section.sh_offset(endian)).saturating_add(index * size_of::<[u64; 2]>());
                 let (tag, value) = (entry.tag(endian), entry.val(endian));
                 let text =
                     || entry.string(endian, strings).map(|text| String::from_utf8_lossy(text).into_owned());
                 match tag {
                     elf::DT_NEEDED => {
-                        self.places.names.push((usize_of(texts + value), text()?));
+                        self.places.names.push((usize_of(texts.saturating_add(value)), text()?));
                         self.needed.push(text()?);
                     }
                     elf::DT_RPATH if self.folders.is_empty() => {
@@ -244,5 +247,34 @@ impl Elf {
             _ => [[from, to], [to, to]],
         };
         self.writable.extend(parts.into_iter().filter(|[from, to]| from < to));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Addresses add up beyond the end of memory: such a file is refused, and no number turns over.
+    #[test]
+    fn regress_a_segment_without_end_is_no_panic() {
+        let mut file = vec![0; 64 + 2 * 56];
+        file[..7].copy_from_slice(b"\x7fELF\x02\x01\x01");
+        let mut put = |at: usize, bytes: &[u8]| file[at..at + bytes.len()].copy_from_slice(bytes);
+        put(16, &elf::ET_DYN.0.to_le_bytes());
+        put(18, &HERE.to_le_bytes());
+        put(20, &1_u32.to_le_bytes());
+        // Two program headers of 56 bytes behind the file's own, of 64.
+        put(32, &64_u64.to_le_bytes());
+        put(52, &[64, 0, 56, 0, 2, 0]);
+        for (at, kind) in [(64, elf::PT_LOAD), (120, elf::PT_TLS)] {
+            put(at, &kind.0.to_le_bytes());
+            put(at + 4, &elf::PF_W.0.to_le_bytes());
+            // Its address, and its size in memory.
+            put(at + 16, &(u64::MAX - 7).to_le_bytes());
+            put(at + 40, &u64::MAX.to_le_bytes());
+        }
+        // It has no sections.
+        let refused = Elf::parse(&file).expect_err("damaged");
+        assert!(refused.starts_with("a damaged library: "), "{refused}");
     }
 }

@@ -161,7 +161,7 @@ fn value(kind: Kind, text: &str) -> Option<Cell<'_>> {
         return Some(Cell::Empty);
     }
     match kind {
-        Kind::Whole => text.parse().ok().map(Cell::Whole),
+        Kind::Whole => text.parse().ok().map(Cell::Whole).filter(|cell| cell.fits(kind)),
         // Not-a-number is how other programs write nothing.
         Kind::Number => match text.parse::<f64>().ok()? {
             number if number.is_nan() => Some(Cell::Empty),

@@ -1,6 +1,7 @@
 //! Statistics of parts, put together: the same bits as those of all trials at once.
 
 use super::Statistics;
+use super::sum::Sum;
 
 impl Statistics {
     /// Adds the trials of another.
@@ -42,5 +43,23 @@ impl Statistics {
         if let Some(other) = &other.sectors {
             self.sectors.get_or_insert_default().merge(other);
         }
+    }
+    /// Returns whether these can be the statistics of trials, as those of a damaged file need not be: counts are parts of the
+    /// trials, numbers are finite.
+    pub(crate) fn is_sound(&self) -> bool {
+        let without = [self.undetermined, self.failed, self.errors_of_simulation];
+        let without = without.into_iter().try_fold(0, u64::checked_add);
+        let found = without.and_then(|without| self.trials.checked_sub(without));
+        let reasons = self.reasons.values().copied().try_fold(0, u64::checked_add);
+        let counted = self.wrong_poles.max(self.magnitudes.count()) <= self.trials
+            && found.is_some_and(|found| self.beyond_limit <= found)
+            && reasons.is_some_and(|reasons| reasons <= self.trials);
+        let sectors = self.sectors.is_none_or(|sectors| sectors.is_sound(self.trials));
+        let finite = [self.limit_deg, self.moved, self.peak_current].iter().all(|number| number.is_finite());
+        counted
+            && sectors
+            && finite
+            && self.magnitudes.is_sound()
+            && self.powers.iter().chain([&self.duration]).all(Sum::is_sound)
     }
 }

@@ -35,6 +35,17 @@ impl Magnitudes {
         }
     }
 
+    /// Returns whether these can be values: as many as the count says, none of them infinite.
+    pub(super) fn is_sound(&self) -> bool {
+        let highest = f64::INFINITY.to_bits() >> COARSE;
+        let bins = self.bins.values().copied().try_fold(self.exact.len() as u64, u64::checked_add);
+        bins == Some(self.count)
+            && (self.bins.is_empty() || self.exact.is_empty())
+            && self.bins.keys().all(|bin| *bin < highest)
+            && self.exact.iter().chain(&self.largest).all(|value| value.is_finite())
+            && self.largest.is_some() == (self.count > 0)
+    }
+
     /// Adds all values of another.
     pub(super) fn merge(&mut self, other: &Self) {
         if !other.bins.is_empty() {

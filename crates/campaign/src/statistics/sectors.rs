@@ -43,6 +43,14 @@ impl Sectors {
         } += 1;
     }
 
+    /// Returns whether these can be the counts of so many starts.
+    pub(super) fn is_sound(&self, starts: u64) -> bool {
+        let parts = [self.right, self.at_border, self.next, self.further];
+        self.half_width_deg.is_finite()
+            && self.named <= starts
+            && parts.into_iter().try_fold(0, u64::checked_add) == Some(self.named)
+    }
+
     /// Adds the starts of another.
     pub(super) fn merge(&mut self, other: &Self) {
         self.note(other.half_width_deg);

@@ -8,10 +8,18 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Sum(Vec<f64>);
 
+/// Parts of 53 bits that do not overlap within the 2,098 bits from the largest double to the smallest, and as many zeros.
+const MOST_PARTS: usize = 80;
+
 impl Sum {
     /// Makes the empty sum.
     pub(super) const fn new() -> Self {
         Self(Vec::new())
+    }
+
+    /// Returns whether this can be a sum: finite parts, and no more than there are places in a double's range.
+    pub(super) fn is_sound(&self) -> bool {
+        self.0.len() <= MOST_PARTS && self.0.iter().all(|part| part.is_finite())
     }
 
     /// Adds a finite term.

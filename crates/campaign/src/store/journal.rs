@@ -324,7 +324,8 @@ impl Blocks {
         }
     }
 
-    fn foreign(&self) -> JournalError {
+    /// Returns the error of a file that no run wrote.
+    pub(super) fn foreign(&self) -> JournalError {
         JournalError::Foreign(self.path.clone())
     }
 }

@@ -185,6 +185,14 @@ impl Tallied {
                     statistics.sectors = Some(sectors);
                 }
             }
+            // The checksum is right: no run writes such a block.
+            let Identity { points: count, trials, .. } = &blocks.identity;
+            let of_run = |(point, statistics): (&usize, &Statistics)| {
+                (*point as u64) < *count && statistics.trials() <= *trials && statistics.is_sound()
+            };
+            if !walk.has(next) || !changed.iter().all(of_run) {
+                return Err(blocks.foreign());
+            }
             points.extend(changed);
             walk.go_to(next, usize::try_from(next.0).ok().and_then(|point| points.get(&point)));
         }
@@ -310,6 +318,41 @@ mod tests {
             assert!(damaged.is_damaged() && !found.is_damaged());
             std::fs::write(&path, &whole[..whole.len() - 20]).expect("written");
             assert!(!Tallied::read(&path).expect("cut off").is_damaged());
+        }
+    }
+
+    /// A block whose checksum is right, and that no run writes.
+    #[test]
+    fn regress_statistics_that_cannot_be_are_no_journal_of_a_run() {
+        let identity = identity("{}", Shard::WHOLE);
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("run.statistics");
+        let mut statistics = Statistics::default();
+        statistics.add_row(&row(0, 0.3));
+        let text = serde_json::to_string(&statistics).expect("JSON");
+        let read = |next: (u64, u64), point: usize, changed: &str| {
+            let statistics: Statistics = serde_json::from_str(changed).expect("statistics");
+            let standing = Standing { next, points: BTreeMap::from([(point, statistics)]) };
+            let block = encoded(&standing, &Tail::<Sectors>::new()).expect("encoded");
+            let bytes = [journal::beginning(TALLY, &identity).expect("a beginning"), block].concat();
+            std::fs::write(&path, bytes).expect("written");
+            Tallied::read(&path)
+        };
+        let last = usize::try_from(identity.points).expect("few") - 1;
+        assert!(read((0, 1), 0, &text).is_ok() && read((identity.points, 0), last, &text).is_ok());
+        for (next, point, from, to) in [
+            ((0, 1), 0, "\"trials\":1", "\"trials\":0"),
+            ((0, 1), 0, "\"failed\":0", "\"failed\":18446744073709551615"),
+            ((0, 1), 0, "\"trials\":1", "\"trials\":99999999999"),
+            ((0, 1), 0, "\"exact\":[0.3]", "\"exact\":[]"),
+            ((0, 1), last + 1, "", ""),
+            ((identity.points + 1, 0), 0, "", ""),
+            ((0, identity.trials), 0, "", ""),
+        ] {
+            let changed = text.replacen(from, to, 1);
+            assert!(from.is_empty() || changed != text, "{from}");
+            let found = read(next, point, &changed);
+            assert!(matches!(found, Err(JournalError::Foreign(_))), "{next:?} {to}: {found:?}");
         }
     }
 }

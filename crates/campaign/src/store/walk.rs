@@ -46,6 +46,11 @@ impl Walk {
         self.next
     }
 
+    /// Returns whether this row is one of the run, or the end behind its last one.
+    pub(super) fn has(&self, next: (u64, u64)) -> bool {
+        (self.next..=self.end).contains(&next) && next.1 < self.trials
+    }
+
     /// Goes to this row; `current` are the statistics of its point so far.
     pub(super) fn go_to(&mut self, next: (u64, u64), current: Option<&Statistics>) {
         self.next = next;
@@ -78,7 +83,7 @@ impl Walk {
 
     /// Returns the largest possible number of rows left.
     pub fn left(&self) -> u64 {
-        let number = |(point, trial): (u64, u64)| point * self.trials + trial;
+        let number = |(point, trial): (u64, u64)| point.saturating_mul(self.trials).saturating_add(trial);
         number(self.end).saturating_sub(number(self.next))
     }
 

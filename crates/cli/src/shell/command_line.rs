@@ -64,14 +64,17 @@ pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'
     words.join(" ")
 }
 
-/// Joins a message of several lines into one, and drops the parser's advice at its end.
+/// Joins a message of several lines into one, drops the parser's advice at its end, and makes control characters visible: a
+/// message quotes what stands in files, which must not drive a terminal.
 pub fn one_line(message: &str) -> String {
     let body = message.split("\n\nUsage:").next().unwrap_or(message);
     let body = body.split("\n\nFor more information").next().unwrap_or(body);
     // The parser's advice stands in a paragraph of its own.
     let body = body.replace("\n\n  tip:", "; tip:");
     let words: Vec<&str> = body.split_whitespace().collect();
-    words.join(" ").trim_start_matches("error: ").to_owned()
+    let line = words.join(" ");
+    let visible = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+    line.trim_start_matches("error: ").chars().map(visible).collect()
 }
 
 #[cfg(test)]
@@ -85,6 +88,12 @@ mod tests {
             one_line(message),
             "unexpected argument '--shart' found; tip: a similar argument exists: '--shard'"
         );
+    }
+
+    #[test]
+    fn regress_control_characters_of_a_file_do_not_drive_the_terminal() {
+        let message = "a.csv: found `\u{1b}[2J\0\u{9b}x`\n\tneeded: µ";
+        assert_eq!(one_line(message), "a.csv: found `\\u{1b}[2J\\u{0}\\u{9b}x` needed: µ");
     }
 
     #[test]

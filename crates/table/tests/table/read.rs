@@ -196,3 +196,14 @@ fn damaged(takes: fn(usize, u8) -> bool) {
         let _ = numbers(&path);
     }
 }
+
+#[test]
+fn regress_a_whole_number_of_a_csv_file_ends_where_those_of_other_formats_do() {
+    for (text, fits) in [("9223372036854775807", true), ("9223372036854775808", false)] {
+        let (_folder, path) = file("table.csv", format!("seed\n{text}\n").as_bytes());
+        let read = Reader::open(&path).expect("a table").values(&[Column::new("seed", Kind::Whole)], |_| {});
+        let message = read.err().map(|error| error.to_string());
+        assert_eq!(message.is_none(), fits, "{message:?}");
+        assert!(message.is_none_or(|said| said.ends_with("needed a whole number from 0 to 2^63 - 1")));
+    }
+}
