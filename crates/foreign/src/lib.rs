@@ -48,6 +48,7 @@ mod table;
 mod texts;
 mod watched;
 
+pub use command::command;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub use crash::{ending, hanging, isolate};
 pub use detector::{Foreign, Maker, Scale};
