@@ -1,5 +1,5 @@
 // What `standstill check` recommends for the motor and the drive that are set.
-import { make } from './words.mjs';
+import { make, renew } from './words.mjs';
 
 const isDetector = key => key.startsWith('detector.');
 
@@ -68,10 +68,11 @@ export class Advice {
     const isSet = found?.keys && own.length === Object.keys(found.keys).length && own.every(([key, value]) => found.keys[key] === value);
     const button = (text, act) => make('button', { type: 'button', onclick: act }, text);
     this.place.hidden = false;
-    if (this.asking === question) this.place.replaceChildren('`check` tries the methods on this motor and drive …');
-    else if (!found) this.place.replaceChildren(button('What does `check` recommend here?', () => this.#ask()));
-    else if (isSet) this.place.replaceChildren(`As \`check\` recommends: ${found.text}`);
-    else if (found.keys) this.place.replaceChildren(`\`check\` recommends ${found.text} `, button('Set it', () => this.#set(found)));
-    else this.place.replaceChildren(found.text);
+    const offer = () => [`\`check\` recommends ${found.text} `, button('Set it', () => this.#set(found))];
+    const [says, parts] = this.asking === question ? ['asking', () => ['`check` tries the methods on this motor and drive …']]
+      : !found ? ['ask', () => [button('What does `check` recommend here?', () => this.#ask())]]
+        : isSet ? ['set', () => [`As \`check\` recommends: ${found.text}`]]
+          : found.keys ? ['may be set', offer] : ['none', () => [found.text]];
+    renew(this.place, [says, question], parts);
   }
 }

@@ -14,7 +14,7 @@ import { Cloud } from './cloud.mjs';
 import { Files } from './folder.mjs';
 import { detection, difference, statistics } from './results.mjs';
 import { theme } from './theme.mjs';
-import { fixed, make } from './words.mjs';
+import { fixed, make, renew } from './words.mjs';
 
 const $ = id => document.getElementById(id);
 const root = document.documentElement;
@@ -150,7 +150,7 @@ class Lab {
     this.cloud.selected = this.state.trial;
     this.cloud.here = first ? { angle: first.true_angle, error: first.axis_error } : null;
     this.cloud.dirty(false);
-    $('specimen').replaceChildren(...sides.map(([one, of]) => make('dl', { class: 'specimen-list' },
+    renew($('specimen'), sides.map(([one, of]) => [one, of.specimen]), () => sides.map(([one, of]) => make('dl', { class: 'specimen-list' },
       ...(sides.length > 1 ? [make('div', {}, make('dt', {}, one.toUpperCase()), make('dd', {}, ''))] : []),
       ...of.specimen.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value }))))));
     $('legend').replaceChildren(...(sides.length > 1 ? [make('span', {}, 'A: lines and dots · B: dashed lines and rings')] : []));

@@ -16,6 +16,18 @@ const PANELS = [
   { name: 'angle', title: 'rotor moved, ° electrical', weight: 1.2, columns: ['theta'] },
 ];
 
+/** Many dots as small squares, one for each point of the screen: without a graphics card circles take four times as long. */
+function squares(context, first, last, place, zero) {
+  let [left, top] = [NaN, NaN];
+  for (let i = first; i < last; i += 1) {
+    const [px, py] = place(i).map(Math.round);
+    if (px === left && py === top) continue;
+    [left, top] = [px, py];
+    if (zero !== undefined) context.fillRect(px, Math.min(py, zero), 1, Math.abs(py - zero));
+    context.fillRect(px - 1, py - 1, 3, 3);
+  }
+}
+
 export class Waves {
   constructor(canvas, readout) {
     this.canvas = canvas;
@@ -196,14 +208,18 @@ export class Waves {
   }
 
   /** A column; of many rows, the extremes at each point of the screen. */
-  #line({ from, to, x, context }, one, column, y) {
+  #line({ from, to, x, width, context }, one, column, y) {
     const { time } = one;
     const [first, last] = [Math.max(lower(time, from) - 1, 0), Math.min(lower(time, to) + 1, time.length)];
+    // A corner of many is narrower than a point of the screen: no one sees how it is joined.
+    const isMany = last - first > 2 * width;
+    context.lineJoin = isMany ? 'bevel' : 'round';
     context.beginPath();
-    if (last - first < 4000) {
+    if (!isMany) {
       for (let k = first; k < last; k += 1) context.lineTo(x(time[k]), y(column[k]));
     } else {
       let k = first;
+      let level = NaN;
       while (k < last) {
         const place = Math.floor(x(time[k]));
         let [low, high, end] = [column[k], column[k], k];
@@ -213,12 +229,17 @@ export class Waves {
           if (value > high) high = value;
           end += 1;
         }
-        context.lineTo(place, y(column[k]));
-        if (high > low) {
-          context.lineTo(place, y(low));
-          context.lineTo(place, y(high));
+        // A level that lasts needs its two ends alone.
+        const isFlat = high === low && low === level && end < last && column[end] === level;
+        if (!isFlat) {
+          context.lineTo(place, y(column[k]));
+          if (high > low) {
+            context.lineTo(place, y(low));
+            context.lineTo(place, y(high));
+            context.lineTo(place, y(column[end - 1]));
+          }
         }
-        context.lineTo(place, y(column[end - 1]));
+        level = column[end - 1];
         k = end;
       }
     }
@@ -228,21 +249,26 @@ export class Waves {
   #dots({ from, to, x, context, colour }, one, names, y, second, factor, zero) {
     const { time } = one.sample;
     const [first, last] = [lower(time, from), lower(time, to)];
-    const size = last - first > 400 ? 1.5 : 2.6;
+    const isMany = last - first > 400 && !second;
     for (const [k, name] of names.entries()) {
       const column = one.sample[name];
       context.fillStyle = colour[LETTERS[k]];
       context.strokeStyle = colour[LETTERS[k]];
       context.lineWidth = 1;
+      const place = i => [x(time[i]) + (zero === undefined ? 0 : (k - 1) * 3), y(column[i] * factor)];
+      if (isMany) {
+        squares(context, first, last, place, zero);
+        continue;
+      }
       context.beginPath();
       for (let i = first; i < last; i += 1) {
-        const [px, py] = [x(time[i]) + (zero === undefined ? 0 : (k - 1) * 3), y(column[i] * factor)];
+        const [px, py] = place(i);
         if (zero !== undefined) {
           context.moveTo(px, zero);
           context.lineTo(px, py);
         }
-        context.moveTo(px + size, py);
-        context.arc(px, py, size, 0, 7);
+        context.moveTo(px + 2.6, py);
+        context.arc(px, py, 2.6, 0, 7);
       }
       if (second) context.stroke();
       else {

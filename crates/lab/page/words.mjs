@@ -43,6 +43,14 @@ export function make(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** Fills a place with `parts()` where what it says differs from what it said: a page that stays needs no layout. */
+export function renew(place, says, parts) {
+  const said = JSON.stringify(says);
+  if (place.said === said) return;
+  place.said = said;
+  place.replaceChildren(...parts());
+}
+
 /** Colours of the page, as CSS has them now. */
 export function colours() {
   const style = getComputedStyle(document.documentElement);
