@@ -4,9 +4,10 @@
 //! ```text
 //! I_d = V/ω (Y0 + Y1 cos 2δ),   I_q = V/ω Y1 sin 2δ,   Y0,1 = ½ (1/L_d ± 1/L_q)
 //! ```
-//! where δ is how far the axis is ahead of its estimate: `δ = ½ atan2(I_q, I_d − V Y0/ω)`, and again along the corrected
-//! axis. There I_q vanishes whatever V and Y0 are; they only show the way. For L_d > L_q, where Y1 is negative, both
-//! arguments change their sign.
+//! where δ is how far the axis is ahead of its estimate. With `z = V/ω Y1 e^{j2θ}`, I_q is the part of z across twice the estimate's
+//! angle. Two measurements, along phase a and 45° before it, give z whole, and with it the way: no inductance of a data sheet is in it but the
+//! sign of Y1. Each further one, along the axis as it is known by then, gives the part of z across anew. There I_q vanishes whatever V, Y0 and
+//! |z| are: `δ = ½ atan2(I_q, |z|)`. For L_d > L_q, Y1 is negative, and both arguments change their sign.
 
 use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Real};
 
@@ -26,6 +27,9 @@ pub type PulsatingInjection<T> = Injection<T, Pulsating<T>>;
 /// are those of the data sheet.
 const STEADY: f64 = 2.0 * turning::DEGREE;
 
+/// Number of measurements along fixed axes, which show the way.
+const FIXED: u8 = 2;
+
 /// Number of measurements after which corrections only follow the rotor's movement, instead of finding the unknown
 /// axis.
 const FOUND: u8 = 5;
@@ -35,6 +39,8 @@ const FOUND: u8 = 5;
 pub struct Pulsating<T> {
     axis: Angle<T>,
     measurements: u8,
+    /// z in A, of the sign that points along twice the axis.
+    saliency: AlphaBeta<T>,
     /// The last two corrections in rad.
     ahead: [T; 2],
     /// Sum of i sin ωt.
@@ -47,6 +53,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         Self {
             axis: Angle::from_radians(zero),
             measurements: 0,
+            saliency: AlphaBeta::new(zero, zero),
             ahead: [zero; 2],
             sum: AlphaBeta::new(zero, zero),
         }
@@ -81,35 +88,41 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         if current.norm() < s.least_current {
             return Err(Fault::NoCurrent { peak: current.norm(), needed: s.least_current });
         }
-        let frequency = s.frequency_read();
-        let mean = s.voltage * s.mean_admittance() / frequency;
-        let sign = -s.saliency().factor::<T>();
-        let (sine, cosine) = (sign * current.q, sign * (current.d - mean));
-        let ratio = sine.hypot(cosine) / mean;
+        let across = -s.saliency().factor::<T>() * current.q;
+        self.measurements += 1;
+        let twice = Angle::from_radians(self.axis.radians() * T::of(2.0));
+        let saliency = match self.measurements {
+            1 => AlphaBeta::new(T::zero(), across),
+            FIXED => AlphaBeta::new(-across, self.saliency.beta),
+            _ => Dq::new(self.saliency.norm(), across).unpark(twice),
+        };
+        self.saliency = saliency;
+        if self.measurements < FIXED {
+            self.axis = Angle::from_radians(T::FRAC_PI_4());
+            return Ok(None);
+        }
+        let mean = s.voltage * s.mean_admittance() / s.frequency_read();
         // Of what resistance takes of I_d no saliency is made.
-        let reactance = frequency / s.mean_admittance();
-        let resistive = s.resistance / reactance;
+        let resistive = s.resistance * s.mean_admittance() / s.frequency_read();
         let inductive = mean / (T::one() + resistive * resistive);
-        let spread = noise / mean;
-        // I_d is compared with what the data sheet expects, so that a gain in common looks like as much saliency.
-        let common = s.gain_tolerance * s.gain_tolerance;
-        let doubt = s.doubt(dc_link, s.voltage, common, significance::of_pulsating_delays);
+        let spread = noise / inductive;
+        // A gain that all currents have in common leaves the direction of z as it is.
+        let doubt = s.doubt(dc_link, s.voltage, T::zero(), significance::of_pulsating_delays);
         let (zero, one) = (T::zero(), T::one());
-        let [along, across] =
-            [Dq::new(one, zero), Dq::new(zero, one)].map(|component| component.unpark(self.axis));
-        let noisy = s.noise_along(across, along);
+        let axes = [Dq::new(one, zero), Dq::new(zero, one)].map(|component| component.unpark(self.axis));
+        let noisy = s.noise_along(axes[1], axes[0]);
         let variance = spread * spread * (noisy + noisy) / samples + doubt;
         // More inductance makes less of this current only where it exceeds the resistance: Im 1/(R + jωL) has its extreme at
         // R = ωL, and beyond that the d-axis would be taken for the q-axis.
         let telling = (T::one() - resistive * resistive).max(T::zero());
-        let evidence = telling * current.q.hypot(current.d - inductive) / inductive;
-        significance::check(margin, ratio.min(evidence), significance::known(variance), s.least_saliency)?;
+        let ratio = telling * saliency.norm() / inductive;
+        significance::check(margin, ratio, significance::known(variance), s.least_saliency)?;
         // I_q has a noise of σ √noisy √(2/n); δ is I_q over twice the saliency's current.
         let half = noisy / T::of(2.0);
-        findings.angle_deviation = Some(noise * half.sqrt() / (samples.sqrt() * ratio * mean));
-        let ahead = sine.atan2(cosine) / T::of(2.0);
+        findings.angle_deviation = Some(noise * half.sqrt() / (samples.sqrt() * saliency.norm()));
+        let found = Angle::from_radians(saliency.beta.atan2(saliency.alpha));
+        let ahead = found.difference(twice) / T::of(2.0);
         self.axis = Angle::from_radians(self.axis.radians() + ahead);
-        self.measurements += 1;
         self.ahead = [self.ahead[1], ahead];
         if s.polarity.checks.has(Check::Turning) && self.measurements >= s.iterations.max(FOUND) {
             let deviation =
@@ -121,6 +134,6 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
             let moved = if last > T::zero() { alike + alike } else { -alike - alike };
             turning::check_axis(margin, (moved, T::of(2.0 * one)), deviation, T::of(STEADY))?;
         }
-        Ok((self.measurements >= s.iterations).then_some(self.axis))
+        Ok((self.measurements >= s.iterations.max(FIXED + 1)).then_some(self.axis))
     }
 }

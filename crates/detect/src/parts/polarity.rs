@@ -277,7 +277,7 @@ impl<T: Real> PolarityTest<T> {
             let current = PolaritySettings::direct_current(seen, direction);
             let raised = Abc(core::array::from_fn(|k| seen.0[k] - residual.0[k]));
             sideways = raised.clarke().park(self.axis).q;
-            // What the sensors read without current is their offset.
+            // What the sensors read without current is their offset; two vectors have the mean of all waits taken from them in the end.
             if sequential { current - PolaritySettings::direct_current(residual, direction) } else { current }
         };
         let needed = self.settings.least_current;
@@ -349,10 +349,17 @@ impl<T: Real> PolarityTest<T> {
             return Pole::decided(self.axis, None, Undetermined::NoSignature);
         }
         let n = T::of(f64::from(self.pairs()));
-        let (along, against) = (self.along / n, self.against / n);
+        let (mut along, mut against) = (self.along / n, self.against / n);
         let (draws_more, reason, error) = match self.settings.rule {
             PolarityRule::TwoVectors => {
-                let noise = self.settler.noise.deviation();
+                let mut noise = self.settler.noise.deviation();
+                if self.settings.place != Place::InLink {
+                    // An offset adds to one current and takes from the other. Its mean over the waits has noise, too.
+                    let (offset, waits) = self.settler.offset();
+                    let offset = PolaritySettings::direct_current(offset, self.axis);
+                    (along, against) = (along - offset, against + offset);
+                    noise = noise * (T::one() + T::of(2.0) / waits).sqrt();
+                }
                 let (margin, needed) = ((along - against).abs(), self.settings.needed_margin(noise));
                 let evidence = self.settings.two_vectors(along - against, noise);
                 (evidence, Undetermined::MarginBelowNoise { margin, needed }, None)

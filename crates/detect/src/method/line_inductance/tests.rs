@@ -121,7 +121,7 @@ impl Motor {
             through_link = [0.3 - returned, 0.6 - returned];
         }
         let at = |k: usize| command.sampling.trigger(u32::try_from(k).expect("few"));
-        let below = self.settings.sensing.place == Place::BelowLegs && !matches!(legs.0[0], Leg::Duty(_));
+        let below = self.settings.sensing.place == Place::BelowLegs;
         let reading = |(k, current): (usize, [f64; 3])| {
             let shown = if below { core::array::from_fn(|p| current[p] + OFFSETS[p]) } else { current };
             let reading = Reading::measured(at(k), shown, 540.0);
@@ -189,8 +189,6 @@ fn analytic_shunts_that_take_over_from_each_other_give_the_same() {
         for degrees in [0.0, 33.0, 90.0, 170.0, 200.0, 359.0_f64] {
             let mut settings = settings(Decay::Fast, Nanos(5000));
             settings.sensing.place = place;
-            // This motor's vectors are read without the offsets, which would be a current across the axis both ways.
-            settings.polarity.checks = Checks::NONE;
             (settings.settle.place, settings.polarity.place, settings.polarity.window) =
                 (place, place, Nanos(5000));
             let angle = degrees.to_radians();

@@ -104,7 +104,7 @@ fn analytic_a_rotating_injection_with_resistance_and_any_delay_is_exact() {
 fn analytic_a_pulsating_injection_is_exact_also_with_wrong_inductances() {
     for (d, q) in MOTORS {
         let (y0, y1) = ((1.0 / d + 1.0 / q) / 2.0, (1.0 / d - 1.0 / q) / 2.0);
-        for (wrong, measurements, most) in [(1.0, 1, 1e-12), (1.05, 12, 1e-6), (0.95, 12, 1e-6)] {
+        for (wrong, measurements) in [(1.0, 1), (1.0, 6), (1.5, 6), (0.7, 6)] {
             let mut s = PulsatingInjectionSettings::suited(&nameplate(d, q)).0;
             s.iterations = measurements;
             s.d_axis_inductance *= wrong;
@@ -120,14 +120,13 @@ fn analytic_a_pulsating_injection_is_exact_also_with_wrong_inductances() {
                     let mirrored = AlphaBeta::new(flux.alpha, -flux.beta);
                     flux * y0 + times(turn(2.0 * degrees.to_radians()), mirrored) * y1
                 });
-                assert_axis(found.expect("salient"), degrees, most);
+                assert_axis(found.expect("salient"), degrees, 1e-9);
                 let samples = f64::from(s.cycles) * f64::from(s.periods);
                 // I_q = 2 δ V/ω Y1 for a small δ, with a noise of σ √(2/3) √(2/n).
                 let slope = 2.0 * y1.abs() * s.voltage / s.frequency();
                 let expected = 0.01 * (4.0 / 3.0 / samples).sqrt() / slope;
                 let stated = findings.angle_deviation.expect("stated");
-                assert!((stated / expected - 1.0).abs() < 0.3, "{stated} {expected}");
-                assert!(wrong != 1.0 || (stated / expected - 1.0).abs() < 1e-9, "{stated} {expected}");
+                assert!((stated / expected - 1.0).abs() < 1e-9, "{stated} {expected}");
             }
         }
     }
@@ -173,8 +172,9 @@ fn law_an_injection_without_answer_or_saliency_has_no_axis() {
     let nothing = axis(&mut Pulsating::new(), &s, &mut findings, |_, _| AlphaBeta::new(0.0, 0.0));
     assert!(matches!(nothing, Err(Fault::NoCurrent { .. })));
     let mean = s.voltage / s.frequency() * s.mean_admittance();
-    let round = axis(&mut Pulsating::new(), &s, &mut findings, |_, clock| {
-        AlphaBeta::new(mean * s.phase(2 * clock.period + 2).beta, 0.0)
+    let round = axis(&mut Pulsating::new(), &s, &mut findings, |demodulator, clock| {
+        let along = demodulator.voltage(&s, Clock { period: 0, cycle: 0 });
+        along * (mean * s.phase(2 * clock.period + 2).beta / along.norm())
     });
     assert!(matches!(round, Err(Fault::NoSaliency { .. })));
 }
@@ -343,8 +343,7 @@ fn analytic_steps_that_are_read_in_their_middle_give_axis_and_inductance() {
     }
 }
 
-/// The gain of the one amplifier is common to all currents: it is no saliency of a rotating injection, however large it is, and one of
-/// its own size to a pulsating one, which compares a current with the data sheet.
+/// The gain of the one amplifier is common to all currents: it is no saliency, however large it is.
 #[test]
 fn law_one_shunt_has_one_gain() {
     let (d, q) = (10e-3, 10.6e-3);
@@ -377,8 +376,13 @@ fn law_one_shunt_has_one_gain() {
             along * (gain * mean * s.phase_read(clock).beta / along.norm())
         })
     };
-    assert!(matches!(round(&s(0.01), 1.03), Err(Fault::NoSaliency { .. })));
-    assert!(round(&s(0.001), 1.03).is_ok(), "a motor without saliency, and a gain that was not stated");
+    for (tolerance, gain) in [(0.01, 1.03), (0.001, 1.03), (0.0, 1.5)] {
+        let round = round(&s(tolerance), gain);
+        assert!(
+            matches!(round, Err(Fault::NoSaliency { ratio, .. }) if ratio < 1e-9),
+            "{tolerance} {gain}: {round:?}"
+        );
+    }
 }
 
 /// Where the amplifier takes long to settle, a smaller voltage leaves room for its windows; where it takes too long, the key says so.

@@ -66,7 +66,7 @@ fn law_vectors_that_raise_half_of_their_current_are_a_fault() {
         );
         assert_eq!(ended(Checks::ALL.without(Check::BothWays), share), Ok(()));
     }
-    // A winding with x = R t / L_d = 1 takes (1/x + 1/2) (1 − 1/e) of it, half of which is needed.
+    // Half the time constant: x = R t / L_d = 1/2 takes (1/x + 1/2) (1 − e⁻ˣ) of it, half of which is needed.
     let plate = crate::testing::PLATE;
     let resistance = plate.d_axis_inductance / 1e-3;
     let rule = PolarityRule::TwoVectors;
@@ -75,8 +75,12 @@ fn law_vectors_that_raise_half_of_their_current_are_a_fault() {
         PolaritySettings::near_rated_current(&plate, Signature::Normal, rule)
     };
     let settings = made(resistance, 0.1);
-    assert_eq!(settings.duration(), Nanos::from_micros(1000));
-    let reached = 1.5 * (1.0 - (-1.0_f64).exp());
+    assert_eq!(settings.duration(), Nanos::from_micros(500));
+    assert_eq!(made(resistance / 4.0, 0.1).duration(), Nanos::from_micros(1000));
+    let strong = Nameplate { resistance: resistance * 1e3, dc_link: plate.dc_link * 10.0, ..plate };
+    let shortest = PolaritySettings::near_rated_current(&strong, Signature::Normal, rule);
+    assert_eq!(shortest.duration(), plate.carrier_period);
+    let reached = 2.5 * (1.0 - (-0.5_f64).exp());
     assert!((settings.least_share / (reached / 2.0) - 1.0).abs() < 1e-12, "{}", settings.least_share);
     let without = made(0.0, -0.1);
     assert!((without.least_share / 0.5 - 1.0).abs() < 1e-3, "{}", without.least_share);

@@ -23,8 +23,9 @@ fn analytic_two_vectors_have_students_distribution() {
     let expected = (9.0_f64 / 7.0).sqrt();
     let (mean, deviation) = mean_and_deviation(&towards_axis(two, 0.0, 0.05));
     assert!(mean.abs() < 0.06 && (deviation / expected - 1.0).abs() < 0.05, "{mean} {deviation}");
-    // A difference of two standard deviations of √(4/3) of a reading's noise; Student's mean is 1.094 times as large.
-    let effect = 2.0 * 0.05 * (4.0 / 3.0_f64).sqrt() / CURRENT;
+    // A difference of two standard deviations: √(4/3) of a reading's noise and, by the mean offset of three waits, 2/3 more in square;
+    // Student's mean is 1.094 times as large.
+    let effect = 2.0 * 0.05 * (4.0 / 3.0 * 5.0 / 3.0_f64).sqrt() / CURRENT;
     let (mean, _) = mean_and_deviation(&towards_axis(two, effect, 0.05));
     assert!((mean / 2.0 / 1.094 - 1.0).abs() < 0.05, "{mean}");
 }
