@@ -231,7 +231,7 @@ const SCENARIOS: [(&str, u64, &str); 5] = [
     (
         "motor = \"slot-harmonics\"\ndetector.method = \"hfi-pulsating\"\nrotor.state = \"free\"",
         3,
-        "0x87552757d6c203dd",
+        "0xf0ce40af68e98781",
     ),
     (
         "[motor]\nname = \"mapped\"\nrating = { current = \"8.8 A\", dc_link = \"550 V\" }\n\
