@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use standstill_detect::Method;
 use standstill_foreign::kept;
 use standstill_interface::{Angle, Fault, Findings, Nanos, Outcome, Own, PoleEvidence, Undetermined};
-use standstill_sim::{Case, Ended, Run, RunError, Work};
+use standstill_inverter::Conduction;
+use standstill_sim::{Case, Ended, Place, Run, RunError, Work};
 
 use crate::{FileError, Plan, Record, Scenario, TrialError};
 
@@ -99,17 +100,22 @@ enum End {
     TimeLimit(u64),
     LeftMap([i64; 2]),
     Overcurrent(i64),
+    /// A run error with a place: its index in [`BROKEN`], time in ns, indices of the conduction modes, and bits of currents.
+    Broken(usize, u64, [usize; 3], [u32; 3]),
 }
 
 /// Run errors that have no numbers.
-const ERRORS: [RunError; 6] = [
-    RunError::BadCommand,
-    RunError::BadDuty,
-    RunError::Chatter,
-    RunError::NotFinite,
-    RunError::Stuck,
-    RunError::NoComparator,
-];
+const ERRORS: [RunError; 3] = [RunError::BadCommand, RunError::BadDuty, RunError::NoComparator];
+
+/// Run errors that have a place.
+const BROKEN: [fn(Place) -> RunError; 3] = [RunError::Chatter, RunError::NotFinite, RunError::Stuck];
+
+/// Returns the end of a run that could not go on at a place; `which`: index in [`BROKEN`].
+fn broken(which: usize, Place { time, modes, current }: Place) -> End {
+    let modes =
+        modes.map(|mode| Conduction::ALL.iter().position(|of| *of == mode).unwrap_or(Conduction::ALL.len()));
+    End::Broken(which, time.0, modes, current)
+}
 
 /// Bits of the four numbers that a library measures: angle in rad, its standard deviation, evidence for the pole,
 /// evidence needed.
@@ -140,6 +146,9 @@ impl Record {
             Ended::Error(RunError::TimeLimit(limit)) => End::TimeLimit(limit.0),
             Ended::Error(RunError::LeftMap { current_ma }) => End::LeftMap(current_ma),
             Ended::Error(RunError::Overcurrent { current_ma }) => End::Overcurrent(current_ma),
+            Ended::Error(RunError::Chatter(place)) => broken(0, place),
+            Ended::Error(RunError::NotFinite(place)) => broken(1, place),
+            Ended::Error(RunError::Stuck(place)) => broken(2, place),
             Ended::Error(error) => {
                 End::Error(ERRORS.iter().position(|known| *known == error).unwrap_or(ERRORS.len()))
             }
@@ -164,6 +173,11 @@ impl Record {
                 Ended::Outcome(Outcome::Failed { fault: Fault::Own(own(code, text)), findings: findings(of) })
             }
             End::Error(index) => Ended::Error(*ERRORS.get(index)?),
+            End::Broken(which, time, modes, current) => {
+                let [a, b, c] = modes.map(|mode| Conduction::ALL.get(mode).copied());
+                let place = Place { time: Nanos(time), modes: [a?, b?, c?], current };
+                Ended::Error(BROKEN.get(which)?(place))
+            }
             End::TimeLimit(limit) => Ended::Error(RunError::TimeLimit(Nanos(limit))),
             End::LeftMap(current_ma) => Ended::Error(RunError::LeftMap { current_ma }),
             End::Overcurrent(current_ma) => Ended::Error(RunError::Overcurrent { current_ma }),
@@ -212,6 +226,8 @@ mod tests {
             Findings { angle_deviation: Some(0.01), pole_evidence: Some(evidence), ..Findings::default() };
         let own = Own { code: 7, text: "the hall sensors disagree, 3 of 4" };
         let angle = Angle::from_radians(1.0 / 3.0);
+        let modes = [Conduction::Blocked, Conduction::UpperSwitch, Conduction::LowerReverse];
+        let place = Place { time: Nanos(77), modes, current: [-1.5_f32, f32::NAN, 2.0].map(f32::to_bits) };
         let outcomes = [
             Ended::Outcome(Outcome::Found { angle, findings }),
             Ended::Outcome(Outcome::Axis {
@@ -220,12 +236,12 @@ mod tests {
                 findings: Findings::default(),
             }),
             Ended::Outcome(Outcome::Failed { fault: Fault::Own(own), findings }),
-            Ended::Error(RunError::Chatter),
-            Ended::Error(RunError::Stuck),
+            Ended::Error(RunError::Chatter(place)),
+            Ended::Error(RunError::NotFinite(place)),
             Ended::Error(RunError::NoComparator),
             Ended::Error(RunError::Overcurrent { current_ma: 12_345 }),
             Ended::Error(RunError::LeftMap { current_ma: [-1234, 5] }),
-            Ended::Error(RunError::Chatter),
+            Ended::Error(RunError::Stuck(place)),
         ];
         for ended in outcomes {
             let run = Run {

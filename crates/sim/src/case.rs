@@ -1,7 +1,9 @@
 //! Input and result of one run.
 
+use std::fmt;
+
 use standstill_interface::{Nanos, Outcome, Real};
-use standstill_inverter::Inverter;
+use standstill_inverter::{Inverter, Modes};
 use standstill_plant::Motor;
 use thiserror::Error;
 
@@ -175,6 +177,43 @@ pub struct Work {
     pub events: u64,
 }
 
+/// Where a run was that could not go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Time since the start of the detection.
+    pub time: Nanos,
+    /// Conduction modes of the legs.
+    pub modes: Modes,
+    /// Bits of the legs' currents in A, as `f32`: they are for people, and errors are compared.
+    pub current: [u32; 3],
+}
+
+impl Place {
+    /// Returns the place at a time in ns with these modes and these currents in A.
+    pub(crate) fn new(time: f64, modes: Modes, current: [f64; 3]) -> Self {
+        // Seven digits suffice.
+        #[allow(clippy::cast_possible_truncation)]
+        let current = current.map(|current| (current as f32).to_bits());
+        Self { time: Nanos::from_seconds(time * 1e-9), modes, current }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "at {} s", self.time.seconds())?;
+        for (k, leg) in ["a", "b", "c"].into_iter().enumerate() {
+            let (mode, current) = (self.modes[k].name().replace('_', " "), f32::from_bits(self.current[k]));
+            write!(f, ", {leg} {mode} ")?;
+            if current.is_finite() {
+                write!(f, "{current:.6} A")?;
+            } else {
+                write!(f, "without a finite current")?;
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Reason why a run ended without an outcome of the detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum RunError {
@@ -192,14 +231,14 @@ pub enum RunError {
     TimeLimit(Nanos),
     /// Conduction modes changed more often than is physically possible; the run ends with an error instead of a
     /// guessed state.
-    #[error("conduction modes keep changing without time passing")]
-    Chatter,
+    #[error("conduction modes keep changing without time passing, {0}")]
+    Chatter(Place),
     /// The state became infinite or not a number, or changes too fast for any step length.
-    #[error("the simulation left the finite numbers")]
-    NotFinite,
+    #[error("the simulation left the finite numbers, {0}")]
+    NotFinite(Place),
     /// A mode had ended before a step began, and no step however short located its end.
-    #[error("a conduction mode had ended before a step began: no step can be taken from there")]
-    Stuck,
+    #[error("a conduction mode had ended before a step began: no step can be taken from there, {0}")]
+    Stuck(Place),
     /// A comparator reported a current beyond the drive's trip level: all switches are off, and stay off.
     #[error("overcurrent: a comparator tripped at {:.3} A", *current_ma as f64 * 1e-3)]
     Overcurrent {
@@ -219,12 +258,17 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// Returns the name of the error without the current at which it happened, so that errors of one kind are counted
+    /// Returns the name of the error without the time and the currents at which it happened, so that errors of one kind are counted
     /// together.
     pub fn name(&self) -> String {
         match self {
             Self::Overcurrent { .. } => "overcurrent: a comparator tripped".to_owned(),
             Self::LeftMap { .. } => "the currents left the motor's flux map".to_owned(),
+            Self::Chatter(_) => "conduction modes keep changing without time passing".to_owned(),
+            Self::NotFinite(_) => "the simulation left the finite numbers".to_owned(),
+            Self::Stuck(_) => {
+                "a conduction mode had ended before a step began: no step can be taken from there".to_owned()
+            }
             other => other.to_string(),
         }
     }

@@ -65,7 +65,7 @@ mod step;
 mod streams;
 mod trace;
 
-pub use case::{Case, Ended, Play, RotorState, Run, RunError, RunOf, Tolerance, Work};
+pub use case::{Case, Ended, Place, Play, RotorState, Run, RunError, RunOf, Tolerance, Work};
 pub use faults::{Broken, Fault, Faults, MOST_FAULTS, Misreading, Short};
 pub use lanes::driven::Driven;
 pub use lanes::{referee, run, run_side_by_side};

@@ -133,7 +133,7 @@ impl<'a> Control<'a> {
         }
         let mut port = self.port(bank, &bank.here);
         if !port.current.iter().all(|current| current.is_finite()) {
-            return Err(RunError::NotFinite);
+            return Err(RunError::NotFinite(bank.place(self.lane)));
         }
         self.found = self.time(bank);
         let least = NO_CURRENT * self.case.motor.rated_current;

@@ -237,7 +237,10 @@ impl<'a> Control<'a> {
     /// ends the run with an error.
     pub fn recover<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Want {
         let error = bank.why_broken(self.lane);
-        if error != RunError::Stuck || self.found >= self.time(bank) || !self.conducts_nothing(bank) {
+        if !matches!(error, RunError::Stuck(_))
+            || self.found >= self.time(bank)
+            || !self.conducts_nothing(bank)
+        {
             return Want::Over(error);
         }
         // Nothing of the steps that were tried holds for the modes that follow.
@@ -258,7 +261,7 @@ impl<'a> Control<'a> {
         }
         self.events += 1;
         self.all_events += 1;
-        if self.events > MOST_EVENTS { Err(RunError::Chatter) } else { Ok(()) }
+        if self.events > MOST_EVENTS { Err(RunError::Chatter(bank.place(self.lane))) } else { Ok(()) }
     }
 
     /// Carries out all that is due, until a step or a command is needed. Order at each instant: samples, next

@@ -138,7 +138,7 @@ impl<'a> Control<'a> {
         self.found = time;
         let current = self.currents(bank);
         if !current.iter().all(|current| current.is_finite()) {
-            return Err(RunError::NotFinite);
+            return Err(RunError::NotFinite(bank.place(self.lane)));
         }
         let gates = self.gates(bank);
         let near: [f64; 3] = std::array::from_fn(|k| self.near(bank, k, shortest));

@@ -8,7 +8,7 @@ use standstill_plant::{Magnetics, Motor};
 
 use self::stepping::{StepOf, take};
 use super::lanes_of;
-use crate::case::{Case, RunError};
+use crate::case::{Case, Place, RunError};
 use crate::control::can_move;
 use crate::effect::shorted::Shorted;
 use crate::effect::{Branch, Span};
@@ -208,7 +208,19 @@ impl<'a, V: Wide> Bank<'a, V> {
 
     /// Returns the error of a machine that cannot step.
     pub fn why_broken(&self, lane: usize) -> RunError {
-        if self.outcome.served.stuck >> lane & 1 == 1 { RunError::Stuck } else { RunError::NotFinite }
+        let place = self.place(lane);
+        if self.outcome.served.stuck >> lane & 1 == 1 {
+            RunError::Stuck(place)
+        } else {
+            RunError::NotFinite(place)
+        }
+    }
+
+    /// Returns where a machine is, for the error of a run that cannot go on.
+    pub fn place(&self, lane: usize) -> Place {
+        let (legs, time) = (&self.machine.legs, self.here.time.get(lane));
+        let current = self.here.at.current.get(lane);
+        Place::new(time, legs.modes(lane, time), legs.axes.each_ref().map(|axis| axis.get(lane).dot(current)))
     }
 
     /// Evaluates a machine again at its present state.

@@ -136,7 +136,7 @@ impl<'a> Driven<'a> {
     /// The errors of [`Driven::carry_out`], or [`RunError::NotFinite`] if a potential is not a finite number.
     pub fn feed(&mut self, potential: [f64; 3], duration: Nanos) -> Result<(), RunError> {
         if !potential.iter().all(|potential| potential.is_finite()) {
-            return Err(RunError::NotFinite);
+            return Err(RunError::NotFinite(self.bank.place(0)));
         }
         let machine = &mut self.bank.machine;
         machine.legs.fed = Some(Plane::from_stator(Abc(potential).clarke(), machine.start));

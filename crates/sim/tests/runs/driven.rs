@@ -167,7 +167,7 @@ fn analytic_a_fed_linear_motor_follows_its_time_constant() {
         assert!((now.current[0] - i).abs() < 1e-6, "{now:?} {i}");
         assert!((now.current[1] + i / 2.0).abs() < 1e-6 && now.torque.abs() < 1e-6, "{now:?}");
     }
-    assert_eq!(fed.feed([f64::NAN, 0.0, 0.0], step), Err(RunError::NotFinite));
+    assert!(matches!(fed.feed([f64::NAN, 0.0, 0.0], step), Err(RunError::NotFinite(_))));
 }
 
 /// Time is in f64, in nanoseconds: after 10,000 s, the longest that an FMU runs, an instant is still exact to 2 ps.

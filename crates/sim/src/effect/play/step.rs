@@ -1,11 +1,12 @@
 //! Play cells as an effect: a branch in parallel to the core.
 
 use standstill_interface::Dq;
+use standstill_inverter::Conduction;
 use standstill_numeric::{Heading, Symmetric, Wide};
 use standstill_plant::{MOST_CELLS, Motor, NoConvergence};
 
 use super::{Cells, DEEP, Moved, ROUNDS, direction};
-use crate::case::{Case, RunError};
+use crate::case::{Case, Place, RunError};
 use crate::effect::{Begin, BranchPoint, BranchState, Effect, End, Moment, Span, keep_plane, keep_symmetric};
 use crate::guard::{First, Guard};
 use crate::ledger::Ledger;
@@ -208,6 +209,6 @@ impl<V: Wide> Cells<V> {
 fn without_a_state(error: &NoConvergence) -> RunError {
     match error.beyond {
         Some(_) => RunError::left_map([error.current.d, error.current.q]),
-        None => RunError::NotFinite,
+        None => RunError::NotFinite(Place::new(0.0, [Conduction::Blocked; 3], [f64::NAN; 3])),
     }
 }

@@ -153,7 +153,12 @@ fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
     };
     // A flux below the magnet's: a current of some amperes out of a winding that its switch feeds.
     let backwards = begun(Plane::new(0.40, 0.0));
-    assert_eq!(backwards, (1, RunError::Stuck));
-    assert_eq!(begun(Plane::new(f64::NAN, 0.0)), (1, RunError::NotFinite));
+    let (1, error @ RunError::Stuck(place)) = backwards else { panic!("{backwards:?}") };
+    assert_eq!((place.time, place.modes), (Nanos::ZERO, [UpperSwitch, LowerSwitch, LowerSwitch]));
+    assert!(f32::from_bits(place.current[0]) < -1.0, "{place:?}");
+    assert!(error.to_string().contains("at 0 s, a upper switch -"), "{error}");
+    let (1, error @ RunError::NotFinite(_)) = begun(Plane::new(f64::NAN, 0.0)) else { panic!("finite") };
+    assert!(error.to_string().contains("a upper switch without a finite current"), "{error}");
+    assert_eq!(error.name(), "the simulation left the finite numbers");
     assert_eq!(begun(Plane::new(0.50, 0.0)).0, 0);
 }
