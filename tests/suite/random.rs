@@ -3,7 +3,7 @@
 
 use standstill_detect::Method;
 use standstill_scenario::Scenario;
-use standstill_sim::Ended;
+use standstill_sim::{Ended, RunError};
 
 use crate::random_detections::{Depth, Tally, document, look, run_seed};
 
@@ -11,22 +11,18 @@ use crate::random_detections::{Depth, Tally, document, look, run_seed};
 /// others as one likes.
 const SCENARIOS: u64 = 300;
 
-/// A seed that is open: on a rotor that turns with shorted turns the electrical energies miss by 8e-6 of the shaft's work, 2.5 times what is allowed.
-const OPEN: u64 = 135;
-
 #[test]
 fn law_no_random_detection_ends_in_a_surprise() {
     let depth = Depth { longest: 0.01, trials: 2, balance: 15, referee: 8, nonsense: 5 };
     let mut tally = Tally::default();
     let surprises: Vec<String> = (0..SCENARIOS)
-        .filter(|seed| *seed != OPEN)
         .filter_map(|seed| run_seed(seed, depth, &mut tally).err())
         .map(|surprise| surprise.to_string())
         .collect();
     println!("{tally:?}");
     assert!(surprises.is_empty(), "each by its command with --short\n\n{}", surprises.join("\n\n"));
     // Each kind of end occurs, or the scenarios would be no mixture.
-    assert_eq!(tally.detections(), 2 * (SCENARIOS - 1));
+    assert_eq!(tally.detections(), 2 * SCENARIOS);
     assert!(tally.counts().into_iter().all(|(name, count)| count > 0 || name == "surprises"), "{tally:?}");
 }
 
@@ -78,5 +74,26 @@ fn regress_the_work_of_cogging_is_counted_in_long_steps_of_a_driven_rotor() {
          cogging_torque = 3e-5, cogging_periods = 200 } }\n\
          detector = { method = \"subdivision\", time_limit = 0.01 }\nrotor = { state = \"driven\", speed = 15 }",
     );
+    assert_eq!(look::balances(&scenario), Ok(()));
+}
+
+/// A terminal that falls faster than a link that ripples leaves its diode where both fall alike: the bound's slope over a step is not that at
+/// its beginning, and the mode seemed to end a thousand times within 0.1 µs.
+#[test]
+fn regress_a_terminal_leaves_a_bound_that_ripples() {
+    let scenario = scenario(
+        "motor = { name = \"drawn\", nameplate = { pole_pairs = 4, resistance = 1.3411279894916948e0, L_d = 6.382245236974377e0, \
+         L_q = 3.2803790351414186e1, magnet_flux = 3.546626414467785e-1, rated_current = 1.2616881968291546e-1, \
+         dc_link = 6.844165510817115e2, saturation = { d = 0.0481, minus_d = 0.1947, q = 0.4217 } } }\n\
+         seed = 1173\nerrors = \"harsh\"\ndetector = { method = \"six-pulse\", time_limit = 3e-2, \
+         least_saliency = 0.00033962085185399246 }\nrotor = { state = \"locked\", magnet_temperature = 120.1348364493581 }\n\
+         inverter = { terminal_capacitance = 1.7702218147780502e-10, ripple_frequency = 16732.00039923092, \
+         terminal_resistance = 17550.37896922989, switch_drop = 1.0651028062562908 }\n\
+         sensors = { terminals = true, terminal_bits = 1, bandwidth_mismatch = 0.009299955169040811, oversampling = 18 }",
+    );
+    for trial in 0..4 {
+        let record = scenario.trial(trial).expect("settings");
+        assert!(matches!(record.run.ended, Ended::Error(RunError::TimeLimit(_))), "{}", record.reason());
+    }
     assert_eq!(look::balances(&scenario), Ok(()));
 }

@@ -62,10 +62,11 @@ fn advance<'a, V: Wide>(
     }
 }
 
-/// Returns whether a voltage sensor of a case has a filter, which needs the values inside each step.
+/// Returns whether a voltage sensor of a case has a filter that needs the values inside each step.
 fn is_followed(case: &Case) -> bool {
-    let settings = &case.sensors.settings;
-    settings.dc_link.bandwidth.is_some() || settings.terminal.is_some_and(|of| of.bandwidth.is_some())
+    let (settings, capacitive) = (&case.sensors.settings, case.inverter.bridge.terminal_capacitance > 0.0);
+    let jumps = settings.terminal.is_some_and(|of| of.bandwidth.is_some()) && !capacitive;
+    settings.dc_link.bandwidth.is_some() || jumps
 }
 
 /// Returns whether the core of a case has kinks at zero flux.
@@ -83,7 +84,11 @@ fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     ) && bank.machine.shorted.is_some() == case.faults.short_turns()
         && bank.bounds.sides.is_some() == has_kinks(case)
         && bank.bounds.levels.is_some() == case.sensors.settings.comparator.any()
-        && Sensed::fits(bank.sensed.as_ref(), &case.sensors.settings)
+        && Sensed::fits(
+            bank.sensed.as_ref(),
+            &case.sensors.settings,
+            case.inverter.bridge.terminal_capacitance > 0.0,
+        )
         && (bank.control.follow || !is_followed(case))
 }
 

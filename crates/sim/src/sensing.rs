@@ -1,7 +1,9 @@
 //! The sensors: the drive's measurements of the currents, the DC link and the rotor.
 
+mod acquiring;
 mod comparator;
 mod converter;
+mod divided;
 mod dividers;
 mod filters;
 mod low_pass;
@@ -169,6 +171,11 @@ impl SensorSettings {
     /// Returns whether shunts have amplifiers with a slew rate.
     pub fn slews(&self) -> bool {
         self.slew > 0.0 && self.arrangement.follows_legs()
+    }
+
+    /// Returns whether filters follow the dividers of terminals with a capacitance, where `capacitive`. Others jump with the gates.
+    pub fn divides(&self, capacitive: bool) -> bool {
+        capacitive && self.terminal.is_some_and(|of| of.bandwidth.is_some())
     }
 
     /// Returns the resistance in Ω of the dividers, if they draw a current from the terminals.

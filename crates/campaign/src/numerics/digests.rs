@@ -72,12 +72,12 @@ const EFFECTS: [(&str, &str, &str); 5] = [
     (
         "terminals",
         "sensors.terminals = true\ndetector.method = \"open-terminal\"\n[axes]\nerrors = [\"default\", \"field\"]\nmotor = [\"paper-5k5\", \"cross-saturation\"]",
-        "a3e86f6d",
+        "f1ca82b0",
     ),
     (
         "six pulses, timed with common and own comparators",
         "errors = \"field\"\ndetector.method = \"six-pulse\"\n[sensors]\ntimer = \"0.32 us\"\n[axes]\nmotor = [\"paper-5k5\", \"outrunner\"]\n\"sensors.comparators\" = [\"common\", \"per-leg\"]\n\"rotor.state\" = [\"locked\", \"free\"]",
-        "87a5f053",
+        "ad637164",
     ),
 ];
 

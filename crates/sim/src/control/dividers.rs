@@ -23,19 +23,46 @@ impl<'a> Control<'a> {
         gates: [Gate; 3],
     ) -> [f64; 3] {
         let mut potentials = self.potentials_of_winding(bank, here, modes, gates);
-        let open = self.case.inverter.bridge.disconnected;
-        for k in (0..3).filter(|k| open[*k]) {
-            // The drive's end of an open wire is where its leg is, or where its leakages and its divider hold it.
-            let link = here.state.link.get(self.lane);
-            let loaded = self.case.sensors.settings.terminal.is_some_and(|of| of.resistance.is_some());
-            potentials[k] = match self.sequencer.intended(k, here.time.get(self.lane)) {
-                Some(Gate::High) => link,
-                Some(Gate::Low) => 0.0,
-                _ if loaded => 0.0,
-                _ => link / 2.0,
-            };
+        for k in 0..3 {
+            if let Some(share) = self.open_end(k, here.time.get(self.lane)) {
+                potentials[k] = share * here.state.link.get(self.lane);
+            }
         }
         potentials
+    }
+
+    /// Returns where the drive's end of an open wire is at a time in ns, as a share of the link's voltage: where its leg
+    /// is, or where its leakages and its divider hold it. None for a wire that is whole.
+    fn open_end(&self, k: usize, time: f64) -> Option<f64> {
+        if !self.case.inverter.bridge.disconnected[k] {
+            return None;
+        }
+        let loaded = self.case.sensors.settings.load().is_some();
+        Some(match self.sequencer.intended(k, time) {
+            Some(Gate::High) => 1.0,
+            Some(Gate::Low) => 0.0,
+            _ if loaded => 0.0,
+            _ => 0.5,
+        })
+    }
+
+    /// Lets the machine step to `stop` in ns, or to where the drive's end of an open wire moves if that is earlier and filters
+    /// behind the dividers of terminals with a capacitance follow it.
+    pub(super) fn stop_at<V: Wide>(&self, bank: &mut Bank<'a, V>, stop: f64) {
+        let stop = self.hold_open_ends(bank, stop);
+        bank.schedule.stop.put(self.lane, stop);
+    }
+
+    /// Shows the filters behind the dividers of terminals with a capacitance where the drive's ends of open wires are. Returns the
+    /// time in ns at which they move next, or `stop` if that is earlier.
+    fn hold_open_ends<V: Wide>(&self, bank: &mut Bank<'a, V>, stop: f64) -> f64 {
+        let divided = bank.sensed.as_mut().and_then(|sensed| sensed.divided.as_mut());
+        let Some(divided) = divided.filter(|_| !self.case.faults.is_empty()) else { return stop };
+        let time = bank.here.time.get(self.lane);
+        let held = [0, 1, 2].map(|k| self.open_end(k, time));
+        divided.hold(self.lane, held);
+        let moves = (0..3).filter(|k| held[*k].is_some()).map(|k| self.sequencer.next_intended(k, time));
+        moves.fold(stop, f64::min)
     }
 
     fn potentials_of_winding<V: Wide>(
@@ -53,8 +80,7 @@ impl<'a> Control<'a> {
         let port = one.port(self.currents_at(bank, here));
         let bridge = &self.case.inverter.bridge;
         let potential = bridge.potentials(gates, modes, &port);
-        let loaded = self.case.sensors.settings.terminal.is_some_and(|of| of.resistance.is_some());
-        if !loaded || modes != [Conduction::Blocked; 3] {
+        if self.case.sensors.settings.load().is_none() || modes != [Conduction::Blocked; 3] {
             return potential;
         }
         let (mut down, mut up) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -74,6 +100,9 @@ impl<'a> Control<'a> {
         if let Some(filters) = &self.terminal_filters {
             return filters.map(|filter| filter.output());
         }
+        if let Some(divided) = bank.sensed.as_ref().and_then(|sensed| sensed.divided.as_ref()) {
+            return divided.at(self.lane);
+        }
         let before = self.time(bank).next_down();
         let legs = &bank.machine.legs;
         let gates = std::array::from_fn(|k| legs.gates[k].of(self.lane, before));
@@ -81,15 +110,18 @@ impl<'a> Control<'a> {
     }
 
     /// Sets up the filters behind the dividers, at rest.
-    pub(super) fn set_up_dividers<V: Wide>(&mut self, bank: &Bank<'a, V>) {
+    pub(super) fn set_up_dividers<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let Some(corner) = self.case.sensors.settings.terminal.and_then(|of| of.bandwidth) else { return };
         let at_rest = self.potentials(bank, &bank.here, [Conduction::Blocked; 3], [Gate::Off; 3]);
-        self.terminal_filters = Some(at_rest.map(|potential| LowPass::new(corner, potential)));
+        if let Some(divided) = bank.sensed.as_mut().and_then(|sensed| sensed.divided.as_mut()) {
+            divided.put(self.lane, corner, at_rest);
+        } else {
+            self.terminal_filters = Some(at_rest.map(|potential| LowPass::new(corner, potential)));
+        }
     }
 
     /// Advances the filters behind the dividers over the step that was just accepted; `thirds`: the states of the
-    /// machines at one and two thirds of the step. A filter integrates a cubic through four points, so a step in which
-    /// terminals ring is split.
+    /// machines at one and two thirds of the step.
     pub(super) fn follow_dividers<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
         let Some(mut filters) = self.terminal_filters else { return };
         let (lane, step) = (self.lane, &bank.outcome.tried);
@@ -97,24 +129,9 @@ impl<'a> Control<'a> {
         let legs = &bank.machine.legs;
         let gates = std::array::from_fn(|k| legs.gates[k].of(lane, begin));
         let modes = legs.modes(lane, begin);
-        let h = step.h.get(lane);
-        // A step at rest takes milliseconds. An oscillation that has decayed turns hundreds of thousands of times in it.
-        let rings = step.floating.as_ref().is_some_and(|floating| floating.size.get(lane) > UNSEEN);
-        let parts = if rings { (step.turned(lane) / TURNED).ceil().max(1.0) } else { 1.0 };
-        let at = |here: &Here<V>| self.potentials(bank, here, modes, gates);
-        let mut from = at(&bank.outcome.begin);
-        let mut part = 0.0;
-        while part < parts {
-            let points = if parts == 1.0 {
-                [from, at(&thirds[0]), at(&thirds[1]), at(&step.end)]
-            } else {
-                let within = |thirds: f64| at(&bank.within((part + thirds / 3.0) / parts));
-                [from, within(1.0), within(2.0), within(3.0)]
-            };
-            advance(&mut filters, h / parts, &points);
-            from = points[3];
-            part += 1.0;
-        }
+        let points = [&bank.outcome.begin, &thirds[0], &thirds[1], &step.end]
+            .map(|here| self.potentials(bank, here, modes, gates));
+        advance(&mut filters, step.h.get(lane), &points);
         self.terminal_filters = Some(filters);
     }
 
@@ -141,14 +158,6 @@ impl<'a> Control<'a> {
         self.terminal_filters = Some(filters);
     }
 }
-
-/// Largest angle in rad by which ringing terminals turn in a part of a step. A cubic then deviates from a sine by at
-/// most 1e-6 of its amplitude.
-const TURNED: f64 = 0.3;
-
-/// Amplitude of ringing terminals, as a multiple of a quarter of the link's voltage, up to which the filters do not follow an
-/// oscillation: the error is no larger than that of the cubics for a large one. The energy balance follows it all the same.
-const UNSEEN: f64 = 1e-6;
 
 /// Advances the filters over `h` seconds, given the potentials in V at four equally spaced times.
 fn advance(filters: &mut [LowPass; 3], h: f64, points: &[[f64; 3]; 4]) {

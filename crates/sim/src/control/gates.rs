@@ -10,7 +10,7 @@ use standstill_inverter::{Gate, GateTiming};
 use standstill_numeric::Wide;
 
 use super::requests::{LegPlan, Task};
-use crate::physics::gates::{Alternation, LegGates};
+use crate::physics::gates::{Alternation, LegGates, NEVER};
 use crate::physics::legs::Legs;
 
 /// The sequencer of one leg.
@@ -271,6 +271,13 @@ impl GateSequencer {
             _ if time >= faulty.under_way.0 => faulty.under_way.1,
             _ => Gate::Off,
         })
+    }
+
+    /// Returns the next time in ns after `time` at which [`Self::intended`] changes as far as requests are known; [`NEVER`] if none is.
+    pub fn next_intended(&self, k: usize, time: f64) -> f64 {
+        let Some(faulty) = self.sequencers[k].faulty else { return NEVER };
+        let (off, on, _) = faulty.pending.unwrap_or((NEVER, NEVER, Gate::Off));
+        [faulty.under_way.0, off, on].into_iter().filter(|at| *at > time).fold(NEVER, f64::min)
     }
 
     /// Returns the times of the last changes of the requests to the legs before `at`, a time of this command; none for

@@ -58,9 +58,10 @@ impl<'a> Control<'a> {
         put(&mut control.accuracy.per_angle, motor.magnet_flux.max(scale) / tolerance.flux);
         put(&mut control.accuracy.per_flux_scale, 1.0 / scale);
         let slowest = sensors.corner.iter().copied().fold(f64::INFINITY, f64::min);
+        let divided = sensors.settings.terminal.and_then(|of| of.bandwidth).unwrap_or(f64::INFINITY);
         let [filtered, remembered] = match sensors.settings.bandwidth {
             Some(corner) => {
-                let time_constant = 1.0 / (std::f64::consts::TAU * corner * slowest);
+                let time_constant = 1.0 / (std::f64::consts::TAU * (corner * slowest).min(divided));
                 [motor.winding.mean_inductance, REMEMBERED * time_constant * 1e9]
             }
             None => [0.0; 2],
@@ -94,7 +95,9 @@ impl<'a> Control<'a> {
         });
         let decay = inductance / (motor.resistance + contact.fold(0.0, f64::max)) * 1e9;
         let link = &self.case.inverter.link;
-        let follows = link.storage.is_some() || self.link_filter.is_some();
+        let Case { sensors, inverter, .. } = &self.case;
+        let divides = sensors.settings.divides(inverter.bridge.terminal_capacitance > 0.0);
+        let follows = link.storage.is_some() || self.link_filter.is_some() || divides;
         let ripple = if follows && link.ripple != 0.0 { 0.125e9 / link.ripple_frequency } else { decay };
         let ripple = ripple.min(decay);
         link.sag.map_or(ripple, |sag| ripple.min(sag.duration * (1e9 / 64.0)))

@@ -237,10 +237,8 @@ impl<'a> Control<'a> {
     /// ends the run with an error.
     pub fn recover<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Want {
         let error = bank.why_broken(self.lane);
-        if !matches!(error, RunError::Stuck(_))
-            || self.found >= self.time(bank)
-            || !self.conducts_nothing(bank)
-        {
+        let stuck = matches!(error, RunError::Stuck(_));
+        if !stuck || self.found >= self.time(bank) || !self.conducts_nothing(bank) {
             return Want::Over(error);
         }
         // Nothing of the steps that were tried holds for the modes that follow.
@@ -348,7 +346,7 @@ impl<'a> Control<'a> {
             if self.stale {
                 self.look_at_link(bank);
             }
-            bank.schedule.stop.put(lane, stop);
+            self.stop_at(bank, stop);
             self.expect_sample(bank);
             return Want::Step;
         }

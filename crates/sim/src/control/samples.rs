@@ -44,7 +44,7 @@ impl<'a> Control<'a> {
         settings.bandwidth.is_some()
             && settings.acquisition == 0.0
             && !settings.arrangement.follows_legs()
-            && settings.terminal.is_none()
+            && (settings.terminal.is_none() || settings.divides(bank.machine.legs.elastance.is_some()))
             && self.link_filter.is_none()
             && bank.machine.links.storage.is_none()
     }
@@ -66,6 +66,9 @@ impl<'a> Control<'a> {
             let times = times.map(|time| time.0 as f64);
             let current = sensed.within(self.lane, times);
             let dc_link = bank.machine.links.source_of(self.lane, times[first] * 1e-9).voltage;
+            // Taken with the first phase.
+            let divided = if first == 0 { sensed.divided_within(self.lane, times[0]) } else { None };
+            let terminal = divided.unwrap_or_default();
             for time in &times[first..] {
                 let read = *time <= now
                     && self.take::<V>(
@@ -73,7 +76,7 @@ impl<'a> Control<'a> {
                         *time,
                         current,
                         dc_link,
-                        [0.0; 3],
+                        terminal,
                         ([Gate::Off; 3], [true; 3]),
                     );
                 if read || *time > now {

@@ -74,6 +74,8 @@ impl<V: Wide> ShortPoint<V> {
 #[derive(Clone, Copy, Default)]
 pub struct ShortStep<V> {
     from: Driving<V>,
+    /// Slope of χ in V that the operating point's `relaxing` contains; unset before the first correction.
+    counted: Option<V>,
     /// Error of χ in Wb.
     off: V,
 }
@@ -238,7 +240,7 @@ impl<V: Wide> Effect<V> for Shorted<V> {
         let current = here.at.current + change.current * h;
         let to = Driving { rise: from.rise, ..self.driving([there.state.flux, current], slopes, h) };
         there.state.shorted = lag_behind(self.constants(h), here.state.shorted, &from, &to);
-        ShortStep { from, off: V::of(0.0) }
+        ShortStep { from, counted: None, off: V::of(0.0) }
     }
 
     /// Corrects χ, with what blocked legs make of the flux as it changes.
@@ -246,6 +248,16 @@ impl<V: Wide> Effect<V> for Shorted<V> {
     fn correct(&self, end: &End<'_, '_, V>, there: &mut Here<V>, step: &mut ShortStep<V>) {
         let End { begin, looked, change } = *end;
         let (h, x) = (begin.h, self.constants(begin.h));
+        // The slope with which the core was evaluated is that at its own flux.
+        let counted = if let Some(counted) = step.counted {
+            counted
+        } else {
+            let mut state = there.state;
+            state.flux = looked.flux;
+            self.rise(&state, looked.current)
+        };
+        // What the winding's correction left to blocked legs is no flux that χ follows.
+        looked.settle(begin.legs, there);
         let to = self.driving([there.state.flux, there.at.current], [change.flux, change.current], h);
         let missing = lag_behind(x, begin.here.state.shorted, &step.from, &to) - there.state.shorted;
         let follows = looked.follows(begin.legs, self.axis * self.stiffness);
@@ -253,12 +265,12 @@ impl<V: Wide> Effect<V> for Shorted<V> {
         let (half, square) = (x * 0.5, x * x * (1.0 / 12.0));
         let taken = follows * (half + square * (V::of(2.0) - follows)) / (square + half + 1.0);
         let more = missing / (V::of(1.0) - taken);
-        let before = self.rise(&there.state, there.at.current);
         there.state.shorted = there.state.shorted + more;
         there.at.current = there.at.current - self.axis * (more * self.stiffness);
         looked.settle(begin.legs, there);
         let rise = self.rise(&there.state, there.at.current);
-        there.at.relaxing = there.at.relaxing - self.axis * ((rise - before) * self.stiffness);
+        there.at.relaxing = there.at.relaxing - self.axis * ((rise - counted) * self.stiffness);
+        step.counted = Some(rise);
         // What the lag is off from the one at which it settles behind a flux that bends evenly, τ D′ − τ² D″.
         let per_second = V::of(1.0) / h.greatest(V::of(1e-30));
         let bend = (to.rise - step.from.rise) * (per_second * per_second);

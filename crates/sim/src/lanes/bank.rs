@@ -148,7 +148,7 @@ impl<'a, V: Wide> Bank<'a, V> {
             machine,
             bounds,
             here,
-            sensed: Sensed::like(sensors),
+            sensed: Sensed::like(sensors, inverter.bridge.terminal_capacitance > 0.0),
             schedule: Schedule {
                 live: 0,
                 stop: zero,

@@ -108,6 +108,12 @@ impl<V: Lane> Range<V> {
     pub fn at(&self, link: V) -> [V; 2] {
         [self.low[0] * link + self.low[1], self.high[0] * link + self.high[1]]
     }
+
+    /// Returns by how many V the limits rise where the link's voltage rises by `link` in V.
+    #[inline(always)]
+    pub fn rise(&self, link: V) -> [V; 2] {
+        [self.low[0] * link, self.high[0] * link]
+    }
 }
 
 impl<V: Wide> Legs<V> {

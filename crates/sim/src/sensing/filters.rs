@@ -78,7 +78,12 @@ impl<V: Wide> Filters<V> {
 /// Returns a filter's output after a step of `a` time constants, exact up to rounding. The input is a cubic plus
 /// oscillations times a factor each, to which a filter responds by `a/(a + σ) z (e^(σ s) − e^(−a s))`.
 #[inline(always)]
-fn after<V: Wide>(output: V, a: V, input: &Powers<V>, rings: Option<(&[Oscillation<V>; 2], [V; 2])>) -> V {
+pub(super) fn after<V: Wide>(
+    output: V,
+    a: V,
+    input: &Powers<V>,
+    rings: Option<(&[Oscillation<V>; 2], [V; 2])>,
+) -> V {
     let (decay, means) = means(a);
     let mut output = output * decay + a * sum(input, &means);
     if let Some((all, shares)) = rings {
@@ -101,7 +106,7 @@ const SUMMED: f64 = 1.0;
 /// Returns e^(−a), and ∫ e^(−a (1 − s)) sⁿ ds over a step for n from 0 to 3: n! φ_(n+1)(−a), with φ_(n+1)(−a) = (1/n!
 /// − φ_n(−a))/a.
 #[inline(always)]
-fn means<V: Wide>(a: V) -> (V, [V; 4]) {
+pub(super) fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     let far = a.above(V::of(SUMMED));
     if !V::any(far) {
         return near(a);

@@ -2,6 +2,8 @@
 
 use standstill_numeric::{Compute, Wide};
 
+use super::acquiring::Acquiring;
+use super::divided::Divided;
 use super::filters::Filters;
 use super::pick_up::{Moves, PickedUp};
 use super::{Arrangement, SensorSettings, Sensors};
@@ -23,39 +25,11 @@ pub struct Sensed<V: Wide> {
     acquiring: Option<Acquiring<V>>,
     /// Pick-up of the sensors.
     pub picked_up: Option<PickedUp<V>>,
+    /// Filters behind the dividers of terminals with a capacitance.
+    pub divided: Option<Divided<V>>,
     /// Arrangement of the current sensors.
     arrangement: Arrangement,
     passed: Passed<V>,
-}
-
-/// The converters' sampling capacitors, of time constant ρ, behind the sensors' filters, of time constant τ. The two in
-/// series have the output `(τ x − ρ y)/(τ − ρ)`, where x is the output of the filter alone and y that of a filter with
-/// ρ alone. Both have the same input, so the combination is as exact as each of them.
-#[derive(Clone, Copy, Debug, Default)]
-struct Acquiring<V> {
-    filters: Filters<V>,
-    /// The factor τ/(τ − ρ) of the sensors' filters; zero without filters.
-    of_sensors: [V; 3],
-}
-
-/// Least difference of the two time constants, as a share of the larger one; a smaller difference is replaced by this
-/// one.
-const APART: f64 = 1e-4;
-
-impl<V: Wide> Acquiring<V> {
-    /// Puts sampling capacitors with the time constant `own` in s into a lane; `filters`: time constants in s of the
-    /// filters before them, if there are any.
-    fn put(&mut self, lane: usize, own: f64, filters: Option<[f64; 3]>) {
-        let mut owns = [own; 3];
-        for k in 0..3 {
-            let of_filter = filters.map_or(0.0, |all| all[k]);
-            if (of_filter - owns[k]).abs() < APART * of_filter {
-                owns[k] = of_filter * (1.0 + APART);
-            }
-            self.of_sensors[k].put(lane, of_filter / (of_filter - owns[k]));
-        }
-        self.filters.put(lane, owns.map(|own| 1.0 / (std::f64::consts::TAU * own)));
-    }
 }
 
 /// The quantities of the last step that the sensors need.
@@ -82,38 +56,43 @@ struct Passed<V: Wide> {
 
 /// Oscillations of the currents over a step.
 #[derive(Clone, Copy, Debug)]
-struct Oscillating<V> {
-    of: [Oscillation<V>; 2],
+pub struct Oscillating<V> {
+    pub of: [Oscillation<V>; 2],
     /// Vectors that map each modal oscillation to the current in A.
-    to: [Plane<V>; 2],
+    pub to: [Plane<V>; 2],
     /// Voltage by which a charge of 1 A·s moves a terminal, as a multiple of the link's voltage.
-    per_charge: V,
+    pub per_charge: V,
 }
 
 impl<V: Wide> Sensed<V> {
-    /// Makes sensors of the same kind as these; none if no sensor has a state.
-    pub fn like(settings: &SensorSettings) -> Option<Self> {
+    /// Makes sensors of the same kind as these; none if no sensor has a state. `capacitive`: whether the terminals have a
+    /// capacitance.
+    pub fn like(settings: &SensorSettings, capacitive: bool) -> Option<Self> {
         let filters = settings.bandwidth.is_some();
         let (acquiring, slewing) = (settings.acquisition > 0.0, settings.slews());
-        let there = filters || settings.pick_up.is_some() || acquiring || slewing;
+        let divided = settings.divides(capacitive);
+        let there = filters || settings.pick_up.is_some() || acquiring || slewing || divided;
         there.then(|| Self {
             filters: filters.then(Filters::default),
             slewing: slewing.then(|| ([V::of(0.0); 3], V::of(0.0))),
             acquiring: acquiring.then(Acquiring::default),
             picked_up: settings.pick_up.map(|_| PickedUp::default()),
+            divided: divided.then(Divided::default),
             arrangement: settings.arrangement,
             passed: Passed::default(),
         })
     }
 
     /// Returns whether sensors with these settings are of the same kind as `of`.
-    pub fn fits(of: Option<&Self>, settings: &SensorSettings) -> bool {
-        let plain = settings.bandwidth.is_none() && settings.pick_up.is_none();
-        let Some(sensed) = of else { return plain && settings.acquisition == 0.0 && !settings.slews() };
+    pub fn fits(of: Option<&Self>, settings: &SensorSettings, capacitive: bool) -> bool {
+        let plain = settings.bandwidth.is_none() && settings.pick_up.is_none() && settings.acquisition == 0.0;
+        let divided = settings.divides(capacitive);
+        let Some(sensed) = of else { return plain && !settings.slews() && !divided };
         sensed.slewing.is_some() == settings.slews()
             && sensed.acquiring.is_some() == (settings.acquisition > 0.0)
             && sensed.filters.is_some() == settings.bandwidth.is_some()
             && sensed.picked_up.is_some() == settings.pick_up.is_some()
+            && sensed.divided.is_some() == divided
             && sensed.arrangement == settings.arrangement
     }
 
@@ -164,6 +143,13 @@ impl<V: Wide> Sensed<V> {
         V::compute(Within(&self.passed, lane, times))
     }
 
+    /// Returns the voltages in V behind a lane's dividers at a time in ns within the last step; none without their filters.
+    pub fn divided_within(&self, lane: usize, time: f64) -> Option<[f64; 3]> {
+        let (passed, h) = (&self.passed, self.passed.h.get(lane));
+        let share = ((time - passed.time.get(lane)) * (1e-9 / h)).clamp(0.0, 1.0);
+        Some(self.divided.as_ref()?.within(lane, share, h, passed.ringing.as_ref()))
+    }
+
     /// Stores the quantities of a step that the sensors need, before its end overwrites the present state of the
     /// machines that accepted it.
     #[inline(always)]
@@ -190,6 +176,9 @@ impl<V: Wide> Sensed<V> {
                 to: floating.ringing.modes.to,
                 per_charge: elastance / tried.end.state.link,
             });
+            if let Some(divided) = &mut self.divided {
+                divided.keep(begin, tried, machine);
+            }
         }
     }
 
@@ -290,6 +279,9 @@ impl<V: Wide> Compute for Follow<'_, V> {
         let mut value = passed.current;
         let mut slope = [passed.rise[0] * h, passed.rise[1] * h];
         let ringing = passed.ringing;
+        if let Some(divided) = &mut sensed.divided {
+            divided.advance(taken, h, &passed.legs, &passed.rise, axes, ringing.as_ref());
+        }
         if let Some(ringing) = &ringing {
             for m in 0..2 {
                 let to = ringing.to[m];

@@ -212,7 +212,7 @@ impl<V: Wide> Tried<V> {
         }
         let mut floating = None;
         if RARE && let Some(ringing) = ringing {
-            let places = Floating::new(machine, legs, [here, &end], changes, &phases, h, ringing);
+            let places = Floating::new(machine, legs, [here, &end], changes, &phases, (h, &link), ringing);
             error = error.greatest(places.too_long(machine.lags()));
             floating = Some(places);
         }

@@ -289,3 +289,41 @@ fn law_lanes_have_the_bits_of_a_machine_alone() {
         .collect();
     same_bits_in_lanes(&cases);
 }
+
+/// All switches are off and the rotor turns, so nothing but the shorted turns carries a current: `d(ψ cos θ − (L + 1/g) i)/dt = R_b i`, with
+/// the branch's current i, L of a round rotor and the numbers g and R_b of the head of `effect/shorted.rs`. Its sine makes a torque whose
+/// work is heat in the turns. χ followed a flux that blocked legs do not have: a lag of microseconds was wrong by 4e-5 of itself.
+#[test]
+fn regress_shorted_turns_of_an_idle_rotor_follow_the_flux_that_blocked_legs_leave() {
+    let mut motor = built_in("light-vehicle").expect("built in").linearised();
+    motor.winding.saliency = 0.0;
+    let motor = motor.linearised();
+    let (winding, r, speed) = (motor.winding, motor.resistance, 220.0);
+    let inductance = 1.5 * winding.mean_inductance + winding.leakage;
+    for (share, resistance, coupling) in [(0.07, 0.5, 0.77), (0.3, 0.0, 0.9)] {
+        let short = Short { share, resistance: resistance * r, coupling };
+        let mut of = Case { rotor: RotorState::Driven, start_speed: speed, ..case(&motor, 0, short, 0.7) };
+        of.inverter.link = DcLink::stiff(48.0);
+        let work = |periods: u32| {
+            let time = f64::from(periods) * std::f64::consts::TAU / speed;
+            let command = Command::hold(stage([Off; 3], 1), Sampling::NONE);
+            let stage = standstill_interface::Stage { duration: Nanos::from_seconds(time), ..command.stage };
+            let run = run(&of, &mut Script::new([Command { stage, ..command }]), true, &mut NoProbe);
+            assert!(matches!(run.ended, Ended::Outcome(_)), "{:?}", run.ended);
+            let ledger = run.ledger.expect("asked for");
+            let missing = ledger.imbalance();
+            assert!(missing.abs() < 1e-7 * ledger.shaft_work.abs(), "{short:?}: {missing:e} J, {ledger:?}");
+            ledger.copper_loss
+        };
+        // Between two times after which the beginning is over.
+        let found = work(3) - work(2);
+        let phase = winding.mean_inductance + winding.leakage;
+        let leak = share * share * (phase / (coupling * coupling) - 2.0 / 3.0 * inductance);
+        let (lag, met) =
+            (1.5 * leak / (share * share), 1.5 * (share * r + short.resistance) / (share * share));
+        let driven = speed * motor.magnet_flux;
+        let square = driven * driven / (met * met + (speed * (inductance + lag)).powi(2));
+        let expected = 1.5 * met * square / 2.0 * std::f64::consts::TAU / speed;
+        assert!((found / expected - 1.0).abs() < 1e-6, "{short:?}: {found} J, not {expected} J");
+    }
+}

@@ -3,6 +3,7 @@
 use standstill_numeric::{Lane, Mask, Wide};
 
 use super::ringing::Ringing;
+use crate::effect::link::LinkStep;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
 use crate::step::hermite::Cubic;
@@ -19,6 +20,8 @@ pub struct Floating<V: Wide> {
     pub rise: [[V; 3]; 2],
     /// Range of potentials in V in which no device of a leg conducts, at both ends.
     pub range: [[[V; 2]; 3]; 2],
+    /// Slopes of these bounds in V per step at both ends of the step.
+    pub moved: [[[V; 2]; 3]; 2],
     /// Lanes in which the oscillation of a leg cannot end its mode, however many periods the step has.
     pub safe: [V::Mask; 3],
     /// Amplitude of the potentials relative to a large oscillation, whose amplitude is a quarter of the link's voltage;
@@ -37,8 +40,8 @@ pub const SEEN: f64 = 0.6;
 pub const LAGGED: f64 = 0.09;
 
 impl<V: Wide> Floating<V> {
-    /// Describes the terminals over a step of `h` seconds between two states, given the slopes of the machines and the
-    /// devices' currents in A.
+    /// Describes the terminals over a step of `h` seconds between two states, given the slopes of the machines, the
+    /// devices' currents in A and the link over the step.
     #[inline(always)]
     pub fn new(
         machine: &Machine<V>,
@@ -46,7 +49,7 @@ impl<V: Wide> Floating<V> {
         places: [&Here<V>; 2],
         change: [&Change<V>; 2],
         phases: &[[V; 3]; 2],
-        h: V,
+        (h, link): (V, &LinkStep<V>),
         ringing: Ringing<V>,
     ) -> Self {
         let zero = V::of(0.0);
@@ -55,7 +58,9 @@ impl<V: Wide> Floating<V> {
         let may_turn = if machine.lags() { 0 } else { u32::MAX };
         let mut safe = [V::Mask::of_bits(may_turn); 3];
         let mut size = zero;
-        let range = pair!(e => three!(k => machine.legs.range(k, &legs.on[k]).at(places[e].state.link)));
+        let bounds = three!(k => machine.legs.range(k, &legs.on[k]));
+        let range = pair!(e => three!(k => bounds[k].at(places[e].state.link)));
+        let moved = pair!(e => three!(k => bounds[k].rise(link.rise[e] * h)));
         for e in 0..2_usize {
             let here = places[e];
             let axes = &machine.legs.axes;
@@ -79,6 +84,7 @@ impl<V: Wide> Floating<V> {
             potential: pair!(e => places[e].state.potential),
             rise,
             range,
+            moved,
             safe,
             size: size.least(V::of(1.0)),
         }
@@ -97,33 +103,33 @@ impl<V: Wide> Floating<V> {
     /// Returns the distances in V of a terminal's potential from its lower and from its upper bound over the step.
     #[inline(always)]
     pub fn sides(&self, k: usize) -> [Cubic<V>; 2] {
-        let of =
-            pair!(e => [self.potential[e][k], self.rise[e][k], self.range[e][k][0], self.range[e][k][1]]);
-        sides(&of)
+        let (v, rise, range, moved) = (&self.potential, &self.rise, &self.range, &self.moved);
+        pair!(of => side(of, pair!(e => [v[e][k], rise[e][k], range[e][k][of], moved[e][k][of]])))
     }
 
     /// Returns [`Self::sides`] of one lane.
     pub fn sides_of(&self, k: usize, lane: usize) -> [Cubic<f64>; 2] {
-        sides(&[0, 1].map(|e: usize| {
-            let [low, high] = &self.range[e][k];
-            [&self.potential[e][k], &self.rise[e][k], low, high].map(|number| number.get(lane))
-        }))
+        let (v, rise, range, moved) = (&self.potential, &self.rise, &self.range, &self.moved);
+        [0, 1].map(|of: usize| {
+            side(
+                of,
+                [0, 1].map(|e: usize| {
+                    [&v[e][k], &rise[e][k], &range[e][k][of], &moved[e][k][of]].map(|number| number.get(lane))
+                }),
+            )
+        })
     }
 }
 
-/// Returns the distances in V of a potential from its bounds over a step. Each array has potential, slope, lower bound
-/// and upper bound at one end of the step.
+/// Returns the distance in V of a potential from its lower (0) or its upper (1) bound over a step. Each array has the
+/// potential and the bound at one end of the step, each with its slope per step.
 #[inline(always)]
-fn sides<T: Lane>([begin, end]: &[[T; 4]; 2]) -> [Cubic<T>; 2] {
-    let signs = [1.0, -1.0];
-    pair!(of => {
-        // Bounds move with the link, in a step about evenly.
-        let moved = end[2 + of] - begin[2 + of];
-        Cubic {
-            value: [(begin[0] - begin[2 + of]) * signs[of], (end[0] - end[2 + of]) * signs[of]],
-            slope: [(begin[1] - moved) * signs[of], (end[1] - moved) * signs[of]],
-        }
-    })
+fn side<T: Lane>(of: usize, [begin, end]: [[T; 4]; 2]) -> Cubic<T> {
+    let sign = if of == 0 { 1.0 } else { -1.0 };
+    Cubic {
+        value: [(begin[0] - begin[2]) * sign, (end[0] - end[2]) * sign],
+        slope: [(begin[1] - begin[3]) * sign, (end[1] - end[3]) * sign],
+    }
 }
 
 /// Returns the slopes of the potentials in V per step.

@@ -1,7 +1,7 @@
 //! Sensors that follow what rings: a filter answers to it exactly, however long the steps are and wherever in them it is sampled.
 
 use super::*;
-use standstill_sim::{PickUp, VoltageSensor};
+use standstill_sim::{Broken, Fault, PickUp, TerminalSensor, VoltageSensor};
 
 /// Sensors of 200 kHz, one phase 0.5 µs after the other, with pick-up.
 const FIELD: SensorSettings = SensorSettings {
@@ -41,6 +41,40 @@ fn law_a_sample_within_a_step_is_that_of_a_step_that_ends_there() {
             for k in 0..3 {
                 let off = (a.current.0[k] - b.current.0[k]).abs();
                 assert!(off < 1e-6, "{} {capacitance} F, {:?}, phase {k}: {off:e} A", motor.name, a.at);
+            }
+        }
+    }
+}
+
+/// The same of dividers with filters, whether they load the terminals or not, while these swing, conduct, rest and one of their wires is open.
+#[test]
+fn law_dividers_within_a_step_are_those_of_a_step_that_ends_there() {
+    let paper = built_in("paper-5k5").expect("built in");
+    for (resistance, open) in [(None, false), (Some(1e6), false), (Some(3e5), false), (None, true)] {
+        let terminal = TerminalSensor { bandwidth: Some(100e3), resistance, ..TerminalSensor::IDEAL };
+        let field = SensorSettings { terminal: Some(terminal), ..FIELD };
+        let mut case = case(&paper, inverter(USUAL, OpenLeg::Diodes, 0.3e-9, LINK));
+        case.inverter.bridge.terminal_resistance = 1.6e3;
+        case.inverter.link = DcLink { ripple: 0.01, ripple_frequency: 300.0, ..case.inverter.link };
+        if open {
+            let faults = [Fault::lasting(Broken::Wire(1))];
+            assert!(faults.into_iter().all(|fault| case.faults.push(fault)));
+        }
+        // A flux that is off by a step's tolerance rings by a thousandth of a volt.
+        case.tolerance.flux *= 0.01;
+        let pulse = Command::sequence(stage([High, Low, Off], 80), stage([Off; 3], 3200), Sampling::NONE);
+        let commands = [sampled(pulse, 164), sampled(hold([Duty(0.6), Duty(0.4), Duty(0.5)], 500), 300)];
+        case.sensors = Sensors::nominal(field);
+        let (few, within) = readings(&case, &commands);
+        let dc_link = VoltageSensor { bandwidth: Some(1e6), ..field.dc_link };
+        case.sensors = Sensors::nominal(SensorSettings { dc_link, ..field });
+        let (many, at_ends) = readings(&case, &commands);
+        assert!(few < many && within.len() == 464, "{few} {many} steps, {} readings", within.len());
+        for (a, b) in within.iter().zip(&at_ends) {
+            for k in 0..3 {
+                let off = (a.terminal.0[k] - b.terminal.0[k]).abs();
+                // A cubic through an eighth of a ripple's period: 1 % · (π/4)⁴/384.
+                assert!(off < 1e-5 * LINK, "{resistance:?} Ω, {open}, {:?}, terminal {k}: {off:e} V", a.at);
             }
         }
     }
