@@ -73,6 +73,15 @@ impl DataSheet {
         nameplate::convertible_keys()
     }
 
+    /// The keys of a `[nameplate]`, those that say a number in another way included.
+    ///
+    /// ```
+    /// assert!(standstill_plant::DataSheet::nameplate_keys().contains(&"Ke_line_rms"));
+    /// ```
+    pub fn nameplate_keys() -> Vec<&'static str> {
+        nameplate::known_keys()
+    }
+
     /// Reads a data sheet from the text of a file; `file`: its name for error messages.
     ///
     /// ```

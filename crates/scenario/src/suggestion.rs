@@ -1,5 +1,7 @@
 //! Finds the known word that is nearest to an unknown one.
 
+use standstill_plant::DataSheet;
+
 use super::units::places;
 
 /// Least Jaro–Winkler similarity, from 0 to 1, at which an unknown word may be a misspelling of a known one.
@@ -39,6 +41,9 @@ pub(super) fn unknown(message: &str) -> Option<(String, Vec<String>)> {
 pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
     if known.is_empty() {
         return message.to_owned();
+    }
+    if table.is_empty() && DataSheet::nameplate_keys().contains(&word) {
+        return "a key of a motor's data sheet, where it stands below a line [nameplate]".to_owned();
     }
     match nearest(word, known.iter().map(String::as_str)) {
         Some(nearest) => format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", ")),

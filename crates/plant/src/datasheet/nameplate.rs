@@ -16,7 +16,7 @@ pub use self::equal::{ConvertibleKey, EqualNumber};
 pub(super) use self::equal::{convertible_keys, equal_numbers, table};
 pub(super) use self::given::stands_for;
 pub use self::numbers::NameplateNumber;
-pub(super) use self::reader::spelled_out;
+pub(super) use self::reader::{known_keys, spelled_out};
 use crate::{Algebraic, Core, Falls, Linear, Magnetics, Winding};
 
 fn falls(shares: &SharesTable) -> Falls {

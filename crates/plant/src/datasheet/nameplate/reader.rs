@@ -19,6 +19,11 @@ const REPLACED: [&str; 5] = ["rating", "winding", "saturation", "bridge", "map"]
 const KEYS: [&str; 7] =
     ["pole_pairs", "dc_link", "power", "rated_speed", "rated_torque", "leakage", "saturation"];
 
+/// The keys of a `[nameplate]`.
+pub(in crate::datasheet) fn known_keys() -> Vec<&'static str> {
+    KEYS.into_iter().chain(given::keys()).collect()
+}
+
 /// Returns the data sheet, like any other, that a sheet with a `[nameplate]` amounts to. `text` is its file's, for
 /// line numbers.
 pub(in crate::datasheet) fn spelled_out(
@@ -49,7 +54,7 @@ pub(in crate::datasheet) fn spelled_out(
             reader.problems.push(format!("`{key}` is not known beside [nameplate]; known are {known}"));
         }
     }
-    let known: Vec<&str> = KEYS.into_iter().chain(given::keys()).collect();
+    let known = known_keys();
     for key in table.keys().filter(|key| !known.contains(&key.as_str())) {
         let place = reader.place(key);
         let needed = given::instead_of(key).map_or_else(
