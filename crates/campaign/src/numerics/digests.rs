@@ -16,7 +16,7 @@ use crate::store::{Journal, JournalError, Row, Rows, Shard, Sweep, SweepError};
 pub(super) const TEXT: &str = include_str!("../numerics.txt");
 
 /// Cases in addition to methods on motors, for other code that determines the numbers of a trial.
-const OTHERS: [(&str, &str); 8] = [
+const OTHERS: [(&str, &str); 9] = [
     (
         "map",
         "errors = \"harsh\"\n[motor]\nbase = \"motor.toml\"\n[axes]\n\"rotor.state\" = [\"locked\", \"free\"]",
@@ -48,6 +48,10 @@ const OTHERS: [(&str, &str); 8] = [
     (
         "contacts",
         "detector.method = \"bipolar\"\n[axes]\nmotor = [\"paper-5k5\", \"light-vehicle\"]\n[[faults]]\nmode = \"contact-resistance\"\nat = \"b\"\nmagnitude = [\"0.5 Ω\", \"5 Ω\"]",
+    ),
+    (
+        "six pulses, sampled",
+        "detector.method = \"six-pulse\"\n[axes]\nmotor = [\"surface-magnet\", \"outrunner\"]\nerrors = [\"default\", \"harsh\"]\n\"sensors.arrangement\" = [\"three-in-line\", \"two-in-line\", \"low-side-shunts\"]",
     ),
 ];
 

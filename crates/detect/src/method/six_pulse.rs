@@ -315,11 +315,7 @@ impl<T: Real> SixPulse<T> {
         let third_part = T::of(1.0 / 3.0);
         let scatter = scatter * third_part;
         let unknown = (T::of(0.5) * third * third - all - scatter).max(T::zero());
-        // A sensor's gain is that of both directions of its phase: it looks like a saliency, not like a pole. Of shunts below the legs it is
-        // that of one: the other direction is read by the other two, and the pole's harmonic gets −½ Σ g e^{jφ} of the gains g.
-        let changing = if self.derived == Derived::Several { T::of(0.375) } else { T::zero() };
-        let changing = changing * s.gain_tolerance * s.gain_tolerance;
-        let gains = if s.timed { T::zero() } else { s.gain_tolerance * s.gain_tolerance * third_part };
+        let [gains, changing] = s.of_gains(self.derived);
         let mut needed = significance::known(all + unknown + gains);
         if scatter > T::zero() {
             needed = needed + significance::scattered(scatter, self.freedom());

@@ -7,6 +7,7 @@ use crate::keys::{Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::{Nameplate, Place, Sensing};
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
+use crate::parts::train::Derived;
 use crate::settings::{
     LONGEST, SettingsError, Source, require, require_error, require_positive, require_share,
     require_zero_or_more,
@@ -115,6 +116,22 @@ impl<T: Real> SixPulseSettings<T> {
         let seconds = seconds.min(T::of(LONGEST.seconds() / 3.0));
         let micros = (seconds / T::of(1e-6)).round().max(T::of(2.0)).to_double();
         Nanos::from_seconds(micros * 1e-6) + drive.dead_time
+    }
+
+    /// Returns the variance of each component of the second harmonic and of the first one caused by the sensors' gains.
+    ///
+    /// The gain g of a phase's sensor is that of both directions: ⅔ Σ g e^{j2φ}, which looks like a saliency and not like a pole. Without a
+    /// sensor a phase has half the sum of the others' gains. Of shunts below the legs, which see one direction alone, the other one is read
+    /// by the other two: ⅙ Σ g e^{j2φ}, and −½ Σ g e^{jφ} in the pole's harmonic. Σ g e^{jφ} has 3/2 of a gain's variance.
+    pub(super) fn of_gains(&self, derived: Derived) -> [T; 2] {
+        let shares = match derived {
+            _ if self.timed => [0.0, 0.0],
+            Derived::None => [2.0 / 3.0, 0.0],
+            Derived::One(_) => [1.0 / 3.0, 0.0],
+            Derived::Several => [1.0 / 24.0, 3.0 / 8.0],
+        };
+        let tolerance = self.gain_tolerance;
+        shares.map(|share| T::of(share) * tolerance * tolerance)
     }
 
     pub(super) fn check(&self) -> Result<(), SettingsError> {

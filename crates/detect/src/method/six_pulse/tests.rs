@@ -130,6 +130,38 @@ fn off(found: f64, degrees: f64) -> f64 {
 }
 
 #[test]
+fn law_gains_make_as_much_of_both_harmonics_as_stated() {
+    // Shunts below the legs see the vectors whose lone leg is low; those of the other direction are derived.
+    let settings = SixPulseSettings { timed: false, gain_tolerance: 1.0, ..timed(1e-9) };
+    for derived in [Derived::None, Derived::One(Phase::B), Derived::Several] {
+        let mut draws = Noise::new(5);
+        let trials = 20_000;
+        let (mut first, mut second) = (0.0, 0.0);
+        for _ in 0..trials {
+            let gains = [(); 3].map(|()| draws.gauss());
+            let others = |phase: usize| (gains[(phase + 1) % 3] + gains[(phase + 2) % 3]) / 2.0;
+            let sums = [1, 2].map(|harmonic| {
+                (0..VECTORS).fold(AlphaBeta::new(0.0, 0.0), |sum, number| {
+                    let phase = alone(number).0;
+                    let gain = match derived {
+                        Derived::One(missing) if missing == phase => others(phase as usize),
+                        Derived::Several if alone(number).1 => others(phase as usize),
+                        _ => gains[phase as usize],
+                    };
+                    sum + direction::<f64>(number, harmonic) * (gain / 3.0)
+                })
+            });
+            first += sums[0].dot(sums[0]) / 2.0 / f64::from(trials);
+            second += sums[1].dot(sums[1]) / 2.0 / f64::from(trials);
+        }
+        let [stated, of_pole] = settings.of_gains(derived);
+        assert!((second / stated - 1.0).abs() < 0.03, "{derived:?}: {second} {stated}");
+        assert!((first - of_pole).abs() <= 0.03 * of_pole + 1e-12, "{derived:?}: {first} {of_pole}");
+    }
+    assert_eq!(timed(1e-9).of_gains(Derived::None), [0.0, 0.0]);
+}
+
+#[test]
 fn analytic_the_harmonics_give_axis_and_pole() {
     for degrees in (0..72).map(|n| f64::from(n) * 5.0 + 1.0) {
         let outcome = Motor { delay: 400e-9, ..Motor::at(degrees) }.detect(SixPulseSettings {
