@@ -249,14 +249,15 @@ export class Waves {
   #dots({ from, to, x, context, colour }, one, names, y, second, factor, zero) {
     const { time } = one.sample;
     const [first, last] = [lower(time, from), lower(time, to)];
-    const isMany = last - first > 400 && !second;
+    const isMany = last - first > 400;
+    const size = isMany ? 1.5 : 2.6;
     for (const [k, name] of names.entries()) {
       const column = one.sample[name];
       context.fillStyle = colour[LETTERS[k]];
       context.strokeStyle = colour[LETTERS[k]];
       context.lineWidth = 1;
       const place = i => [x(time[i]) + (zero === undefined ? 0 : (k - 1) * 3), y(column[i] * factor)];
-      if (isMany) {
+      if (isMany && !second) {
         squares(context, first, last, place, zero);
         continue;
       }
@@ -267,8 +268,8 @@ export class Waves {
           context.moveTo(px, zero);
           context.lineTo(px, py);
         }
-        context.moveTo(px + 2.6, py);
-        context.arc(px, py, 2.6, 0, 7);
+        context.moveTo(px + size, py);
+        context.arc(px, py, size, 0, 7);
       }
       if (second) context.stroke();
       else {
