@@ -98,19 +98,34 @@ fn regress_two_vectors_name_no_wrong_pole_of_a_winding_with_a_short_time_constan
     ];
     for sheet in sheets {
         let motor = of_sheet(sheet);
-        for (errors, least) in [(ErrorSet::Default, 95), (ErrorSet::Harsh, 40)] {
+        for (errors, least) in [(ErrorSet::Default, 98), (ErrorSet::Harsh, 98)] {
             for method in [LineInductance, LineInductanceFast] {
                 let s = on(&motor, method, errors, 100);
                 assert!(s.wrong_poles == 0 && s.found >= least, "{} {method}: {s:?}", errors.name());
             }
         }
+        // One shunt in the link reads such short vectors too roughly: 323 of 324 poles were wrong on the first motor with default errors.
+        for errors in ["default", "harsh"] {
+            let keys = "sensors = { arrangement = \"dc-link-shunt\", timer = 0 }\n[detector]\nmethod = \"line-inductance-fast\"\n";
+            let document = Document::parse(Path::new("scenario"), &format!("errors = \"{errors}\"\n{keys}"))
+                .expect("TOML");
+            let s = summary(&document.scenario_of(&motor).expect("a scenario"), 100);
+            assert!(s.wrong_poles == 0 && s.undetermined > 80, "{errors}: {s:?}");
+        }
     }
+    // A carrier period is four time constants: patterns of PWM differ both ways, and 311 of 460 poles were wrong without any error.
+    let tiny = of_sheet(
+        "pole_pairs = 4\nresistance = \"1 Ohm\"\nL_d = \"25 uH\"\nL_q = \"40 uH\"\nmagnet_flux = \"1 mWb\"\nrated_current = \"2 A\"\n\
+         dc_link = \"12 V\"\nsaturation = \"10 %\"\n",
+    );
+    let s = on(&tiny, LineInductanceFast, ErrorSet::None, 50);
+    assert!(s.wrong_poles == 0 && s.undetermined == 50, "{s:?}");
 }
 
 #[test]
 fn regress_a_pulsating_injection_needs_no_inductance_of_the_data_sheet() {
-    // Resistance of a fifth of the reactance makes I_d 4 % smaller than the data sheet's inductances do. With a saliency of 25 % three of
-    // four starts found none, and one of 4 % showed axes up to 87° off.
+    // Resistance of 0.14 and of a fifth of the reactance makes I_d 2 and 4 % smaller than the data sheet's inductances do. With a saliency
+    // of 25 % three of four starts found none, and one of 4 % showed axes up to 87° off.
     let motor = |sheet: &str| on(&of_sheet(sheet), HfiPulsating, ErrorSet::Default, 60);
     let salient = motor(
         "pole_pairs = 20\nresistance = \"146.6 mOhm\"\nL_d = \"267.5 uH\"\nL_q = \"443.8 uH\"\nmagnet_flux = \"23.99 mWb\"\n\

@@ -222,7 +222,7 @@ export class Waves {
       let level = NaN;
       while (k < last) {
         const place = Math.floor(x(time[k]));
-        let [low, high, end] = [column[k], column[k], k];
+        let [low, high, end] = [Infinity, -Infinity, k];
         while (end < last && Math.floor(x(time[end])) === place) {
           const value = column[end];
           if (value < low) low = value;
@@ -236,8 +236,8 @@ export class Waves {
           if (high > low) {
             context.lineTo(place, y(low));
             context.lineTo(place, y(high));
-            context.lineTo(place, y(column[end - 1]));
           }
+          context.lineTo(place, y(column[end - 1]));
         }
         level = column[end - 1];
         k = end;

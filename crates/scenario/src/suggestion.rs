@@ -42,8 +42,8 @@ pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) 
     if known.is_empty() {
         return message.to_owned();
     }
-    if table.is_empty() && DataSheet::nameplate_keys().contains(&word) {
-        return "a key of a motor's data sheet, where it stands below a line [nameplate]".to_owned();
+    if table.is_empty() && places(word).is_empty() && DataSheet::nameplate_keys().contains(&word) {
+        return "unknown here: it is a key of the table [nameplate] in a motor's data sheet".to_owned();
     }
     match nearest(word, known.iter().map(String::as_str)) {
         Some(nearest) => format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", ")),

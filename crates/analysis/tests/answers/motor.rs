@@ -29,7 +29,7 @@ pub fn noisy(current: f64, noise: f64, angle: Option<f64>) -> Plan {
 /// currents i_d without noise and g its derivatives by all readings' noise. Mean over 47 angles all round, or that of one, in degrees.
 ///
 /// The two readings alone make |g| = √(4/3) σ, as each i_d of three sensors has √(2/3) of a reading's noise; the offset that is taken from
-/// both, a mean of twelve waits, adds a sixth to its square. What was read of the lines before adds half a hundredth: the vectors' voltage follows from the inductance that they gave, and Δ grows with its square.
+/// both, a mean of twelve waits, makes g² larger by a sixth. What was read of the lines before adds 0.5 %: the vectors' voltage follows from the inductance that they gave, and Δ grows with its square.
 pub fn closed_form(current: f64, noise: f64, angle: Option<f64>) -> f64 {
     let angles =
         angle.map_or_else(|| (0..47).map(|k| 360.0 / 47.0 * f64::from(k)).collect(), |angle| vec![angle]);

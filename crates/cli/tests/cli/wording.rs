@@ -50,8 +50,9 @@ fn regress_what_was_found_has_no_names_of_types() {
         ),
         (
             "\nKe_line_rms = \"34 V/krpm\"",
-            "s.toml: line 2: `Ke_line_rms`: a key of a motor's data sheet, where it stands below a line [nameplate]",
+            "s.toml: line 2: `Ke_line_rms`: unknown here: it is a key of the table [nameplate] in a motor's data sheet",
         ),
+        ("dc_link = \"48 V\"", "`dc_link`: unknown; did you mean `inverter.dc_link`?"),
         ("trials = 5.5", "`trials`: found 5.5, needed a whole number"),
         ("trials = -1", "`trials`: found -1, needed a whole number, zero or more"),
         ("sensors = 3", "`sensors`: found 3, needed a table"),

@@ -5,11 +5,11 @@
 //! I_d = V/ω (Y0 + Y1 cos 2δ),   I_q = V/ω Y1 sin 2δ,   Y0,1 = ½ (1/L_d ± 1/L_q)
 //! ```
 //! where δ is how far the axis is ahead of its estimate. With `z = V/ω Y1 e^{j2θ}`, I_q is the part of z across twice the estimate's
-//! angle. Two measurements, along phase a and 45° before it, give z whole, and with it the way: no inductance of a data sheet is in it but the
+//! angle. Two measurements, along phase a and 45° ahead of it, give z whole, and with it the way: no inductance of a data sheet is in it but the
 //! sign of Y1. Each further one, along the axis as it is known by then, gives the part of z across anew. There I_q vanishes whatever V, Y0 and
 //! |z| are: `δ = ½ atan2(I_q, |z|)`. For L_d > L_q, Y1 is negative, and both arguments change their sign.
 
-use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Real};
+use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Real, Rotation};
 
 use crate::checks::Check;
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionMethod, InjectionSettings};
@@ -23,9 +23,11 @@ pub type PulsatingInjectionSettings<T> = InjectionMethod<T, Pulsating<T>>;
 /// The detector by pulsating injection.
 pub type PulsatingInjection<T> = Injection<T, Pulsating<T>>;
 
-/// Angle in rad that the last two corrections may have in common besides the rotor's movement: 2°, if the inductances
-/// are those of the data sheet.
+/// Angle in rad that the last two corrections may have in common besides the rotor's movement.
 const STEADY: f64 = 2.0 * turning::DEGREE;
+
+/// Correction in rad up to which its sign is the direction of a rotor that turns.
+const CLEAR: f64 = 15.0 * turning::DEGREE;
 
 /// Number of measurements along fixed axes, which show the way.
 const FIXED: u8 = 2;
@@ -106,8 +108,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         let resistive = s.resistance * s.mean_admittance() / s.frequency_read();
         let inductive = mean / (T::one() + resistive * resistive);
         let spread = noise / inductive;
-        // A gain that all currents have in common leaves the direction of z as it is.
-        let doubt = s.doubt(dc_link, s.voltage, T::zero(), significance::of_pulsating_delays);
+        let doubt = s.doubt(dc_link, s.voltage, significance::of_pulsating_delays);
         let (zero, one) = (T::zero(), T::one());
         let axes = [Dq::new(one, zero), Dq::new(zero, one)].map(|component| component.unpark(self.axis));
         let noisy = s.noise_along(axes[1], axes[0]);
@@ -132,7 +133,11 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
             let [before, last] = self.ahead;
             let alike = if before * last > T::zero() { before.abs().min(last.abs()) } else { T::zero() };
             let moved = if last > T::zero() { alike + alike } else { -alike - alike };
-            turning::check_axis(margin, (moved, T::of(2.0 * one)), deviation, T::of(STEADY))?;
+            // An axis that was once so far ahead may as well be behind: |z| is of two instants between which the rotor has turned.
+            let way = if moved > T::zero() { Rotation::Forward } else { Rotation::Backward };
+            let way = (before.abs().max(last.abs()) < T::of(CLEAR)).then_some(way);
+            let ahead = (moved, T::of(2.0 * one));
+            turning::check_axis_either_way(margin, ahead, deviation, T::of(STEADY), way)?;
         }
         Ok((self.measurements >= s.iterations.max(FIXED + 1)).then_some(self.axis))
     }

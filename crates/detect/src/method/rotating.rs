@@ -92,8 +92,7 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         // What the devices take where a current is near zero lowers the voltage that drives it.
         let impedance = (frequency / s.mean_admittance()).hypot(s.resistance);
         let driven = s.voltage.min(positive * impedance);
-        // A gain that all currents have in common leaves N/P as it is.
-        let doubt = s.doubt(dc_link, driven, T::zero(), significance::of_rotating_delays);
+        let doubt = s.doubt(dc_link, driven, significance::of_rotating_delays);
         let variance = spread * spread * T::of(2.0 / 3.0) / samples + doubt;
         significance::check(margin, ratio, significance::known(variance), s.least_saliency)?;
         self.check_standing(s, noise, margin)?;

@@ -324,7 +324,8 @@ impl<T: Real> PolarityTest<T> {
     fn mean(&self, sequential: &SequentialSettings<T>) -> (T, T) {
         let (mean, variance, _) = self.differences();
         let n = T::of(f64::from(self.pairs()));
-        (mean, variance / n + sequential.floor * sequential.floor)
+        let floor = sequential.floor.max(self.settings.uneven);
+        (mean, variance / n + floor * floor)
     }
 
     /// Returns whether no further pairs are needed or allowed.

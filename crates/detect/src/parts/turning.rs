@@ -139,8 +139,19 @@ pub(crate) fn check_axis<T: Real>(
     apart: T,
 ) -> Result<(), Fault<T>> {
     let way = if ahead > T::zero() { Rotation::Forward } else { Rotation::Backward };
+    check_axis_either_way(margin, (ahead, seconds), deviation, apart, Some(way))
+}
+
+/// The same where the angle does not tell the direction, or something else does.
+pub(crate) fn check_axis_either_way<T: Real>(
+    margin: &mut Margin<T>,
+    (ahead, seconds): (T, T),
+    deviation: T,
+    apart: T,
+    way: Option<Rotation>,
+) -> Result<(), Fault<T>> {
     let allowed = apart + deviation * T::of(DEVIATIONS);
-    check_speed(margin, (ahead / seconds).abs(), allowed / seconds, Some(way))
+    check_speed(margin, (ahead / seconds).abs(), allowed / seconds, way)
 }
 
 /// Returns the largest rms scatter in A of this many readings of a constant current vector, from sensors with this

@@ -51,8 +51,8 @@ pub struct LineInductanceSettings<T> {
 
 impl<T: Real> LineInductanceSettings<T> {
     /// Returns the paper's settings (section 2: pulses of 80 µs every 2.4 ms, three per line, vectors near rated
-    /// current). Values that the paper does not print are chosen here: vectors of 1 ms, 2 % above the rated current,
-    /// which is the mean of Table 2; for other motors, pulses that raise the same share of the rated current as 80 µs
+    /// current). Values that the paper does not print are chosen here: vectors of 1 ms (half the time
+    /// constant L_d/R, if that is shorter), 2 % above the rated current, which is the mean of Table 2; for other motors, pulses that raise the same share of the rated current as 80 µs
     /// do on the paper's, and vectors that are long enough for the link's voltage. As in the paper, the larger current
     /// indicates north.
     ///

@@ -43,6 +43,7 @@ fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
             dead_time: Nanos::ZERO,
             least_current: 0.1,
             least_margin: 0.05,
+            uneven: 0.0,
             signature: Signature::Normal,
             rule: PolarityRule::TwoVectors,
             place: Place::InLine,

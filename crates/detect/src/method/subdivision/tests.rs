@@ -18,6 +18,7 @@ fn settings(saliency: SaliencySign, halvings: u8) -> SubdivisionSettings<f64> {
             dead_time: Nanos::ZERO,
             least_current: 0.1,
             least_margin: 0.01,
+            uneven: 0.0,
             signature: Signature::Normal,
             rule: PolarityRule::Sequential(SequentialSettings::new(0.1)),
             place: Place::InLine,

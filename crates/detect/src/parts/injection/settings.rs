@@ -25,7 +25,8 @@ pub struct InjectionSettings<T> {
     pub ramp: u16,
     /// Cycles of one measurement.
     pub cycles: u16,
-    /// Measurements one after the other; a pulsating injection turns to the angle found by the last.
+    /// Measurements one after the other. A pulsating injection has three at least: two along fixed axes, and then each along the axis that the
+    /// last one found; from five on it sees whether the rotor turns.
     pub iterations: u8,
     /// Resistance of a phase in Ω.
     pub resistance: T,
@@ -144,13 +145,13 @@ impl<T: Real> InjectionSettings<T> {
     }
 
     /// Returns the contribution of gains and modulation to the variance of each component of |L_B|/L_A e^{j2θ}, if
-    /// `voltage` in V drove the current that was read. `common`: effect of a gain error that all currents share, as
-    /// with one shunt; with three sensors each has its own. `of_delays`: contribution of the legs' delays.
-    pub(crate) fn doubt(&self, dc_link: T, voltage: T, common: T, of_delays: impl Fn(T, T, T, T) -> T) -> T {
+    /// `voltage` in V drove the current that was read. Three sensors have a gain each; that of one shunt is common to all currents and leaves
+    /// the direction of a saliency as it is. `of_delays`: contribution of the legs' delays.
+    pub(crate) fn doubt(&self, dc_link: T, voltage: T, of_delays: impl Fn(T, T, T, T) -> T) -> T {
         let pwm = &self.modulation;
         let [dead_time, period] = [pwm.dead_time, pwm.carrier_period].map(|time| T::of(time.seconds()));
         let gains =
-            if self.windows.is_some() { common } else { significance::of_phases(self.gain_tolerance) };
+            if self.windows.is_some() { T::zero() } else { significance::of_phases(self.gain_tolerance) };
         gains
             + significance::of_modulation(pwm.lost(dc_link) * dc_link, voltage)
             + of_delays(dead_time, period, dc_link, voltage)

@@ -1,3 +1,4 @@
+mod following;
 mod margin;
 use standstill_interface::{Dq, Step};
 

@@ -31,7 +31,7 @@ impl<T: Real> PolarityTest<T> {
         let Some(driven) = self.driven else { return Ok(()) };
         let s = &self.settings;
         let short = Short {
-            duration: T::of(s.duration().seconds()),
+            duration: T::of(s.short_time().seconds()),
             resistance: s.resistance,
             inductance: s.q_axis_inductance,
             flux: s.magnet_flux,

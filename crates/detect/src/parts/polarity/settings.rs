@@ -74,6 +74,9 @@ pub struct PolaritySettings<T> {
     pub least_current: T,
     /// Difference of the two currents in A below which two vectors name no pole, however quiet the sensors are.
     pub least_margin: T,
+    /// Relative difference of the currents both ways that a motor without saturation may show, besides what the rule counts: by patterns of
+    /// PWM within the time constant, by samples of the link's current whose instants jitter.
+    pub uneven: T,
     /// The motor's signature: which pole draws more current.
     pub signature: Signature,
     /// When to stop.
@@ -105,8 +108,8 @@ impl<T: Real> PolaritySettings<T> {
     /// stands still.
     pub(crate) const CHECKS: Checks = Checks::NONE.with(Check::BothWays).with(Check::Turning);
 
-    /// Vectors 2 % above the rated current, the mean of the paper's Table 2, of 1 ms or half the time constant L_d/R, and so long that at
-    /// most 0.3 of the link is needed, which PWM can give in any direction.
+    /// Vectors 2 % above the rated current, the mean of the paper's Table 2, of 1 ms or half the time constant L_d/R, whichever is shorter,
+    /// but of a carrier period at least, and so long that 0.3 of the link raises the current in L_d, which PWM can give in any direction.
     ///
     /// After x = R t / L_d a current differs by `x/(eˣ − 1)` of what its inductance differs by: 0.77 after half the time constant, 0.07
     /// after four, when resistance alone determines it.
@@ -124,6 +127,16 @@ impl<T: Real> PolaritySettings<T> {
         // With the voltage of `amplitude`, (1/x + 1/2) (1 − e⁻ˣ) of the set current flows after x = R t / L. Less than half of that shows a
         // fault, unless the poles differ by more than `EVEN`.
         let time = T::of((carrier_period * u64::from(periods)).seconds());
+        // The zero vector before the sample is not as long for u as for −u: by a closed form for 0.3 of the link, one carrier period of so
+        // many time constants differs both ways by 1.8 % of their square. Below 0.3 % the sequential rule counts it already.
+        let constants = drive.resistance * T::of(carrier_period.seconds()) / drive.d_axis_inductance;
+        let pattern = T::of(0.018) * constants * constants;
+        let mut uneven = if pattern > T::of(0.003) { pattern } else { T::zero() };
+        // The end of a current is extrapolated from two samples: √5 times a jitter, of up to 1 µs, of a current that falls as 0.3 of the link
+        // raised it, or faster. A millisecond leaves enough of it.
+        if drive.sensing.place == Place::InLink && periods < millisecond {
+            uneven = uneven + T::of(7.4e-6) / time;
+        }
         let x = (drive.resistance * time / drive.d_axis_inductance).max(T::of(1e-3));
         let reached = -(-x).exp_m1() * (x.recip() + T::of(0.5));
         let half = T::of(if drive.polarity_difference.abs() <= T::of(EVEN) { 0.5 } else { 0.0 });
@@ -136,6 +149,7 @@ impl<T: Real> PolaritySettings<T> {
             least_current: drive.rated_current * T::of(0.02),
             least_share: reached * half,
             least_margin: drive.rated_current * T::of(0.01),
+            uneven,
             signature,
             rule,
             place: drive.sensing.place,
@@ -201,6 +215,7 @@ impl<T: Real> PolaritySettings<T> {
         )?;
         require_positive(self.least_current, "polarity.least_current")?;
         require_zero_or_more(self.least_margin, "polarity.least_margin")?;
+        require_zero_or_more(self.uneven, "polarity.uneven")?;
         require_zero_or_more(self.least_share, "polarity.least_share")?;
         require_positive(self.both_ways, "polarity.both_ways")?;
         require_zero_or_more(self.magnet_flux, "polarity.magnet_flux")?;
@@ -213,10 +228,11 @@ impl<T: Real> PolaritySettings<T> {
     }
 
     /// Returns the difference in A that a pole needs if a reading less its offset has this standard deviation in A. It is the
-    /// larger of the set least margin and four standard deviations of the difference, which are exceeded once in 30,000
-    /// times in each direction.
+    /// largest of the set least margin, four times what both ways may differ by, and four standard deviations of the difference, which are
+    /// exceeded once in 30,000 times in each direction. With one shunt in the link the offset is part of that deviation.
     pub(crate) fn needed_margin(&self, noise: T) -> T {
-        self.least_margin.max(T::of(4.0) * self.deviation_of_difference(noise))
+        let least = self.least_margin.max(T::of(4.0) * self.uneven * self.current);
+        least.max(T::of(4.0) * self.deviation_of_difference(noise))
     }
 
     /// Returns the standard deviation in A of the difference of two vectors' i_d, from the standard deviation in A of a
@@ -228,10 +244,10 @@ impl<T: Real> PolaritySettings<T> {
     }
 
     /// Returns the variance of i_d as a multiple of a reading's variance: 2/3 with three independent sensors. One shunt
-    /// in the link shows at least cos 30° of i_d, and extrapolating two readings to the end of the vector has five
-    /// times the variance of one.
+    /// in the link shows at least cos 30° of i_d, and extrapolating two readings less the same offset to the end of the vector,
+    /// `2 f − s − o`, has six times the variance of one.
     pub(crate) fn by_reading(&self) -> T {
-        T::of(if self.place == Place::InLink { 20.0 / 3.0 } else { 2.0 / 3.0 })
+        T::of(if self.place == Place::InLink { 8.0 } else { 2.0 / 3.0 })
     }
 
     /// Returns the evidence of two vectors for the pole that draws more current, and the evidence needed, both in
@@ -294,9 +310,14 @@ impl<T: Real> PolaritySettings<T> {
         self.checks.has(Check::Turning) && self.magnet_flux > T::zero() && self.place != Place::InLink
     }
 
-    /// All terminals on one rail for as long as a vector.
+    /// How long the terminals are shorted: as long as a vector, a millisecond at least, or too little current would flow to be seen.
+    pub(super) fn short_time(&self) -> Nanos {
+        self.duration().max(Nanos::from_micros(1000))
+    }
+
+    /// All terminals on one rail.
     pub(super) fn short(&self) -> Command<T> {
-        let duration = self.duration();
+        let duration = self.short_time();
         let legs = Abc::new(Leg::Low, Leg::Low, Leg::Low);
         Command::hold(Stage { legs, duration }, Sampling::once(duration))
     }
