@@ -142,7 +142,7 @@ fn analytic_walds_rule_and_the_tail_need_what_their_probabilities_say() {
 fn law_no_rule_names_a_pole_that_both_ways_of_a_linear_motor_may_differ_by() {
     for rule in [PolarityRule::TwoVectors, PolarityRule::Sequential(LOOSE)] {
         let of = |uneven| {
-            let settings = PolaritySettings { rule, uneven, ..settings(LOOSE) };
+            let settings = PolaritySettings { uneven, rule, ..settings(LOOSE) };
             Motor::of(1, 0.05, 1e-4, 0.0).decide(settings).0
         };
         assert_eq!(of(0.0).undetermined, None);
