@@ -177,7 +177,7 @@ pub struct Work {
     pub events: u64,
 }
 
-/// Where a run was that could not go on.
+/// State of a run at the instant of its error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Time since the start of the detection.
@@ -264,10 +264,8 @@ impl RunError {
         match self {
             Self::Overcurrent { .. } => "overcurrent: a comparator tripped".to_owned(),
             Self::LeftMap { .. } => "the currents left the motor's flux map".to_owned(),
-            Self::Chatter(_) => "conduction modes keep changing without time passing".to_owned(),
-            Self::NotFinite(_) => "the simulation left the finite numbers".to_owned(),
-            Self::Stuck(_) => {
-                "a conduction mode had ended before a step began: no step can be taken from there".to_owned()
+            Self::Chatter(place) | Self::NotFinite(place) | Self::Stuck(place) => {
+                self.to_string().replace(&format!(", {place}"), "")
             }
             other => other.to_string(),
         }

@@ -18,7 +18,7 @@ use self::instance::{
     fmi3GetInt32, fmi3GetInt64, fmi3Reset, fmi3SerializeFMUState, fmi3SerializedFMUStateSize, fmi3SetBoolean,
     fmi3SetFMUState, fmi3SetFloat64, fmi3SetInt32, fmi3SetInt64, fmi3Terminate,
 };
-use crate::text;
+use crate::{Fields, text};
 
 /// Resources of an FMU in a folder, as an importer has unpacked them.
 struct Unpacked {
@@ -68,31 +68,14 @@ pub fn fmu_resources(bytes: &[u8]) {
     it.checked(begun);
 }
 
-/// The bytes of calls.
-struct Orders<'a>(&'a [u8]);
-
-impl Orders<'_> {
-    fn next<const N: usize>(&mut self) -> [u8; N] {
-        let mut order = [0; N];
-        let count = N.min(self.0.len());
-        order[..count].copy_from_slice(&self.0[..count]);
-        self.0 = &self.0[count..];
-        order
-    }
-
-    fn byte(&mut self) -> u8 {
-        self.next::<1>()[0]
-    }
-
-    /// A number: one of those that matter, a share in sixteenths, or any.
-    fn number(&mut self) -> f64 {
-        match self.byte() {
-            0 => f64::from_le_bytes(self.next()),
-            1 => f64::NAN,
-            2 => f64::INFINITY,
-            3 => -1e308,
-            byte => f64::from(byte - 4) / 16.0,
-        }
+/// A number: one of those that matter, a share in sixteenths, or any.
+fn number(orders: &mut Fields) -> f64 {
+    match orders.byte() {
+        0 => f64::from_le_bytes(orders.next()),
+        1 => f64::NAN,
+        2 => f64::INFINITY,
+        3 => -1e308,
+        byte => f64::from(byte - 4) / 16.0,
     }
 }
 
@@ -102,7 +85,7 @@ const MOST_CALLS: usize = 48;
 /// Calls in any order: each ends with a status, and an error with a message; all that is read is finite; a state comes
 /// back from its bytes with the same bytes.
 pub fn fmu_calls(bytes: &[u8]) {
-    let mut orders = Orders(bytes);
+    let mut orders = Fields(bytes);
     let first = orders.byte();
     let part = if first & 1 == 0 { Part::Drive } else { Part::Motor };
     let Unpacked { model, folder } = unpacked(part);
@@ -115,7 +98,7 @@ pub fn fmu_calls(bytes: &[u8]) {
             break;
         }
         let order = orders.byte();
-        // One reference behind the last is none of the FMU's.
+        // The FMU has no variable behind its last one.
         let reference = u32::try_from(usize::from(orders.byte()) % (model.variables.len() + 1)).expect("few");
         let at = &raw const reference;
         let handle = it.handle;
@@ -125,14 +108,14 @@ pub fn fmu_calls(bytes: &[u8]) {
                 0 => fmi3EnterInitializationMode(
                     handle,
                     order > 100,
-                    orders.number(),
-                    orders.number(),
+                    number(&mut orders),
+                    number(&mut orders),
                     false,
                     0.0,
                 ),
                 1 => fmi3ExitInitializationMode(handle),
                 2 | 3 => {
-                    let value = orders.number();
+                    let value = number(&mut orders);
                     fmi3SetFloat64(handle, at, 1, &raw const value, 1)
                 }
                 4 => {
@@ -149,7 +132,7 @@ pub fn fmu_calls(bytes: &[u8]) {
                 }
                 7..=9 => {
                     let length = match orders.byte() {
-                        0 => orders.number() * 1e-3,
+                        0 => number(&mut orders) * 1e-3,
                         byte if byte % 2 == 0 => period,
                         _ => period / 2.0,
                     };

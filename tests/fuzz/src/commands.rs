@@ -5,34 +5,7 @@ use standstill_foreign::{Guard, command as carried_out, exported};
 use standstill_interface::abi::{self, Drive, Sample, Stage};
 use standstill_interface::{Leg, Nanos};
 
-/// Bytes as fields of a struct of C, one after the other; zeros behind the last of them.
-struct Fields<'a>(&'a [u8]);
-
-impl Fields<'_> {
-    fn next<const N: usize>(&mut self) -> [u8; N] {
-        let mut field = [0; N];
-        let count = N.min(self.0.len());
-        field[..count].copy_from_slice(&self.0[..count]);
-        self.0 = &self.0[count..];
-        field
-    }
-
-    fn byte(&mut self) -> u8 {
-        u8::from_le_bytes(self.next())
-    }
-
-    fn word(&mut self) -> u32 {
-        u32::from_le_bytes(self.next())
-    }
-
-    fn long(&mut self) -> u64 {
-        u64::from_le_bytes(self.next())
-    }
-
-    fn float(&mut self) -> f32 {
-        f32::from_le_bytes(self.next())
-    }
-}
+use crate::Fields;
 
 fn stage(from: &mut Fields) -> Stage {
     Stage {

@@ -34,6 +34,35 @@ pub struct Target {
     pub run: fn(&[u8]),
 }
 
+/// Bytes as fields, one after the other; zeros behind the last of them.
+struct Fields<'a>(&'a [u8]);
+
+impl Fields<'_> {
+    fn next<const N: usize>(&mut self) -> [u8; N] {
+        let mut field = [0; N];
+        let count = N.min(self.0.len());
+        field[..count].copy_from_slice(&self.0[..count]);
+        self.0 = &self.0[count..];
+        field
+    }
+
+    fn byte(&mut self) -> u8 {
+        u8::from_le_bytes(self.next())
+    }
+
+    fn word(&mut self) -> u32 {
+        u32::from_le_bytes(self.next())
+    }
+
+    fn long(&mut self) -> u64 {
+        u64::from_le_bytes(self.next())
+    }
+
+    fn float(&mut self) -> f32 {
+        f32::from_le_bytes(self.next())
+    }
+}
+
 /// Returns the list of targets, each with the name of its function.
 macro_rules! targets {
     ($($module:ident::$name:ident),* $(,)?) => {

@@ -277,7 +277,7 @@ impl<T: Real> PolarityTest<T> {
             let current = PolaritySettings::direct_current(seen, direction);
             let raised = Abc(core::array::from_fn(|k| seen.0[k] - residual.0[k]));
             sideways = raised.clarke().park(self.axis).q;
-            // What the sensors read without current is their offset; two vectors have the mean of all waits taken from them in the end.
+            // The reading without current is the sensors' offset. The rule of two vectors subtracts its mean over all waits, in `answer`.
             if sequential { current - PolaritySettings::direct_current(residual, direction) } else { current }
         };
         let needed = self.settings.least_current;

@@ -142,7 +142,7 @@ pub(crate) fn check_axis<T: Real>(
     check_axis_either_way(margin, (ahead, seconds), deviation, apart, Some(way))
 }
 
-/// The same where the angle does not tell the direction, or something else does.
+/// Makes the check of [`check_axis`] with a direction of rotation that the caller knows; none if nobody knows it.
 pub(crate) fn check_axis_either_way<T: Real>(
     margin: &mut Margin<T>,
     (ahead, seconds): (T, T),

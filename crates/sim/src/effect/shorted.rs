@@ -256,7 +256,7 @@ impl<V: Wide> Effect<V> for Shorted<V> {
             state.flux = looked.flux;
             self.rise(&state, looked.current)
         };
-        // What the winding's correction left to blocked legs is no flux that χ follows.
+        // χ follows the flux after the correction for blocked legs, not the one before it.
         looked.settle(begin.legs, there);
         let to = self.driving([there.state.flux, there.at.current], [change.flux, change.current], h);
         let missing = lag_behind(x, begin.here.state.shorted, &step.from, &to) - there.state.shorted;

@@ -199,7 +199,7 @@ impl<V: Wide> Passage<V> {
         let zero = V::of(0.0);
         let mut common = [zero; 3];
         if V::any(self.leak.above(zero)) {
-            // What falls by e^(−b) answers with a (e^(−b) − e^(−a))/(a − b).
+            // A filter of rate a has the output a (e^(−b) − e^(−a))/(a − b) for an input e^(−b).
             let (_, mean) = means((a - self.leak).abs());
             let answer = a * decayed(a.least(self.leak)) * mean[0];
             common = three!(k => self.common[k] * answer);

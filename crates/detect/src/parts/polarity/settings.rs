@@ -111,8 +111,8 @@ impl<T: Real> PolaritySettings<T> {
     /// Vectors 2 % above the rated current, the mean of the paper's Table 2, of 1 ms or half the time constant L_d/R, whichever is shorter,
     /// but of a carrier period at least, and so long that 0.3 of the link raises the current in L_d, which PWM can give in any direction.
     ///
-    /// After x = R t / L_d a current differs by `x/(eˣ − 1)` of what its inductance differs by: 0.77 after half the time constant, 0.07
-    /// after four, when resistance alone determines it.
+    /// Two inductances that differ by 1 % make currents that differ by `x/(eˣ − 1)` per cent, x = R t / L_d: by 0.77 % after half the time
+    /// constant, and by 0.07 % after four, when resistance alone determines the current.
     pub fn near_rated_current(drive: &Nameplate<T>, signature: Signature, rule: PolarityRule<T>) -> Self {
         let carrier_period = drive.carrier_period;
         let current = drive.rated_current * T::of(1.02);

@@ -46,7 +46,7 @@ fn law_a_sample_within_a_step_is_that_of_a_step_that_ends_there() {
     }
 }
 
-/// The same of dividers with filters, whether they load the terminals or not, while these swing, conduct, rest and one of their wires is open.
+/// Dividers with filters show the same, with and without a load of the terminals. The terminals swing, conduct and rest; one wire is open.
 #[test]
 fn law_dividers_within_a_step_are_those_of_a_step_that_ends_there() {
     let paper = built_in("paper-5k5").expect("built in");
