@@ -45,17 +45,18 @@ pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) 
     if table.is_empty() && places(word).is_empty() && DataSheet::nameplate_keys().contains(&word) {
         return "unknown here: it is a key of the table [nameplate] in a motor's data sheet".to_owned();
     }
-    match nearest(word, known.iter().map(String::as_str)) {
-        Some(nearest) => format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", ")),
-        None if ["axes.", "tolerances."].iter().any(|dotted| table.starts_with(dotted)) => {
-            let key = table.split_once('.').map_or(table, |(_, key)| key);
-            format!("a key with dots is written in quotes here: \"{key}.{word}\" = …")
+    if let Some(nearest) = nearest(word, known.iter().map(String::as_str)) {
+        return format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", "));
+    }
+    // Such as `[axes.sensors.noise]`; in `[axes."sensors.noise"]` the key is in quotes, and an unknown word is one of the axis.
+    let written = ["axes.", "tolerances."].iter().find_map(|dotted| table.strip_prefix(dotted));
+    if let Some(key) = written.filter(|key| !key.starts_with('"')) {
+        return format!("a key with dots is written in quotes here: \"{key}.{word}\" = …");
+    }
+    match places(word).iter().find(|_| table != "axes" && written.is_none()) {
+        Some(place) if message.starts_with("unknown field") => {
+            format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "))
         }
-        None => match places(word).iter().find(|_| table != "axes") {
-            Some(place) if message.starts_with("unknown field") => {
-                format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "))
-            }
-            _ => format!("unknown; known: {}", known.join(", ")),
-        },
+        _ => format!("unknown; known: {}", known.join(", ")),
     }
 }

@@ -26,6 +26,7 @@ mod firmware;
 mod fits;
 mod fmus;
 mod guides;
+mod known_traces;
 mod lab;
 #[cfg(target_os = "linux")]
 mod libraries;

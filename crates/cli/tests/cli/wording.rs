@@ -43,6 +43,7 @@ fn regress_what_was_found_has_no_names_of_types() {
     let at = folder.path();
     fs::write(at.join("image.toml"), b"\x89PNG\r\n").expect("written");
     fs::write(at.join("drive.fmu"), b"PK\x03\x04").expect("written");
+    fs::write(at.join("bare.toml"), "pole_pairs = 7\nresistance = \"21 mOhm\"\n").expect("written");
     for (text, said) in [
         (
             "trials = \"5\"",
@@ -51,6 +52,14 @@ fn regress_what_was_found_has_no_names_of_types() {
         (
             "\nKe_line_rms = \"34 V/krpm\"",
             "s.toml: line 2: `Ke_line_rms`: unknown here: it is a key of the table [nameplate] in a motor's data sheet",
+        ),
+        (
+            "motor = \"bare.toml\"",
+            "bare.toml: line 1, `pole_pairs`: unknown here: it is a key of the table [nameplate]; put that line before it",
+        ),
+        (
+            "[axes.\"sensors.noise\"]\nfrom = \"0 A\"\nto = \"1 A\"\nbetween = 3",
+            "`axes.\"sensors.noise\".between`: unknown; known: from, to, points",
         ),
         ("dc_link = \"48 V\"", "`dc_link`: unknown; did you mean `inverter.dc_link`?"),
         ("trials = 5.5", "`trials`: found 5.5, needed a whole number"),

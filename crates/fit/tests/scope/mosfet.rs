@@ -19,7 +19,7 @@ pub enum Iron {
     Linear,
     /// i_d/I = x + β x² + γ x³ and i_q/I = y + γ_q y³: the law that the fit's first search uses.
     Series([f64; 3]),
-    /// i = ∇W with W = (x² + y²)/2 + k (((x + m)² + y²)/m²)ⁿ, less what keeps zero current at x = 0: saturates late and steeply, and
+    /// i/I the slopes along x and along y, the latter times L_d/L_q, of W = (x² + y² L_q/L_d)/2 + k (((x + m)² + y²)/m²)ⁿ, less what keeps zero current at x = 0: saturates late and steeply, and
     /// the axes influence each other. k, m, n.
     Steep([f64; 3]),
 }
@@ -78,7 +78,9 @@ impl Bench {
                     2.0 * n * k * (((x + m).powi(2) + y * y) / (m * m)).powf(n - 1.0) / (m * m)
                 };
                 let rest = slope(0.0, 0.0);
-                [x + slope(x, y) * (x + m) - rest * m, y + slope(x, y) * y]
+                // An energy of the fluxes: its slope along ψ_q, in the same unit, has the ratio of the inductances.
+                let ratio = self.inductance[0] / self.inductance[1];
+                [x + slope(x, y) * (x + m) - rest * m, y + ratio * slope(x, y) * y]
             }
         };
         [a * self.current, b * self.current]

@@ -3,6 +3,8 @@
 use standstill_files::{MapError, TableError, key_span, line_of};
 use thiserror::Error;
 
+use super::nameplate::known_keys;
+
 /// A data sheet that is not a motor.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum MotorError {
@@ -41,6 +43,12 @@ pub(super) fn of_file(error: &TableError, file: &str, text: &str) -> MotorError 
     let TableError { key, message } = error;
     let line = key_span(text, key).map(|span| format!("line {}, ", line_of(text, span.start)));
     let place = if key.is_empty() { String::new() } else { format!("`{key}`: ") };
+    let belongs = message.starts_with("unknown field") && known_keys().contains(&key.as_str());
+    let message = if belongs {
+        "unknown here: it is a key of the table [nameplate]; put that line before it"
+    } else {
+        message
+    };
     MotorError::Format { file: file.to_owned(), message: line.unwrap_or_default() + &place + message }
 }
 
