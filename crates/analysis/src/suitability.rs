@@ -18,6 +18,7 @@ mod condition;
 mod confirm;
 mod demands;
 mod margins;
+mod poles;
 mod relaxed;
 mod search;
 mod starts;
@@ -30,7 +31,7 @@ use standstill_campaign::CampaignError;
 use standstill_detect::{MethodName, Signature};
 use standstill_interface::choice;
 use standstill_plant::{Motor, PolarityPoint, PoleKnowledge};
-use standstill_scenario::{Document, FileError, Origin, Rotor};
+use standstill_scenario::{Document, FileError, Origin, Rotor, pole_signature};
 
 pub use advice::{Advice, Alternative, Way};
 pub use bench::Setting;
@@ -99,6 +100,11 @@ pub struct Suitability {
     pub polarity_difference: f64,
     /// Relative difference of the poles' currents in pulses of half of the rated current.
     pub pulse_difference: f64,
+    /// The pole that draws more of the largest allowed current, and the relative difference; none where a flux map ends before.
+    pub strongest: Option<(Signature, f64)>,
+    /// Largest of the currents up to three times the allowed one, in A, at which the poles were compared, if they draw the same current at each of them; none if
+    /// they differ, or if nothing is known of them.
+    pub alike_up_to_a: Option<f64>,
     /// Largest allowed phase current in A.
     pub most_current_a: f64,
     /// The methods tried, in the order of [`CANDIDATES`].
@@ -210,7 +216,8 @@ impl Suitability {
         let bench = Bench::new(document, motor, demands, work);
         let (mut found, searched) = Self::judged(&bench, methods, None, hear)?;
         untried.append(&mut found.untried);
-        if found.recommended.is_none() {
+        // Where nothing but the number of starts is missing, no change of the drive is called for.
+        if found.recommended.is_none() && found.open().is_none() {
             let methods: Vec<_> = methods.iter().copied().zip(&searched).collect();
             found.advice = advice::tried(&bench, &methods, &found, &mut untried, hear)?;
             if found.advice.iter().all(|advice| advice.helps.is_none()) {
@@ -290,6 +297,8 @@ impl Suitability {
             // Where a map ends before, nothing is known.
             pulse_difference: PolarityPoint::of(&plain.motor.magnetics, 0.5 * plain.motor.rated_current)
                 .map_or(0.0, |point| point.difference()),
+            strongest: pole_signature(motor, bench.most_current),
+            alike_up_to_a: poles::alike_up_to(bench),
             most_current_a: bench.most_current,
             is_undecided: recommended.is_none() && !untried.is_empty(),
             candidates,
@@ -322,9 +331,10 @@ impl Suitability {
         self.saliency_ratio >= LEAST_SALIENCY
     }
 
-    /// Returns true if the poles are known to draw the same current, so that no test at standstill tells them apart.
-    pub fn poles_are_alike(&self) -> bool {
-        self.has_magnet && self.pole == PoleKnowledge::Known && self.signature == [Signature::None; 2]
+    /// Returns true if the poles are known to draw the same current up to three times the allowed one, so that no test at standstill with such currents tells
+    /// them apart.
+    pub const fn poles_are_alike(&self) -> bool {
+        self.alike_up_to_a.is_some()
     }
 
     /// Returns true if the motor has poles but its data do not suffice to judge them, so that only the axis was judged.
@@ -335,6 +345,12 @@ impl Suitability {
     /// Returns the recommended method with its settings.
     pub fn recommended(&self) -> Option<&Candidate> {
         self.recommended.as_ref().map(|(number, _)| &self.candidates[*number])
+    }
+
+    /// Returns the best of the candidates that met the demands on fresh starts too few to show how rare wrong poles are.
+    pub fn open(&self) -> Option<&Candidate> {
+        let open = self.candidates.iter().filter(|of| of.wanting.is_some());
+        open.max_by(|a, b| a.margin().total_cmp(&b.margin()))
     }
 
     /// Returns the results of the recommended method on fresh starts.

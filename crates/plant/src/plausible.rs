@@ -89,7 +89,45 @@ impl Motor {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn doubtful(&self) -> Option<Doubtful> {
-        self.numbers().doubtful()
+        self.numbers().doubtful().or_else(|| self.doubtful_rotor())
+    }
+
+    /// Compares inertia and friction with what rated current can turn: the other numbers are believed. A number that the data sheet does not
+    /// give follows from these and is always plausible.
+    fn doubtful_rotor(&self) -> Option<Doubtful> {
+        let numbers = self.numbers();
+        let torque = numbers.torque()[1];
+        let friction = self.rotor.friction.stiction.max(self.rotor.friction.coulomb);
+        if friction > torque {
+            let what = format!(
+                "friction is {} the {} that rated current makes: it turns no rotor",
+                times(friction / torque),
+                listed(&[torque], "N m")
+            );
+            return Some(Doubtful {
+                what,
+                guesses: of_unit("friction", friction, "N m", &[("mN m", 1e-3)], |f| f < 0.5 * torque),
+            });
+        }
+        let speed =
+            numbers.link.filter(|_| numbers.flux > 0.0)? / 3.0_f64.sqrt() / numbers.flux / numbers.pole_pairs;
+        let time = |inertia: f64| inertia * speed / torque;
+        // From the bare rotor of a servo to a vehicle or a drum behind a gear.
+        let range = 2e-4..=120.0;
+        let inertia = self.rotor.inertia;
+        let units = [("kg cm²", 1e-4), ("g m²", 1e-3), ("g cm²", 1e-7), ("kg mm²", 1e-6)];
+        (!range.contains(&time(inertia))).then(|| Doubtful {
+            what: format!(
+                "rated torque takes {} to bring the inertia to full speed",
+                match time(inertia) {
+                    time if time > 600.0 => format!("{:.1} h", time / 3600.0),
+                    time => listed(&[time], "s"),
+                }
+            ),
+            guesses: of_unit("inertia", inertia, "kg m²", &units, |inertia| {
+                (1e-3..=3.0).contains(&time(inertia))
+            }),
+        })
     }
 
     fn numbers(&self) -> Numbers {
@@ -255,6 +293,26 @@ impl Numbers {
         let guesses = near.map(|(_, slip)| slip.guess(self)).collect();
         Some(Doubtful { what: (violated.said)(self, violated.value), guesses })
     }
+}
+
+/// Returns the units, with their factors to that of SI, in which a plain number would be plausible.
+fn of_unit(
+    key: &'static str,
+    value: f64,
+    si: &str,
+    units: &[(&str, f64)],
+    is_plausible: impl Fn(f64) -> bool,
+) -> Vec<Guess> {
+    let fits = units.iter().filter(|(_, factor)| is_plausible(value * factor));
+    let guess = |(unit, factor): &(&str, f64)| Guess {
+        key,
+        factor: *factor,
+        said: format!(
+            "{key} {value} {si} looks like a number in {unit}: {:.1e} {si} would fit",
+            value * factor
+        ),
+    };
+    fits.map(guess).collect()
 }
 
 /// Returns a ratio in words.

@@ -14,19 +14,27 @@ use crate::DriveSettings;
 /// in comparing two pulses.
 const LEAST_DIFFERENCE: f64 = 0.005;
 
-/// Returns which pole draws more current, and the relative difference between the two poles' currents, at a current in
-/// A.
-fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
-    // A map may end before; then nothing is known and nothing is claimed.
+/// Returns which pole draws more current at a current in A, and the relative difference between the two poles' currents; `None` where a flux
+/// map ends before that current. [`Signature::None`] where the difference is at most 0.5 %, which no test may rely on.
+///
+/// ```
+/// use standstill_detect::Signature;
+/// use standstill_scenario::pole_signature;
+///
+/// let motor = standstill_plant::built_in("paper-5k5").expect("built in");
+/// let (signature, difference) = pole_signature(&motor, motor.rated_current).expect("no map");
+/// assert!(signature == Signature::Normal && difference > 0.05);
+/// ```
+pub fn pole_signature(motor: &Motor, current: f64) -> Option<(Signature, f64)> {
     let point: Result<PolarityPoint, NoConvergence> = PolarityPoint::of(&motor.magnetics, current);
-    let difference = point.map_or(0.0, |point| point.difference());
+    let difference = point.ok()?.difference();
     let signature = match motor.magnet_flux {
         0.0 => Signature::None,
         _ if difference > LEAST_DIFFERENCE => Signature::Normal,
         _ if difference < -LEAST_DIFFERENCE => Signature::Inverted,
         _ => Signature::None,
     };
-    (signature, difference)
+    Some((signature, difference))
 }
 
 /// Returns the change of 1/L_q between currents of + and − `current` in A along d, relative to the change of 1/L_d.
@@ -94,8 +102,8 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
     // One channel for all lines: gains and filters cannot differ, and nothing is converted later.
     let one_shunt = place == Place::InLink;
     // The polarity test goes 2 % beyond the rated current; a map may not cover that.
-    let (signature_at_rated, polarity_difference) = signature(motor, motor.rated_current);
-    let (pulse_signature, _) = signature(motor, 0.5 * motor.rated_current);
+    let [(signature_at_rated, polarity_difference), (pulse_signature, _)] = [1.0, 0.5]
+        .map(|share| pole_signature(motor, share * motor.rated_current).unwrap_or((Signature::None, 0.0)));
     Nameplate {
         rated_current: motor.rated_current,
         resistance: motor.resistance,

@@ -52,6 +52,7 @@ pub use document::{Document, FileError, Origin};
 pub use errors::{DriveSettings, ErrorSet};
 pub use faults::{Between, FaultDraw, FaultMode, FaultPlace, FaultSettings, FaultTable};
 pub use keys::{Key, Range, Usual, Values, key, keys};
+pub use known::pole_signature;
 pub use packed::Packed;
 pub use plan::Plan;
 pub use pole_rule::PoleRule;

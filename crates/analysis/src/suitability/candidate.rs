@@ -6,6 +6,7 @@ use standstill_plant::Motor;
 use standstill_scenario::{Document, Rotor};
 
 use super::bench::{Bench, SEARCH, Setting};
+use super::confirm::Refused;
 use super::margins::{Demand, Margins};
 use super::search::{Found, is_slow};
 use super::starts::{Spread, Starts};
@@ -38,6 +39,9 @@ pub struct Candidate {
     pub free: Summary,
     /// Reasons why the method does not suit the motor; empty if it does.
     pub objections: Vec<String>,
+    /// Number of starts that show wrong poles to be as rare as demanded, where that alone is missing: fewer fresh starts met all demands, and the
+    /// check may do no more work.
+    pub wanting: Option<u64>,
     /// Margins by which the demands are met; none if the method cannot be set up.
     pub margins: Option<Margins>,
     /// The binding demand: for a method that suits the motor, the demand with the smallest margin; for another method, the demand
@@ -227,6 +231,7 @@ impl Bench<'_> {
             locked: of(true),
             free: of(false),
             objections,
+            wanting: None,
             margins,
             binding,
             looks,
@@ -258,22 +263,26 @@ impl Bench<'_> {
                 looks.by_ref().filter(|(rank, look)| *rank == 0 || look.margins.is_kept()).take(TRIED);
             for (rank, look) in looks {
                 hear(Progress::Confirming(&look.setting));
-                let mut objections = self.sifted(&look.setting)?;
-                if objections.is_empty() {
-                    match self.confirm(&look.setting, failed)? {
-                        Ok(confirmed) => {
-                            if rank > 0 {
-                                let one = Found { looks: vec![look.clone()], stop: found[number].stop };
-                                candidates[number] = self.candidate(look.setting.method, &one)?;
-                            }
-                            return Ok(Some((number, confirmed)));
-                        }
-                        Err(why) => objections = why,
+                let mut refused = Refused::because(self.sifted(&look.setting)?);
+                if refused.objections.is_empty() {
+                    let confirmed = self.confirm(&look.setting, failed)?;
+                    let is_better = match &confirmed {
+                        Ok(_) => true,
+                        Err(why) => why.wanting.is_some() && candidates[number].wanting.is_none(),
+                    };
+                    if rank > 0 && is_better {
+                        let one = Found { looks: vec![look.clone()], stop: found[number].stop };
+                        candidates[number] = self.candidate(look.setting.method, &one)?;
+                    }
+                    match confirmed {
+                        Ok(confirmed) => return Ok(Some((number, confirmed))),
+                        Err(why) => refused = why,
                     }
                     failed += 1;
                 }
-                if rank == 0 {
-                    candidates[number].objections = objections;
+                let candidate = &mut candidates[number];
+                if rank == 0 || refused.wanting.is_some() && candidate.wanting.is_none() {
+                    (candidate.objections, candidate.wanting) = (refused.objections, refused.wanting);
                 }
             }
         }

@@ -1,5 +1,7 @@
 //! Changes of drive, sensors and motor that an engineer can make.
 
+use std::fmt::Write as _;
+
 use standstill_detect::{MethodName, keys};
 use standstill_scenario::Rotor;
 use standstill_sim::{Arrangement, Comparators};
@@ -54,12 +56,19 @@ pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> 
     if bench.most_current < 0.98 * rated && rated < 0.98 * range {
         changes.push(more_current(format!("rated current, {rated} A"), rated));
     }
-    for factor in [1.5, 2.0] {
+    for factor in [1.5, 2.0, 3.0] {
         let current = digits(bench.most_current * factor, 3);
-        // More than the sensors read is no help.
-        if current < 0.98 * range {
-            changes.push(more_current(format!("{factor} times the current, {current} A"), current));
+        let mut change = more_current(format!("{factor} times the current, {current} A"), current);
+        if factor > 2.0 {
+            change.words += " (if the magnets bear it)";
         }
+        // More than the sensors read is no help.
+        if current >= 0.98 * range {
+            let range = digits(1.1 * current, 3);
+            let _ = write!(change.words, " with sensors that read up to {range} A");
+            change.keys.push(("sensors.range", format!("{range} A")));
+        }
+        changes.push(change);
     }
     let comparator = sensors.comparator;
     if comparator.timer > 0.0 && comparator.arrangement == Comparators::PerLeg && comparator.offset > 0.0 {

@@ -83,6 +83,21 @@ impl Confirmed {
     }
 }
 
+/// Settings that fresh starts did not confirm.
+#[derive(Debug)]
+pub(super) struct Refused {
+    pub objections: Vec<String>,
+    /// As in [`Candidate::wanting`](super::Candidate::wanting).
+    pub wanting: Option<u64>,
+}
+
+impl Refused {
+    /// Objections that more starts do not remove.
+    pub const fn because(objections: Vec<String>) -> Self {
+        Self { objections, wanting: None }
+    }
+}
+
 impl Bench<'_> {
     /// Returns the objections to settings after the sifting starts, before they are confirmed.
     pub fn sifted(&self, setting: &Setting) -> Result<Vec<String>, SuitabilityError> {
@@ -100,13 +115,13 @@ impl Bench<'_> {
         Ok(Vec::new())
     }
 
-    /// Confirms settings on fresh starts; the inner error contains the objections if they fail. `failed` is the number
+    /// Confirms settings on fresh starts; the inner error has the objections if they fail. `failed` is the number
     /// of settings that failed before.
     pub fn confirm(
         &self,
         setting: &Setting,
         failed: u64,
-    ) -> Result<Result<Confirmed, Vec<String>>, SuitabilityError> {
+    ) -> Result<Result<Confirmed, Refused>, SuitabilityError> {
         let mut confirmed = Confirmed {
             starts: 0,
             seed: self.scenario(setting, Rotor::Locked)?.seed.wrapping_add(CONFIRMATION + failed),
@@ -123,7 +138,9 @@ impl Bench<'_> {
             for rotor in &bench.rotors {
                 match bench.held(setting, *rotor, CONFIRMATION + failed)? {
                     Ok(starts) => confirmed.add(&starts, bench.without_answer(&starts)),
-                    Err(objections) => return Ok(Err(bench.located(objections))),
+                    Err(Refused { objections, wanting }) => {
+                        return Ok(Err(Refused { objections: bench.located(objections), wanting }));
+                    }
                 }
             }
         }
@@ -143,20 +160,20 @@ impl Bench<'_> {
         setting: &Setting,
         rotor: Rotor,
         draws: u64,
-    ) -> Result<Result<Starts, Vec<String>>, SuitabilityError> {
+    ) -> Result<Result<Starts, Refused>, SuitabilityError> {
         let [few, many] = LOOKS;
         let mut trials = few;
         loop {
             let starts = match self.starts(setting, rotor, draws, trials)? {
                 Ok(starts) => starts,
-                Err(problem) => return Ok(Err(vec![problem])),
+                Err(problem) => return Ok(Err(Refused::because(vec![problem]))),
             };
             let mut objections = self.objections(&[&starts]);
             if objections.is_empty() && !self.margins(&[&starts]).leaves_room() {
                 objections.push("the largest movement or current of fresh starts is at its limit".to_owned());
             }
             if !objections.is_empty() {
-                return Ok(Err(objections));
+                return Ok(Err(Refused::because(objections)));
             }
             let (p95, without) = (starts.summary.p95_deg.high, self.without_answer(&starts));
             let wrong = if self.has_pole { starts.wrong_poles_at_most() } else { 0.0 };
@@ -171,23 +188,24 @@ impl Bench<'_> {
             trials = match trials {
                 _ if answers && counts && trials < COUNTED => {
                     if !self.work.has(starts.work / trials * COUNTED) {
-                        return Ok(Err(vec![format!(
+                        let objection = format!(
                             "{trials} fresh starts hold, and the {COUNTED} that show wrong poles to be rarer than {} % are more than this check may do",
                             100.0 * self.demands.wrong_poles
-                        )]));
+                        );
+                        return Ok(Err(Refused { objections: vec![objection], wanting: Some(COUNTED) }));
                     }
                     COUNTED
                 }
                 _ if trials == few => many,
                 _ => {
-                    return Ok(Err(vec![format!(
+                    return Ok(Err(Refused::because(vec![format!(
                         "{trials} fresh starts leave room for a p95 of {p95:.2}° ({}° demanded), {:.2} % without an angle or a pole ({} % demanded), {:.3} % wrong poles ({} % demanded)",
                         self.demands.error_deg,
                         100.0 * without,
                         100.0 * self.demands.without_angle,
                         100.0 * wrong,
                         100.0 * self.demands.wrong_poles,
-                    )]));
+                    )])));
                 }
             };
         }

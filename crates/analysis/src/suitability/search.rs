@@ -8,7 +8,7 @@
 use standstill_detect::keys::THRESHOLD;
 use standstill_detect::{MethodName, Signature};
 use standstill_quantity::{magnitude, rounded};
-use standstill_scenario::Rotor;
+use standstill_scenario::{Rotor, pole_signature};
 
 use super::SuitabilityError;
 use super::bench::{Bench, Look, SEARCH, Setting};
@@ -94,15 +94,18 @@ impl Bench<'_> {
     }
 
     /// Sets the detector's pole signature. The default is the signature of pulses with half the rated current. If the
-    /// poles do not differ there but do near rated current, sets the signature near rated current, because the pulses
+    /// poles do not differ there but do near rated current or at the largest current that is allowed, sets the signature there, because the pulses
     /// will be that strong.
     pub fn signed(&self, setting: Setting) -> Result<Setting, SuitabilityError> {
         let nameplate = self.scenario(&setting, Rotor::Locked)?.nameplate();
-        let hidden = nameplate.pulse_signature == Signature::None && nameplate.signature != Signature::None;
-        if !hidden || self.is_set("signature") || is_slow(setting.method) {
+        if nameplate.pulse_signature != Signature::None || self.is_set("signature") || is_slow(setting.method)
+        {
             return Ok(setting);
         }
-        Ok(setting.with("signature", standstill_interface::Choice::name(nameplate.signature)))
+        let strongest = pole_signature(self.motor, self.most_current).map(|(signature, _)| signature);
+        let of =
+            [Some(nameplate.signature), strongest].into_iter().flatten().find(|of| *of != Signature::None);
+        Ok(of.map_or(setting.clone(), |of| setting.with("signature", standstill_interface::Choice::name(of))))
     }
 
     /// Returns the settings with the strongest allowed pulses or vectors.

@@ -30,6 +30,8 @@ struct Row {
     /// The method, if it was named by `--method`; none for the scenario's own.
     by_name: Option<MethodName>,
     counts: Counts,
+    /// True if the method has checks that can be switched off.
+    has_checks: bool,
 }
 
 /// A fault that is not studied, and the reason.
@@ -73,6 +75,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
                 method: name.clone(),
                 by_name: *method,
                 counts: Counts::default(),
+                has_checks: plans.1.is_some(),
             };
             studies.push((row, plans));
         }
@@ -198,8 +201,8 @@ impl Row {
             .with("errors", of.errors)
             .with("detected_by", self.reason())
             .with("mean_reaction_s", of.mean_reaction())
-            .with("dangerous_without_checks", of.dangerous)
-            .with("dangerous_and_detected", of.caught)
+            .with("dangerous_without_checks", self.has_checks.then_some(of.dangerous))
+            .with("dangerous_and_detected", self.has_checks.then_some(of.caught))
             .with("coverage", coverage.value)
             .with("coverage_at_least", coverage.low)
             .with("worst_error_deg", of.worst.map(|worst| worst.error_deg))
@@ -265,10 +268,12 @@ fn answer(
     let mut next = None;
     if let Some((row, worst)) = worst {
         let keys = row.entry.arguments().into_iter().map(|pair| set_pair(&pair));
+        // The scenario may have fewer trials than were studied.
         let command = format!(
-            "standstill trace {asked}{}{} --trial {}",
+            "standstill trace {asked}{}{}{} --trial {} --out trace",
             with(row.by_name),
             keys.collect::<String>(),
+            set_pair(&format!("trials={}", row.counts.trials)),
             worst.trial
         );
         details.push(format!(
@@ -333,8 +338,8 @@ fn weights(rows: &[Row], rates: Option<&Rates>) -> Vec<String> {
 
 const LEGEND: [&str; 3] = [
     "detected: starts without an answer. A wrong answer is dangerous, and so is one beyond the limit.",
-    "coverage ≥: of the starts that would be dangerous without the method's checks (`detector.checks = false`), the share that has \
-     no answer with them; the lower end of the exact one-sided 95 % interval. –: no start is dangerous, or the method has no such checks.",
+    "dangerous: starts whose answer would be wrong without the method's checks (`detector.checks = false`); coverage ≥: the share of these that has \
+     no answer with them, the lower end of the exact one-sided 95 % interval; –: no start is dangerous.",
     "Sizes, places and signs are drawn by each trial; the table of the file has their ranges (`magnitude`).",
 ];
 
@@ -350,6 +355,10 @@ fn table(rows: &[Row]) -> Table {
         share("wrong pole", |of| of.wrong_pole),
         share("beyond", |of| of.beyond),
         share("detected", Counts::detected),
+        // The denominator of the coverage.
+        (Column::number("dangerous").rank(2)).of(|row: &Row| {
+            if row.has_checks { row.counts.dangerous.to_string() } else { "no checks".to_owned() }
+        }),
         (Column::number("coverage ≥").unit("%").rank(2))
             .of(move |row: &Row| number(row.counts.coverage().map(|of| of.low * 100.0))),
         (Column::number("worst").unit("°").rank(3))

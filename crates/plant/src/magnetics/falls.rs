@@ -217,11 +217,13 @@ impl Algebraic {
         };
         let unit = l_d * rated_current;
         let rise = |fall: f64| fall / (1.0 - fall);
-        let (d, minus_d) = (rise(falls.d), falls.minus_d.map(rise));
+        // Without a magnet both are one number.
+        let other = falls.minus_d.filter(|other| magnet_flux != 0.0 || *other != falls.d);
+        let (d, minus_d) = (rise(falls.d), other.map(rise));
         let magnet = magnet_flux / unit;
         // Which way the core saturates more, and the law as seen from there.
         let (direction, found) = match minus_d {
-            _ if magnet_flux == 0.0 && falls.minus_d.is_some_and(|other| other != falls.d) => {
+            Some(_) if magnet_flux == 0.0 => {
                 let needed = "the same as d, or left out: without a magnet the core is alike both ways";
                 return Err(FallsError { key: "minus_d", needed });
             }
@@ -237,7 +239,11 @@ impl Algebraic {
             Some(other) if other > d => (-1.0, knee(other, Some(d), 1.0)),
             other => (1.0, knee(d, other, magnet)),
         };
-        let needed = "nearer to d in size: no core that saturates smoothly has these two";
+        let needed = if minus_d == Some(d) {
+            "left out: a core that falls that much alike both ways is not among the laws of iron here, and without minus_d it follows from d"
+        } else {
+            "nearer to d in size: no core that saturates smoothly has these two"
+        };
         let knee = found.ok_or(FallsError { key: "minus_d", needed })?;
         let scale = knee.width * unit;
         let foot = magnet_flux - direction * knee.rest * unit;

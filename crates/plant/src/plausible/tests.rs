@@ -72,6 +72,31 @@ fn law_no_believed_motor_is_doubted_with_or_without_ratings() {
     }
 }
 
+#[test]
+fn regress_inertia_and_friction_that_rated_current_cannot_turn_are_doubted() {
+    let plate = "pole_pairs = 7\nresistance = 0.06\nL_d = 25e-6\nL_q = 31e-6\nmagnet_flux = 4.5e-3\nrated_current = 25\ndc_link = 24\nsaturation = \"6 %\"";
+    let said = |rotor: &str| {
+        let sheet = DataSheet::parse("own", &format!("[nameplate]\n{plate}\n[rotor]\n{rotor}\n"));
+        let motor = sheet.and_then(|sheet| sheet.motor()).expect("a motor");
+        motor.doubtful().map(|doubt| doubt.said())
+    };
+    let rotor = |inertia: &str, friction: &str| {
+        said(&format!("inertia = {inertia}\nstiction = {friction}\ncoulomb = {friction}\nviscous = 0"))
+    };
+    // 1.2 N m against 40 kg m² up to 440 rad/s.
+    let slow = rotor("40", "0.01").expect("four hours");
+    assert!(
+        slow.starts_with("rated torque takes 4.1 h to bring")
+            && slow.contains("a number in g cm²: 4.0e-6 kg m² would fit"),
+        "{slow}"
+    );
+    let stuck = rotor("4e-5", "50").expect("stuck");
+    assert!(stuck.starts_with("friction is 42.31 times the 1.182 N m") && stuck.contains("mN m"), "{stuck}");
+    let light = rotor("4e-10", "0.01").expect("a millionth");
+    assert!(light.contains("to full speed; no single slip"), "{light}");
+    assert_eq!(rotor("4e-6", "0.01"), None);
+}
+
 /// A slip: its name, the key that should be named, the factor that mends it, and what it does to the numbers.
 type Made = (&'static str, &'static str, fn(f64) -> f64, fn(&mut Numbers));
 

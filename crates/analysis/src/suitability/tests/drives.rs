@@ -122,3 +122,44 @@ fn law_a_sector_is_judged_by_its_own_demand() {
         assert!(!found || tally.values()[0][0] == (error - 30.0).max(0.0), "{error}");
     }
 }
+
+/// Iron that saturates by 0.6 % at rated current: the poles' currents differ by 0.4 % there, and by several times that at three times the current.
+#[test]
+fn regress_poles_that_differ_only_beyond_rated_current_are_told_apart_there() {
+    let keys = [("detector.method", "bipolar"), ("detector.rounds", "8"), ("sensors.range", "250 A")];
+    let document = sheet("saturation = \"0.6 %\"", &keys);
+    let at = |current| {
+        let demands = Demands { current_a: Some(current), ..Demands::default() };
+        let found = Suitability::of(&document, &demands, Effort::Quick, |_| {});
+        found.unwrap_or_else(|error| panic!("{error}"))
+    };
+    let strong = at(180.0);
+    let (signature, difference) = strong.strongest.expect("no map");
+    assert!(signature == Signature::Normal && difference > 0.01, "{difference}");
+    let candidate = strong.recommended().unwrap_or_else(|| panic!("{strong:?}"));
+    assert!(candidate.setting.keys.contains(&("signature", "normal".to_owned())), "{:?}", candidate.setting);
+    assert!(strong.confirmed().is_some_and(|of| of.wrong_poles == 0 && of.peak_current_a > 100.0));
+    // With less, more current is among what is tried, for the poles are not alike.
+    let weak = at(60.0);
+    assert!(weak.alike_up_to_a.is_none() && weak.suited() != Suited::Yes, "{weak:?}");
+    let more = |of: &Advice| of.change == "3 times the current, 180 A (if the magnets bear it)";
+    assert!(
+        weak.advice.iter().any(more) || weak.untried.iter().any(|of| of.starts_with("3 times")),
+        "{weak:?}"
+    );
+    // Poles that no such current tells apart have no such advice.
+    let none = sheet("saturation = \"0 %\"", &keys);
+    let none = Suitability::of(&none, &Demands::default(), Effort::Quick, |_| {}).expect("a check");
+    assert!(none.alike_up_to_a == Some(180.0) && none.advice.is_empty(), "{none:?}");
+}
+
+/// Settings that hold, and lack but the starts that show how rare wrong poles are, call for those starts, not for another sensor.
+#[test]
+fn regress_a_lack_of_starts_is_no_reason_for_another_sensor() {
+    let document = drive(&[NO_CURRENTS, TIMER]);
+    let found = Suitability::of(&document, &Demands::default(), Effort::Quick, |_| {}).expect("a check");
+    let open = found.open().unwrap_or_else(|| panic!("{found:?}"));
+    assert_eq!((found.suited(), open.wanting), (Suited::Undecided, Some(37_000)));
+    assert!(open.objections[0].contains("fresh starts hold"), "{:?}", open.objections);
+    assert!(found.alternatives.is_empty() && found.advice.is_empty(), "{found:?}");
+}

@@ -37,7 +37,7 @@ fn law_what_is_confirmed_was_seen_by_no_search() {
     assert!(value < high, "{few:?} {many:?}");
     let strict = Demands { error_deg: 0.5 * (value + high), ..demands };
     let bench = Bench::new(&document, &motor, &strict, &work);
-    let why = bench.confirm(&setting, 0).expect("runs").expect_err("not shown").join("; ");
+    let why = bench.confirm(&setting, 0).expect("runs").expect_err("not shown").objections.join("; ");
     assert!(why.contains("2000 fresh starts leave room for a p95"), "{why}");
 }
 

@@ -63,6 +63,9 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
     let helps = found.advice.iter().filter(|advice| advice.helps.is_some());
     let mut commands: Vec<String> = helps.map(|advice| changed(asked, advice)).collect();
     commands.extend(found.alternatives.iter().map(|other| with_settings(asked, &other.setting, &[])));
+    if let Some((open, starts)) = found.open().and_then(|open| Some((open, open.wanting?))) {
+        commands.push(format!("{} --trials {starts}", with_settings(asked, &open.setting, &[])));
+    }
     if !found.untried.is_empty() {
         commands.push(further(asked));
     }
@@ -269,6 +272,7 @@ pub fn json(asked: &Checked<'_>, written: Option<&Written>, next: &[String]) -> 
         "limit_on_a_specimen_deg": found.limit.and_then(|bound| bound.hybrid_deg),
         "polarity_difference": found.polarity_difference,
         "pulse_polarity_difference": found.pulse_difference,
+        "poles_alike_up_to_A": found.alike_up_to_a,
         "candidates": candidates,
         "left_out": left_out,
         "recommended": recommended,

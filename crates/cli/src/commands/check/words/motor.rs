@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 
 use standstill_analysis::{Condition, Demands, Suitability, informative};
-use standstill_detect::SequentialSettings;
+use standstill_detect::{SequentialSettings, Signature};
 use standstill_plant::{
     DataSheet, Entry, MAGNETS_INSIDE_FROM, PUBLISHED_SATURATION, PoleKnowledge, PublishedFall,
     PublishedSaturation, Source,
 };
 use standstill_scenario::ErrorSet;
 
-use super::{Checked, factor, percent};
+use super::{Checked, amperes, factor, percent};
 
 /// Sentence on how to measure the saturation.
 const MEASURE: &str = "Measure the saturation: `standstill fit` on scope traces of six pulses (docs/own-motor-traces.md, ten minutes), then `saturation = \"… %\"` in [nameplate].";
@@ -161,14 +161,28 @@ pub fn poles(suitability: &Suitability) -> String {
         };
         return format!("Poles: {note}. {way_out}");
     }
-    if suitability.poles_are_alike() {
+    if let Some(most) = suitability.alike_up_to_a {
         return format!(
-            "Poles: they draw the same current, to {:.1} % near rated current: no test at standstill can tell them apart.",
+            "Poles: they draw the same current up to {} A (to {:.1} % near rated current): no test with such currents tells them apart.",
+            amperes(most),
             100.0 * difference
         );
     }
+    let strongest = match suitability.strongest {
+        Some((signature, difference))
+            if suitability.signature == [Signature::None; 2] && signature != Signature::None =>
+        {
+            format!(
+                "; {} at {} A, by {:.1} %, which the pulses below use",
+                signature.in_words(),
+                amperes(suitability.most_current_a),
+                100.0 * difference.abs()
+            )
+        }
+        _ => String::new(),
+    };
     format!(
-        "Poles{}: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half that current, by {:.1} %.",
+        "Poles{}: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half that current, by {:.1} %{strongest}.",
         match (&suitability.condition, suitability.pole) {
             (Some(_), _) => " (of the least saturation that suffices)",
             (None, PoleKnowledge::Assumed) => " (assumed: the map has one side of the d-axis only)",

@@ -39,9 +39,16 @@ fn changes(found: &Suitability) -> Vec<Block> {
         0 | 1 => format!("The one setting that was tried, up to {most} A, does not suffice."),
         _ => format!("None of {looks} settings that were tried, up to {most} A, suffices."),
     };
-    if found.poles_are_alike() {
+    if let Some(most) = found.alike_up_to_a {
         return vec![Block::Text(format!(
-            "{tried} The poles draw the same current: no change of drive or sensors tells them apart."
+            "{tried} The poles draw the same current up to {} A: no change of drive or sensors tells them apart with less.",
+            amperes(most)
+        ))];
+    }
+    if let Some((open, starts)) = found.open().and_then(|open| Some((open, open.wanting?))) {
+        return vec![Block::Text(format!(
+            "{} meets all demands on the fresh starts that were tried. Wrong poles as rare as demanded show in {starts} starts, more than this check may do.",
+            setting(&open.setting)
         ))];
     }
     let (helps, not): (Vec<_>, Vec<_>) = found.advice.iter().partition(|advice| advice.helps.is_some());
