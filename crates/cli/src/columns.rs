@@ -8,60 +8,49 @@ use standstill_quantity::si_value;
 use standstill_scenario::Point;
 use standstill_table::{Cell, Column, Kind};
 
-/// Columns that all files of trials have for a trial.
-const TRIAL: [(&str, Kind); 13] = [
-    ("trial", Kind::Whole),
-    ("true_angle_deg", Kind::Number),
-    ("estimated_angle_deg", Kind::Number),
-    ("error_deg", Kind::Number),
-    ("outcome", Kind::Text),
-    ("pole_correct", Kind::Flag),
-    ("rotor_moved_deg", Kind::Number),
-    ("duration_s", Kind::Number),
-    ("axis_deg", Kind::Number),
-    ("axis_error_deg", Kind::Number),
-    ("start_angle_deg", Kind::Number),
-    ("peak_current_a", Kind::Number),
-    ("reason", Kind::Text),
-];
-
 /// Column of half the width in degrees of the sector that a trial's answer names. It is the last column of a trial,
 /// present only if answers are sectors.
 pub const HALF_SECTOR: &str = "half_sector_deg";
 
+/// Value of a trial in a column.
+type Value = for<'a> fn(&'a Row) -> Cell<'a>;
+
+/// Columns of a trial in files of trials: name, kind and value.
+const TRIAL: [(&str, Kind, Value); 14] = [
+    ("trial", Kind::Whole, |row| row.trial.into()),
+    ("true_angle_deg", Kind::Number, |row| row.true_angle_deg.into()),
+    ("estimated_angle_deg", Kind::Number, |row| row.estimated_angle_deg.into()),
+    ("error_deg", Kind::Number, |row| row.error_deg.into()),
+    ("outcome", Kind::Text, |row| row.verdict.name().into()),
+    ("pole_correct", Kind::Flag, |row| row.pole_correct.into()),
+    ("rotor_moved_deg", Kind::Number, |row| row.rotor_moved_deg.into()),
+    ("duration_s", Kind::Number, |row| row.duration_s.into()),
+    ("axis_deg", Kind::Number, |row| row.axis_deg.into()),
+    ("axis_error_deg", Kind::Number, |row| row.axis_error_deg.into()),
+    ("start_angle_deg", Kind::Number, |row| row.start_angle_deg.into()),
+    ("peak_current_a", Kind::Number, |row| row.peak_current_a.into()),
+    ("reason", Kind::Text, |row| row.reason.as_str().into()),
+    (HALF_SECTOR, Kind::Number, |row| row.half_sector_deg.into()),
+];
+
+/// Number of columns of a trial; `in_sectors`: whether answers are sectors.
+fn count(in_sectors: bool) -> usize {
+    TRIAL.len() - usize::from(!in_sectors)
+}
+
 /// Returns the columns of a trial in files of trials; `in_sectors`: whether answers are sectors.
 pub fn trial_columns(in_sectors: bool) -> impl Iterator<Item = Column> {
-    let sector = in_sectors.then_some((HALF_SECTOR, Kind::Number));
-    TRIAL.into_iter().chain(sector).map(|(name, kind)| Column::new(name, kind))
+    TRIAL.iter().take(count(in_sectors)).map(|(name, kind, _)| Column::new(*name, *kind))
 }
 
 /// Returns the values of a trial in the order of these columns.
 pub fn trial_values(row: &Row, in_sectors: bool) -> impl Iterator<Item = Cell<'_>> {
-    let number = |value: Option<f64>| value.map_or(Cell::Empty, Cell::Number);
-    let sector = in_sectors.then(|| number(row.half_sector_deg));
-    let values = [
-        Cell::Whole(row.trial),
-        Cell::Number(row.true_angle_deg),
-        number(row.estimated_angle_deg),
-        number(row.error_deg),
-        Cell::Text(row.verdict.name().into()),
-        row.pole_correct.map_or(Cell::Empty, Cell::Flag),
-        Cell::Number(row.rotor_moved_deg),
-        Cell::Number(row.duration_s),
-        number(row.axis_deg),
-        number(row.axis_error_deg),
-        Cell::Number(row.start_angle_deg),
-        Cell::Number(row.peak_current_a),
-        Cell::Text(row.reason.as_str().into()),
-    ];
-    values.into_iter().chain(sector)
+    TRIAL.iter().take(count(in_sectors)).map(|(.., value)| value(row))
 }
 
 /// The column of a sweep axis.
 #[derive(Debug)]
-pub struct AxisColumn {
-    pub column: Column,
-}
+pub struct AxisColumn(pub Column);
 
 impl AxisColumn {
     /// Returns the columns of all sweep axes. A column is numeric (in SI, angles in degrees) if the axis has a number
@@ -77,16 +66,16 @@ impl AxisColumn {
             } else {
                 Kind::Text
             };
-            Self { column: Column::new(first.values[k].0.as_str(), kind) }
+            Self(Column::new(first.values[k].0.as_str(), kind))
         };
         (0..first.values.len()).map(column).collect()
     }
 
     /// Returns a point's value in this column.
     pub fn value(&self, value: &toml::Value) -> Cell<'static> {
-        match (self.column.kind, value) {
+        match (self.0.kind, value) {
             (Kind::Number, value) => si(value).map_or(Cell::Empty, Cell::Number),
-            (_, toml::Value::Boolean(flag)) if self.column.kind == Kind::Flag => Cell::Flag(*flag),
+            (_, toml::Value::Boolean(flag)) if self.0.kind == Kind::Flag => Cell::Flag(*flag),
             (_, toml::Value::String(text)) => Cell::Text(text.clone().into()),
             (_, value) => Cell::Text(value.to_string().into()),
         }
@@ -94,13 +83,7 @@ impl AxisColumn {
 
     /// Returns a point's value as JSON.
     pub fn json(&self, value: &toml::Value) -> serde_json::Value {
-        match self.value(value) {
-            Cell::Number(number) => number.into(),
-            Cell::Flag(flag) => flag.into(),
-            Cell::Text(text) => text.into_owned().into(),
-            Cell::Whole(whole) => whole.into(),
-            Cell::Empty => serde_json::Value::Null,
-        }
+        serde_json::json!(self.value(value))
     }
 }
 

@@ -35,20 +35,29 @@ pub mod witness;
 
 use std::path::Path;
 
-use standstill_detect::{Decay, MethodName};
+use standstill_detect::{Decay, Method, MethodName};
 use standstill_plant::{DataSheet, Files, Motor};
 use standstill_quantity::Quantity;
-use standstill_scenario::{MotorSpec, Record, ScenarioFile};
+use standstill_report::figure::Figure;
+use standstill_scenario::{MotorSpec, Record, Scenario, ScenarioFile};
+use standstill_sim::Trace;
 
 use crate::error::Error;
-use crate::scenario;
 use crate::shell::terminal::tell;
+use crate::{figures, scenario};
 
-/// Returns the angle in rad that a detector found; if it found only an axis, the end of the axis that is nearer to the
-/// rotor. None without an axis.
-fn found(record: &Record) -> Option<f64> {
-    let error = record.error_deg().or_else(|| record.axis_error_deg())?;
-    Some((record.true_angle_deg() + error).to_radians())
+/// Draws the waveforms of a trial, with the angle that its detector found; if it found only an axis, the end of the axis that is
+/// nearer to the rotor.
+fn waveforms(
+    trace: &Trace,
+    title: &str,
+    conditions: &str,
+    scenario: &Scenario<Method<f64>>,
+    record: &Record,
+) -> Figure {
+    let error = record.error_deg().or_else(|| record.axis_error_deg());
+    let found = error.map(|error| (record.true_angle_deg() + error).to_radians());
+    figures::detection(trace, title, conditions, scenario.sensors.comparator.arrangement, found)
 }
 
 /// Reads a data sheet by the name of a built-in motor or by its path.

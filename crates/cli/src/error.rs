@@ -82,13 +82,20 @@ impl Error {
         move |error| Self::Write(path, error)
     }
 
-    /// Returns the error of existing results of another run, which are not replaced.
-    pub fn another_run(path: PathBuf, difference: &str) -> Self {
-        Self::Results {
-            path,
-            found: format!("the results of another run: {difference}"),
-            needed: "another --out, or --force to replace them".to_owned(),
-        }
+    /// Returns the error of a file or folder that holds what was found in place of what is needed.
+    pub fn results(path: impl Into<PathBuf>, found: impl Into<String>, needed: impl Into<String>) -> Self {
+        Self::Results { path: path.into(), found: found.into(), needed: needed.into() }
+    }
+
+    /// Returns the error of existing results of another `run` or `question`, which are not replaced.
+    pub fn another(of: &str, path: impl Into<PathBuf>, difference: &str) -> Self {
+        let found = format!("the results of another {of}: {difference}");
+        Self::results(path, found, "another --out, or --force to replace them")
+    }
+
+    /// Returns the error of a journal that something unfinished left, which is not thrown away.
+    pub fn unfinished(path: impl Into<PathBuf>, found: &str) -> Self {
+        Self::results(path, found, "--resume to go on with it, another --out, or --force to throw it away")
     }
 
     /// Converts the error of a table that cannot be written. If the operating system refused, the message names `path`.

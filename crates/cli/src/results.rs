@@ -65,11 +65,8 @@ impl SummaryFile {
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(SUMMARY);
         let text = read_text(&path).map_err(|error| Error::Read(path.clone(), error))?;
-        let error = |found: String| Error::Results {
-            path: path.clone(),
-            found,
-            needed: "the summary of a run, as `standstill run` writes it".to_owned(),
-        };
+        let needed = "the summary of a run, as `standstill run` writes it";
+        let error = |found: String| Error::results(&path, found, needed);
         if intact::is_changed(&text) {
             return Err(intact::changed(&path));
         }
@@ -158,9 +155,9 @@ pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<()
         Ok(summary) => summary
             .run
             .difference(identity)
-            .map_or(Ok(()), |difference| Err(Error::another_run(path, &difference))),
+            .map_or(Ok(()), |difference| Err(Error::another("run", path, &difference))),
         Err(changed) if intact::is_changed_file(&path) => Err(changed),
-        Err(_) => Err(Error::another_run(path, "this file is not of `standstill run`")),
+        Err(_) => Err(Error::another("run", path, "this file is not of `standstill run`")),
     }
 }
 

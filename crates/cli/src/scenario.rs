@@ -118,12 +118,8 @@ pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Re
 pub fn of_motor(name: &str, keys: &Keys, shorthands: Shorthands) -> Result<Document, Error> {
     let path = Path::new(name);
     // What has no ending is a motor's name, known or not.
-    let document = if path.exists() || path.extension().is_some() {
-        read_either(path)?.0
-    } else {
-        let named = Shorthands::default().with("MOTOR", "motor", Some(name));
-        changed(Document::parse(Path::new("scenario"), "")?, &Keys::default(), named)?
-    };
+    let document =
+        if path.exists() || path.extension().is_some() { read_either(path)?.0 } else { named(name)? };
     says_something(&document, path);
     changed(document, keys, shorthands)
 }
@@ -148,27 +144,25 @@ fn says_something(document: &Document, path: &Path) {
     }
 }
 
+/// Returns the default scenario with the motor of this name or path.
+fn named(motor: &str) -> Result<Document, Error> {
+    let document = Document::parse(Path::new("scenario"), "")?;
+    changed(document, &Keys::default(), Shorthands::default().with("MOTOR", "motor", Some(motor)))
+}
+
 /// Reads a scenario without printing a message. Also returns whether the file is a motor: a built-in one, or a data
 /// sheet, which has a name or a nameplate unlike a scenario.
 pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
-    let of_motor = |name: &str| {
-        let document = Document::parse(Path::new("scenario"), "")?;
-        changed(document, &Keys::default(), Shorthands::default().with("MOTOR", "motor", Some(name)))
-    };
     let name = path.to_string_lossy();
     if !path.exists() && DataSheet::built_in_text(&name).is_some() {
-        return Ok((of_motor(&name)?, true));
+        return Ok((named(&name)?, true));
     }
     if let Some(found) = named_otherwise(path) {
-        return Err(Error::Results {
-            path: path.to_owned(),
-            found,
-            needed: "a scenario (.toml), or a motor".to_owned(),
-        });
+        return Err(Error::results(path, found, "a scenario (.toml), or a motor"));
     }
     let document = text_of(path)?;
     if ["name", "winding", "nameplate"].iter().any(|key| document.get(key).is_some()) {
-        return Ok((of_motor(&name)?, true));
+        return Ok((named(&name)?, true));
     }
     Ok((document, false))
 }

@@ -11,6 +11,21 @@ pub mod table;
 pub mod terminal;
 pub mod values;
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use crate::error::Error;
+
+/// Locks a mutex; what a thread left that panicked counts.
+pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Makes a pool of this many worker threads; none: as many as the machine runs at once.
+pub fn workers(threads: Option<usize>) -> Result<rayon::ThreadPool, Error> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
+    pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))
+}
+
 /// The text that a command prints, with its exit code.
 #[derive(Debug)]
 pub struct Report {

@@ -112,7 +112,7 @@ impl Maker {
 
     /// Returns true if the library has a task beside the interrupt.
     pub fn has_task(&self) -> bool {
-        matches!(self.library.level(), Level::Interrupt(timing) if timing.task.is_some())
+        matches!(self.library.level(), Level::Interrupt(timing) if timing.task_ns.is_some())
     }
 
     /// Makes a detector, with its library's memory as after loading. `trial`: number of the trial; none to check
@@ -137,7 +137,7 @@ impl Maker {
             Level::Command => (None, None),
             Level::Interrupt(timing) => {
                 let first = |period: Nanos| Nanos::from_seconds(period.seconds() * task_at.clamp(0.0, 1.0));
-                let task = timing.task.map(|period| Task { period, next: first(period) });
+                let task = timing.task_ns.map(Nanos).map(|period| Task { period, next: first(period) });
                 (Some(Interrupts::new(timing, Nanos(self.drive.period_ns))), task)
             }
         };

@@ -162,7 +162,7 @@ mod tests {
         update_delay: 1,
         samples: 1,
         sample_every: 0.0,
-        task: None,
+        task_ns: None,
     };
 
     fn legs(duty: f32) -> Legs {

@@ -8,11 +8,12 @@ use crate::elf::Elf;
 use crate::image::{Image, Moment, Site};
 use crate::parts::{self, Part, Read};
 use crate::shared;
-use standstill_interface::{Nanos, abi};
+use serde::{Deserialize, Serialize};
+use standstill_interface::abi;
 use thiserror::Error;
 
 /// Why a library cannot be the detector.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error, Serialize, Deserialize)]
 #[error("found {found}, needed {needed}")]
 pub struct LoadError {
     /// The file or library that was found.
@@ -53,7 +54,7 @@ impl LoadError {
 }
 
 /// Times at which an interrupt runs and at which its output takes effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// Frequency of the PWM in Hz.
     pub pwm_hz: u32,
@@ -67,12 +68,12 @@ pub struct Timing {
     pub samples: u32,
     /// Time between two samples, as a share of the time between two updates.
     pub sample_every: f32,
-    /// Period of the task beside the interrupt; none for a library without task.
-    pub task: Option<Nanos>,
+    /// Period of the task beside the interrupt in ns; none for a library without task.
+    pub task_ns: Option<u64>,
 }
 
 /// Properties of a library that are known once it is loaded, before any trial.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description {
     /// Name by which the library identifies itself.
     pub name: String,
@@ -83,7 +84,7 @@ pub struct Description {
 }
 
 /// Level at which a library is called.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Level {
     /// `step()`: from readings to a command.
     Command,
@@ -296,7 +297,7 @@ fn level(table: &abi::Table, [step, isr]: [bool; 2]) -> Result<Level, LoadError>
         update_delay: table.update_delay,
         samples: table.samples.max(1),
         sample_every: table.sample_every,
-        task: table.task.map(|_| Nanos(table.task_ns)),
+        task_ns: table.task.map(|_| table.task_ns),
     };
     timing.check()?;
     Ok(Level::Interrupt(timing))
@@ -312,9 +313,9 @@ impl Timing {
         if let Err(found) = self.within(self.sample_at, self.sample_every) {
             return Err(LoadError::new(found, "the last one before the next update".to_owned()));
         }
-        match self.task {
-            Some(period) if !(1000..=10_000_000_000).contains(&period.0) => {
-                Err(LoadError::new(format!("task_ns {}", period.0), "from 1000 to 10000000000".to_owned()))
+        match self.task_ns {
+            Some(period) if !(1000..=10_000_000_000).contains(&period) => {
+                Err(LoadError::new(format!("task_ns {period}"), "from 1000 to 10000000000".to_owned()))
             }
             _ => Ok(()),
         }

@@ -80,8 +80,9 @@ pub struct Column {
     pub kind: Kind,
 }
 
-/// Content of a cell.
-#[derive(Clone, Debug, PartialEq)]
+/// Content of a cell. As JSON an empty one is null.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
 pub enum Cell<'a> {
     /// Nothing.
     Empty,

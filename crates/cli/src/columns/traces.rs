@@ -6,7 +6,7 @@ mod tests;
 use std::borrow::Cow;
 
 use standstill_interface::{Phase, Sensed};
-use standstill_sim::{Event, Health, Trace};
+use standstill_sim::{Event, Health, Snapshot, Trace};
 use standstill_table::{Cell, Column, Format, Kind, TableError};
 
 /// Receiver of the rows of a table.
@@ -73,26 +73,30 @@ fn round(number: f64, parts: f64) -> f64 {
     (number * parts).round() / parts + 0.0
 }
 
-/// Columns that every waveform has.
-const WAVEFORM: [Head; 18] = [
-    head("t_s", PICO),
-    head("i_a_A", NANO),
-    head("i_b_A", NANO),
-    head("i_c_A", NANO),
-    head("v_a_V", MICRO),
-    head("v_b_V", MICRO),
-    head("v_c_V", MICRO),
-    head("theta_deg", NANO),
-    head("mode_a", None),
-    head("mode_b", None),
-    head("mode_c", None),
-    head("u_dc_V", MICRO),
-    head("omega_electrical_rad_per_s", NANO),
-    head("torque_Nm", NANO),
-    head("i_leg_a_A", NANO),
-    head("i_leg_b_A", NANO),
-    head("i_leg_c_A", NANO),
-    head("i_link_A", NANO),
+/// Value of a snapshot in a column.
+type Value = fn(&Snapshot) -> Cell<'static>;
+
+/// Columns that every waveform has, with their values: voltages in V against the negative rail, and three kinds of
+/// currents in A: of the winding, of each leg's devices towards the motor, and from the DC link into the bridge.
+const WAVEFORM: [(Head, Value); 18] = [
+    (head("t_s", PICO), |s| Cell::Number(s.time)),
+    (head("i_a_A", NANO), |s| current(s.current[0])),
+    (head("i_b_A", NANO), |s| current(s.current[1])),
+    (head("i_c_A", NANO), |s| current(s.current[2])),
+    (head("v_a_V", MICRO), |s| Cell::Number(s.potential[0])),
+    (head("v_b_V", MICRO), |s| Cell::Number(s.potential[1])),
+    (head("v_c_V", MICRO), |s| Cell::Number(s.potential[2])),
+    (head("theta_deg", NANO), |s| Cell::Number(s.angle.to_degrees())),
+    (head("mode_a", None), |s| s.modes[0].to_string().into()),
+    (head("mode_b", None), |s| s.modes[1].to_string().into()),
+    (head("mode_c", None), |s| s.modes[2].to_string().into()),
+    (head("u_dc_V", MICRO), |s| Cell::Number(s.dc_link)),
+    (head("omega_electrical_rad_per_s", NANO), |s| Cell::Number(s.speed)),
+    (head("torque_Nm", NANO), |s| Cell::Number(s.torque)),
+    (head("i_leg_a_A", NANO), |s| current(s.leg_current()[0])),
+    (head("i_leg_b_A", NANO), |s| current(s.leg_current()[1])),
+    (head("i_leg_c_A", NANO), |s| current(s.leg_current()[2])),
+    (head("i_link_A", NANO), |s| current(s.link_current())),
 ];
 
 /// Additional column for drives with comparators.
@@ -104,48 +108,18 @@ fn has_comparators(trace: &Trace) -> bool {
 }
 
 fn waveform_columns(trace: &Trace) -> Vec<Head> {
-    WAVEFORM.into_iter().chain(has_comparators(trace).then_some(COMPARATOR)).collect()
+    let heads = WAVEFORM.into_iter().map(|(head, _)| head);
+    heads.chain(has_comparators(trace).then_some(COMPARATOR)).collect()
 }
 
-/// Rounds currents to whole nanoamperes, as in all files, so that rounding errors of the integrator become zero.
-fn currents(current: [f64; 3]) -> [Cell<'static>; 3] {
-    current.map(|current| Cell::Number(round(current, 1e9)))
+/// Rounds a current to whole nanoamperes, as in all files, so that rounding errors of the integrator become zero.
+fn current(current: f64) -> Cell<'static> {
+    Cell::Number(round(current, 1e9))
 }
 
-/// Writes the rows of the waveform: voltages in V against the negative rail, and three kinds of currents in A: of the
-/// winding, of each leg's devices towards the motor, and from the DC link into the bridge.
 fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     for s in &trace.snapshots {
-        let number = |value: f64| Cell::Number(value);
-        let [a, b, c] = currents(s.current);
-        let [leg_a, leg_b, leg_c] = currents(s.leg_current());
-        let [va, vb, vc] = s.potential.map(number);
-        let [ma, mb, mc] = s.modes.map(|mode| Cell::Text(mode.to_string().into()));
-        let angle = number(s.angle.to_degrees());
-        let end = [s.dc_link, s.speed, s.torque].map(number);
-        let [link, speed, torque] = end;
-        let time = number(s.time);
-        let into_bridge = number(round(s.link_current(), 1e9));
-        let mut row = vec![
-            time,
-            a,
-            b,
-            c,
-            va,
-            vb,
-            vc,
-            angle,
-            ma,
-            mb,
-            mc,
-            link,
-            speed,
-            torque,
-            leg_a,
-            leg_b,
-            leg_c,
-            into_bridge,
-        ];
+        let mut row: Vec<Cell<'_>> = WAVEFORM.iter().map(|(_, value)| value(s)).collect();
         row.extend(s.comparator.map(|state| Cell::Text(state.to_string().into())));
         to(&row)?;
     }

@@ -17,7 +17,6 @@ use super::question::setting;
 use crate::answer::{Answer, Made, Record};
 use crate::arguments::Explain as Options;
 use crate::error::Error;
-use crate::figures;
 use crate::results::{FinishedRun, say_extension};
 use crate::shell::Report;
 use crate::shell::asked::NotedQuestion;
@@ -72,7 +71,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let folder_of_run = quoted(&options.folder.to_string_lossy());
     let command = format!("standstill run scenario.toml --out {folder_of_run}\n{}", typed());
     let (text, files) = (&run.summary.run.scenario, &run.summary.run.files);
-    let setup = Setup { place: &place, text, files, fence: None, varied, others: Vec::new() };
+    let setup = Setup::of(&place, text, files, varied);
     let made = Made { setup: Some(setup), command, asked: Some(asked), ..Made::default() };
     answer(&run, &plan, &all, lost).report(folder, options.json, &made)
 }
@@ -86,12 +85,11 @@ fn plan(run: &FinishedRun, options: &Options) -> Result<Plan, Error> {
     // Written down and read again, numbers may have other digits of the same value.
     now.scenario.clone_from(&recorded.scenario);
     match recorded.whole().difference(&now) {
-        Some(difference) => Err(Error::Results {
-            path: run.folder.clone(),
-            found: format!("a run that cannot be repeated: {difference}"),
-            needed: "the program that made it, and the files that it read (--files says where they are)"
-                .to_owned(),
-        }),
+        Some(difference) => {
+            let found = format!("a run that cannot be repeated: {difference}");
+            let needed = "the program that made it, and the files that it read (--files says where they are)";
+            Err(Error::results(&run.folder, found, needed))
+        }
         None => Ok(plan),
     }
 }
@@ -111,13 +109,7 @@ fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Repeated, Halt
     let watched = scenario.watched(&single.case(), false, f64::INFINITY);
     let (record, _, trace) = watched.map_err(|error| Halt::Failed(error.into()))?;
     let title = format!("trial {}, rotor at {:.2}°", chosen.trial, record.start_angle_deg());
-    let figure = figures::detection(
-        &trace,
-        &title,
-        &setting(&file, scenario),
-        scenario.sensors.comparator.arrangement,
-        super::found(&record),
-    );
+    let figure = super::waveforms(&trace, &title, &setting(&file, scenario), scenario, &record);
     Ok(Repeated { chosen, single, explained, figure })
 }
 

@@ -56,7 +56,7 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     let there = read_at_most(&options.out, content.len() as u64);
     let other = there.map_or_else(|error| error.kind() != io::ErrorKind::NotFound, |there| there != content);
     if !options.force && other {
-        return Err(Error::another_run(options.out.clone(), "this FMU is another one"));
+        return Err(Error::another("run", &options.out, "this FMU is another one"));
     }
     replace(&options.out, &content)?;
     let count = |of: fn(&standstill_fmu::Variable) -> bool| model.variables.iter().filter(|v| of(v)).count();
@@ -118,20 +118,16 @@ fn binaries(options: &Fmu) -> Result<Vec<Binary>, Error> {
     let mut all: Vec<Binary> = Vec::new();
     for path in paths {
         let library = read_at_most(&path, MOST_BYTES).map_err(|error| Error::Read(path.clone(), error))?;
-        let library = Binary::of(library).map_err(|found| Error::Results {
-            path: path.clone(),
-            found,
-            needed: format!(
-                "the library of FMUs of standstill {}, which `cargo build --release` leaves beside the program as {}, and \
-                 scripts/fmu-binaries.sh for other kinds of machines in fmu-binaries",
-                env!("CARGO_PKG_VERSION"),
-                Binary::name()
-            ),
-        })?;
+        let needed = format!(
+            "the library of FMUs of standstill {}, which `cargo build --release` leaves beside the program as {}, and \
+             scripts/fmu-binaries.sh for other kinds of machines in fmu-binaries",
+            env!("CARGO_PKG_VERSION"),
+            Binary::name()
+        );
+        let library = Binary::of(library).map_err(|found| Error::results(&path, found, needed))?;
         if all.iter().any(|there| there.machine() == library.machine()) {
             let found = format!("a second library for {}", library.machine());
-            let needed = "one for each kind of machine".to_owned();
-            return Err(Error::Results { path, found, needed });
+            return Err(Error::results(path, found, "one for each kind of machine"));
         }
         all.push(library);
     }

@@ -2,7 +2,7 @@
 
 mod words;
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use standstill_analysis::subset::{Effort, End, Run, Settings};
 use standstill_analysis::{Alarm, Anatomy, Event, GIVEN_UP, Odds, RUNS, Trials, Watch};
@@ -13,9 +13,9 @@ use super::question::{Asked, again, plan, setting};
 use crate::arguments::Odds as Options;
 use crate::error::Error;
 use crate::figures;
-use crate::shell::Report;
 use crate::shell::progress::Watched;
 use crate::shell::values::probability;
+use crate::shell::{Report, locked};
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
@@ -108,13 +108,13 @@ struct Listening<'a> {
 
 impl Listening<'_> {
     fn hear(&self, of: impl FnOnce(&mut SoFar)) {
-        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut found = locked(&self.found);
         of(&mut found);
         self.watched.bar.set_message(progress(&found));
     }
 
     fn interrupted(&self) -> String {
-        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = locked(&self.found);
         let known = known(&found).map_or_else(String::new, |known| format!(", {known}"));
         format!("{} of {RUNS} runs were done{known}", found.runs.len())
     }
@@ -198,16 +198,8 @@ fn typical(trials: &Trials<'_>, tape: &Tape, event: Event, setting: &str) -> Res
     };
     let title = format!("a typical start with {event}, rotor at {:.1}°", record.true_angle_deg());
     let conditions = format!("{setting}; {outcome}");
-    Ok((
-        figures::detection(
-            &trace,
-            &title,
-            &conditions,
-            scenario.sensors.comparator.arrangement,
-            super::found(&record),
-        ),
-        format!("Of the likeliest sector the start nearest to its means: {outcome}."),
-    ))
+    let figure = super::waveforms(&trace, &title, &conditions, &scenario, &record);
+    Ok((figure, format!("Of the likeliest sector the start nearest to its means: {outcome}.")))
 }
 
 #[cfg(test)]

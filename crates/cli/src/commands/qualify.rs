@@ -8,7 +8,7 @@ mod words;
 use standstill_analysis::Halt;
 use standstill_analysis::qualify::{Case, Qualification, Requirements, Verdict};
 use standstill_analysis::witness::Witness;
-use standstill_campaign::digests::DigestError;
+
 use standstill_files::read_text;
 use standstill_plant::Digest;
 use standstill_report::page::{Block, Column, Section, Table, Tone};
@@ -52,10 +52,9 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         })?;
         if !options.no_witness {
             bar.set_message("witnesses");
-            match witness::hear(watched.flag(), |group| bar.set_message(format!("witnesses: {group}"))) {
-                Err(witness::Unheard::Witness(of)) if is_stop(&of) => return Err(Halt::Stopped),
-                Err(error) => heard = Err(error.into()),
-                Ok(all) => heard = Ok(Some(all)),
+            heard = witness::hear(watched.flag(), |group| bar.set_message(format!("witnesses: {group}")));
+            if let Ok(None) = heard {
+                return Err(Halt::Stopped);
             }
         }
         Ok(())
@@ -70,10 +69,6 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let scenario = plan.scenario(0)?;
     let manifest = manifest::of(&plan, path, &digest, asked.identity())?;
     asked.answer(&scenario, answer(&words, setting(plan.file(), &scenario), manifest, heard.as_deref()))
-}
-
-fn is_stop(error: &standstill_analysis::witness::WitnessError) -> bool {
-    matches!(error, standstill_analysis::witness::WitnessError::Digest(DigestError::Stopped))
 }
 
 /// Returns the numbers of the requirements that the user asked about.

@@ -21,12 +21,12 @@ use crate::arguments::{Keys, Question, Seed, default_folder};
 use crate::doubts;
 use crate::error::Error;
 use crate::scenario::{self, Shorthands};
-use crate::shell::Report;
 use crate::shell::command_line::{command, quoted, set, to_resume};
 use crate::shell::interrupt::INTERRUPTED;
 use crate::shell::output::{Output, remove_stale};
 use crate::shell::progress::Watched;
 use crate::shell::setup::Setup;
+use crate::shell::{Report, workers};
 
 /// Returns the document with the settings from the command line.
 pub fn document(question: &Question) -> Result<Document, Error> {
@@ -115,10 +115,7 @@ impl<'a> Asked<'a> {
         &self,
         work: impl FnOnce() -> Result<T, Halt<FileError>> + Send,
     ) -> Result<Option<T>, Error> {
-        let threads = self.question.threads.map_or(0, usize::from);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))?;
-        let found = pool.install(work);
+        let found = workers(self.question.threads.map(usize::from))?.install(work);
         self.watched.bar.finish_and_clear();
         match found {
             Ok(value) => Ok(Some(value)),
@@ -173,18 +170,9 @@ impl<'a> Asked<'a> {
         }
         json[identity::KEY] = json!(self.identity);
         let place = self.question.scenario.with_file_name("scenario");
-        let made = Made {
-            setup: Some(Setup {
-                place: &place,
-                text: &self.identity.of.scenario,
-                files: &self.identity.of.files,
-                fence: None,
-                varied: Vec::new(),
-                others: Vec::new(),
-            }),
-            command: command(self.name, &self.identity.options),
-            ..Made::default()
-        };
+        let Identity { of, options } = &self.identity;
+        let setup = Some(Setup::of(&place, &of.scenario, &of.files, Vec::new()));
+        let made = Made { setup, command: command(self.name, options), ..Made::default() };
         let report = answer.report(folder(self.question, self.name), self.question.json, &made)?;
         // Only now that the files are in place.
         self.forget()?;
@@ -216,11 +204,7 @@ fn notes(question: &Question, path: PathBuf, asked: &Identity) -> Result<Notes, 
         (false, _) => {}
         (true, true) => notes.replace()?,
         (true, false) => {
-            return Err(Error::Results {
-                path,
-                found: "what a question has computed that was interrupted".to_owned(),
-                needed: "--resume to go on with it, another --out, or --force to throw it away".to_owned(),
-            });
+            return Err(Error::unfinished(path, "what a question has computed that was interrupted"));
         }
     }
     Ok(notes)

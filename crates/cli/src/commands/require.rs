@@ -77,9 +77,7 @@ impl EdgeSearch<'_> {
             Ok(Some(look))
         })
     }
-}
 
-impl EdgeSearch<'_> {
     /// Returns the total number of trials, including those at values that were later judged again with more trials.
     fn trials(&self) -> u64 {
         self.judged.iter().map(|judged| judged.trials).sum()
@@ -236,7 +234,7 @@ fn answer(setting: String, again: &str, asked: &EdgeSearch<'_>, found: &Found) -
     let mut json = json!({
         "key": key, "value": null, "low": null, "high": null, "limit": limits.to_string(),
         "searched": [from, to],
-        "refused": refused.iter().map(refused::Refusal::json).collect::<Vec<_>>(),
+        "refused": refused,
         "trials": asked.trials(),
     });
     let possible = if refused.is_empty() { "" } else { " that can be" };

@@ -271,7 +271,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
         if options.force {
             return Ok(None);
         }
-        return Err(Error::another_run(path, &difference));
+        return Err(Error::another("run", path, &difference));
     }
     for table in names.iter().filter(|name| **name != SUMMARY) {
         match summary.check(&options.out.join(table)) {
@@ -298,11 +298,7 @@ fn make_way(path: &Path, force: bool) -> Result<(), Error> {
     if force {
         return std::fs::remove_file(path).map_err(Error::writing(path));
     }
-    Err(Error::Results {
-        path: path.to_owned(),
-        found: "trials of a run that is not finished, or of a shard".to_owned(),
-        needed: "--resume to go on with it, another --out, or --force to throw it away".to_owned(),
-    })
+    Err(Error::unfinished(path, "trials of a run that is not finished, or of a shard"))
 }
 
 fn interrupted(options: &Options, path: &Path) -> Report {

@@ -6,8 +6,9 @@ use std::path::Path;
 use standstill_scenario::Plan;
 use standstill_table::Format;
 
+use super::question::given;
 use super::run::{document, isolated};
-use crate::arguments::{Rows, Slurm};
+use crate::arguments::{Rows, Seed, Slurm};
 use crate::error::Error;
 use crate::scenario;
 use crate::shell::command_line::quoted;
@@ -42,15 +43,14 @@ fn path(path: &Path) -> String {
 fn command(options: &Slurm) -> String {
     let sweep =
         !options.axes.vary.is_empty() || options.axes.design.is_some() || options.axes.points.is_some();
-    let mut words = vec![if sweep { "sweep" } else { "run" }.to_owned(), path(&options.scenario)];
+    let scenario = given(&options.scenario.to_string_lossy(), &options.keys, Seed::default());
+    let mut words = vec![if sweep { "sweep" } else { "run" }.to_owned(), scenario];
     let pairs = |option: &str, pairs: &[(String, String)]| {
         pairs
             .iter()
             .map(|(key, value)| format!("{option} {}", quoted(&format!("{key}={value}"))))
             .collect::<Vec<_>>()
     };
-    words.extend(pairs("-s", &options.keys.set));
-    words.extend(options.keys.detector.iter().map(|library| format!("--detector {}", path(library))));
     words.extend(pairs("--vary", &options.axes.vary));
     words.extend(
         options.axes.design.map(|design| format!("--design {}", standstill_interface::Choice::name(design))),

@@ -107,7 +107,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
     let varied = plan.file().axes.keys().cloned().collect();
     let files = &identity.of.files;
-    let setup = Setup { place: &place, text: &text, files, fence: None, varied, others: Vec::new() };
+    let setup = Setup::of(&place, &text, files, varied);
     let made = Made {
         setup: Some(setup),
         command: typed_of(options.source.scenario.as_deref()),

@@ -15,42 +15,27 @@ use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::{remove_stale, unfinished_prefix};
 use crate::shell::{Report, progress};
 
-/// Reason why witnesses could not be computed.
-pub enum Unheard {
-    Witness(WitnessError),
-    Folder(std::io::Error),
-}
-
-impl From<Unheard> for Error {
-    fn from(error: Unheard) -> Self {
-        match error {
-            Unheard::Witness(error) => Self::Witness(error),
-            Unheard::Folder(error) => Self::Write(std::env::temp_dir(), error),
-        }
-    }
-}
-
-/// Computes all witnesses, with a temporary folder for their files.
-pub fn hear(stop: &AtomicBool, hear: impl FnMut(&'static str)) -> Result<Vec<Witness>, Unheard> {
-    remove_stale(&std::env::temp_dir());
+/// Computes all witnesses, with a temporary folder for their files; none if stopped.
+pub fn hear(stop: &AtomicBool, hear: impl FnMut(&'static str)) -> Result<Option<Vec<Witness>>, Error> {
+    let place = std::env::temp_dir();
+    remove_stale(&place);
     let folder = tempfile::Builder::new().prefix(&unfinished_prefix()).tempdir();
-    let folder = folder.map_err(Unheard::Folder)?;
-    all(folder.path(), stop, hear).map_err(Unheard::Witness)
+    let folder = folder.map_err(Error::writing(&place))?;
+    match all(folder.path(), stop, hear) {
+        Err(WitnessError::Digest(DigestError::Stopped)) => Ok(None),
+        found => found.map(Some).map_err(Error::Witness),
+    }
 }
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let (stop, bar) = (interrupt::flag(), progress::working("witnesses"));
     let found = hear(&stop, |group| bar.set_message(group));
     bar.finish_and_clear();
-    match found {
-        Err(Unheard::Witness(WitnessError::Digest(DigestError::Stopped))) => {
-            let text = "Interrupted: not all witnesses were heard; begin again with\n  standstill witness\n"
-                .to_owned();
-            Ok(Report { text, code: INTERRUPTED })
-        }
-        Err(error) => Err(error.into()),
-        Ok(found) => Ok(report(&found, options.json)),
-    }
+    let interrupted = "Interrupted: not all witnesses were heard; begin again with\n  standstill witness\n";
+    Ok(match found? {
+        Some(found) => report(&found, options.json),
+        None => Report { text: interrupted.to_owned(), code: INTERRUPTED },
+    })
 }
 
 /// Returns the report on the witnesses; its exit code is 1 if one of them does not hold.

@@ -35,14 +35,10 @@ fn no_trials(folder: &Path, needed: &[&str]) -> Error {
     } else {
         "no trials".to_owned()
     };
-    Error::Results {
-        path: folder.to_owned(),
-        found,
-        needed: format!(
-            "{}, as `standstill run` writes them with --format csv or parquet and --rows all",
-            needed.join(" or ")
-        ),
-    }
+    let needed = needed.join(" or ");
+    let needed =
+        format!("{needed}, as `standstill run` writes them with --format csv or parquet and --rows all");
+    Error::results(folder, found, needed)
 }
 
 /// Commands whose results are not a run: name of the command, the file by which its results are recognised, and their
@@ -163,11 +159,7 @@ impl FinishedRun {
 
     /// Returns the error of a table of trials that belongs to another run.
     pub fn foreign(&self, found: String) -> Error {
-        Error::Results {
-            path: self.trials.clone(),
-            found,
-            needed: "the trials that summary.json beside it is of".to_owned(),
-        }
+        Error::results(&self.trials, found, "the trials that summary.json beside it is of")
     }
 
     /// Reads all trials, point by point.

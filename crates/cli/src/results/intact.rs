@@ -38,14 +38,12 @@ pub fn is_changed_file(path: &Path) -> bool {
 /// Returns the error of a changed summary, with advice on how to proceed.
 pub fn changed(path: &Path) -> Error {
     let folder = path.parent().unwrap_or(Path::new(""));
-    Error::Results {
-        path: path.to_owned(),
-        found: "numbers or words that the run did not write: its digest is that of another text".to_owned(),
-        needed: format!(
-            "the file as it was written: put it back, or repeat the command of the run with --force --out {}: `run` in it says which",
-            quoted(&folder.to_string_lossy())
-        ),
-    }
+    let needed = format!(
+        "the file as it was written: put it back, or repeat the command of the run with --force --out {}: `run` in it says which",
+        quoted(&folder.to_string_lossy())
+    );
+    let found = "numbers or words that the run did not write: its digest is that of another text";
+    Error::results(path, found, needed)
 }
 
 /// Prints the note that a summary of an older version has no digest, so that changes of it cannot be detected.

@@ -63,10 +63,6 @@ impl Tables {
             Some(kept) => format!("{kept}, as {SUMMARY} beside it says: put that file back, or {way}"),
             None => format!("a table of which {SUMMARY} beside it knows: {way}"),
         };
-        Err(Error::Results {
-            path: table.to_owned(),
-            found: format!("{found}, which is not what the run wrote"),
-            needed,
-        })
+        Err(Error::results(table, format!("{found}, which is not what the run wrote"), needed))
     }
 }

@@ -74,7 +74,7 @@ impl NotedQuestion {
             Some(question) => format!("of {} there and of {} here", question.said, self.question.said),
             None => format!("nothing says that they are of `standstill {}`", self.command),
         };
-        Err(Error::another_run(folder.join(first), &difference))
+        Err(Error::another("run", folder.join(first), &difference))
     }
 
     /// Returns the new content of the folder's note ([`NOTE`]), to which this question and the digests of these files

@@ -6,10 +6,12 @@
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use standstill_table::Columns;
+
+use crate::shell::locked;
 
 thread_local! {
     static CURRENT: RefCell<Option<Arc<Host>>> = const { RefCell::new(None) };
@@ -52,10 +54,6 @@ pub struct Host {
 /// Returns the host of this thread, if there is one.
 pub(crate) fn current() -> Option<Arc<Host>> {
     CURRENT.with_borrow(Clone::clone)
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Host {

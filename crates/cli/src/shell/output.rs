@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::fs::{self, File, TryLockError};
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use standstill_files::Digest;
@@ -19,6 +19,7 @@ use standstill_report::figure::Figure;
 pub use self::single::{beside, create_new, folder_of, replace};
 use crate::error::Error;
 use crate::shell::asked::{NOTE, NotedQuestion};
+use crate::shell::locked;
 
 /// Prefix of the names of hidden folders for unfinished files; the id of their process follows.
 const PREFIX: &str = ".standstill-";
@@ -54,7 +55,7 @@ impl Unfinished {
 
 /// Removes unfinished files, before the process ends.
 pub fn abandon() {
-    if let Some(unfinished) = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).take() {
+    if let Some(unfinished) = locked(&UNFINISHED).take() {
         // Another thread may be making files in it meanwhile.
         for _ in 0..AGAIN {
             unfinished.remove();
@@ -111,7 +112,7 @@ impl Output {
         match staging {
             Ok(staging) => {
                 unfinished.staging = staging;
-                *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner) = Some(unfinished.clone());
+                *locked(&UNFINISHED) = Some(unfinished.clone());
                 Ok(Self { target: target.to_owned(), unfinished, names: Vec::new(), asked: None })
             }
             Err(error) => {
@@ -212,7 +213,7 @@ impl Drop for Output {
     fn drop(&mut self) {
         // After a success the folder is not empty and stays.
         self.unfinished.remove();
-        *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        *locked(&UNFINISHED) = None;
     }
 }
 

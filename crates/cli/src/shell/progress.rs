@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use console::Term;
@@ -11,7 +11,7 @@ use standstill_analysis::Watch;
 use standstill_campaign::store::Notes;
 
 use crate::shell::terminal::tell;
-use crate::shell::{host, interrupt};
+use crate::shell::{host, interrupt, locked};
 
 /// Time between two progress messages without a terminal.
 const EVERY: Duration = Duration::from_secs(10);
@@ -138,10 +138,6 @@ impl Watch for Watched {
             tell(&format!("not kept for --resume: {error}; the answer is computed all the same"));
         }
     }
-}
-
-fn locked(notes: &Mutex<Notes>) -> MutexGuard<'_, Notes> {
-    notes.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Makes a bar for at most this many rows to be written.

@@ -50,7 +50,17 @@ const COMPARED: usize = 256;
 /// Largest number of different values of a fact that are listed.
 const LISTED: usize = 6;
 
-impl Setup<'_> {
+impl<'a> Setup<'a> {
+    /// Makes the setup of one scenario, which may read files in any folder.
+    pub fn of(
+        place: &'a Path,
+        text: &'a str,
+        files: &'a BTreeMap<String, String>,
+        varied: Vec<String>,
+    ) -> Self {
+        Self { place, text, files, fence: None, varied, others: Vec::new() }
+    }
+
     fn document(&self, text: &str) -> Result<Document, FileError> {
         let mut document = Document::parse(self.place, text)?;
         if let Some(fence) = self.fence {

@@ -12,7 +12,7 @@ use super::*;
 /// The numbers of a row in columns of these names.
 fn numbers<const N: usize>(row: &[Cell<'_>], names: [&str; N]) -> [f64; N] {
     names.map(|name| {
-        let place = WAVEFORM.iter().position(|(known, _)| *known == name).expect("a column");
+        let place = WAVEFORM.iter().position(|((known, _), _)| *known == name).expect("a column");
         let Cell::Number(number) = row[place] else { panic!("{name}: no number") };
         number
     })

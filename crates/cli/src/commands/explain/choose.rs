@@ -72,11 +72,7 @@ pub fn choose(run: &FinishedRun, options: &Options) -> Result<Choice, Error> {
     })?;
     if all.is_empty() {
         let found = if options.wrong_poles { "no wrong pole" } else { "no trial" };
-        return Err(Error::Results {
-            path: run.trials.clone(),
-            found: found.to_owned(),
-            needed: "--worst K for the largest errors, or --trial N".to_owned(),
-        });
+        return Err(Error::results(&run.trials, found, "--worst K for the largest errors, or --trial N"));
     }
     let kind = if options.wrong_poles { "wrong-poles" } else { "worst" };
     Ok(Choice { chosen: all, lost, name: format!("{kind}-{most}{}", of_point(options)) })

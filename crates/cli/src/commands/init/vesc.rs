@@ -43,7 +43,7 @@ struct Settings<'a> {
 
 impl Settings<'_> {
     fn wrong(&self, found: String, needed: &str) -> Error {
-        Error::Results { path: self.path.to_owned(), found, needed: needed.to_owned() }
+        Error::results(self.path, found, needed)
     }
 
     fn number(&self, key: &str) -> Result<Option<f64>, Error> {

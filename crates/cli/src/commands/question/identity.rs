@@ -62,12 +62,6 @@ impl Identity {
             Ok(found) => found.question.difference(self),
             Err(_) => Some("this file does not say which".to_owned()),
         };
-        difference.map_or(Ok(()), |difference| {
-            Err(Error::Results {
-                path: path.to_owned(),
-                found: format!("the results of another question: {difference}"),
-                needed: "another --out, or --force to replace them".to_owned(),
-            })
-        })
+        difference.map_or(Ok(()), |difference| Err(Error::another("question", path, &difference)))
     }
 }

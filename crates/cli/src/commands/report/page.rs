@@ -32,14 +32,9 @@ pub fn answer(run: &FinishedRun, figures: Vec<(String, Figure, String)>) -> Answ
 /// Returns the origin of a run's page.
 pub fn made(run: &FinishedRun) -> Made<'_> {
     let identity = &run.summary.run;
-    let setup = Setup {
-        place: Path::new("scenario"),
-        text: &identity.scenario,
-        files: &identity.files,
-        fence: run.fence.as_deref(),
-        varied: run.file.axes.keys().cloned().collect(),
-        others: Vec::new(),
-    };
+    let varied = run.file.axes.keys().cloned().collect();
+    let setup = Setup::of(Path::new("scenario"), &identity.scenario, &identity.files, varied);
+    let setup = Setup { fence: run.fence.as_deref(), ..setup };
     let axes = (!run.summary.points.is_empty()).then(|| {
         let keys: Vec<&str> = run.file.axes.keys().map(String::as_str).collect();
         [("Axes", keys.join(", ")), ("Points", run.summary.points.len().to_string())]

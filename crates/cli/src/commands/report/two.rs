@@ -88,14 +88,9 @@ fn common([a, b]: [&FinishedRun; 2]) -> Option<Vec<[usize; 2]>> {
 impl<'a> Two<'a> {
     fn of(runs: [&'a FinishedRun; 2]) -> Result<Self, Error> {
         let Some(places) = common(runs) else {
-            return Err(Error::Results {
-                path: runs[1].folder.clone(),
-                found: "axes with other points".to_owned(),
-                needed: format!(
-                    "a run that has points of {}, or two runs without axes",
-                    runs[0].folder.display()
-                ),
-            });
+            let first = runs[0].folder.display();
+            let needed = format!("a run that has points of {first}, or two runs without axes");
+            return Err(Error::results(&runs[1].folder, "axes with other points", needed));
         };
         let shown = Shown::of(&runs[0].summary.points);
         let name = |place: usize| {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde_json::json;
+use serde::Serialize;
 use standstill_scenario::{Document, FileError};
 
 use crate::commands::question::allowed;
@@ -15,7 +15,9 @@ use standstill_analysis::require::Judged;
 pub struct Refused(Vec<(f64, FileError)>);
 
 /// A range of refused values.
+#[derive(Serialize)]
 pub struct Refusal {
+    #[serde(skip)]
     key: String,
     from: f64,
     to: f64,
@@ -67,12 +69,6 @@ fn reason(error: &FileError) -> String {
     match error {
         FileError::Key { message, .. } => message.clone(),
         other => other.to_string(),
-    }
-}
-
-impl Refusal {
-    pub fn json(&self) -> serde_json::Value {
-        json!({ "from": self.from, "to": self.to, "message": self.message, "allowed": self.allowed })
     }
 }
 

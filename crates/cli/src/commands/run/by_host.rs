@@ -14,10 +14,9 @@ use standstill_table::{Cell, Column, Columns, Kind};
 
 use super::results::{Points, Results};
 use crate::arguments::{Arguments, Command, Run};
-use crate::columns::{trial_columns, trial_values};
 use crate::error::Error;
 use crate::shell::host::Host;
-use crate::shell::{command_line, progress};
+use crate::shell::{command_line, progress, workers};
 
 /// Number of trials, per thread, that are begun together.
 const BLOCK: u64 = 16;
@@ -89,13 +88,10 @@ impl Host {
         let threads = options.threads.map(usize::from);
         let sweep = Trials { plan: &plan, shard: Shard::WHOLE, threads };
         let identity = sweep.identity().map_err(Error::from)?;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
-        let pool = pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))?;
+        let pool = workers(threads)?;
         let mut points = Points::of(&identity)?;
-        let columns = points.axes.iter().map(|axis| axis.column.clone()).chain(trial_columns(false));
         let evidence = EVIDENCE.into_iter().map(|name| Column::new(name, Kind::Number));
-        let columns: Vec<Column> = columns.chain(evidence).collect();
-        let mut table = Columns::new(columns);
+        let mut table = Columns::new(points.columns().chain(evidence).collect());
         let bar = progress::bar(identity.rows());
         let stop = self.flag();
         for point in 0..plan.points().len() {
@@ -119,10 +115,7 @@ impl Host {
                     pool.install(|| (done..end).into_par_iter().map(one).collect());
                 for row in rows {
                     let Hosted { row, evidence } = row?;
-                    let values = &points.coordinates[point].values;
-                    let mut cells: Vec<Cell<'_>> =
-                        points.axes.iter().zip(values).map(|(axis, (_, value))| axis.value(value)).collect();
-                    cells.extend(trial_values(&row, false));
+                    let mut cells = points.cells(point, &row);
                     let evidence = evidence.map(|of| [of.deviations, of.needed].map(Cell::Number));
                     cells.extend(evidence.unwrap_or([Cell::Empty, Cell::Empty]));
                     table.row(&cells).map_err(Error::Table)?;

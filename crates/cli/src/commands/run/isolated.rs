@@ -19,13 +19,12 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use standstill_files::{MOST_BYTES, read_at_most};
-use standstill_foreign::{Description, Level, Library, LoadError, Timing, load_elsewhere};
-use standstill_interface::Nanos;
+use standstill_foreign::{Description, Library, LoadError, load_elsewhere};
 use standstill_scenario::{Document, FileError, Lost, Plan, Record, Remote};
 
 use crate::error::Error;
 use crate::shell::command_line::one_line;
-use crate::shell::{Report, host};
+use crate::shell::{Report, host, locked};
 
 /// Mark at the begin of a line that a worker writes, to distinguish it from the library's output.
 const MARK: &str = "\u{1}standstill ";
@@ -85,7 +84,7 @@ impl Workers {
     }
 
     fn worker(&self) -> std::io::Result<Worker> {
-        let free = self.free.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let free = locked(&self.free).pop();
         free.map_or_else(|| Worker::new(&self.scenario), Ok)
     }
 
@@ -101,7 +100,7 @@ impl Workers {
         match worker.answer() {
             Some(Reply::Ready(digests)) => {
                 Worker::begin(&digests, &self.files).map_err(of_library)?;
-                self.free.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
+                locked(&self.free).push(worker);
                 Ok(())
             }
             Some(Reply::Key { key, message }) => Err(refused(&key, message)),
@@ -113,9 +112,6 @@ impl Workers {
         }
     }
 }
-
-/// The fields of a [`Timing`], in their order.
-type Rhythm = (u32, bool, f32, u32, u32, f32, Option<u64>);
 
 /// Starts a worker that loads the library at a path, and returns its description.
 fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
@@ -129,54 +125,18 @@ fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     // It ends at the end of its input.
     let _ = worker.ending();
     match answer {
-        Reply::Library { name, isr, loads } => {
-            let timing = |(pwm_hz, twice, sample_at, update_delay, samples, sample_every, task): Rhythm| {
-                let task = task.map(Nanos);
-                Level::Interrupt(Timing {
-                    pwm_hz,
-                    twice,
-                    sample_at,
-                    update_delay,
-                    samples,
-                    sample_every,
-                    task,
-                })
-            };
-            Ok(Description { name, level: isr.map_or(Level::Command, timing), loads })
-        }
-        Reply::NoLibrary { found, needed } => Err(LoadError { found, needed }),
+        Reply::Described(described) => described,
         other => Err(failed(other.text())),
     }
 }
 
 /// Loads the library at a path in this process, which is a worker, and describes it.
-fn described(path: &Path) -> Reply {
-    let read = read_at_most(path, MOST_BYTES).map_err(|error| {
+fn described(path: &Path) -> Result<Description, LoadError> {
+    let bytes = read_at_most(path, MOST_BYTES).map_err(|error| {
         LoadError::new(format!("a file that cannot be read: {error}"), "a shared library".to_owned())
-    });
+    })?;
     let further = |path: &Path| read_at_most(path, MOST_BYTES).map(Into::into);
-    match read.and_then(|bytes| Library::of(path, &bytes.into(), &further)) {
-        Ok(library) => {
-            let isr = match library.level() {
-                Level::Command => None,
-                Level::Interrupt(Timing {
-                    pwm_hz,
-                    twice,
-                    sample_at,
-                    update_delay,
-                    samples,
-                    sample_every,
-                    task,
-                }) => {
-                    let task = task.map(|period| period.0);
-                    Some((pwm_hz, twice, sample_at, update_delay, samples, sample_every, task))
-                }
-            };
-            let loads = library.description().loads.clone();
-            Reply::Library { name: library.name().to_owned(), isr, loads }
-        }
-        Err(LoadError { found, needed }) => Reply::NoLibrary { found, needed },
-    }
+    Ok(Library::of(path, &bytes.into(), &further)?.description().clone())
 }
 
 /// Request to a worker: the first line of its input.
@@ -193,10 +153,8 @@ enum Request {
 enum Reply {
     /// The scenario is loaded and a detector could be made; with the digests of the files that the worker reads.
     Ready(BTreeMap<String, String>),
-    /// The library is loaded; `isr`: the fields of [`Timing`], if the library is an interrupt.
-    Library { name: String, isr: Option<Rhythm>, loads: Vec<PathBuf> },
-    /// The file is not a library that can be a detector.
-    NoLibrary { found: String, needed: String },
+    /// Description of the library, or why the file cannot be the detector.
+    Described(Result<Description, LoadError>),
     /// The scenario has a wrong key.
     Key { key: String, message: String },
     /// The scenario or a trial of it cannot be run.
@@ -305,7 +263,7 @@ impl Remote for Workers {
     fn trial(&self, point: usize, trial: u64) -> Result<Record, Lost> {
         let mut worker = self.worker().map_err(|error| Lost::All(format!("no worker process: {error}")))?;
         if let Some(answer) = worker.ask(&self.files, point, trial) {
-            self.free.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
+            locked(&self.free).push(worker);
             return answer;
         }
         Err(Lost::Trial(worker.ending()))
@@ -333,7 +291,7 @@ pub fn worker() -> Result<Report, Error> {
     let plan = match first {
         Request::Inspect { path, limit } => {
             isolate(limit);
-            let _ = say(&described(&path));
+            let _ = say(&Reply::Described(described(&path)));
             // Whoever asked has read it when the input ends.
             while lines.next().is_some() {}
             return done();

@@ -38,8 +38,8 @@ const SECTOR: &str = "detector.sector";
 
 /// Statistics of a sweep's points, which are added one after the other.
 pub struct Points {
-    pub axes: Vec<AxisColumn>,
-    pub coordinates: Vec<Point>,
+    axes: Vec<AxisColumn>,
+    coordinates: Vec<Point>,
     /// Whether answers are sectors at any point.
     in_sectors: bool,
     limit: f64,
@@ -68,6 +68,18 @@ impl Points {
             current: None,
             done: Vec::new(),
         })
+    }
+
+    /// Returns the columns of the table of trials.
+    pub fn columns(&self) -> impl Iterator<Item = Column> {
+        self.axes.iter().map(|AxisColumn(column)| column.clone()).chain(trial_columns(self.in_sectors))
+    }
+
+    /// Returns the cells of a row in these columns.
+    pub fn cells<'r>(&self, point: usize, row: &'r Row) -> Vec<Cell<'r>> {
+        let values = self.axes.iter().zip(&self.coordinates[point].values);
+        let axes = values.map(|(axis, (_, value))| axis.value(value));
+        axes.chain(trial_values(row, self.in_sectors)).collect()
     }
 
     /// Adds a row.
@@ -121,9 +133,7 @@ impl Results {
         let name = trials_name(format);
         let path = options.out.join(name);
         let failed = |error: TableError| Error::table(&path, error);
-        let of_trials = trial_columns(points.in_sectors);
-        let columns: Vec<Column> =
-            points.axes.iter().map(|axis| axis.column.clone()).chain(of_trials).collect();
+        let columns: Vec<Column> = points.columns().collect();
         let mut output =
             files_wanted().then(|| Output::create(&options.out, &[name, SUMMARY])).transpose()?;
         let mut file = output.as_mut().map(|output| output.begin(name)).transpose()?;
@@ -136,10 +146,7 @@ impl Results {
             if stop.load(Ordering::Relaxed) {
                 return Err(Stopped::Interrupted);
             }
-            let values = &points.coordinates[point].values;
-            let mut cells: Vec<Cell<'_>> =
-                points.axes.iter().zip(values).map(|(axis, (_, value))| axis.value(value)).collect();
-            cells.extend(trial_values(row, points.in_sectors));
+            let cells = points.cells(point, row);
             let of_file = trials.as_mut().map_or(Ok(()), |trials| trials.row(&cells));
             let of_memory = table.as_mut().map_or(Ok(()), |table| table.row(&cells));
             of_file.and(of_memory).map_err(|error| Stopped::Failed(failed(error)))?;

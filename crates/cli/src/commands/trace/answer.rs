@@ -12,8 +12,8 @@ use super::{ended, shorthands, specimen, trial_of};
 use crate::answer::{Answer, verdict};
 use crate::arguments::{Seed, Trace as Options};
 use crate::commands::question::{Identity, given, setting};
+use crate::commands::waveforms;
 use crate::error::Error;
-use crate::figures;
 
 /// One trial, with everything that is known of it.
 pub struct Traced<'a> {
@@ -49,13 +49,7 @@ impl Traced<'_> {
         let mut files = vec![("result.json", format!("{result:#}\n").into_bytes())];
         files.extend(self.verified.map(|error| ("verify.csv", error.csv().into_bytes())));
         let said = setting(file, &single.scenario);
-        let figure = figures::detection(
-            trace,
-            &title(file, record, options),
-            &said,
-            single.scenario.sensors.comparator.arrangement,
-            crate::commands::found(record),
-        );
+        let figure = waveforms(trace, &title(file, record, options), &said, &single.scenario, record);
         let verdict = verdict(tone, headline, details(record, watched));
         let title = format!("One start: {}", trial_of(options));
         let code = u8::from(record.verdict() == Verdict::Error);

@@ -162,8 +162,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     let others = singles[1..].iter().map(|(.., text)| text.as_str()).collect();
     // They have just been read.
     let files = BTreeMap::new();
-    let setup =
-        Setup { place: &place, text: &singles[0].3, files: &files, fence: None, varied: keys, others };
+    let setup = Setup { others, ..Setup::of(&place, &singles[0].3, &files, keys) };
     let command = typed_of(options.source.scenario.as_deref());
     let made = Made { setup: Some(setup), command, asked: Some(asked), ..Made::default() };
     let headline = format!("trial {}", options.trial);
