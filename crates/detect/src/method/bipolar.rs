@@ -246,8 +246,11 @@ impl<T: Real> Bipolar<T> {
         // Of the mean of a line's two directions; equation (7) on relative errors: 0.408 ε / (|L_B|/L_A).
         let axis = (one * half + lags + gains).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio();
         self.findings.angle_deviation = Some(axis);
+        // The third phase's current induces (√3/2) |L_B|/L_A of itself into the line, forward as backward: with the pulse and against it.
+        let rings = T::of(3.0).sqrt() * saliency.ratio() * s.train.rings();
+        let lasting = s.pole_variance(derived, unknown) + rings * rings;
         // Of a difference of two means, in each component of the sum over three directions.
-        let deviation = (T::of(1.5) * (T::of(2.0) * one + s.pole_variance(derived, unknown))).sqrt();
+        let deviation = (T::of(1.5) * (T::of(2.0) * one + lasting)).sqrt();
         let pointer = Pointer { direction: pointer, deviation };
         let known = self.train.noise * half / (current * current);
         let pairs = self.differences.iter().fold(T::zero(), |all, sums| all + sums.squares);
@@ -256,7 +259,7 @@ impl<T: Real> Bipolar<T> {
         // Variance of a pulse's inductance without what a rotor that turns adds to it, and not below what noise alone makes.
         let still = turning::estimated(one * n, freedom).min(turning::estimated(pairs, of_pairs));
         let still = still.max(known) / n;
-        let across = (T::of(1.5) * (T::of(2.0) * still + s.pole_variance(derived, unknown))).sqrt();
+        let across = (T::of(1.5) * (T::of(2.0) * still + lasting)).sqrt();
         let across = Pointer { deviation: across, ..pointer };
         let margin = &mut self.train.margin;
         s.check_standing(margin, (turning::AT_THE_END, volts), &across, (saliency.axis, axis))?;

@@ -13,18 +13,22 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage};
+use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Sensed, Stage};
 
+use crate::checks::Check;
 use crate::nameplate::Place;
 use crate::parts::lines::{Interval, Saliency, line_impedance};
 use crate::parts::margin::Margin;
 use crate::parts::settle::{Settler, link, link_current, seen};
-use crate::parts::significance;
 use crate::parts::then_pole::{Measurement, Next, ThenPole};
 use crate::parts::train::LINES;
+use crate::parts::{significance, turning};
 use crate::settings::{Decay, SettingsError};
 
 pub use settings::LineInductanceSettings;
+
+/// Angle in rad, 4°, by which the pulses of a line may turn a free rotor.
+const MOST_TURNED: f64 = 4.0 * turning::DEGREE;
 
 /// The paper's detector.
 pub type LineInductance<T> = ThenPole<T, LinePulses<T>>;
@@ -45,6 +49,9 @@ pub struct LinePulses<T> {
     scatter: T,
     /// Sum over the pulses of 2/(i2 − i1)² in 1/A²: the variance that the noise of single readings gives L, relative.
     by_readings: T,
+    /// L in H of the line's first pulse, and the sum over the lines of the squares by which the last pulse's differs from it, relative.
+    first: T,
+    changes: T,
 }
 
 impl<T: Real> LineInductance<T> {
@@ -64,6 +71,8 @@ impl<T: Real> LineInductance<T> {
             resistance: zero,
             scatter: T::zero(),
             by_readings: T::zero(),
+            first: T::zero(),
+            changes: T::zero(),
         };
         let settler = Settler::new(settings.settle, settings.decay == Decay::Fast);
         Ok(Self::start(measurement, settler, settings.polarity))
@@ -96,12 +105,18 @@ impl<T: Real> LinePulses<T> {
         })
     }
 
-    /// Returns the delay between the trigger of i2 and its sampling by a shunt.
-    fn late(&self) -> Nanos {
+    /// Returns the delay between the trigger of i2 and its sampling.
+    fn late(&self, second: &Reading<T>) -> Nanos {
         let sensing = &self.settings.sensing;
+        let (from, to) = LINES[self.line];
         match self.settings.place() {
-            Place::InLine => Nanos::ZERO,
-            Place::BelowLegs => Nanos::from_seconds(sensing.late_of(LINES[self.line].1).to_double()),
+            Place::InLine if self.settings.sample_lead == Nanos::ZERO => Nanos::ZERO,
+            // What follows from the others is as late as the one that carries the current with it.
+            Place::InLine if second.sensed[from] == Sensed::Derived => {
+                Nanos::from_seconds(sensing.late_of(to).to_double())
+            }
+            Place::InLine => Nanos::from_seconds(sensing.late_of(from).to_double()),
+            Place::BelowLegs => Nanos::from_seconds(sensing.late_of(to).to_double()),
             Place::InLink => Nanos(sensing.averaged.0 / 2),
         }
     }
@@ -119,14 +134,16 @@ impl<T: Real> LinePulses<T> {
         }
         let seconds = |duration: Nanos| T::of(duration.seconds());
         // Mean voltages: no voltage in the dead time before the pulse; a rest of the pulse after an early i2.
-        let risen = s.pulse - s.sample_lead + self.late();
+        let late = self.late(second);
+        let risen = s.pulse - s.sample_lead + late;
         let rise = Interval {
             voltage: on_link * seconds(risen - s.dead_time) / seconds(risen),
             begin: i1,
             end: i2,
             duration: seconds(risen),
         };
-        let after = s.third_sample() - s.pulse;
+        // A sensor in the phase reads both, equally late.
+        let after = s.third_sample() - s.pulse + if s.place() == Place::InLine { late } else { Nanos::ZERO };
         let decaying = match s.decay {
             Decay::Slow => T::zero(),
             Decay::Fast => -off_link,
@@ -148,6 +165,12 @@ impl<T: Real> LinePulses<T> {
         if self.pulses > 0 {
             let apart = inductance - self.inductance[phase] / before;
             self.scatter = self.scatter + apart * apart * before / (before + T::one());
+            if self.pulses + 1 == s.pulses {
+                let change = inductance / self.first - T::one();
+                self.changes = self.changes + change * change;
+            }
+        } else {
+            self.first = inductance;
         }
         self.inductance[phase] = self.inductance[phase] + inductance;
         self.resistance[phase] = self.resistance[phase] + resistance;
@@ -173,7 +196,29 @@ impl<T: Real> LinePulses<T> {
         findings.saliency = Some(saliency.amplitude);
         let (needed, least) = (self.needed(&saliency, settler), self.settings.least_saliency);
         significance::check(&mut settler.margin, saliency.ratio(), needed, least)?;
+        self.check_standing(&saliency, settler)?;
         Ok(saliency)
+    }
+
+    /// Checks that each line's last pulse finds the inductance of its first one. An axis that turns by δ in between changes
+    /// L = 3 (L_A − L_B cos 2θ) by 2 |L_B|/L_A δ sin 2θ of it; of three lines the squares of sin 2θ sum to 3/2.
+    fn check_standing(&self, saliency: &Saliency<T>, settler: &mut Settler<T>) -> Result<(), Fault<T>> {
+        let s = &self.settings;
+        if s.pulses < 2 || !s.plausibility.checks.has(Check::Turning) {
+            return Ok(());
+        }
+        let seconds = |duration: Nanos| T::of(duration.seconds());
+        let ratio = saliency.ratio();
+        let turned = (self.changes / T::of(1.5)).sqrt() / (T::of(2.0) * ratio);
+        let pulses = T::of(3.0) * T::of(f64::from(s.pulses));
+        let noise = settler.noise.deviation();
+        let readings = self.by_readings / pulses * noise * noise;
+        // What a leg is late by is the same in both pulses, but for jitter.
+        let jitter = significance::of_timing(seconds(s.dead_time), seconds(s.pulse)) / T::of(4.0);
+        let each = readings + jitter;
+        let span = seconds(s.period * u64::from(s.pulses - 1));
+        let apart = T::of(MOST_TURNED);
+        turning::check_axis_either_way(&mut settler.margin, (turned, span), each.sqrt() / ratio, apart, None)
     }
 
     /// Returns the square of |L_B|/L_A that must be exceeded. It allows for noise (from the scatter of pulses, or from

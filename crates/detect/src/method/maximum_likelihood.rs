@@ -11,6 +11,7 @@
 
 mod combination;
 pub(crate) mod likelihood;
+mod rounds;
 mod settings;
 #[cfg(test)]
 mod tests;
@@ -28,6 +29,7 @@ use crate::parts::{significance, turning};
 use crate::settings::SettingsError;
 use combination::{Combined, Said};
 use likelihood::{Curves, Fit, LineParameters, PulseModel, fit};
+use rounds::Rounds;
 use settings::lengthened;
 pub use settings::{Adaptive, MaximumLikelihoodSettings};
 
@@ -51,6 +53,7 @@ pub struct MaximumLikelihood<T> {
     combined: Combined<T>,
     /// The largest current in A of the last train.
     peak: T,
+    rounds: Rounds<T>,
     findings: Findings<T>,
 }
 
@@ -79,6 +82,7 @@ impl<T: Real> MaximumLikelihood<T> {
             dc_link: zero,
             combined: Combined::new(),
             peak: zero,
+            rounds: Rounds::new(),
             findings: Findings::default(),
         })
     }
@@ -108,6 +112,9 @@ impl<T: Real> MaximumLikelihood<T> {
                 self.gains.add(slot, (from, to));
             }
             self.peak = self.peak.max((from + to) / T::of(2.0));
+            if n == whole {
+                self.rounds.add(slot.line, (from + to) / T::of(2.0) * scale);
+            }
         }
         if below && let Some(both) = self.train.at_edge(slot, readings, &self.settings.pulses.sensing)? {
             self.gains.add(slot, both);
@@ -279,6 +286,8 @@ impl<T: Real> MaximumLikelihood<T> {
             );
             let volts = (turning::BY_SLOPE, self.dc_link / (more * T::of(2.0 / 3.0)));
             settings.check_standing(&mut self.train.margin, volts, &pointer, (pole.angle, deviation))?;
+            let scatter = self.train.noise.sqrt() / (peak * plain.ratio());
+            self.rounds.check(&mut self.train.margin, scatter)?;
         }
         Ok((pole, growth))
     }
@@ -325,6 +334,7 @@ impl<T: Real> MaximumLikelihood<T> {
         self.train.restart(if works { longer } else { train });
         self.curves = [[[T::zero(); MOST_SAMPLES]; 2]; 3];
         self.gains = GainComparison::new();
+        self.rounds = Rounds::new();
     }
 }
 
@@ -344,6 +354,9 @@ impl<T: Real> Sequence<T> for MaximumLikelihood<T> {
     fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
         if let Some(slot) = self.train.take(readings)? {
             self.add(slot, readings)?;
+            if self.train.ends_round() {
+                self.rounds.end(self.settings.pulses.saliency);
+            }
         }
         if let Some(command) = self.train.next() {
             return Ok(Step::Drive(command));

@@ -218,7 +218,16 @@ impl<T: Real> SixPulse<T> {
         }
         let middle = T::of(s.sensing.averaged.seconds()) / T::of(2.0);
         let time = T::of((s.sampled - s.sensing.lead()).seconds()) + middle - dead_time;
-        Ok((current / voltage, time))
+        // As if all phases had been converted at once: one that is converted later reads more, in proportion to the time.
+        let skew = T::of(s.sensing.skew.seconds());
+        let late = if end.sensed[phase] == Sensed::Derived {
+            // Half of the current flows in each of the others.
+            skew * T::of((3 - phase as u8).into()) / T::of(2.0)
+        } else {
+            skew * T::of((phase as u8).into())
+        };
+        let at_once = s.sensing.seen(time) / s.sensing.seen(time + late);
+        Ok((current * at_once / voltage, time))
     }
 
     /// Returns the variance of a direction's relative y caused by the timer's tick.

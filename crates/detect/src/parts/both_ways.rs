@@ -186,6 +186,7 @@ mod tests {
                 on_drop: 0.0,
                 off_drop: 0.0,
                 place: Place::InLine,
+                ringing: Nanos::ZERO,
             },
             saliency: SaliencySign::Negative,
             least_saliency: 0.005,

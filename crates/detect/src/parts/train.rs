@@ -12,6 +12,7 @@
 
 mod edge;
 mod gains;
+mod ringing;
 mod slot;
 #[cfg(test)]
 mod tests;
@@ -24,6 +25,7 @@ use crate::parts::margin::Margin;
 use crate::parts::settle::{all_seen, largest_beyond, link, link_current, seen};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 pub(crate) use gains::GainComparison;
+use ringing::FALLEN;
 pub(crate) use slot::{Derived, Slot};
 
 /// The lines: from the first phase to the second.
@@ -63,6 +65,9 @@ pub struct PulseTrainSettings<T> {
     pub off_drop: T,
     /// Arrangement of the current sensors.
     pub place: Place,
+    /// Time from the end of a current in which terminals with a capacitance stop to ring with the winding. Rests that are shorter are
+    /// prolonged, where no sensor shows that current always, otherwise until it is gone.
+    pub ringing: Nanos,
 }
 
 impl<T: Real> PulseTrainSettings<T> {
@@ -86,6 +91,7 @@ impl<T: Real> PulseTrainSettings<T> {
             on_drop: drive.switch_drop[0] * T::of(2.0),
             off_drop: drive.diode_drop[0] * T::of(2.0),
             place: drive.sensing.place,
+            ringing: ringing::time(drive),
         }
     }
 
@@ -179,6 +185,10 @@ pub(crate) struct Train<T> {
     given: u16,
     under_way: Option<Slot>,
     started: bool,
+    /// Number of the present wait for a current that has not decayed; none while no such current is known.
+    waits: u16,
+    /// Peak in A of the pulse before it.
+    last_peak: T,
     /// Offsets of the sensors in A.
     pub offset: Abc<T>,
     /// Variance in A² of a reading by noise, from the zeroing.
@@ -205,6 +215,8 @@ impl<T: Real> Train<T> {
             given: 0,
             under_way: None,
             started: false,
+            waits: 0,
+            last_peak: zero,
             offset: Abc::new(zero, zero, zero),
             noise: zero,
             derived: if settings.place == Place::BelowLegs { Derived::Several } else { Derived::None },
@@ -217,8 +229,16 @@ impl<T: Real> Train<T> {
         if !self.started {
             return Ok(None);
         }
+        if self.waits > 0 {
+            if readings.len() != self.samples_of_wait() {
+                return Err(Fault::UnexpectedReadings);
+            }
+            self.decayed(readings)?;
+            return Ok(None);
+        }
         if let Some(slot) = self.under_way {
-            if readings.len() != self.settings.samples() {
+            let s = &self.settings;
+            if readings.len() != s.samples() {
                 return Err(Fault::UnexpectedReadings);
             }
             let peak = self.peak(slot, readings)?;
@@ -231,14 +251,9 @@ impl<T: Real> Train<T> {
             if self.settings.place == Place::InLine {
                 self.derived = readings.iter().fold(self.derived, Derived::with);
             }
-            let left = match readings.last() {
-                Some(last) => self.beyond_offset(last)?,
-                None => T::zero(),
-            };
-            self.margin.at_most(left, self.settings.threshold);
-            if left > self.settings.threshold {
-                return Err(Fault::CurrentPersists(left));
-            }
+            self.last_peak = peak;
+            let fallen = s.samples_on() * FALLEN / 5;
+            self.decayed(&readings[fallen.min(readings.len() - 1)..])?;
             return Ok(Some(slot));
         }
         self.zero(readings)?;
@@ -280,21 +295,6 @@ impl<T: Real> Train<T> {
         Ok(())
     }
 
-    /// Returns the mean square in A² of the deviations of readings without current from their mean, as an estimate of
-    /// noise.
-    fn scatter(&self, readings: &[Reading<T>]) -> Result<T, Fault<T>> {
-        let mut squares = T::zero();
-        for reading in readings {
-            let seen = self.seen(reading)?;
-            for phase in Phase::ALL {
-                let apart = seen[phase] - self.offset[phase];
-                squares = squares + apart * apart;
-            }
-        }
-        let freedom = readings.len().saturating_sub(1).max(1) * 3;
-        Ok(squares / T::of(freedom as f64))
-    }
-
     /// Returns the phase currents in A as the sensors show them; with a shunt in the link, its current for each phase.
     fn seen(&self, reading: &Reading<T>) -> Result<Abc<T>, Fault<T>> {
         if self.settings.place == Place::InLink {
@@ -324,6 +324,9 @@ impl<T: Real> Train<T> {
             let sampling = Sampling { first: interval, interval, count };
             return Some(Command::hold(Stage::off(interval * u64::from(count)), sampling));
         }
+        if self.waits > 0 {
+            return Some(self.wait());
+        }
         if self.given >= u16::from(s.rounds) * 6 {
             self.under_way = None;
             return None;
@@ -335,6 +338,11 @@ impl<T: Real> Train<T> {
         let count = u32::try_from(s.samples()).unwrap_or(u32::MAX);
         let sampling = Sampling { first: s.interval - self.lead, interval: s.interval, count };
         Some(Command::sequence(Stage::line(from, to, s.pulse), Stage::off(s.rest), sampling))
+    }
+
+    /// Returns whether the last pulse so far is the last one of its round.
+    pub fn ends_round(&self) -> bool {
+        self.given.is_multiple_of(6)
     }
 
     /// Begins again with other pulses; offsets stay.

@@ -29,6 +29,7 @@ fn settings<T: Real>() -> BipolarSettings<T> {
             on_drop: T::of(LineMotor::DROP),
             off_drop: T::of(LineMotor::DROP),
             place: Place::InLine,
+            ringing: Nanos::ZERO,
         },
         saliency: SaliencySign::Negative,
         least_saliency: T::of(0.005),

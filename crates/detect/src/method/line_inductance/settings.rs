@@ -26,7 +26,7 @@ pub struct LineInductanceSettings<T> {
     pub decay: Decay,
     /// Time before the end of the pulse at which i2 is sampled. Zero, as in the paper, samples at the edge itself. A
     /// drive with low-side shunts needs more than its jitter, because after the edge its shunts carry the currents of
-    /// other legs.
+    /// other legs; one that converts its phases one after the other, or picks up the edge, has them converted before it.
     pub sample_lead: Nanos,
     /// Dead time of the drive, by which the pulse is shorter. Zero ignores it, which scales all inductances alike and
     /// does not change the angle.
@@ -69,14 +69,17 @@ impl<T: Real> LineInductanceSettings<T> {
     pub fn paper(decay: Decay, drive: &Nameplate<T>) -> Self {
         // A fifth of the rated current into the mean line inductance, equation (4).
         let pulse = drive.line_pulse(T::of(0.2));
-        let shunts = decay == Decay::Fast && drive.sensing.place.switches();
+        // Of shunts below the legs, a current that circulates is read after the edge.
+        let before_edge = decay == Decay::Fast || !drive.sensing.place.switches();
+        let lead = drive.sensing.lead();
+        let lead = if drive.sensing.place.switches() { lead } else { lead.min(Nanos(pulse.0 / 2)) };
         Self {
             pulse,
             // Or as long as the current of a longer pulse needs.
             period: Nanos::from_micros(2400).max(pulse * 4),
             pulses: 3,
             decay,
-            sample_lead: if shunts { drive.sensing.lead() } else { Nanos::ZERO },
+            sample_lead: if before_edge { lead } else { Nanos::ZERO },
             dead_time: drive.dead_time,
             saliency: drive.saliency(),
             least_current: drive.rated_current * T::of(0.02),

@@ -3,7 +3,9 @@ use std::vec::Vec;
 
 use standstill_interface::Sensed;
 
+use super::ringing::MOST_WAITS;
 use super::*;
+use crate::nameplate::Nameplate;
 
 #[test]
 fn law_every_round_has_all_six_pulses_and_odd_ones_go_back() {
@@ -65,6 +67,7 @@ const SETTINGS: PulseTrainSettings<f64> = PulseTrainSettings {
     on_drop: 2.0,
     off_drop: 2.0,
     place: crate::nameplate::Place::InLine,
+    ringing: Nanos::ZERO,
 };
 
 fn reading(current: [f64; 3]) -> Reading<f64> {
@@ -157,6 +160,72 @@ fn law_a_pulse_is_taken_with_its_offsets_removed() {
     // Offsets stay, and there is no other zeroing.
     assert!(train.next().is_some_and(|command| command.then.is_some()));
     assert!((train.offset.0[0] - 0.19).abs() < 1e-12);
+}
+
+/// A train with terminals that may ring for a millisecond, in its first pulse.
+fn in_a_pulse(place: Place) -> Train<f64> {
+    let settings = PulseTrainSettings { ringing: Nanos::from_micros(1000), place, ..SETTINGS };
+    let mut train = Train::new(settings);
+    assert_eq!(train.take(&[]), Ok(None));
+    let _ = train.next();
+    assert_eq!(train.take(&[reading([0.1; 3]); 10]), Ok(None));
+    assert!(train.next().is_some_and(|command| command.then.is_some()));
+    train
+}
+
+/// The train after readings of the pulse under way that leave this current in A.
+fn left(mut train: Train<f64>, end: f64) -> Train<f64> {
+    let readings = pulse(&train, train.under_way.expect("a pulse"), 2.0, end);
+    assert!(train.take(&readings).is_ok_and(|slot| slot.is_some()), "{end}");
+    train
+}
+
+#[test]
+fn law_terminals_that_ring_are_waited_for_until_they_are_quiet() {
+    // Of the threshold of 0.1 A a part, and more than all of it.
+    for end in [0.05, 0.5] {
+        let mut train = left(in_a_pulse(Place::InLine), end);
+        let wait = train.next().expect("a wait");
+        // A rest of 160 µs, of which the current takes 100: 940 µs are left, for as many samples as a pulse has.
+        assert!(wait.then.is_none() && wait.stage.duration == Nanos::from_micros(940), "{wait:?}");
+        assert_eq!(train.take(&[reading([0.1; 3]); 5]), Err(Fault::UnexpectedReadings));
+        assert_eq!(train.take(&[reading([0.1, 0.1 + end, 0.1]); 10]), Ok(None));
+        assert!(train.next().is_some_and(|command| command.then.is_none()), "{end}");
+        assert_eq!(train.take(&[reading([0.1; 3]); 10]), Ok(None));
+        assert!(train.next().is_some_and(|command| command.then.is_some()), "{end}");
+        // What does not go is no ringing: below the threshold it may stay, above it is a fault.
+        train = left(train, end);
+        for wait in 1..=MOST_WAITS {
+            assert!(train.next().is_some_and(|command| command.then.is_none()), "{wait}");
+            let taken = train.take(&[reading([0.1, 0.1 + end, 0.1]); 10]);
+            assert_eq!(taken.is_ok(), wait < MOST_WAITS || end < 0.1, "{wait} {taken:?}");
+        }
+        assert!(end > 0.1 || train.next().is_some_and(|command| command.then.is_some()));
+    }
+    let mut quiet = left(in_a_pulse(Place::InLine), 0.0);
+    assert!(quiet.next().is_some_and(|command| command.then.is_some()));
+}
+
+#[test]
+fn law_shunts_that_show_no_ringing_wait_for_it_once() {
+    let mut train = left(in_a_pulse(Place::BelowLegs), 0.0);
+    assert!(train.next().is_some_and(|command| command.then.is_none()));
+    assert_eq!(train.take(&[reading([0.1; 3]); 10]), Ok(None));
+    assert!(train.next().is_some_and(|command| command.then.is_some()));
+}
+
+#[test]
+fn analytic_an_open_terminal_rings_with_half_the_link() {
+    // 0.5 nF at 48 mH, 560 V, 30 µs: √(1.5 L C) = 6 µs; 280 V over 12 kΩ, less e^(−30/60), beside 560 V · 30 µs / 96 mH.
+    let drive = Nameplate { d_axis_inductance: 38e-3, q_axis_inductance: 58e-3, ..crate::testing::PLATE };
+    let train = PulseTrainSettings {
+        pulse: Nanos::from_micros(30),
+        ..PulseTrainSettings::suited(&drive, SETTINGS.interval)
+    };
+    assert_eq!(train.ringing, Nanos::from_micros(300));
+    let expected = 280.0 / 12e3 * (-0.5_f64).exp() / (560.0 * 30e-6 / 96e-3);
+    assert!((train.rings() / expected - 1.0).abs() < 1e-9, "{} {expected}", train.rings());
+    assert_eq!(SETTINGS.rings(), 0.0);
 }
 
 #[test]
