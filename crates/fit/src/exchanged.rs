@@ -205,15 +205,6 @@ pub fn exchanged(records: &[Record], pieces: &[Piece], rest: &[Rest; CHANNELS]) 
     Some(Exchanged((0..pulses.len()).filter(|k| stated[*k] != suiting[*k]).map(mislabelled).collect()))
 }
 
-fn words(legs: [Request; 3]) -> String {
-    legs.map(|leg| match leg {
-        Request::Off => "off",
-        Request::Low => "low",
-        Request::High => "high",
-    })
-    .join(",")
-}
-
 impl fmt::Display for Exchanged {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, pulse) in self.0.iter().enumerate() {
@@ -223,8 +214,8 @@ impl fmt::Display for Exchanged {
                 "{}{}, pulse at {time}: legs {}, but currents as of {}",
                 if k == 0 { "" } else { "; " },
                 pulse.file,
-                words(pulse.stated),
-                words(pulse.suiting)
+                pulse.stated.map(Request::name).join(","),
+                pulse.suiting.map(Request::name).join(",")
             )?;
         }
         if self.0.len() == 2 { f.write_str("; the legs of the two pulses look exchanged") } else { Ok(()) }

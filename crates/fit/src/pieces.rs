@@ -78,11 +78,6 @@ pub fn resting(record: &Record) -> [Rest; CHANNELS] {
     })
 }
 
-/// Returns the mean of each channel before the first pulse, in A.
-pub fn rest_of(record: &Record) -> [f64; CHANNELS] {
-    resting(record).map(|rest| rest.mean)
-}
-
 /// Least number of rows without visible current before a record is cut.
 const LEAST_STILL: usize = 8;
 

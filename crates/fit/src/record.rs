@@ -2,9 +2,12 @@
 
 use std::fmt;
 
+use standstill_interface::choice;
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
 use standstill_scenario::quoted;
+
+use super::pieces::drives;
 
 /// Names of a record's columns, which may stand in any order.
 pub const COLUMNS: [&str; 9] =
@@ -34,23 +37,22 @@ const LONGEST_GAP: f64 = 1000.0;
 /// Least number of rows of a record.
 const LEAST_ROWS: usize = 20;
 
-/// Request to a leg of the inverter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Request {
-    /// Both switches off.
-    #[default]
-    Off,
-    /// Lower switch on.
-    Low,
-    /// Upper switch on.
-    High,
+choice! {
+    /// Request to a leg of the inverter.
+    #[derive(Default)]
+    pub enum Request {
+        /// Both switches off.
+        Off = "off" default,
+        /// Lower switch on.
+        Low = "low",
+        /// Upper switch on.
+        High = "high",
+    }
 }
 
 impl Request {
     fn read(text: &str) -> Option<Self> {
-        [("off", Self::Off), ("low", Self::Low), ("high", Self::High)]
-            .into_iter()
-            .find_map(|(name, request)| name.eq_ignore_ascii_case(text).then_some(request))
+        Self::ALL.into_iter().find(|request| request.name().eq_ignore_ascii_case(text))
     }
 }
 
@@ -173,7 +175,7 @@ impl Record {
                     let needed = format!("more than {} of the row before", before.time);
                     return Err(place.error(Some("t_s"), row.time.to_string(), needed));
                 }
-                None if row.legs.contains(&Request::High) && row.legs.contains(&Request::Low) => {
+                None if drives(row.legs) => {
                     let needed = "a record that begins before its first pulse, without current: all legs off, or all low";
                     return Err(place.error(None, "legs that drive a current in the first row", needed));
                 }
@@ -196,8 +198,7 @@ impl Record {
                 needed,
             ));
         }
-        let drives = |row: &Row| row.legs.contains(&Request::High) && row.legs.contains(&Request::Low);
-        if !rows.iter().any(drives) {
+        if !rows.iter().any(|row| drives(row.legs)) {
             let needed = "a pulse: rows in which one leg is high and another low";
             return Err(nowhere.error(None, "no such row", needed));
         }

@@ -76,8 +76,7 @@ pub fn begin(
     channels: [bool; CHANNELS],
     start: &Start,
 ) -> Option<(Frame, Point, [Scatter; CHANNELS])> {
-    let first = &records[0];
-    let offset = pieces::rest_of(first).map(|rest| if rest.is_nan() { 0.0 } else { rest });
+    let offset = pieces::resting(&records[0]).map(|rest| if rest.mean.is_nan() { 0.0 } else { rest.mean });
     let readings: [Vec<f64>; CHANNELS] = std::array::from_fn(|k| {
         let readings = pieces.iter().flat_map(|piece| &piece.rows).map(|row| row.current[k]);
         if channels[k] { readings.filter(|i| !i.is_nan()).collect() } else { Vec::new() }

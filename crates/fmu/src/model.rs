@@ -102,6 +102,14 @@ pub enum ModelError {
     Value(String),
 }
 
+/// Basis of [`hash`].
+pub(crate) const BASIS: u64 = 0xcbf2_9ce4_8422_2325;
+
+/// Hash of bytes by Fowler, Noll and Vo.
+pub(crate) fn hash(basis: u64, bytes: impl Iterator<Item = u8>) -> u64 {
+    bytes.fold(basis, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
 impl Model {
     /// Makes the model of a document: motor, drive, sensors and rotor, without the detector.
     ///
@@ -247,17 +255,13 @@ impl Model {
     /// Returns the digest of the model: part, version of the program, variables and content of the resources. A library
     /// with a different list of variables is therefore refused.
     pub fn token(&self) -> String {
-        // Fowler–Noll–Vo, twice.
-        let hash = |basis: u64, bytes: &mut dyn Iterator<Item = u8>| {
-            bytes.fold(basis, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
-        };
         let words = [self.part.name(), env!("CARGO_PKG_VERSION"), &self.packed.text];
-        let [high, low] = [0xcbf2_9ce4_8422_2325, 0x8422_2325_cbf2_9ce4].map(|basis| {
+        let [high, low] = [BASIS, BASIS.rotate_left(32)].map(|basis| {
             let texts = words.iter().flat_map(|word| word.bytes().chain([0]));
             let kinds = self.variables.iter().flat_map(|of| of.name.bytes().chain([of.kind as u8]));
             let files =
                 self.packed.files.iter().flat_map(|(name, bytes)| name.bytes().chain(bytes.iter().copied()));
-            hash(basis, &mut texts.chain(kinds).chain(files))
+            hash(basis, texts.chain(kinds).chain(files))
         });
         let [a, b, c] = [high >> 32, high >> 16 & 0xffff, high & 0xffff];
         format!("{{{a:08x}-{b:04x}-{c:04x}-{:04x}-{:012x}}}", low >> 48, low & 0xffff_ffff_ffff)

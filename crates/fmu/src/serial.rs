@@ -1,17 +1,11 @@
 //! States as bytes: parameters, times, and all that the machine was told, which is done again where the bytes are read.
 
 use crate::instance::{Instance, Outcome, Phase, State};
+use crate::model::{BASIS, hash};
 use crate::past::{Past, taken};
 
 /// How such bytes begin, with the number of their form.
 const BEGIN: [u8; 16] = *b"standstill-fmu:1";
-
-/// Fowler–Noll–Vo.
-fn digest(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
-    })
-}
 
 fn number(from: &mut &[u8]) -> Option<f64> {
     taken(from).map(f64::from_le_bytes)
@@ -40,7 +34,7 @@ impl Instance {
         if let Some(rig) = &state.rig {
             all.extend(rig.past().written()?);
         }
-        all.extend(digest(&all).to_le_bytes());
+        all.extend(hash(BASIS, all.iter().copied()).to_le_bytes());
         Ok(all)
     }
 
@@ -55,7 +49,7 @@ impl Instance {
         let mut rest = all.strip_prefix(&BEGIN).ok_or_else(|| {
             "a state from bytes: found something else, or a state of another version of Standstill; needed: one of this FMU".to_owned()
         })?;
-        if digest(all) != u64::from_le_bytes(*written) {
+        if hash(BASIS, all.iter().copied()) != u64::from_le_bytes(*written) {
             return Err(damaged());
         }
         let from = &mut rest;

@@ -1,9 +1,5 @@
 //! ABI 1: libraries compiled with the first `standstill.h`, which had no sizes, link current, terminals or comparators.
 //! They are called through these types and receive only the data of that version.
-#![cfg_attr(
-    not(all(target_os = "linux", target_env = "gnu")),
-    allow(dead_code, reason = "libraries are loaded on Linux with glibc alone")
-)]
 
 use std::ffi::{c_char, c_void};
 use std::mem::offset_of;

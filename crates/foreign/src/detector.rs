@@ -112,7 +112,7 @@ impl Maker {
 
     /// Returns true if the library has a task beside the interrupt.
     pub fn has_task(&self) -> bool {
-        matches!(self.library.level(), Level::Interrupt(timing) if timing.task_ns.is_some())
+        matches!(self.library.description.level, Level::Interrupt(timing) if timing.task_ns.is_some())
     }
 
     /// Makes a detector, with its library's memory as after loading. `trial`: number of the trial; none to check
@@ -123,17 +123,17 @@ impl Maker {
     pub fn detector(&self, seed: u64, task_at: f64, trial: Option<u64>) -> Result<Foreign, String> {
         let mut image = self.library.image().map_err(|error| error.to_string())?;
         let moment = trial.map_or(Moment::Check, Moment::Trial);
-        let site = Site::new(self.library.label(), moment);
+        let site = Site::new(self.library.label, moment);
         let (log, drive) = Log::offered_by(&self.drive);
         let detector = match image.create(site, &drive, &self.config, seed) {
             Ok(detector) => detector,
             Err(refused) => {
                 log.say(site);
                 self.library.give_back(image);
-                return Err(format!("{} refused: {refused}", self.library.name()));
+                return Err(format!("{} refused: {refused}", self.library.description.name));
             }
         };
-        let (interrupts, task) = match self.library.level() {
+        let (interrupts, task) = match self.library.description.level {
             Level::Command => (None, None),
             Level::Interrupt(timing) => {
                 let first = |period: Nanos| Nanos::from_seconds(period.seconds() * task_at.clamp(0.0, 1.0));
@@ -185,7 +185,7 @@ pub struct Foreign {
 
 impl fmt::Debug for Foreign {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a detector of {}", self.library.path().display())
+        write!(f, "a detector of {}", self.library.path.display())
     }
 }
 

@@ -1,8 +1,4 @@
 //! Properties of a shared library, read before anything of it runs: its kind, its writable memory, the libraries that it needs.
-#![cfg_attr(
-    not(all(target_os = "linux", target_env = "gnu")),
-    allow(dead_code, reason = "libraries are loaded on Linux with glibc alone")
-)]
 
 use std::path::PathBuf;
 

@@ -1,8 +1,4 @@
 //! Guard words around memory that a library writes.
-#![cfg_attr(
-    not(all(target_os = "linux", target_env = "gnu")),
-    allow(dead_code, reason = "libraries are loaded on Linux with glibc alone")
-)]
 
 /// A value with guards on both sides, which a library that writes beyond it overwrites.
 #[repr(C)]

@@ -13,6 +13,10 @@
 //! `unsafe` occurs only in `loading.rs` and `image.rs` and `table.rs` (loading, memory, calls), `heap.rs`, `runtime.rs`
 //! and `strings.rs` (what an image has in place of the C library's), `float.rs` (registers), `crash.rs` (signals),
 //! `log.rs` (a callback) and `output.rs` (standard output).
+#![cfg_attr(
+    not(all(target_os = "linux", target_env = "gnu")),
+    allow(dead_code, reason = "libraries are loaded on Linux with glibc alone")
+)]
 
 mod abi1;
 mod command;

@@ -94,10 +94,12 @@ pub enum Level {
 
 /// A library that can be a detector.
 pub struct Library {
-    path: PathBuf,
+    /// Path of the file.
+    pub path: PathBuf,
     /// The path as messages have it: a crash may name it at any time.
-    label: &'static String,
-    description: Description,
+    pub(crate) label: &'static String,
+    /// Properties that are known without a detection.
+    pub description: Description,
     /// The files of an image; the library itself is the last.
     parts: Vec<Part>,
     /// Images that no detection uses now; nothing if it is loaded in other processes only.
@@ -189,16 +191,6 @@ impl Library {
         Ok(Self { path: path.to_owned(), label, description, parts, images })
     }
 
-    /// Returns the name by which the library identifies itself.
-    pub fn name(&self) -> &str {
-        &self.description.name
-    }
-
-    /// Returns the properties that are known without a detection.
-    pub fn description(&self) -> &Description {
-        &self.description
-    }
-
     /// Returns whether this process has loaded it, so that it can make detectors.
     pub fn is_here(&self) -> bool {
         self.images.is_some()
@@ -208,21 +200,6 @@ impl Library {
     /// between trials; none if there is no such state.
     pub fn shared_note(&self) -> Option<String> {
         shared::note(&self.parts, &self.description.loads)
-    }
-
-    /// Returns the path for messages.
-    pub(crate) fn label(&self) -> &'static String {
-        self.label
-    }
-
-    /// Returns the path of the file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Returns the level at which the library is called.
-    pub fn level(&self) -> Level {
-        self.description.level
     }
 
     /// Returns an image with its memory as after loading: one that no detection uses, or a new one.

@@ -3,10 +3,6 @@
 //!
 //! Each image has separate copies of all parts. The loader treats libraries of equal names as the same library, so
 //! copies get unique names, which are written into their bytes.
-#![cfg_attr(
-    not(all(target_os = "linux", target_env = "gnu")),
-    allow(dead_code, reason = "libraries are loaded on Linux with glibc alone")
-)]
 
 use std::collections::BTreeMap;
 use std::io;

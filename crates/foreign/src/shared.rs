@@ -1,8 +1,4 @@
 //! Functions with state between calls that a library takes from elsewhere: those that it cannot have to itself are refused, or named.
-#![cfg_attr(
-    not(all(target_os = "linux", target_env = "gnu")),
-    allow(dead_code, reason = "libraries are loaded on Linux with glibc alone")
-)]
 
 use std::path::PathBuf;
 

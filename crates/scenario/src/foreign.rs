@@ -118,7 +118,7 @@ impl DetectorTable {
         drive: &mut DriveSettings,
         carrier_is_set: bool,
     ) -> Result<(), FileError> {
-        let Level::Interrupt(timing) = library.level() else { return Ok(()) };
+        let Level::Interrupt(timing) = library.description.level else { return Ok(()) };
         let period = Nanos::from_seconds(1.0 / f64::from(timing.pwm_hz));
         if carrier_is_set && period != drive.carrier_period {
             let own = 1e9 / drive.carrier_period.0 as f64;

@@ -136,7 +136,7 @@ fn described(path: &Path) -> Result<Description, LoadError> {
         LoadError::new(format!("a file that cannot be read: {error}"), "a shared library".to_owned())
     })?;
     let further = |path: &Path| read_at_most(path, MOST_BYTES).map(Into::into);
-    Ok(Library::of(path, &bytes.into(), &further)?.description().clone())
+    Ok(Library::of(path, &bytes.into(), &further)?.description.clone())
 }
 
 /// Request to a worker: the first line of its input.

@@ -9,7 +9,7 @@ use standstill_quantity::unit::{
 use toml::{Table, Value};
 
 use super::super::MotorError;
-use super::whole::{BESIDE, Nameplate, sourced, with_source};
+use super::whole::{BESIDE, Nameplate, Strength, sourced, with_source};
 use super::{falls, given};
 use crate::Algebraic;
 
@@ -179,12 +179,14 @@ impl Reader<'_> {
         let numbers = Nameplate {
             numbers: self.numbers(shares.flatten()),
             resistance: resistance?,
-            inductance: [l_d?, l_q?],
             leakage: leakage?,
-            magnet_flux: magnet_flux?,
-            rated_current: rated_current?,
-            dc_link: dc_link?,
-            pole_pairs: pole_pairs?,
+            strength: Strength {
+                inductance: [l_d?, l_q?],
+                magnet_flux: magnet_flux?,
+                rated_current: rated_current?,
+                dc_link: dc_link?,
+                pole_pairs: pole_pairs?,
+            },
         };
         self.together(&numbers);
         Some(numbers)
@@ -235,7 +237,7 @@ impl Reader<'_> {
 
     /// Checks relations between the numbers.
     fn together(&mut self, found: &Nameplate) {
-        let [l_d, l_q] = found.inductance;
+        let Strength { inductance: [l_d, l_q], magnet_flux, rated_current, .. } = found.strength;
         if l_d.min(l_q) < 1e-6 * found.resistance {
             let place = self.place("resistance");
             self.problems.push(format!(
@@ -245,8 +247,7 @@ impl Reader<'_> {
         if self.problems.is_empty()
             && let Some(Value::Table(shares)) = found.numbers.get("saturation")
             && let Ok(shares) = SharesTable::read(shares.clone())
-            && let Err(error) =
-                Algebraic::falling([l_d, l_q], found.magnet_flux, found.rated_current, falls(&shares))
+            && let Err(error) = Algebraic::falling([l_d, l_q], magnet_flux, rated_current, falls(&shares))
         {
             let place = self.place("saturation");
             self.problems.push(format!("{place}{} must be {}", error.key, error.needed));

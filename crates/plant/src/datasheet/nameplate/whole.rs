@@ -24,12 +24,8 @@ pub(super) fn with_source(value: &Value) -> Value {
 pub(super) struct Nameplate {
     pub(super) numbers: Table,
     pub(super) resistance: f64,
-    pub(super) inductance: [f64; 2],
     pub(super) leakage: f64,
-    pub(super) magnet_flux: f64,
-    pub(super) rated_current: f64,
-    pub(super) dc_link: f64,
-    pub(super) pole_pairs: f64,
+    pub(super) strength: Strength,
 }
 
 /// Returns the L_A and L_B in H that give this L_d and L_q with this leakage.
@@ -89,7 +85,7 @@ impl Nameplate {
             ("torque", number("rated_torque")),
         ];
         sheet.insert("rating".to_owned(), table(rating));
-        let [mean, saliency] = winding(self.inductance, self.leakage);
+        let [mean, saliency] = winding(self.strength.inductance, self.leakage);
         let inferred = |value: f64| Some(sourced(value, "inferred", "from L_d, L_q and the leakage"));
         let winding = vec![
             ("pole_pairs", number("pole_pairs")),
@@ -116,9 +112,7 @@ impl Nameplate {
 
     /// Adds default inertia and friction if they are not given.
     fn fill_rotor(&self, rotor: &mut Table) {
-        let Self { inductance, magnet_flux, rated_current, dc_link, pole_pairs, .. } = *self;
-        let strength = Strength { inductance, magnet_flux, rated_current, dc_link, pole_pairs };
-        let [inertia, rubbing] = strength.inertia_and_friction();
+        let [inertia, rubbing] = self.strength.inertia_and_friction();
         let friction = "1.4 % of the torque at rated current: bearings and seals";
         let stiction = rotor.get("coulomb").cloned();
         let defaults = [
