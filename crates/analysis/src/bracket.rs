@@ -185,15 +185,20 @@ impl<E> Looks<'_, '_, E> {
     }
 }
 
+/// Returns the value at a position in a range, from 0 (low end) to 1 (high end): in equal factors if the range is
+/// positive, else in equal steps.
+pub(crate) fn between((low, high): (f64, f64), place: f64) -> f64 {
+    if low > 0.0 {
+        low * standstill_numeric::exp(place * standstill_numeric::ln(high / low))
+    } else {
+        low + place * (high - low)
+    }
+}
+
 impl Search {
     /// Returns the value at a position in the range, from 0 (smallest) to 1 (largest).
     fn at(&self, place: f64) -> f64 {
-        let (low, high) = self.range;
-        let value = if low > 0.0 {
-            low * standstill_numeric::exp(place * standstill_numeric::ln(high / low))
-        } else {
-            low + place * (high - low)
-        };
+        let value = between(self.range, place);
         if self.whole { value.round() } else { value }
     }
 

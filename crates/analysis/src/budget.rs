@@ -211,8 +211,7 @@ fn rms(errors: &Errors) -> Estimate {
 }
 
 fn root(square: Estimate) -> Estimate {
-    let root = |x: f64| x.max(0.0).sqrt();
-    Estimate { value: root(square.value), low: root(square.low), high: root(square.high) }
+    square.map(|x| x.max(0.0).sqrt())
 }
 
 struct Bench<'a> {

@@ -102,13 +102,10 @@ pub(crate) fn bound<U: Unit>(text: &str, allowed: impl RangeBounds<f64>) -> Resu
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::WrongPole => f.write_str("wrong-pole"),
-            Self::WrongEvidence => f.write_str("wrong-evidence"),
             Self::Error(bound) => write!(f, "|e| > {bound} deg"),
-            Self::Undetermined => f.write_str("undetermined"),
-            Self::Failed => f.write_str("failed"),
             Self::Moved(bound) => write!(f, "moved > {bound} deg"),
             Self::PeakCurrent(bound) => write!(f, "peak_current > {bound} A"),
+            _ => f.write_str(NAMES.iter().find(|(_, event)| event == self).map_or("", |(name, _)| name)),
         }
     }
 }

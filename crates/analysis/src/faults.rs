@@ -5,6 +5,7 @@
 //! dangerous answer without the checks that have no answer with the checks.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -294,41 +295,58 @@ pub fn study(
         &format!("{name} {trials} {allowed:?}"),
         |counts: &Counts| counts.trials,
         || {
-            let scenario = plan.scenario(0)?;
-            let unchecked =
-                without.map(|plan| plan.scenario(0).map(|scenario| (plan, scenario))).transpose()?;
-            let parts: Vec<u64> = (0..trials).step_by(usize::try_from(AT_ONCE).unwrap_or(1)).collect();
-            let part = |from: u64| {
-                if watch.stopped() {
-                    return Err(Halt::Stopped);
-                }
-                let numbers = from..(from + AT_ONCE).min(trials);
-                let with = records(plan, &scenario, numbers.clone())?;
-                let alone = match &unchecked {
-                    Some((plan, scenario)) => Some(records(plan, scenario, numbers)?),
-                    None => None,
-                };
+            let counts = in_blocks((plan, without), 0..trials, AT_ONCE, watch, |with, alone| {
                 let mut counts = Counts::default();
                 for (k, with) in with.iter().enumerate() {
-                    counts.add(with, alone.as_ref().map(|alone| &alone[k]), allowed);
+                    counts.add(with, alone.get(k), allowed);
                 }
-                watch.did(counts.trials);
-                Ok(counts)
-            };
-            let all: Vec<Counts> = parts.into_par_iter().map(part).collect::<Result<_, _>>()?;
-            Ok(all.into_iter().fold(Counts::default(), Counts::join))
+                counts
+            })?;
+            Ok(counts.into_iter().fold(Counts::default(), Counts::join))
         },
     )
+}
+
+/// Runs trials of a plan in blocks of `at_once`, side by side, and the same trials of the plan `without` checks, if
+/// there is one. Returns the result of `of` for each block: its arguments are the records of both plans in their order,
+/// the latter none without such a plan.
+///
+/// # Errors
+/// A trial cannot be run, or the computation was interrupted.
+pub(crate) fn in_blocks<T: Send>(
+    (plan, without): (&Plan, Option<&Plan>),
+    trials: Range<u64>,
+    at_once: u64,
+    watch: &dyn Watch,
+    of: impl Fn(Vec<Record>, Vec<Record>) -> T + Sync,
+) -> Result<Vec<T>, Halt<FileError>> {
+    let scenario = plan.scenario(0)?;
+    let unchecked = without.map(|plan| plan.scenario(0).map(|scenario| (plan, scenario))).transpose()?;
+    let block = |number: u64| {
+        if watch.stopped() {
+            return Err(Halt::Stopped);
+        }
+        let from = trials.start + number * at_once;
+        let numbers = from..trials.end.min(from + at_once);
+        let with = records(plan, &scenario, numbers.clone())?;
+        let alone = match &unchecked {
+            Some((plan, scenario)) => records(plan, scenario, numbers)?,
+            None => Vec::new(),
+        };
+        watch.did(with.len() as u64);
+        Ok(of(with, alone))
+    };
+    (0..(trials.end - trials.start).div_ceil(at_once)).into_par_iter().map(block).collect()
 }
 
 /// Returns the records of these trials at the first point of a plan, in their order.
 pub(crate) fn records(
     plan: &Plan,
     scenario: &Scenario<Method<f64>>,
-    numbers: std::ops::Range<u64>,
+    mut numbers: Range<u64>,
 ) -> Result<Vec<Record>, Halt<FileError>> {
     let mut records = Vec::new();
-    let trials = plan.trials(0, scenario, &mut numbers.clone(), &mut |record| records.push(record));
+    let trials = plan.trials(0, scenario, &mut numbers, &mut |record| records.push(record));
     trials.map_err(|failed| Halt::Failed(failed.error))?;
     records.sort_by_key(|record| record.trial);
     Ok(records)

@@ -11,7 +11,7 @@ use standstill_quantity::rounded;
 use standstill_scenario::{Record, Verdict as Ending};
 
 pub use self::read::{LimitError, MeasureError};
-use crate::bracket::{Look, Verdict, forecast_trials};
+use crate::bracket::{Look, forecast_trials};
 
 /// A measure that can be limited. Starts without an answer, undetermined or failed, count against every measure: as an axis error
 /// of 90° in the rms, as an error beyond every bound, as a wrong pole, and as infinite movement, duration and current.
@@ -318,11 +318,7 @@ impl Tally {
         let both = || self.limits.0.iter().zip(&self.values);
         let all: Vec<Vec<Estimate>> = both()
             .map(|(limit, values)| {
-                let share = |e: Estimate| Estimate {
-                    value: e.value / limit.most,
-                    low: e.low / limit.most,
-                    high: e.high / limit.most,
-                };
+                let share = |estimate: Estimate| estimate.map(|x| x / limit.most);
                 limit.measure.estimates(values.clone(), &then).into_iter().map(share).collect()
             })
             .collect();
@@ -343,15 +339,6 @@ impl Tally {
     pub fn without_answer(&self) -> Option<Estimate> {
         let number = self.limits.0.iter().position(|limit| limit.measure == Measure::Rms)?;
         Some(rms::without_answer(&self.values[number]))
-    }
-
-    /// Returns whether all limits hold: likely, surely, possibly.
-    pub fn verdict(&self) -> Verdict {
-        let estimates = self.estimates();
-        let all = |of: fn(&Estimate) -> f64| {
-            self.limits.0.iter().zip(&estimates).all(|(limit, estimate)| of(estimate) <= limit.most)
-        };
-        Verdict { holds: all(|e| e.value), surely: all(|e| e.high), possibly: all(|e| e.low) }
     }
 }
 

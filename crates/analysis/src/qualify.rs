@@ -13,18 +13,17 @@ mod not_modelled;
 pub mod rare;
 pub mod sequential;
 
-use rayon::prelude::*;
 use standstill_numeric::whole;
 use standstill_odds::kept;
 use standstill_plant::Entry as SheetEntry;
-use standstill_scenario::{Document, FaultMode, FileError, Plan};
+use standstill_scenario::{Document, FaultMode, FileError, Note, Plan};
 use toml::Value;
 
 pub use self::claim::{Claim, Claimed, Seen, Verdict};
 pub use self::demand::{Bad, Current, Demand, LimitedMeasure};
 pub use self::list::{MOST_TRIALS, Requirement, Requirements};
 pub use self::not_modelled::NOT_MODELLED;
-use crate::faults::{Allowed, Entry, records};
+use crate::faults::{Allowed, Entry, in_blocks};
 use crate::{Halt, Watch};
 
 /// Number of trials at the first look.
@@ -73,7 +72,7 @@ impl Case {
             claimed,
             Claimed::Undetected(_) | Claimed::Share(Bad::WrongPole | Bad::Angle(_) | Bad::WrongSector, ..)
         );
-        let open = self.plan.pole_note().filter(|_| about_poles && self.plan.pole_is_open());
+        let open = self.plan.note(Note::Poles).filter(|_| about_poles && self.plan.pole_is_open());
         let claim = |claimed, guards| Claim {
             requirement: number,
             claimed,
@@ -142,33 +141,18 @@ impl Case {
             &key,
             |_| count,
             || {
-                let scenario = self.plan.scenario(0)?;
                 // Only a coverage asks for the same starts without checks.
                 let covers = claims.iter().any(|claimed| matches!(claimed, Claimed::Undetected(_)));
-                let unchecked = self.without.as_ref().filter(|_| covers);
-                let unchecked = unchecked.map(|plan| plan.scenario(0).map(|of| (plan, of))).transpose()?;
-                let one = |part: u64| {
-                    if watch.stopped() {
-                        return Err(Halt::Stopped);
-                    }
-                    let from = trials.start + part * AT_ONCE;
-                    let numbers = from..(from + AT_ONCE).min(trials.end);
-                    let with = records(&self.plan, &scenario, numbers.clone())?;
-                    let alone = match &unchecked {
-                        Some((plan, of)) => records(plan, of, numbers)?,
-                        None => Vec::new(),
-                    };
+                let plans = (&self.plan, self.without.as_ref().filter(|_| covers));
+                let parts = in_blocks(plans, trials, AT_ONCE, watch, |with, alone| {
                     let mut seen = vec![Seen::default(); claims.len()];
                     for (k, record) in with.iter().enumerate() {
                         for (seen, claimed) in seen.iter_mut().zip(&claims) {
                             seen.add(*claimed, record, alone.get(k), self);
                         }
                     }
-                    watch.did(with.len() as u64);
-                    Ok(seen)
-                };
-                let parts: Vec<Vec<Seen>> =
-                    (0..count.div_ceil(AT_ONCE)).into_par_iter().map(one).collect::<Result<_, _>>()?;
+                    seen
+                })?;
                 let mut all = vec![Seen::default(); claims.len()];
                 for part in parts {
                     for (all, seen) in all.iter_mut().zip(part) {

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use rayon::prelude::*;
 use standstill_campaign::Estimate;
 use standstill_quantity::si_value;
-use standstill_scenario::{Document, FileError, Origin, Plan, Record, seed_value};
+use standstill_scenario::{Document, FileError, Origin, Plan, seed_value};
 use toml::Value;
 
 use crate::bracket::{Found, Look};
+use crate::faults::in_blocks;
 use crate::limit::{Limits, Tally};
 use crate::{Halt, Watch};
 use standstill_odds::kept;
@@ -44,7 +44,7 @@ pub struct Judged {
 pub const EVERYWHERE: &str = "every value meets it";
 
 /// A point of the curve: a value of the first key, and the requirement on the second key.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Point {
     /// Value of the first key, in SI.
     pub first: f64,
@@ -67,16 +67,7 @@ pub struct Point {
 impl Point {
     /// Makes the point at a value of the first key from the result of the search over the second key.
     pub fn of(first: f64, found: &Found) -> Self {
-        let none = |answer| Self {
-            first,
-            second: None,
-            low: None,
-            high: None,
-            from: None,
-            from_low: None,
-            from_high: None,
-            answer,
-        };
+        let none = |answer| Self { first, answer, ..Self::default() };
         match found {
             Found::Nowhere => none("no value meets it"),
             Found::Everywhere => none(EVERYWHERE),
@@ -249,28 +240,12 @@ impl<'a> Bench<'a> {
         trials: Range<u64>,
         watch: &dyn Watch,
     ) -> Result<Vec<Vec<f64>>, Halt<FileError>> {
-        let scenario = plan.scenario(0)?;
-        let mut tally = Tally::new(self.limits);
-        let Range { start, end } = trials;
         // Few trials keep several threads busy too.
-        let at_once = (end - start).div_ceil(4).clamp(LEAST_AT_ONCE, AT_ONCE);
-        let parts = (0..(end - start).div_ceil(at_once)).into_par_iter().map(|part| {
-            if watch.stopped() {
-                return Err(Halt::Stopped);
-            }
-            let from = start + part * at_once;
-            let mut numbers = from..end.min(from + at_once);
-            let mut records: Vec<Record> = Vec::new();
-            plan.trials(0, &scenario, &mut numbers, &mut |record| records.push(record))
-                .map_err(|error| Halt::Failed(error.error))?;
-            records.sort_by_key(|record| record.trial);
-            watch.did(records.len() as u64);
-            Ok(records)
-        });
-        for records in parts.collect::<Result<Vec<_>, _>>()? {
-            for record in &records {
-                tally.add(record);
-            }
+        let at_once = (trials.end - trials.start).div_ceil(4).clamp(LEAST_AT_ONCE, AT_ONCE);
+        let parts = in_blocks((plan, None), trials, at_once, watch, |records, _| records)?;
+        let mut tally = Tally::new(self.limits);
+        for record in parts.iter().flatten() {
+            tally.add(record);
         }
         Ok(tally.into_values())
     }

@@ -372,7 +372,7 @@ impl Starts<'_> {
 }
 
 /// Returns the measures of a tally.
-fn measured(taken: &Limits, tally: &Tally) -> Measured {
+pub(crate) fn measured(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.estimates()).collect())
 }
 

@@ -13,6 +13,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::digests::{self, DigestError, Kept};
+use standstill_plant::{Motor, built_in};
 use standstill_sim::RunError;
 use thiserror::Error;
 
@@ -122,6 +123,11 @@ pub fn all(
     hear("kept results of all effects");
     found.extend(digests::effects(folder, stop)?.into_iter().map(Witness::kept));
     Ok(found)
+}
+
+/// Returns a built-in motor.
+fn motor(name: &str) -> Result<Motor, WitnessError> {
+    built_in(name).ok_or_else(|| WitnessError::Setting(format!("there is no built-in motor {name}")))
 }
 
 #[cfg(test)]

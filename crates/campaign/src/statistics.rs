@@ -257,7 +257,7 @@ impl Statistics {
             moved: 0.0,
             duration: Sum::default(),
             peak_current: 0.0,
-            powers: [const { Sum::new() }; 4],
+            powers: Default::default(),
             magnitudes: Magnitudes::default(),
             sectors: None,
         }

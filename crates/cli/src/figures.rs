@@ -7,7 +7,7 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_report::study::{self, ErrorCloud};
 use standstill_sim::{Event, Trace};
 
-use self::parts::{Window, curve};
+use self::parts::Window;
 use crate::log::Entry;
 
 mod budget;
@@ -40,16 +40,16 @@ pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure
         let letters = (first.letter(), second.letter());
         let time = || window.axis("time from the line's first pulse");
         panels.push(Panel::new(time(), Axis::new(format!("voltage {}-{} (V)", letters.0, letters.1))).with(
-            curve(
+            Layer::line(
                 &format!("v_{} − v_{}", letters.0, letters.1),
-                window.points(|snapshot| snapshot.potential[f] - snapshot.potential[s]),
                 Style::Blue,
+                window.points(|snapshot| snapshot.potential[f] - snapshot.potential[s]),
             ),
         ));
-        panels.push(Panel::new(time(), Axis::new("current (A)")).with(curve(
+        panels.push(Panel::new(time(), Axis::new("current (A)")).with(Layer::line(
             &format!("i_{}, line {}-{}", letters.0, letters.0, letters.1),
-            window.points(|snapshot| snapshot.current[f]),
             Style::PHASES[f],
+            window.points(|snapshot| snapshot.current[f]),
         )));
     }
     Figure::new("Line pulses and their currents (Fig. 5 of the paper)", subtitle, 860, panels)
@@ -69,7 +69,7 @@ pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: Strin
         let angle = Angle::from_degrees(axis_deg + 180.0 * k as f64);
         let along = |current: [f64; 3]| Abc(current).clarke().park(angle).d;
         let points = window.points(|s| along(s.current));
-        panel = panel.with(curve(names[k], points, Style::nth(k)));
+        panel = panel.with(Layer::line(names[k], Style::nth(k), points));
         let samples = trace.events.iter().filter_map(|(time, event)| match event {
             Event::Sample(reading) if (time - end).abs() < 5e-6 => {
                 Some((window.place(*time), along(reading.current.0)))
@@ -97,32 +97,28 @@ pub fn error_over_angle(cloud: &ErrorCloud, subtitle: String) -> Figure {
 /// Draws the inductances over current, and the inductances of the polarity test.
 pub fn magnetics(survey: &Survey, motor: &str) -> Figure {
     let over_d = |inductance: fn(&OperatingPoint) -> f64| {
-        survey.along_d.iter().map(|p| (p.i_d, inductance(p) * 1e3)).collect()
+        survey.along_d.iter().map(move |p| (p.i_d, inductance(p) * 1e3))
     };
     let over_q = |inductance: fn(&OperatingPoint) -> f64| {
-        survey.along_q.iter().map(|p| (p.i_q, inductance(p) * 1e3)).collect()
+        survey.along_q.iter().map(move |p| (p.i_q, inductance(p) * 1e3))
     };
     let inductances = Panel::new(Axis::new("current along the axis named (A)"), Axis::new("inductance (mH)"))
-        .with(curve("L_d over i_d", over_d(|p| p.l_dd), Style::Blue))
-        .with(curve("L_q over i_d", over_d(|p| p.l_qq), Style::Vermilion))
-        .with(curve("L_d over i_q", over_q(|p| p.l_dd), Style::Black))
-        .with(curve("L_q over i_q", over_q(|p| p.l_qq), Style::Green));
+        .with(Layer::line("L_d over i_d", Style::Blue, over_d(|p| p.l_dd)))
+        .with(Layer::line("L_q over i_d", Style::Vermilion, over_d(|p| p.l_qq)))
+        .with(Layer::line("L_d over i_q", Style::Black, over_q(|p| p.l_dd)))
+        .with(Layer::line("L_q over i_q", Style::Green, over_q(|p| p.l_qq)));
     let flux = Panel::new(Axis::new("current along the axis named (A)"), Axis::new("flux linkage (Wb)"))
-        .with(curve("ψ_d over i_d", survey.along_d.iter().map(|p| (p.i_d, p.psi_d)).collect(), Style::Blue))
-        .with(curve(
-            "ψ_q over i_q",
-            survey.along_q.iter().map(|p| (p.i_q, p.psi_q)).collect(),
-            Style::Vermilion,
-        ));
+        .with(Layer::line("ψ_d over i_d", Style::Blue, survey.along_d.iter().map(|p| (p.i_d, p.psi_d))))
+        .with(Layer::line("ψ_q over i_q", Style::Vermilion, survey.along_q.iter().map(|p| (p.i_q, p.psi_q))));
     let average = |inductance: fn(&PolarityPoint) -> f64| {
-        survey.polarity.iter().map(|p| (p.current, inductance(p) * 1e3)).collect()
+        survey.polarity.iter().map(move |p| (p.current, inductance(p) * 1e3))
     };
     let polarity = Panel::new(
         Axis::new("current along the d-axis, either way (A)"),
         Axis::new("average inductance (mH)"),
     )
-    .with(curve("towards north", average(|p| p.north), Style::Blue))
-    .with(curve("towards south", average(|p| p.south), Style::Vermilion));
+    .with(Layer::line("towards north", Style::Blue, average(|p| p.north)))
+    .with(Layer::line("towards south", Style::Vermilion, average(|p| p.south)));
     Figure::new(
         format!("Magnetics of {motor}"),
         "flux; incremental inductances; what a polarity test sees",

@@ -50,7 +50,13 @@ impl Estimate {
     /// Converts to another unit; `factor`: value in the other unit per value in this one.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
-        Self { value: factor * self.value, low: factor * self.low, high: factor * self.high }
+        self.map(|x| factor * x)
+    }
+
+    /// Applies a function to the value and both ends of its interval.
+    #[must_use]
+    pub fn map(self, of: impl Fn(f64) -> f64) -> Self {
+        Self { value: of(self.value), low: of(self.low), high: of(self.high) }
     }
 
     /// Returns half the width of the interval, or the distance of the value from its end if only one end is known.

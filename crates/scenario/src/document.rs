@@ -64,17 +64,15 @@ impl Document {
 
     /// Sets a key to a TOML value and records the origin of the value.
     pub fn set_value(&mut self, key: &str, value: Value, origin: Origin) -> Result<(), FileError> {
+        let place = origin.to_string();
+        let wrong = |message| FileError::Key { place: place.clone(), key: key.to_owned(), message };
         // The keys of axes and tolerances have dots in them.
         let dotted = ["axes.", "tolerances."].iter().any(|table| key.starts_with(table));
         let mut parts: Vec<&str> = key.splitn(if dotted { 2 } else { usize::MAX }, '.').collect();
         // Tables are read one within the other: no key of a scenario has more than a few parts.
         let last = parts.pop().filter(|last| !last.is_empty() && parts.len() < MOST_PARTS);
         let Some(last) = last.filter(|_| parts.iter().all(|part| !part.is_empty())) else {
-            return Err(FileError::Key {
-                place: origin.to_string(),
-                key: key.to_owned(),
-                message: "not a key such as `sensors.noise`".to_owned(),
-            });
+            return Err(wrong("not a key such as `sensors.noise`".to_owned()));
         };
         let mut table = &mut self.table;
         let mut parts_left = parts.iter().enumerate();
@@ -99,22 +97,14 @@ impl Document {
                         list.push(Value::Table(Table::new()));
                     }
                     let Some(below) = number.and_then(|number| list.get_mut(number)) else {
-                        return Err(FileError::Key {
-                            place: origin.to_string(),
-                            key: key.to_owned(),
-                            message: format!("needed a number from 0 to {there} after `{part}.`"),
-                        });
+                        return Err(wrong(format!("needed a number from 0 to {there} after `{part}.`")));
                     };
                     below
                 }
                 entry => entry,
             };
             let Value::Table(below) = below else {
-                return Err(FileError::Key {
-                    place: origin.to_string(),
-                    key: key.to_owned(),
-                    message: format!("`{part}` is {below}, not a table"),
-                });
+                return Err(wrong(format!("`{part}` is {below}, not a table")));
             };
             table = below;
         }

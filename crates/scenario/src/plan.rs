@@ -17,14 +17,18 @@ use super::tolerances::{Drawn, Tolerance};
 use super::typed::{self, Base, Typed};
 use crate::{Remote, Scenario};
 
-/// Index of the remarks on poles in [`Plan`].
-const POLES: usize = 0;
-/// Index of the remarks on flux maps.
-const MAPS: usize = 1;
-/// Index of the remarks on numbers.
-const NUMBERS: usize = 2;
-/// Index of the remarks on libraries.
-const LIBRARIES: usize = 3;
+/// Subject of remarks on results, see [`Plan::note`].
+#[derive(Clone, Copy, Debug)]
+pub enum Note {
+    /// Wrong poles: the motors' data do not show which pole draws more current.
+    Poles,
+    /// A flux map of a motor that is too coarse.
+    Maps,
+    /// Numbers of a motor that are probably mistakes.
+    Numbers,
+    /// A library that keeps state outside of its own memory.
+    Libraries,
+}
 
 /// A checked scenario file: the points of its sweep, with a way to make the scenario of each point.
 #[derive(Clone, Debug)]
@@ -40,8 +44,7 @@ pub struct Plan {
     pub(super) tolerances: Vec<Drawn>,
     /// True if the data of at least one motor do not suffice to tell which pole draws more current.
     pole_is_open: bool,
-    /// Remarks on results, each listed once: on poles that the motors' data leave open, on coarse maps, on numbers that
-    /// are probably mistakes, on libraries that share state with their copies.
+    /// Remarks of each [`Note`], each listed once.
     notes: [BTreeSet<String>; 4],
     /// Setters that make the scenarios of trials without reading the document; none if a setter would make a different
     /// scenario.
@@ -140,15 +143,16 @@ impl Plan {
         };
         for number in 0..plan.points.len() {
             let Scenario { motor, foreign, .. } = plan.scenario(number)?;
-            plan.notes[LIBRARIES].extend(foreign.and_then(|foreign| foreign.library().shared_note()));
+            plan.notes[Note::Libraries as usize]
+                .extend(foreign.and_then(|foreign| foreign.library().shared_note()));
             // One motor for all points is looked at once.
             if number == 0 || plan.motor.is_none() {
-                plan.notes[MAPS].extend(motor.map_note());
+                plan.notes[Note::Maps as usize].extend(motor.map_note());
                 let doubt = motor.doubtful().map(|doubt| format!("{}: {}", motor.name, doubt.said()));
-                plan.notes[NUMBERS].extend(doubt);
+                plan.notes[Note::Numbers as usize].extend(doubt);
                 if motor.has_magnet() {
                     let known = motor.pole_knowledge();
-                    plan.notes[POLES].extend(known.note().map(str::to_owned));
+                    plan.notes[Note::Poles as usize].extend(known.note().map(str::to_owned));
                     plan.pole_is_open |= known.is_open();
                 }
             }
@@ -180,34 +184,15 @@ impl Plan {
         self.document.files().digests()
     }
 
-    fn note(&self, on: usize) -> Option<String> {
-        let notes: Vec<&str> = self.notes[on].iter().map(String::as_str).collect();
+    /// Returns the remarks on a subject; none if there is nothing to remark.
+    pub fn note(&self, on: Note) -> Option<String> {
+        let notes: Vec<&str> = self.notes[on as usize].iter().map(String::as_str).collect();
         (!notes.is_empty()).then(|| notes.join("; "))
-    }
-
-    /// Returns a remark about wrong poles if the motors' data do not show which pole draws more current.
-    pub fn pole_note(&self) -> Option<String> {
-        self.note(POLES)
     }
 
     /// Returns true if the data of at least one motor do not suffice to tell which pole draws more current.
     pub const fn pole_is_open(&self) -> bool {
         self.pole_is_open
-    }
-
-    /// Returns a remark about results if a motor's flux map is too coarse.
-    pub fn map_note(&self) -> Option<String> {
-        self.note(MAPS)
-    }
-
-    /// Returns a remark about results if some numbers of a motor are probably mistakes.
-    pub fn motor_note(&self) -> Option<String> {
-        self.note(NUMBERS)
-    }
-
-    /// Returns a remark about results if a library keeps state outside of its own memory.
-    pub fn library_note(&self) -> Option<String> {
-        self.note(LIBRARIES)
     }
 
     /// Returns true if the scenario has tolerances, so that each trial draws values of keys.

@@ -331,11 +331,7 @@ impl<S: Settings<f64>> Scenario<S> {
         ledger: bool,
         most_rows: f64,
     ) -> Result<(Record, Run<f64>, Trace), SettingsError> {
-        let first = self.detector_for(case)?;
-        let (mut second, record, observed, trace) = self.twice(case, first, false, (ledger, most_rows))?;
-        // The first run has said it.
-        second.shown(&trace, 0.0);
-        Ok((record, observed, trace))
+        self.twice(case, false, (ledger, most_rows))
     }
 
     /// Runs the trial of a case as [`Self::watched`] does; the trace also has the channels and the log of a library's
@@ -349,22 +345,18 @@ impl<S: Settings<f64>> Scenario<S> {
         ledger: bool,
         most_rows: f64,
     ) -> Result<(Record, Run<f64>, Trace), SettingsError> {
-        let first = self.detector_for(case)?;
-        let (mut second, record, observed, mut trace) = self.twice(case, first, true, (ledger, most_rows))?;
-        trace.own = second.shown(&trace, observed.duration.seconds());
-        Ok((record, observed, trace))
+        self.twice(case, true, (ledger, most_rows))
     }
 
-    /// Runs a case with the detector `first`, and once more with an observer and a second detector, which is returned.
-    /// With `shows` the second detector records its channels and log, and the log of the first one is dropped.
-    #[allow(clippy::type_complexity, reason = "within this file")]
+    /// Runs a case, and once more with an observer and a second detector. With `shows` the trace has the channels and
+    /// the log of the second detector, and the log of the first one is dropped; else that of the second one.
     fn twice(
         &self,
         case: &Case,
-        mut first: Made<S::Detector>,
         shows: bool,
         (ledger, most_rows): (bool, f64),
-    ) -> Result<(Made<S::Detector>, Record, Run<f64>, Trace), SettingsError> {
+    ) -> Result<(Record, Run<f64>, Trace), SettingsError> {
+        let mut first = self.detector_for(case)?;
         let alone = run(case, &mut first, false, &mut NoProbe);
         let mut trace = Trace::new(RESOLUTION.max(alone.duration.seconds() / most_rows));
         if shows {
@@ -376,7 +368,11 @@ impl<S: Settings<f64>> Scenario<S> {
             second.watch();
         }
         let observed = run(case, &mut second, ledger, &mut trace);
-        Ok((second, Record { trial: case.streams.index(), run: alone }, observed, trace))
+        let own = second.shown(&trace, observed.duration.seconds());
+        if shows {
+            trace.own = own;
+        }
+        Ok((Record { trial: case.streams.index(), run: alone }, observed, trace))
     }
 
     /// Runs a trial with any detector.

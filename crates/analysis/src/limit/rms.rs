@@ -70,9 +70,7 @@ impl Seen {
 /// numbers.
 pub(super) fn seen(values: &[f64]) -> Estimate {
     let squares = values.iter().map(|e| if e.is_finite() { e * e } else { COUNTS * COUNTS });
-    let square = ratio(squares.map(|square| (square, 1.0)));
-    let root = |x: f64| x.max(0.0).sqrt();
-    Estimate { value: root(square.value), low: root(square.low), high: root(square.high) }
+    ratio(squares.map(|square| (square, 1.0))).map(|x| x.max(0.0).sqrt())
 }
 
 /// Returns the share of starts without an answer with its exact 95 % interval.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::tune::{self, measured};
 
 #[test]
 fn law_limits_are_read_as_they_are_written() {
@@ -140,7 +141,7 @@ fn law_starts_without_an_answer_count_against_every_limit() {
         assert_eq!((good.verdict(), bad.verdict()), (Ending::Found, verdict));
         let mut tally = Tally::new(&limits);
         (0..300).for_each(|_| tally.add(&good));
-        assert!(tally.verdict().holds, "{:?}", tally.estimates());
+        assert!(tune::verdict(&limits, &measured(&limits, &tally)).holds, "{:?}", tally.estimates());
         // One in four: beyond every quantile.
         (0..100).for_each(|_| tally.add(&bad));
         let [rms, p95, p99, beyond, wrong, unanswered, moved, duration, peak] =
@@ -168,13 +169,13 @@ fn analytic_so_many_trials_it_takes_to_see_that_limits_hold() {
 fn law_limits_hold_surely_at_the_bad_ends_and_possibly_at_the_good_ones() {
     let limits: Limits = "duration <= 20 ms".parse().expect("limits");
     // Durations in steps of 1 µs: the 99th percentile of 1,000 is the 990th, and lies between the 984th and the 998th.
-    let verdict = |from: f64| {
+    let holds = |from: f64| {
         let values = (0..1000).map(|k| from + 1e-6 * f64::from(k)).collect();
-        let verdict = Tally::of(&limits, vec![values]).verdict();
+        let verdict = tune::verdict(&limits, &measured(&limits, &Tally::of(&limits, vec![values])));
         (verdict.possibly, verdict.holds, verdict.surely)
     };
-    assert_eq!(verdict(19.0e-3), (true, true, true));
-    assert_eq!(verdict(19.005e-3), (true, true, false));
-    assert_eq!(verdict(19.013e-3), (true, false, false));
-    assert_eq!(verdict(19.1e-3), (false, false, false));
+    assert_eq!(holds(19.0e-3), (true, true, true));
+    assert_eq!(holds(19.005e-3), (true, true, false));
+    assert_eq!(holds(19.013e-3), (true, false, false));
+    assert_eq!(holds(19.1e-3), (false, false, false));
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use standstill_interface::Choice as _;
 use standstill_quantity::unit::{Ampere, Degree, Second, Share};
 use standstill_quantity::{Quantity, rounded};
-use standstill_scenario::{FaultMode, Record, Verdict as Ending, nearest};
+use standstill_scenario::{FaultMode, Record, Verdict as Ending, quoted};
 
 use crate::event::{Event, bound};
 
@@ -159,9 +159,7 @@ impl Demand {
 /// Returns the failure mode of this name.
 fn fault(name: &str) -> Result<FaultMode, Refused> {
     FaultMode::named(name).ok_or_else(|| {
-        let near = nearest(name, FaultMode::NAMES.iter().copied());
-        let near = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
-        (format!("`{name}`{near}"), format!("one of {}", FaultMode::NAMES.join(", ")))
+        (quoted(name, FaultMode::NAMES.iter().copied()), format!("one of {}", FaultMode::NAMES.join(", ")))
     })
 }
 
@@ -242,7 +240,7 @@ fn event_of(text: &str) -> Result<Bad, Refused> {
 }
 
 fn unknown(word: &str, known: &[&str]) -> String {
-    standstill_scenario::quoted(word, known.iter().copied())
+    quoted(word, known.iter().copied())
 }
 
 impl Current {

@@ -247,27 +247,19 @@ impl Requirements {
     fn under(&self, number: usize, settings: &[(String, Value)], error: FileError) -> FileError {
         let of =
             |key: &str| settings.iter().any(|(set, _)| key == set || key.starts_with(&format!("{set}.")));
-        let FileError::Key { key: wrong, .. } = &error else {
-            let at = key(number, "id");
-            return self.document.locate(FileError::Key {
-                place: String::new(),
-                key: at,
-                message: error.to_string(),
-            });
-        };
-        let own = self.list[number].over.iter().find(|(_, keys, _)| keys.iter().any(|set| set == wrong));
-        match own {
-            Some((name, ..)) => {
-                let message = error.to_string();
-                self.document.locate(FileError::Key { place: String::new(), key: key(number, name), message })
+        let at = match &error {
+            FileError::Key { key: wrong, .. } => {
+                let mut over = self.list[number].over.iter();
+                match over.find(|(_, keys, _)| keys.contains(wrong)) {
+                    Some((name, ..)) => name,
+                    None if of(wrong) => "over",
+                    None => return error,
+                }
             }
-            None if settings.is_empty() || !of(wrong) => error,
-            None => self.document.locate(FileError::Key {
-                place: String::new(),
-                key: key(number, "over"),
-                message: error.to_string(),
-            }),
-        }
+            _ => "id",
+        };
+        let (key, message) = (key(number, at), error.to_string());
+        self.document.locate(FileError::Key { place: String::new(), key, message })
     }
 }
 

@@ -7,6 +7,7 @@ use standstill_campaign::Estimate;
 
 use super::rare::Rare;
 use super::*;
+use crate::faults::records;
 use crate::{Alarm, Estimator, Event, Odds};
 
 const HEAD: &str = "rotor.state = \"free\"\ndetector.method = \"bipolar\"\n";

@@ -33,6 +33,13 @@ impl Setting {
         Self { method: self.method, keys }
     }
 
+    /// Returns the method and its keys as keys of a scenario.
+    pub fn in_scenario(&self) -> Vec<(String, String)> {
+        let method = ("detector.method".to_owned(), self.method.name().to_owned());
+        let others = self.keys.iter().map(|(key, value)| (format!("detector.{key}"), value.clone()));
+        std::iter::once(method).chain(others).collect()
+    }
+
     /// Sets the method and its keys in a document.
     ///
     /// # Errors
@@ -172,10 +179,10 @@ impl Bench<'_> {
         match Starts::of(&scenario, rotor, trials, self.work) {
             Ok(starts) => Ok(Ok(starts)),
             Err(Stopped::Spent) => Ok(Err(SPENT.to_owned())),
-            Err(Stopped::Campaign(CampaignError::Settings(error))) => {
+            Err(Stopped::Failed(SuitabilityError::Campaign(CampaignError::Settings(error)))) => {
                 Ok(Err(format!("it cannot be set up: {error}")))
             }
-            Err(Stopped::Campaign(error)) => Err(error.into()),
+            Err(Stopped::Failed(error)) => Err(error),
         }
     }
 

@@ -196,13 +196,8 @@ impl Bench<'_> {
                 }
             }
         }
-        let all = || {
-            seen.iter()
-                .map(|(share, look)| (*share, look))
-                .chain(more.iter().map(|(share, look)| (*share, look)))
-        };
-        let best =
-            all().max_by(|a, b| a.1.margins.compare(&b.1.margins)).map(|(share, look)| (share, look.margins));
+        let best = seen.iter().chain(&more).max_by(|a, b| a.1.margins.compare(&b.1.margins));
+        let best = best.map(|(share, look)| (*share, look.margins));
         let mut near = Vec::new();
         if let Some((share, margins)) = best
             && !(margins.is_kept() || adaptive || self.is_set("rounds"))

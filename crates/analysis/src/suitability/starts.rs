@@ -8,8 +8,8 @@ use standstill_detect::{Method, PolarityRule};
 use standstill_numeric::whole;
 use standstill_scenario::{Record, Rotor, Scenario, Verdict};
 
-use super::Demands;
 use super::work::{Allowance, of_start};
+use super::{Demands, SuitabilityError};
 use crate::event::evidence;
 
 /// Results of starts with the rotor in one state.
@@ -38,12 +38,12 @@ pub(super) enum Stopped {
     /// No work is left.
     Spent,
     /// The trials could not be run.
-    Campaign(CampaignError),
+    Failed(SuitabilityError),
 }
 
 impl From<CampaignError> for Stopped {
     fn from(error: CampaignError) -> Self {
-        Self::Campaign(error)
+        Self::Failed(error.into())
     }
 }
 

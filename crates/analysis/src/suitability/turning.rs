@@ -1,7 +1,6 @@
 //! Speeds of a rotor that turns: from which on a method notices it, and from which on its error is larger than demanded.
 
 use serde::Serialize;
-use standstill_campaign::CampaignError;
 use standstill_detect::{Check, Checks, Method, Settings as _, Value, keys};
 use standstill_scenario::{Rotor, Scenario};
 use standstill_sim::RotorState;
@@ -55,29 +54,6 @@ const HALVINGS: u32 = 10;
 /// Number of steps in which an edge is narrowed from a factor of two: to one of 2^(1/8), which is 9 %.
 const STEPS: u32 = 3;
 
-/// Reason why a speed was not found.
-enum Unknown {
-    /// The work that may be done is done.
-    Spent,
-    /// The trials could not be run.
-    Failed(SuitabilityError),
-}
-
-impl From<Stopped> for Unknown {
-    fn from(stopped: Stopped) -> Self {
-        match stopped {
-            Stopped::Spent => Self::Spent,
-            Stopped::Campaign(error) => Self::Failed(error.into()),
-        }
-    }
-}
-
-impl From<CampaignError> for Unknown {
-    fn from(error: CampaignError) -> Self {
-        Self::Failed(error.into())
-    }
-}
-
 impl Bench<'_> {
     /// Measures the speeds of a candidate. None where no state of the rotor that is judged lets it turn, where the method turns it itself, and
     /// where no work is left.
@@ -89,13 +65,13 @@ impl Bench<'_> {
         }
         match self.speeds(&candidate.setting, seconds) {
             Ok(speeds) => Ok(Some(speeds)),
-            Err(Unknown::Spent) => Ok(None),
-            Err(Unknown::Failed(error)) => Err(error),
+            Err(Stopped::Spent) => Ok(None),
+            Err(Stopped::Failed(error)) => Err(error),
         }
     }
 
-    fn speeds(&self, setting: &Setting, seconds: f64) -> Result<TurningSpeeds, Unknown> {
-        let failed = |error| Unknown::Failed(SuitabilityError::File(error));
+    fn speeds(&self, setting: &Setting, seconds: f64) -> Result<TurningSpeeds, Stopped> {
+        let failed = |error| Stopped::Failed(SuitabilityError::File(error));
         let mut scenario = self.scenario(setting, Rotor::Locked).map_err(failed)?;
         scenario.rotor = RotorState::Driven;
         scenario.seed = scenario.seed.wrapping_add(SEARCH);
@@ -145,9 +121,9 @@ impl Bench<'_> {
         scenario: &Scenario<Method<f64>>,
         highest: f64,
         shows: &mut dyn FnMut(f64, &Starts) -> bool,
-    ) -> Result<Option<f64>, Unknown> {
+    ) -> Result<Option<f64>, Stopped> {
         let mut scenario = scenario.clone();
-        let mut at = |rpm: f64| -> Result<bool, Unknown> {
+        let mut at = |rpm: f64| -> Result<bool, Stopped> {
             for rpm in [rpm, -rpm] {
                 scenario.start_speed = rpm;
                 if !shows(rpm, &Starts::of(&scenario, Rotor::Driven, EACH_WAY, self.work)?) {

@@ -1,6 +1,8 @@
 //! Ranges of the values among which settings are searched.
 
-use standstill_numeric::{exp, ln};
+use standstill_numeric::ln;
+
+use crate::bracket::between;
 
 /// Range of the values of a key.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,12 +29,7 @@ impl Range {
     /// assert!((pulse.place(100e-6) - 0.5).abs() < 1e-12);
     /// ```
     pub fn at(&self, place: f64) -> f64 {
-        let place = place.clamp(0.0, 1.0);
-        let value = if self.low > 0.0 {
-            self.low * exp(place * ln(self.high / self.low))
-        } else {
-            self.low + place * (self.high - self.low)
-        };
+        let value = between((self.low, self.high), place.clamp(0.0, 1.0));
         let value = if self.whole { value.round() } else { digits(value) };
         value.clamp(self.low, self.high)
     }

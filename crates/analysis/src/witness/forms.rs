@@ -4,22 +4,16 @@
 use standstill_interface::{Abc, Command, Leg, Nanos, Phase, Sampling, Stage};
 use standstill_inverter::{Bridge, Conduction, DcLink, GateTiming, Inverter, OpenLeg};
 use standstill_numeric::{cos, exp, exp_m1, ln, sin};
-use standstill_plant::{Core, EddyBranch, Linear, MagneticCircuit, Motor, Winding, built_in};
+use standstill_plant::{Core, EddyBranch, Linear, MagneticCircuit, Motor, Winding};
 use standstill_sim::{Case, ComparatorSettings, Event, SensorSettings, Sensors, TerminalSensor, Tolerance};
 
-use super::{Witness, WitnessError};
+use super::{Witness, WitnessError, motor};
 use crate::bound::replay::{TERMINAL, TIME, replay, watched};
 
 /// Voltage of the link in V.
 const LINK: f64 = 550.0;
 /// Rotor angle in degrees during line pulses.
 const ANGLE_DEG: f64 = 43.2;
-
-/// Returns the built-in motor of the paper.
-fn paper_motor() -> Result<Motor, WitnessError> {
-    built_in("paper-5k5")
-        .ok_or_else(|| WitnessError::Setting("there is no built-in motor paper-5k5".to_owned()))
-}
 
 /// Returns a linear motor of L_A 9.2 mH, L_B −2.1 mH and 1 Ω.
 ///
@@ -29,7 +23,7 @@ pub fn line_motor() -> Result<Motor, WitnessError> {
     let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
     let core = Core::Linear(Linear::from_winding(&winding, 0.45));
     let magnetics = MagneticCircuit::new(core).map_err(|error| WitnessError::Setting(error.to_string()))?;
-    Ok(Motor { resistance: 1.0, winding, magnetics, ..paper_motor()? })
+    Ok(Motor { resistance: 1.0, winding, magnetics, ..motor("paper-5k5")? })
 }
 
 /// Makes an inverter of ideal switches without dead time on a stiff link of 550 V.
@@ -99,7 +93,7 @@ pub fn gates_off() -> Result<Witness, WitnessError> {
 /// A run could not continue.
 pub fn eddy_step() -> Result<Witness, WitnessError> {
     let (tau, depth, time) = (50e-6, 0.2, 300e-6);
-    let mut motor = paper_motor()?.linearised();
+    let mut motor = motor("paper-5k5")?.linearised();
     motor.resistance = 0.0;
     let branch = EddyBranch { time_constant: tau, d_depth: depth, q_depth: 0.0 };
     motor.magnetics = motor.magnetics.clone().with_eddy_currents(Some(branch));
@@ -121,7 +115,7 @@ pub fn eddy_step() -> Result<Witness, WitnessError> {
 /// A run could not continue.
 pub fn threshold() -> Result<Witness, WitnessError> {
     let (angle, level) = (1.1, 8.0);
-    let motor = paper_motor()?.linearised();
+    let motor = motor("paper-5k5")?.linearised();
     let current = |time: f64| {
         let share = |inductance: f64, part: f64| {
             let rate = -motor.resistance * time / inductance;
@@ -157,7 +151,7 @@ pub fn threshold() -> Result<Witness, WitnessError> {
 /// A run could not continue.
 pub fn open_terminal() -> Result<Witness, WitnessError> {
     let (angle, time) = (0.55_f64, Nanos::from_micros(100));
-    let motor = paper_motor()?.linearised();
+    let motor = motor("paper-5k5")?.linearised();
     let k = motor.winding.saliency / motor.winding.mean_inductance;
     let twice = 2.0 * (angle - (-30.0_f64).to_radians());
     let lines = 1.0 + k * cos(twice);
@@ -180,7 +174,7 @@ pub fn open_terminal() -> Result<Witness, WitnessError> {
 /// A run could not continue.
 pub fn dead_time() -> Result<Witness, WitnessError> {
     let (dead, on) = (2e-6, 80e-6);
-    let mut motor = paper_motor()?.linearised();
+    let mut motor = motor("paper-5k5")?.linearised();
     motor.resistance = 0.0;
     let inductance = motor.winding.d_axis_inductance();
     let known = LINK * (2.0 / 3.0) * (on - dead) / inductance;

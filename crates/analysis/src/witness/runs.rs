@@ -2,16 +2,11 @@
 
 use standstill_detect::{Decay, LineInductance, MethodName};
 use standstill_inverter::{OpenLeg, Storage};
-use standstill_plant::{Motor, built_in};
 use standstill_scenario::{ErrorSet, Record, Scenario, Specimen};
 use standstill_sim::{Ledger, NoProbe, RotorState, Tolerance, run};
 
-use super::{Witness, WitnessError};
+use super::{Witness, WitnessError, motor};
 use crate::bound::replay::{record, replay, replay_refereed};
-
-fn motor(name: &str) -> Result<Motor, WitnessError> {
-    built_in(name).ok_or_else(|| WitnessError::Setting(format!("there is no built-in motor {name}")))
-}
 
 fn setting<E: std::fmt::Display>(error: &E) -> WitnessError {
     WitnessError::Setting(error.to_string())

@@ -12,11 +12,6 @@ pub(super) struct Sum(Vec<f64>);
 const MOST_PARTS: usize = 80;
 
 impl Sum {
-    /// Makes the empty sum.
-    pub(super) const fn new() -> Self {
-        Self(Vec::new())
-    }
-
     /// Returns whether this can be a sum: finite parts, and no more than there are places in a double's range.
     pub(super) fn is_sound(&self) -> bool {
         self.0.len() <= MOST_PARTS && self.0.iter().all(|part| part.is_finite())
@@ -148,7 +143,7 @@ mod tests {
     fn analytic_squares_about_a_mean_that_is_far_larger() {
         // Of 2^40 ± 1 the squares' rounding errors are as large as their deviations.
         let [low, high] = [-1.0, 1.0].map(|by| 2.0_f64.powi(40) + by);
-        let (mut terms, mut squares) = (Sum::new(), Sum::new());
+        let (mut terms, mut squares) = (Sum::default(), Sum::default());
         for term in [low, high, high, low, high] {
             terms.add(term);
             squares.add_product(term, term);

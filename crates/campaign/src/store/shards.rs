@@ -15,7 +15,8 @@ use super::tally::Tallied;
 /// Journals that together are one run, in order.
 #[derive(Clone, Debug)]
 pub struct Shards {
-    identity: Identity,
+    /// The run that they are together.
+    pub identity: Identity,
     journals: Vec<PathBuf>,
     /// Whether they keep statistics alone.
     tallies: bool,
@@ -26,11 +27,7 @@ pub struct Shards {
 /// # Errors
 /// The file is not a journal, or cannot be read.
 pub fn head(path: &Path) -> Result<Identity, JournalError> {
-    if is_tally(path) {
-        Ok(Tallied::read(path)?.identity().clone())
-    } else {
-        Ok(Rows::open(path)?.identity().clone())
-    }
+    if is_tally(path) { Ok(Tallied::read(path)?.identity) } else { Ok(Rows::open(path)?.identity().clone()) }
 }
 
 /// Returns the error for two shards of different splits: their rows overlap.
@@ -63,7 +60,7 @@ fn begins(shorter: &Identity, longer: &Identity) -> bool {
 pub(super) fn standing(path: &Path) -> Result<(bool, u64, bool), JournalError> {
     if is_tally(path) {
         let tallied = Tallied::read(path)?;
-        return Ok((tallied.walk().is_done(), tallied.walk().left(), tallied.is_damaged()));
+        return Ok((tallied.walk.is_done(), tallied.walk.left(), tallied.damaged));
     }
     let mut rows = Rows::open(path)?;
     while rows.block()?.is_some() {}
@@ -249,16 +246,11 @@ impl Shards {
         }
         let mut points: BTreeMap<usize, Statistics> = BTreeMap::new();
         for journal in &self.journals {
-            for (point, statistics) in Tallied::read(journal)?.points() {
-                points.entry(*point).or_insert_with(|| Statistics::with_limit(limit)).merge(statistics);
+            for (point, statistics) in Tallied::read(journal)?.points {
+                points.entry(point).or_insert_with(|| Statistics::with_limit(limit)).merge(&statistics);
             }
         }
         Ok(Some(points))
-    }
-
-    /// Returns the run that they are together.
-    pub fn identity(&self) -> &Identity {
-        &self.identity
     }
 
     /// Hands over all rows with their points, in order.

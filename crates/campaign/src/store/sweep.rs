@@ -8,7 +8,7 @@ use super::journal::{JournalError, Keep};
 use super::row::Row;
 use crate::NUMERICS;
 use crate::engine::Engine;
-use standstill_scenario::{FileError, Plan};
+use standstill_scenario::{FileError, Note, Plan};
 use thiserror::Error;
 
 /// A plan, or a shard of it.
@@ -52,11 +52,11 @@ impl Sweep<'_> {
             stop_at: file.stop_at,
             shard: self.shard,
             scenario: self.plan.text()?,
-            pole_note: self.plan.pole_note(),
+            pole_note: self.plan.note(Note::Poles),
             pole_is_open: self.plan.pole_is_open(),
-            map_note: self.plan.map_note(),
-            motor_note: self.plan.motor_note(),
-            library_note: self.plan.library_note(),
+            map_note: self.plan.note(Note::Maps),
+            motor_note: self.plan.note(Note::Numbers),
+            library_note: self.plan.note(Note::Libraries),
             files: self.plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect(),
         })
     }

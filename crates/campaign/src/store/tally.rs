@@ -163,11 +163,14 @@ impl Keep for Tally {
 /// A journal of statistics that was read.
 #[derive(Clone, Debug)]
 pub struct Tallied {
-    identity: Identity,
-    walk: Walk,
-    points: BTreeMap<usize, Statistics>,
-    /// Whether the data after the last complete block are wrong, not just cut off.
-    damaged: bool,
+    /// Identity of the run.
+    pub identity: Identity,
+    /// Progress of the run after its last whole block.
+    pub walk: Walk,
+    /// Statistics of each point that has trials in it.
+    pub points: BTreeMap<usize, Statistics>,
+    /// Whether the data after the last complete block are wrong, not just cut off; they will be computed again.
+    pub damaged: bool,
 }
 
 impl Tallied {
@@ -197,26 +200,6 @@ impl Tallied {
             walk.go_to(next, usize::try_from(next.0).ok().and_then(|point| points.get(&point)));
         }
         Ok(Self { identity: blocks.identity.clone(), walk, points, damaged: blocks.damaged })
-    }
-
-    /// Returns the identity of the run.
-    pub fn identity(&self) -> &Identity {
-        &self.identity
-    }
-
-    /// Progress of the run after its last whole block.
-    pub fn walk(&self) -> &Walk {
-        &self.walk
-    }
-
-    /// Returns whether a block is wrong; its data, and all data after it, will be computed again.
-    pub fn is_damaged(&self) -> bool {
-        self.damaged
-    }
-
-    /// Returns the statistics of each point that has trials in it.
-    pub fn points(&self) -> &BTreeMap<usize, Statistics> {
-        &self.points
     }
 }
 
@@ -248,7 +231,7 @@ mod tests {
         tally.sync().expect("written");
         drop(tally);
         let read = Tallied::read(&path).expect("readable");
-        let summary = read.points()[&0].summary();
+        let summary = read.points[&0].summary();
         assert_eq!(summary.sectors, expected.summary().sectors);
         assert!(summary.sectors.is_some_and(|of| of.named == 300 && of.right > 100 && of.next > 50));
     }
@@ -287,7 +270,7 @@ mod tests {
             }
             let path = folder.path().join("run.journal");
             let mut times = 0;
-            while !Tallied::read(&path).is_ok_and(|tallied| tallied.walk().is_done()) {
+            while !Tallied::read(&path).is_ok_and(|tallied| tallied.walk.is_done()) {
                 let mut tally = Tally::open(&path, &identity, 1.5).expect("the same run");
                 // A second process is kept out.
                 assert!(matches!(Tally::open(&path, &identity, 1.5), Err(JournalError::Busy(_))));
@@ -302,8 +285,8 @@ mod tests {
             }
             assert!(times > 1, "{times}");
             let found = Tallied::read(&path).expect("readable");
-            assert_eq!(found.points().len(), 5);
-            for (point, statistics) in found.points() {
+            assert_eq!(found.points.len(), 5);
+            for (point, statistics) in &found.points {
                 assert_eq!(statistics.summary(), expected[point].summary(), "{point}");
             }
             let other = Identity { seed: 2, ..identity };
@@ -315,9 +298,9 @@ mod tests {
             bytes[last] ^= 1;
             std::fs::write(&path, bytes).expect("written");
             let damaged = Tallied::read(&path).expect("readable up to there");
-            assert!(damaged.is_damaged() && !found.is_damaged());
+            assert!(damaged.damaged && !found.damaged);
             std::fs::write(&path, &whole[..whole.len() - 20]).expect("written");
-            assert!(!Tallied::read(&path).expect("cut off").is_damaged());
+            assert!(!Tallied::read(&path).expect("cut off").damaged);
         }
     }
 

@@ -68,10 +68,7 @@ fn advice(document: &Document) -> Result<Advice, String> {
         confirmed.starts,
         standstill_quantity::number(2, confirmed.moved_deg),
     );
-    let of_setting =
-        candidate.setting.keys.iter().map(|(key, value)| (format!("detector.{key}"), value.clone()));
-    let method = ("detector.method".to_owned(), candidate.method().name().to_owned());
-    Ok(Advice { keys: Some(std::iter::once(method).chain(of_setting).collect()), text })
+    Ok(Advice { keys: Some(candidate.setting.in_scenario().into_iter().collect()), text })
 }
 
 /// Returns the HTML page of a run.

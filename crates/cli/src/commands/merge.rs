@@ -12,7 +12,7 @@ use crate::shell::interrupt::{self, INTERRUPTED};
 pub fn run(options: &Merge) -> Result<Report, Error> {
     let stop = interrupt::flag();
     let shards = Shards::collect(&options.shards)?;
-    guard(&options.results, &shards.identity().whole(), true)?;
+    guard(&options.results, &shards.identity.whole(), true)?;
     match Results::write(&options.results, &shards, &stop)? {
         Some(results) => Ok(results.report(&options.results, None)),
         None => Ok(Report {

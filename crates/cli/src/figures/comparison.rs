@@ -4,6 +4,7 @@ use standstill_analysis::Entry;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
 use standstill_scenario::ErrorSet;
 
+use super::parts::ends;
 use crate::shell::values::{each_once, range};
 use crate::summary::{FAILING, GOOD, good};
 
@@ -78,9 +79,7 @@ pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     let values = drawn
         .iter()
         .flat_map(|entry| [log(entry.summary.rms_deg.value), log(entry.summary.p95_deg.value), limit(entry)]);
-    let (low, high) = values
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = ends(values);
     let ends = if low <= high { (low, high) } else { (-2.0, 1.0) };
     let mut groups: Vec<Vec<&Entry>> = vec![drawn.clone()];
     if conditions(&groups[0]).len() > STYLES.len() {

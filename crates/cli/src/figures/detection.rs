@@ -6,7 +6,7 @@ use standstill_interface::{Phase, Reading, Sensed};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_sim::{Comparators, Event, Snapshot, Trace};
 
-use super::parts::{Window, curve};
+use super::parts::Window;
 
 /// Share of the largest current above which a pulse counts.
 const CARRIES: f64 = 0.03;
@@ -114,7 +114,7 @@ impl Window<'_> {
         }
         for (from, to, level) in &trips {
             let ends = vec![(self.place(*from), *level), (self.place(*to), *level)];
-            panel = panel.with(curve("level of the comparator", ends, Style::Green));
+            panel = panel.with(Layer::line("level of the comparator", Style::Green, ends));
         }
         if trips.is_empty() {
             return panel;
@@ -129,7 +129,7 @@ impl Window<'_> {
         let mut panel = panel;
         panel
             .layers
-            .insert(0, curve("out of the DC link", self.points(Snapshot::link_current), Style::Orange));
+            .insert(0, Layer::line("out of the DC link", Style::Orange, self.points(Snapshot::link_current)));
         panel
     }
 }
@@ -183,11 +183,11 @@ fn angles(whole: &Window<'_>, axis: Axis, estimate: Option<f64>) -> Panel {
     let panel = Panel { weight: 0.8, ..Panel::new(axis, Axis::new("electrical angle (°)")) };
     let angle = whole.points(|s| s.angle.to_degrees());
     let last = whole.snapshots().last().map_or(0.0, |s| s.angle);
-    let panel = panel.with(curve("rotor", angle, Style::Blue));
+    let panel = panel.with(Layer::line("rotor", Style::Blue, angle));
     match estimate.map(|estimate| near(estimate, last).to_degrees()) {
         Some(found) => {
             let ends = vec![(whole.place(whole.from), found), (whole.place(whole.to), found)];
-            panel.with(curve("as it was found", ends, Style::Vermilion))
+            panel.with(Layer::line("as it was found", Style::Vermilion, ends))
         }
         None => panel,
     }
@@ -198,7 +198,7 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
         Panel::new(axis, Axis::new("potential (V)")),
         |panel, (k, phase)| {
             let label = format!("v_{} against the negative rail", phase.letter());
-            let panel = panel.with(curve(&label, near.points(|s| s.potential[k]), Style::PHASES[k]));
+            let panel = panel.with(Layer::line(&label, Style::PHASES[k], near.points(|s| s.potential[k])));
             let name = format!("v_{}", phase.letter());
             near.with_read(panel, &name, Style::PHASES[k], &|reading| {
                 (reading.terminal_sensed[phase] != Sensed::Hidden).then_some(reading.terminal[phase])
@@ -236,7 +236,7 @@ pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure
             .map_or_else(|| Axis::new("time (ms)"), |(_, trace)| window(trace, longest).axis("time"));
         let panel = Panel::new(axis, Axis::new("rotor moved (°)"));
         panels.push(runs.iter().enumerate().fold(panel, |panel, (k, (name, trace))| {
-            panel.with(curve(name, window(trace, longest).points(|s| moved(trace, s)), Style::nth(k)))
+            panel.with(Layer::line(name, Style::nth(k), window(trace, longest).points(|s| moved(trace, s))))
         }));
     }
     panels.extend(first_pulses(runs).map(|panel| Panel { weight: 1.6, ..panel }));
@@ -264,15 +264,14 @@ fn first_pulses(runs: &[(String, Trace)]) -> Option<Panel> {
     };
     let axis = near(firsts[0].0, &firsts[0].1).axis("first pulse: time from its gate edge");
     let label = format!("i_{letter} (A), marks as read");
-    let panel = firsts.iter().fold(Panel::new(axis, Axis::new(label)), |panel, (k, pulse)| {
-        let (name, near) = (&runs[*k].0, near(*k, pulse));
-        let samples = near.samples(&|reading| seen(reading, Phase::ALL[phase]));
-        panel.with(curve(name, near.points(|s| s.current[phase]), Style::nth(*k))).with(Layer::points(
-            name,
-            Style::nth(*k),
-            samples,
-        ))
-    });
+    let panel =
+        firsts.iter().fold(Panel::new(axis, Axis::new(label)), |panel, (k, pulse)| {
+            let (name, near) = (&runs[*k].0, near(*k, pulse));
+            let samples = near.samples(&|reading| seen(reading, Phase::ALL[phase]));
+            panel
+                .with(Layer::line(name, Style::nth(*k), near.points(|s| s.current[phase])))
+                .with(Layer::points(name, Style::nth(*k), samples))
+        });
     Some(panel)
 }
 

@@ -3,6 +3,8 @@
 use standstill_analysis::{Event, Odds};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
+use super::parts::ends;
+
 /// Magnitude, in the unit of the order parameter, below which all values count as zero and the axis has a fixed width.
 const LEAST: f64 = 1e-9;
 
@@ -11,10 +13,7 @@ const LEAST: f64 = 1e-9;
 /// `in_sectors`: whether answers of starts are sectors.
 pub fn odds(odds: &Odds, event: Event, in_sectors: bool, subtitle: String) -> Figure {
     let values = odds.runs.iter().flat_map(|run| run.curve.iter().map(|(value, _)| event.bound() + value));
-    let (low, high) = values
-        .chain([event.bound()])
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = ends(values.chain([event.bound()]));
     let mut axis = Axis::new(event.order_parameter(in_sectors));
     // Runs whose values are all alike have no width: theirs is that of the values' own size.
     let size = high.abs().max(low.abs());

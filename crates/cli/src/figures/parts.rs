@@ -5,9 +5,10 @@ use standstill_inverter::Conduction;
 use standstill_report::figure::{Axis, Lane, Layer, Panel, Style};
 use standstill_sim::{Snapshot, Trace};
 
-/// Makes a curve with its name in the legend.
-pub fn curve(label: &str, points: Vec<(f64, f64)>, style: Style) -> Layer {
-    Layer::Line { label: Some(label.to_owned()), points, style }
+/// Returns the smallest and the largest of the finite numbers.
+pub fn ends(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+    let usable = numbers.filter(|number| number.is_finite());
+    usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
 /// A window of a waveform between two times in s, drawn with an axis in ms or µs.
@@ -43,7 +44,7 @@ impl Window<'_> {
             Panel { weight: 1.5, ..Panel::new(axis, Axis::new("current (A)")) },
             |panel, (k, phase)| {
                 let label = format!("i_{}", phase.letter());
-                panel.with(curve(&label, self.points(|s| s.current[k]), Style::PHASES[k]))
+                panel.with(Layer::line(&label, Style::PHASES[k], self.points(|s| s.current[k])))
             },
         )
     }

@@ -5,6 +5,7 @@ use standstill_analysis::tune::{Judged, Question, Tuned, View};
 use standstill_campaign::Estimate;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
+use super::parts::ends;
 use crate::shell::values::scale;
 
 /// Draws the minimised measure over another one: all settings tried, the Pareto front, initial and best settings.
@@ -19,8 +20,8 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     let scales = measures.map(|measure| scale(measure, largest(measure)));
     let place = |judged: &Judged| {
         let [x, y] = [0, 1].map(|k| judged.measured.get(measures[k]));
-        let y = [y.value, y.low, y.high].map(|value| scales[1].number(value));
-        (scales[0].number(x.value), y[0], y[1], y[2])
+        let y = y.map(|value| scales[1].number(value));
+        (scales[0].number(x.value), y.value, y.low, y.high)
     };
     let axis = |k: usize| {
         let unit = &scales[k].unit;
@@ -41,25 +42,18 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     let missing = [("start", &tuned.start, start), (last, &tuned.best, best)];
     let missing = missing.into_iter().filter(|(_, _, at)| at.is_none()).map(|(what, judged, _)| {
         let y = judged.measured.get(measures[1]);
-        let y = [y.value, y.low, y.high].map(|value| scales[1].number(value));
-        let has = Estimate { value: y[0], low: y[1], high: y[2] };
-        absent(what, has, &scales[1].unit, measures)
+        absent(what, y.map(|value| scales[1].number(value)), &scales[1].unit, measures)
     });
     let alike = alike(start, best, measures[0]);
     let subtitle = std::iter::once(subtitle).chain(missing).chain(alike).collect::<Vec<_>>().join("; ");
     // What the answer is about: start, best and what may be chosen between them. What was looked at beside them may be far off.
     let answered = || front.iter().copied().chain(start).chain(best);
-    let xs = ends(answered().map(|p| p.0).collect());
-    let ys = ends(answered().flat_map(|p| [p.1, p.2, p.3]).collect());
+    let xs = ends(answered().map(|p| p.0));
+    let ys = ends(answered().flat_map(|p| [p.1, p.2, p.3]));
     let drawn = |k: usize| {
         let of = |(_, (x, y)): &(bool, (f64, f64))| if k == 0 { *x } else { *y };
-        ends(
-            kept.iter()
-                .chain(&broken)
-                .map(of)
-                .chain(if k == 0 { [xs.0, xs.1] } else { [ys.0, ys.1] })
-                .collect(),
-        )
+        let near = if k == 0 { [xs.0, xs.1] } else { [ys.0, ys.1] };
+        ends(kept.iter().chain(&broken).map(of).chain(near))
     };
     // Logarithmic where that is more than a factor of three.
     let scaled = |k: usize, (low, high): (f64, f64)| {
@@ -126,12 +120,6 @@ fn alike(start: Option<Place>, best: Option<Place>, against: Measure) -> Option<
     let (start, best) = start.zip(best)?;
     let alike = start != best && (start.0 - best.0).abs() <= 1e-6 * best.0.abs();
     alike.then(|| format!("start and best have the same {against}: --against draws another measure"))
-}
-
-/// Returns the smallest and the largest of the finite numbers.
-fn ends(numbers: Vec<f64>) -> (f64, f64) {
-    let usable = numbers.into_iter().filter(|number| number.is_finite());
-    usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
 /// Widens a range on both sides, so that no point lies on the frame.

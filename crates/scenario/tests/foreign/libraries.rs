@@ -1,7 +1,7 @@
 //! What libraries may do, and what is told of those that cannot be a detector.
 
 use standstill_interface::{Angle, Outcome};
-use standstill_scenario::{Plan, Record, Verdict};
+use standstill_scenario::{Note, Plan, Record, Verdict};
 use standstill_sim::Ended;
 use tempfile::TempDir;
 
@@ -224,7 +224,7 @@ fn law_what_a_library_is_linked_to_is_part_of_the_run_and_is_set_back() {
         std::fs::rename(at.join("libother.so.new"), at.join("libother.so")).expect("renamed");
         let before = plan(&folder, &asking("linked")).expect("valid");
         assert_eq!(before.files().len(), 2, "{:?}", before.files());
-        assert_eq!(before.library_note(), None);
+        assert_eq!(before.note(Note::Libraries), None);
         // It counts its calls: the first of each trial.
         for angle in angles(&records(&before, 0..20)) {
             assert!((angle - 0.1).abs() < 1e-6, "{angle}");
@@ -247,7 +247,7 @@ fn law_what_a_library_loads_itself_is_part_of_the_run_and_is_said() {
     let (folder, _) = probe(&[&format!("-DLOADS=\"{}\"", library.display())]);
     let plan = plan(&folder, &asking("found")).expect("valid");
     assert!(plan.files().contains_key(&library.display().to_string()), "{:?}", plan.files());
-    let note = plan.library_note().expect("said");
+    let note = plan.note(Note::Libraries).expect("said");
     assert!(note.contains("it loads ") && note.contains("number of threads"), "{note}");
     drop(other);
 }
@@ -263,7 +263,7 @@ fn refused_without_its_library(text: &str) -> String {
 fn law_what_a_library_shares_with_its_copies_is_said() {
     let note = |options: &[&str]| {
         let (folder, _) = probe(options);
-        plan(&folder, &asking("found")).expect("valid").library_note()
+        plan(&folder, &asking("found")).expect("valid").note(Note::Libraries)
     };
     assert_eq!(note(&[]), None);
     let said = note(&["-DKEEPS"]).expect("it calls ctime");

@@ -5,6 +5,7 @@ use std::process::Command;
 
 use crate::libraries::{angles, asking};
 use crate::{built, plan, records};
+use standstill_scenario::Note;
 use tempfile::TempDir;
 
 const IN_C: [&str; 15] = [
@@ -54,7 +55,7 @@ fn is_set_back(folder: &TempDir, kinds: &[&str]) -> Option<String> {
         for angle in angles(&records(&plan, 0..24)) {
             assert!((angle - 0.1).abs() < 1e-6, "{kind}: {angle}");
         }
-        note = plan.library_note();
+        note = plan.note(Note::Libraries);
     }
     note
 }
@@ -82,7 +83,7 @@ fn law_all_state_of_a_library_in_cpp_is_set_back() {
 #[test]
 fn law_a_file_that_stays_open_is_said() {
     let (folder, _) = built(&source("states.c"), &["-DOPENS"]);
-    let note = plan(&folder, &asking("file")).expect("valid").library_note().expect("said");
+    let note = plan(&folder, &asking("file")).expect("valid").note(Note::Libraries).expect("said");
     assert!(note.contains("it opens files (fopen)") && note.contains("not set back"), "{note}");
 }
 

@@ -41,7 +41,7 @@ fn law_shards_are_the_run_and_what_is_not_is_refused_by_name() {
     let parts: Vec<PathBuf> =
         [2, 4, 1, 3].map(|k| write(&at(&format!("part{k}")), &identity(k, 4, 1), 0)).into();
     let shards = Shards::collect(&parts).expect("complete");
-    assert_eq!(*shards.identity(), identity(1, 1, 1));
+    assert_eq!(shards.identity, identity(1, 1, 1));
     let mut places = Vec::new();
     shards
         .rows(|point, row| {

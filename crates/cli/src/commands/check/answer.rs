@@ -1,7 +1,5 @@
 //! The answer of `check` as JSON, and the commands that are possible next.
 
-use std::fmt::Write as _;
-
 use serde_json::{Map, Value, json};
 use standstill_analysis::{
     Advice, Candidate, Condition, Demand, Demands, Effort, Setting, Suited, most_work,
@@ -9,7 +7,7 @@ use standstill_analysis::{
 
 use super::file::Written;
 use super::words::{Checked, settings};
-use crate::shell::command_line::quoted;
+use crate::shell::command_line::{self, quoted};
 
 /// Returns the lines with the next steps.
 pub fn next(asked: &Checked<'_>, written: Option<&Written>) -> Vec<String> {
@@ -158,7 +156,7 @@ fn with_settings(asked: &Checked<'_>, setting: &Setting, more: &[(&'static str, 
         all.push(("rotor.state".to_owned(), "free".to_owned()));
     }
     let own = more.iter().map(|(key, value)| ((*key).to_owned(), value.clone()));
-    let own: Vec<_> = own.chain(keys(setting)).collect();
+    let own: Vec<_> = own.chain(setting.in_scenario()).collect();
     all.retain(|(key, _)| !own.iter().any(|(other, _)| other == key));
     all.extend(own);
     format!("  standstill run {}{}", quoted(asked.named), set(&all))
@@ -166,21 +164,12 @@ fn with_settings(asked: &Checked<'_>, setting: &Setting, more: &[(&'static str, 
 
 /// Formats keys as options of a command line.
 fn set(keys: &[(String, String)]) -> String {
-    keys.iter().fold(String::new(), |mut line, (key, value)| {
-        let _ = write!(line, " -s {}", quoted(&format!("{key}={value}")));
-        line
-    })
-}
-
-/// Returns the keys of a setting, as a scenario would have them.
-fn keys(setting: &Setting) -> Vec<(String, String)> {
-    let method = ("detector.method".to_owned(), setting.method.name().to_owned());
-    let others = setting.keys.iter().map(|(key, value)| (format!("detector.{key}"), value.clone()));
-    std::iter::once(method).chain(others).collect()
+    keys.iter().map(|(key, value)| command_line::set(key, value)).collect()
 }
 
 fn object(setting: &Setting) -> Value {
-    keys(setting).into_iter().map(|(key, value)| (key, value.into())).collect::<Map<String, Value>>().into()
+    let keys = setting.in_scenario().into_iter().map(|(key, value)| (key, value.into()));
+    keys.collect::<Map<String, Value>>().into()
 }
 
 /// Returns the whole answer as JSON.

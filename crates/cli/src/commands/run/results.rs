@@ -117,7 +117,7 @@ impl Points {
 impl Results {
     /// Writes the files of a run from its complete journals; none if interrupted.
     pub fn write(options: &Options, shards: &Shards, stop: &AtomicBool) -> Result<Option<Self>, Error> {
-        let identity = shards.identity();
+        let identity = &shards.identity;
         let mut points = Points::of(identity)?;
         if let Some(tallies) = shards.tallies(points.limit)? {
             for (point, statistics) in &tallies {
