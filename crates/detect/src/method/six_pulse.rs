@@ -17,31 +17,31 @@
 //!
 //! Errors common to all six times have no effect to first order: the threshold's own error, the offset of a single
 //! comparator, an unknown delay, the timer's clock. Errors that differ do matter: half a tick of the timer in both
-//! directions, noise at the comparator, and, if each leg has its own comparators, their offsets. Each offset shifts one
-//! time, so that together they look like a pole.
+//! directions, noise at the comparator, and, if each leg has its own comparators, their offsets, which together look like
+//! a pole.
 //!
 //! Without a timer, all pulses have the same length, and the current of the single leg is sampled at the end: y is that
-//! current divided by the link's voltage. The sensors' offsets, which would look like a pole, are read after the decay
-//! of each pulse.
+//! current divided by the link's voltage. Offsets, which would look like a pole, are read after the decay of each
+//! pulse. A shunt in the link shows that current, positive in all six directions, by one gain and one offset.
 //!
 //! The vectors follow one another around the circle, so that a small current left by the previous pulse shifts all of
 //! them nearly alike. In opposite pairs it would lengthen one pulse of each pair, which looks like a pole; opposite
 //! pairs exist for comparison. A second round runs backwards, which cancels linear drift.
 
+mod sampled;
 mod settings;
 #[cfg(test)]
 mod tests;
 
 use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed,
-    Stage, Step,
+    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Phase, Reading, Real, Sampling, Stage, Step,
 };
 
 use crate::checks::Check;
 use crate::method::Sequence;
 use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole};
-use crate::parts::settle::{largest, link, seen};
+use crate::parts::settle::link;
 use crate::parts::significance;
 use crate::parts::train::Derived;
 use crate::parts::turning::Standing;
@@ -187,47 +187,7 @@ impl<T: Real> SixPulse<T> {
             }
             return Ok(((time * voltage).recip(), time));
         }
-        let [end, after] = readings else { return Err(Fault::UnexpectedReadings) };
-        let (phase, high) = alone(number);
-        let voltage = link(end)?;
-        self.volts = self.volts + voltage;
-        // What the sensors read without current; where a phase is derived, that of those from which it is.
-        self.derived = self.derived.with(end);
-        let read = seen(end, phase)?;
-        let residual = if end.sensed[phase] == Sensed::Derived {
-            let others = Phase::ALL.into_iter().filter(|other| *other != phase);
-            let mut sum = T::zero();
-            for other in others {
-                sum = sum + seen(after, other)?;
-            }
-            -sum
-        } else {
-            seen(after, phase)?
-        };
-        let most = s.threshold * T::of(0.25);
-        let left = largest(after)?;
-        self.margin.at_most(left, most);
-        if left > most {
-            return Err(Fault::CurrentPersists(left));
-        }
-        let current = if high { read - residual } else { residual - read };
-        let needed = s.threshold * T::of(0.05);
-        self.margin.at_least(current, needed);
-        if current < needed {
-            return Err(Fault::NoCurrent { peak: current, needed });
-        }
-        let middle = T::of(s.sensing.averaged.seconds()) / T::of(2.0);
-        let time = T::of((s.sampled - s.sensing.lead()).seconds()) + middle - dead_time;
-        // As if all phases had been converted at once: one that is converted later reads more, in proportion to the time.
-        let skew = T::of(s.sensing.skew.seconds());
-        let late = if end.sensed[phase] == Sensed::Derived {
-            // Half of the current flows in each of the others.
-            skew * T::of((3 - phase as u8).into()) / T::of(2.0)
-        } else {
-            skew * T::of((phase as u8).into())
-        };
-        let at_once = s.sensing.seen(time) / s.sensing.seen(time + late);
-        Ok((current * at_once / voltage, time))
+        self.sampled(number, readings)
     }
 
     /// Returns the variance of a direction's relative y caused by the timer's tick.

@@ -2,6 +2,7 @@
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
 mod refusals;
+mod sampled;
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -362,17 +363,6 @@ fn law_an_overcurrent_is_a_record_with_its_reason() {
         scenario.trial(3).expect("settings").run.ended
     });
     assert_eq!(format!("{with:?}"), format!("{without:?}"));
-}
-
-/// A motor that does not saturate has no pole to find. Shunts below the legs read both directions of a phase by other shunts, and the
-/// difference of their gains must not be taken for one.
-#[test]
-fn law_gains_of_shunts_below_the_legs_are_not_taken_for_a_pole() {
-    let text = "errors = \"none\"\n[sensors]\narrangement = \"low-side-shunts\"\ngain_error = \"1 %\"\n[detector]\nmethod = \"six-pulse\"\n";
-    let mut scenario = scenario(text, &[]);
-    scenario.motor = scenario.motor.linearised();
-    let ends = ends(&scenario, 200);
-    assert!(ends.open > 150 && ends.found == 0, "{ends:?}");
 }
 
 #[test]

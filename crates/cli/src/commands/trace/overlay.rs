@@ -28,8 +28,7 @@ pub type Setting = (String, Vec<(String, String)>);
 pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
     let mut all: Vec<Setting> = vec![(String::new(), Vec::new())];
     for (key, value) in &keys.set {
-        // Axes have lists of their own.
-        let list = if key.starts_with("axes.") { None } else { list(value) };
+        let list = if is_a_list(key) { None } else { list(value) };
         let several = list.is_some();
         let found = match list.as_deref() {
             Some([]) => Some("an empty list"),
@@ -53,6 +52,12 @@ pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
             .collect();
     }
     Ok(all)
+}
+
+/// Returns whether a list is one value of this key: of an axis, the range of a number of a fault, the names of checks.
+fn is_a_list(key: &str) -> bool {
+    let of_fault = key.starts_with("faults.") && key.rsplit('.').next() != Some("mode");
+    key.starts_with("axes.") || of_fault || key == "detector.checks"
 }
 
 /// Formats a value for people; the prefix micro becomes µ.

@@ -111,11 +111,18 @@ impl<T: Real> SixPulseSettings<T> {
             // Two phases in series against one and a half.
             T::of(0.75 * drive.rated_pulse.seconds()) * self.threshold / drive.rated_current
         };
-        let seconds = seconds.max(T::of(self.sensing.lead().seconds() * 2.0));
+        // A shunt in the link is read once its amplifier has settled.
+        let settled = if timed { T::zero() } else { T::of(self.sensing.settle.seconds()) };
+        let seconds = seconds.max(T::of(self.sensing.lead().seconds() * 2.0)).max(settled);
         // Not longer than one can wait for after it.
         let seconds = seconds.min(T::of(LONGEST.seconds() / 3.0));
         let micros = (seconds / T::of(1e-6)).round().max(T::of(2.0)).to_double();
         Nanos::from_seconds(micros * 1e-6) + drive.dead_time
+    }
+
+    /// Returns whether a shunt in the link shows the current of the single leg.
+    pub(super) fn in_link(&self) -> bool {
+        !self.timed && self.sensing.place == Place::InLink
     }
 
     /// Returns the variance of each component of the second harmonic and of the first one caused by the sensors' gains.
@@ -125,7 +132,7 @@ impl<T: Real> SixPulseSettings<T> {
     /// by the other two: ⅙ Σ g e^{j2φ}, and −½ Σ g e^{jφ} in the pole's harmonic. Σ g e^{jφ} has 3/2 of a gain's variance.
     pub(super) fn of_gains(&self, derived: Derived) -> [T; 2] {
         let shares = match derived {
-            _ if self.timed => [0.0, 0.0],
+            _ if self.timed || self.in_link() => [0.0, 0.0],
             Derived::None => [2.0 / 3.0, 0.0],
             Derived::One(_) => [1.0 / 3.0, 0.0],
             Derived::Several => [1.0 / 24.0, 3.0 / 8.0],
@@ -227,7 +234,7 @@ impl<T: Real> SixPulseSettings<T> {
 }
 
 impl<T: Real> Keyed for SixPulseSettings<T> {
-    const SOURCES: &'static [Source] = &[Source::CapturedTimes, Source::PhaseCurrents];
+    const SOURCES: &'static [Source] = &[Source::CapturedTimes, Source::PhaseCurrents, Source::LinkCurrent];
 
     const SETTINGS: &'static [Setting<Self>] = &[
         place!(PAUSE, s => s.pause, Value::of, real),
@@ -247,7 +254,7 @@ impl<T: Real> Keyed for SixPulseSettings<T> {
 
     fn needed_sources(&self) -> &'static [Source] {
         // Without a timer `check` refuses timed pulses, by their key.
-        if self.timed { Self::SOURCES } else { &[Source::PhaseCurrents] }
+        if self.timed { Self::SOURCES } else { &[Source::PhaseCurrents, Source::LinkCurrent] }
     }
 
     fn describe(&self, line: &mut Lines<'_>) {

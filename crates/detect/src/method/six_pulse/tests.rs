@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use standstill_interface::{Capture, Outcome, Undetermined};
+use standstill_interface::{Capture, Outcome, Sensed, Undetermined};
 
 use super::*;
 use crate::nameplate::{Comparing, Nameplate, Sensing};
