@@ -62,8 +62,8 @@ pub fn tally(bytes: &[u8]) {
     either(bytes, "given.tally", |path, name| match Tallied::read(path) {
         Err(error) => refused(error, name),
         Ok(tallied) => {
-            assert!(tallied.walk().left() <= tallied.identity().rows());
-            for statistics in tallied.points().values() {
+            assert!(tallied.walk.left() <= tallied.identity.rows());
+            for statistics in tallied.points.values() {
                 let summary = statistics.summary();
                 assert!(serde_json::to_string(&summary).is_ok());
                 let mut twice = statistics.clone();

@@ -5,7 +5,7 @@ use standstill_detect::{Method, MethodName, Source};
 use standstill_plant::Motor;
 use standstill_scenario::{Document, Rotor};
 
-use super::bench::{Bench, SEARCH, Setting};
+use super::bench::{Bench, SEARCH, SPENT, Setting};
 use super::confirm::Refused;
 use super::margins::{Demand, Margins};
 use super::search::{Found, is_slow};
@@ -55,6 +55,11 @@ impl Candidate {
     /// Returns the candidate's method.
     pub const fn method(&self) -> MethodName {
         self.setting.method
+    }
+
+    /// Returns false if starts with these settings were left out because no work was left.
+    pub fn is_judged(&self) -> bool {
+        !self.objections.iter().any(|objection| objection.starts_with(SPENT))
     }
 
     /// Returns the smaller of the margins of error and movement: 1 is just enough, 0 if no angle was found.

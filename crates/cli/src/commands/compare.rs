@@ -22,7 +22,7 @@ use crate::shell::asked::NotedQuestion;
 use crate::shell::interrupt::{self, INTERRUPTED};
 use crate::shell::output::Output;
 use crate::shell::terminal::tell;
-use crate::shell::values::without_setting;
+use crate::shell::values::{each_once, without_setting};
 use crate::shell::{Report, progress};
 use crate::summary::{good, good_heading, good_interval, right, sectors_in_words};
 use crate::{doubts, figures};
@@ -267,8 +267,18 @@ fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Ans
             // A library is named by its option already.
             let is_method = MethodName::ALL.iter().any(|method| method.name() == best.method);
             let method = if is_method { format!(" -s detector.method={}", best.method) } else { String::new() };
+            // Errors whose intervals overlap are not told apart by these starts.
+            let is_near = |entry: &&Entry| {
+                entry.method != best.method && answers(entry) >= answers(best) && entry.summary.rms_deg.low <= best.summary.rms_deg.high
+            };
+            let near = each_once(entries.iter().filter(is_near).map(|entry| entry.method.as_str())).len();
+            let why = match near {
+                0 => "which answers most and is the most exact of those".to_owned(),
+                1 => "which answers most; another method answers as many, and these starts do not tell their errors apart".to_owned(),
+                _ => format!("which answers most; {near} others answer as many, and these starts do not tell their errors apart"),
+            };
             answer.next(
-                format!("one start of {}, which answers most and is the most exact of those", best.method),
+                format!("one start of {}, {why}", best.method),
                 format!(
                     "standstill trace {again}{method} -s errors={} -s rotor.state={} --out trace",
                     best.errors.name(),

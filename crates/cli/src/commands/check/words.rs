@@ -229,6 +229,8 @@ pub fn verdict(candidate: &Candidate) -> String {
     let keys = keys(&candidate.setting);
     let at = if keys.is_empty() { String::new() } else { format!("{keys}: ") };
     let binds = match candidate.binding {
+        // Nothing was run with these settings.
+        _ if !candidate.is_judged() => String::new(),
         Some(demand) => format!("; {} binds", short(demand)),
         None => "; the link drives no more current".to_owned(),
     };

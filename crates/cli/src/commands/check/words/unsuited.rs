@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use standstill_analysis::{Advice, Alternative, Suitability, Suited, Way};
+use standstill_analysis::{Advice, Alternative, Candidate, Suitability, Suited, Way};
 use standstill_report::page::Block;
 
 use super::{amperes, milliseconds, setting};
@@ -35,7 +35,11 @@ fn measured(found: &Suitability) -> Vec<Block> {
 fn changes(found: &Suitability) -> Vec<Block> {
     let looks: usize = found.candidates.iter().map(|candidate| candidate.looks).sum();
     let most = amperes(found.most_current_a);
+    let judged = found.candidates.iter().any(Candidate::is_judged);
     let tried = match looks {
+        _ if found.is_undecided && !judged => format!(
+            "The work that this check may do was spent on looking at {looks} settings, up to {most} A; none was judged."
+        ),
         0 | 1 => format!("The one setting that was tried, up to {most} A, does not suffice."),
         _ => format!("None of {looks} settings that were tried, up to {most} A, suffices."),
     };
