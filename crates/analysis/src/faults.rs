@@ -4,6 +4,9 @@
 //! without them. An answer that would start the motor wrongly is dangerous. The coverage is the share of starts with a
 //! dangerous answer without the checks that have no answer with the checks.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 

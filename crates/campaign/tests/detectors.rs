@@ -142,7 +142,11 @@ fn regress_terminals_that_ring_make_no_pole_of_a_small_motor() {
         for method in ["bipolar", "maximum-likelihood-adaptive"] {
             let keys = format!("errors = \"field\"\nsensors.arrangement = \"{arrangement}\"");
             let s = of_keys(sheet, &keys, &format!("method = \"{method}\""), 150);
-            assert!(s.wrong_poles == 0 && s.failed == 0, "{arrangement} {method}: {s:?}");
+            // The axis is there, whatever becomes of the pole.
+            assert!(
+                s.wrong_poles == 0 && s.failed == 0 && s.rms_deg.value < 1.0,
+                "{arrangement} {method}: {s:?}"
+            );
         }
     }
 }

@@ -299,8 +299,10 @@ mod tests {
             std::fs::write(&path, bytes).expect("written");
             let damaged = Tallied::read(&path).expect("readable up to there");
             assert!(damaged.damaged && !found.damaged);
+            let standing = || crate::store::shards::standing(&path).expect("readable");
+            assert!(standing().2, "status names it, too");
             std::fs::write(&path, &whole[..whole.len() - 20]).expect("written");
-            assert!(!Tallied::read(&path).expect("cut off").damaged);
+            assert!(!Tallied::read(&path).expect("cut off").damaged && !standing().2);
         }
     }
 

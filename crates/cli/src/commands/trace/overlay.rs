@@ -56,7 +56,9 @@ pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
 
 /// Returns whether a list is one value of this key: of an axis, the range of a number of a fault, the names of checks.
 fn is_a_list(key: &str) -> bool {
-    let of_fault = key.starts_with("faults.") && key.rsplit('.').next() != Some("mode");
+    let ranges = ["magnitude", "resistance", "coupling", "command", "onset"];
+    let of_fault =
+        key.starts_with("faults.") && key.rsplit('.').next().is_some_and(|name| ranges.contains(&name));
     key.starts_with("axes.") || of_fault || key == "detector.checks"
 }
 
