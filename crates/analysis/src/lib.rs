@@ -48,6 +48,6 @@ pub use explain::{Cause, Explained};
 pub use standstill_odds::{Alarm, Estimator, GIVEN_UP, Halt, Odds, RUNS, System, Watch, subset};
 pub use suitability::{
     Advice, Alternative, CANDIDATES, Candidate, Condition, Confirmed, Demand, Demands, Effort, Margins,
-    Progress, Setting, Suitability, SuitabilityError, Suited, TurningSpeeds, Way, most_work,
+    Progress, Setting, Suitability, SuitabilityError, Suited, TurningSpeeds, Wanting, Way, most_work,
 };
 pub use trials::Trials;

@@ -37,7 +37,7 @@ pub use advice::{Advice, Alternative, Way};
 pub use bench::Setting;
 pub use candidate::{CANDIDATES, Candidate, LeftOut};
 pub use condition::Condition;
-pub use confirm::Confirmed;
+pub use confirm::{Confirmed, Wanting};
 pub use demands::Demands;
 pub use margins::{Demand, Margins};
 pub use standstill_odds::subset::Effort;

@@ -106,7 +106,7 @@ impl Motor {
             );
             return Some(Doubtful {
                 what,
-                guesses: of_unit("friction", friction, "N m", &[("mN m", 1e-3)], |f| f < 0.5 * torque),
+                guesses: of_unit("rotor.stiction", friction, "N m", &[("mN m", 1e-3)], |f| f < 0.5 * torque),
             });
         }
         let speed =
@@ -124,7 +124,7 @@ impl Motor {
                     time => listed(&[time], "s"),
                 }
             ),
-            guesses: of_unit("inertia", inertia, "kg m²", &units, |inertia| {
+            guesses: of_unit("rotor.inertia", inertia, "kg m²", &units, |inertia| {
                 (1e-3..=3.0).contains(&time(inertia))
             }),
         })

@@ -6,7 +6,7 @@ use standstill_plant::Motor;
 use standstill_scenario::{Document, Rotor};
 
 use super::bench::{Bench, SEARCH, SPENT, Setting};
-use super::confirm::Refused;
+use super::confirm::{Refused, Wanting};
 use super::margins::{Demand, Margins};
 use super::search::{Found, is_slow};
 use super::starts::{Spread, Starts};
@@ -39,9 +39,9 @@ pub struct Candidate {
     pub free: Summary,
     /// Reasons why the method does not suit the motor; empty if it does.
     pub objections: Vec<String>,
-    /// Number of starts that show wrong poles to be as rare as demanded, where that alone is missing: fewer fresh starts met all demands, and the
+    /// Starts that show wrong poles to be as rare as demanded, where these alone are missing: fewer fresh starts met all demands, and the
     /// check may do no more work.
-    pub wanting: Option<u64>,
+    pub wanting: Option<Wanting>,
     /// Margins by which the demands are met; none if the method cannot be set up.
     pub margins: Option<Margins>,
     /// The binding demand: for a method that suits the motor, the demand with the smallest margin; for another method, the demand

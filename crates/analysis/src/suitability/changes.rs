@@ -62,7 +62,7 @@ pub(super) fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> 
         if factor > 2.0 {
             change.words += " (if the magnets bear it)";
         }
-        // More than the sensors read is no help.
+        // The sensors must read it.
         if current >= 0.98 * range {
             let range = digits(1.1 * current, 3);
             let _ = write!(change.words, " with sensors that read up to {range} A");

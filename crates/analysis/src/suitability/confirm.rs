@@ -83,12 +83,21 @@ impl Confirmed {
     }
 }
 
+/// Starts that show how rare wrong poles are, where nothing but these is missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wanting {
+    /// Number of starts.
+    pub starts: u64,
+    /// Seed of starts that no search has seen.
+    pub seed: u64,
+}
+
 /// Settings that fresh starts did not confirm.
 #[derive(Debug)]
 pub(super) struct Refused {
     pub objections: Vec<String>,
     /// As in [`Candidate::wanting`](super::Candidate::wanting).
-    pub wanting: Option<u64>,
+    pub wanting: Option<Wanting>,
 }
 
 impl Refused {
@@ -192,7 +201,11 @@ impl Bench<'_> {
                             "{trials} fresh starts hold, and the {COUNTED} that show wrong poles to be rarer than {} % are more than this check may do",
                             100.0 * self.demands.wrong_poles
                         );
-                        return Ok(Err(Refused { objections: vec![objection], wanting: Some(COUNTED) }));
+                        // Of a range of saturation one end alone was tried.
+                        let is_all = self.upper_end.is_none() && self.most_saturation.is_none();
+                        let seed = self.scenario(setting, rotor)?.seed.wrapping_add(draws);
+                        let wanting = is_all.then_some(Wanting { starts: COUNTED, seed });
+                        return Ok(Err(Refused { objections: vec![objection], wanting }));
                     }
                     COUNTED
                 }

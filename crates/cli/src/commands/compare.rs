@@ -269,7 +269,8 @@ fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Ans
             let method = if is_method { format!(" -s detector.method={}", best.method) } else { String::new() };
             // Errors whose intervals overlap are not told apart by these starts.
             let is_near = |entry: &&Entry| {
-                entry.method != best.method && answers(entry) >= answers(best) && entry.summary.rms_deg.low <= best.summary.rms_deg.high
+                let is_like = entry.method != best.method && entry.errors == best.errors && entry.rotor == best.rotor;
+                is_like && (open || entry.summary.wrong_poles == 0) && answers(entry) >= answers(best) && entry.summary.rms_deg.low <= best.summary.rms_deg.high
             };
             let near = each_once(entries.iter().filter(is_near).map(|entry| entry.method.as_str())).len();
             let why = match near {

@@ -55,7 +55,7 @@ fn regress_what_was_found_has_no_names_of_types() {
         ),
         (
             "motor = \"bare.toml\"",
-            "bare.toml: line 1, `pole_pairs`: unknown here: it is a key of the table [nameplate]; put that line before it",
+            "bare.toml: line 1, `pole_pairs`: unknown here: it is a key of the table [nameplate]; put the line [nameplate] above it",
         ),
         (
             "[axes.\"sensors.noise\"]\nfrom = \"0 A\"\nto = \"1 A\"\nbetween = 3",

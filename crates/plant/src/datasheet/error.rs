@@ -45,7 +45,7 @@ pub(super) fn of_file(error: &TableError, file: &str, text: &str) -> MotorError 
     let place = if key.is_empty() { String::new() } else { format!("`{key}`: ") };
     let belongs = message.starts_with("unknown field") && known_keys().contains(&key.as_str());
     let message = if belongs {
-        "unknown here: it is a key of the table [nameplate]; put that line before it"
+        "unknown here: it is a key of the table [nameplate]; put the line [nameplate] above it"
     } else {
         message
     };

@@ -159,7 +159,10 @@ fn regress_a_lack_of_starts_is_no_reason_for_another_sensor() {
     let document = drive(&[NO_CURRENTS, TIMER]);
     let found = Suitability::of(&document, &Demands::default(), Effort::Quick, |_| {}).expect("a check");
     let open = found.open().unwrap_or_else(|| panic!("{found:?}"));
-    assert_eq!((found.suited(), open.wanting), (Suited::Undecided, Some(37_000)));
+    let seed = document.load().expect("a scenario").seed;
+    let wanting = open.wanting.expect("starts");
+    assert_eq!((found.suited(), wanting.starts), (Suited::Undecided, 37_000));
+    assert!(wanting.seed > seed + 1, "{wanting:?}: not those of the search and the sifting");
     assert!(open.objections[0].contains("fresh starts hold"), "{:?}", open.objections);
     assert!(found.alternatives.is_empty() && found.advice.is_empty(), "{found:?}");
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 use standstill_analysis::{
-    Advice, Candidate, Condition, Demand, Demands, Effort, Setting, Suited, most_work,
+    Advice, Candidate, Condition, Demand, Demands, Effort, Setting, Suited, Wanting, most_work,
 };
 
 use super::file::Written;
@@ -61,8 +61,10 @@ fn unsuited(asked: &Checked<'_>) -> Vec<String> {
     let helps = found.advice.iter().filter(|advice| advice.helps.is_some());
     let mut commands: Vec<String> = helps.map(|advice| changed(asked, advice)).collect();
     commands.extend(found.alternatives.iter().map(|other| with_settings(asked, &other.setting, &[])));
-    if let Some((open, starts)) = found.open().and_then(|open| Some((open, open.wanting?))) {
-        commands.push(format!("{} --trials {starts}", with_settings(asked, &open.setting, &[])));
+    if let Some((open, Wanting { starts, seed })) = found.open().and_then(|open| Some((open, open.wanting?)))
+    {
+        commands
+            .push(format!("{} --trials {starts} --seed {seed}", with_settings(asked, &open.setting, &[])));
     }
     if !found.untried.is_empty() {
         commands.push(further(asked));

@@ -49,7 +49,7 @@ fn changes(found: &Suitability) -> Vec<Block> {
             amperes(most)
         ))];
     }
-    if let Some((open, starts)) = found.open().and_then(|open| Some((open, open.wanting?))) {
+    if let Some((open, starts)) = found.open().and_then(|open| Some((open, open.wanting?.starts))) {
         return vec![Block::Text(format!(
             "{} meets all demands on the fresh starts that were tried. Wrong poles as rare as demanded show in {starts} starts, more than this check may do.",
             setting(&open.setting)
