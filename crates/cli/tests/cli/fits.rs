@@ -88,8 +88,8 @@ fn law_the_exported_current_of_one_shunt_gives_the_motor_back() {
     let mut rows = vec!["t_s,i_link_A,u_dc_V,leg_a,leg_b,leg_c".to_owned()];
     let (mut place, mut change, mut noise) = (0, 0, 1_u64);
     let mut legs = ["off"; 3].map(str::to_owned);
-    for k in 0_u32..4500 {
-        let time = 2.037e-6 * f64::from(k);
+    let end = current[current.len() - 1].0;
+    for time in (0_u32..).map(|k| 2.037e-6 * f64::from(k)).take_while(|time| *time < end) {
         while let Some((_, leg, to)) = gates.get(change).filter(|(from, ..)| *from <= time) {
             legs[*leg].clone_from(to);
             change += 1;

@@ -53,7 +53,7 @@ fn law_odds_are_those_of_plain_trials_on_any_number_of_threads_and_draw_a_typica
 fn law_a_share_says_whether_it_is_of_starts_with_an_angle_or_of_all() {
     let folder = folder();
     let path = folder.path();
-    let scenario = "motor = \"light-vehicle\"\nerrors = \"field\"\nseed = 4\nlimit = \"3 deg\"\n\
+    let scenario = "motor = \"gimbal\"\nerrors = \"field\"\nseed = 4\nlimit = \"3 deg\"\n\
                     detector.method = \"line-inductance-fast\"\n";
     fs::write(path.join("s.toml"), scenario).expect("written");
     let output = standstill(&["run", "s.toml", "--trials", "2000", "--out", "r"], path);
