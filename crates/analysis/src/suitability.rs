@@ -216,7 +216,7 @@ impl Suitability {
         let bench = Bench::new(document, motor, demands, work);
         let (mut found, searched) = Self::judged(&bench, methods, None, hear)?;
         untried.append(&mut found.untried);
-        // Where nothing but the number of starts is missing, no change of the drive is called for.
+        // Only starts are missing: no change of the drive is tried.
         if found.recommended.is_none() && found.open().is_none() {
             let methods: Vec<_> = methods.iter().copied().zip(&searched).collect();
             found.advice = advice::tried(&bench, &methods, &found, &mut untried, hear)?;

@@ -82,7 +82,7 @@ impl Error {
         move |error| Self::Write(path, error)
     }
 
-    /// Returns the error of a file or folder that holds what was found in place of what is needed.
+    /// Returns the error of a file or folder: `found` describes its content, `needed` the content that the command needs.
     pub fn results(path: impl Into<PathBuf>, found: impl Into<String>, needed: impl Into<String>) -> Self {
         Self::Results { path: path.into(), found: found.into(), needed: needed.into() }
     }

@@ -33,7 +33,7 @@ fn law_each_trial_runs_once_with_and_without_checks_whatever_the_blocks() {
         let blocks = in_blocks((&with, Some(&without)), 3..19, at_once, &watch, |with, alone| {
             (numbers(with), numbers(alone))
         });
-        let blocks = blocks.unwrap_or_else(|_| panic!("runs"));
+        let Ok(blocks) = blocks else { panic!("does not run") };
         let all: Vec<u64> = blocks.iter().flat_map(|(with, _)| with.clone()).collect();
         assert_eq!(all, (3..19).collect::<Vec<_>>(), "{at_once} at once");
         assert!(blocks.iter().all(|(with, alone)| with == alone && with.len() as u64 <= at_once));
@@ -41,5 +41,5 @@ fn law_each_trial_runs_once_with_and_without_checks_whatever_the_blocks() {
     }
     let alone =
         in_blocks((&with, None), 0..3, 2, &Counting::default(), |with, alone| (with.len(), alone.len()));
-    assert_eq!(alone.unwrap_or_else(|_| panic!("runs")), [(2, 0), (1, 0)]);
+    assert!(alone.is_ok_and(|alone| alone == [(2, 0), (1, 0)]));
 }

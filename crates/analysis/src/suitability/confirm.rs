@@ -201,7 +201,7 @@ impl Bench<'_> {
                             "{trials} fresh starts hold, and the {COUNTED} that show wrong poles to be rarer than {} % are more than this check may do",
                             100.0 * self.demands.wrong_poles
                         );
-                        // Of a range of saturation one end alone was tried.
+                        // With a range of saturation, these starts tried one of its ends.
                         let is_all = self.upper_end.is_none() && self.most_saturation.is_none();
                         let seed = self.scenario(setting, rotor)?.seed.wrapping_add(draws);
                         let wanting = is_all.then_some(Wanting { starts: COUNTED, seed });

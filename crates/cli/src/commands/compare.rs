@@ -267,7 +267,7 @@ fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Ans
             // A library is named by its option already.
             let is_method = MethodName::ALL.iter().any(|method| method.name() == best.method);
             let method = if is_method { format!(" -s detector.method={}", best.method) } else { String::new() };
-            // Errors whose intervals overlap are not told apart by these starts.
+            // These starts do not order errors whose intervals overlap.
             let is_near = |entry: &&Entry| {
                 let is_like = entry.method != best.method && entry.errors == best.errors && entry.rotor == best.rotor;
                 is_like && (open || entry.summary.wrong_poles == 0) && answers(entry) >= answers(best) && entry.summary.rms_deg.low <= best.summary.rms_deg.high

@@ -76,7 +76,7 @@ fn law_each_start_of_a_fault_is_counted_once_and_the_worst_can_be_seen() {
         text.lines().find(|line| line.trim().starts_with("standstill trace")).expect("a command").trim();
     let trace = said(&words(line).iter().map(String::as_str).collect::<Vec<_>>(), path);
     assert!(trace.contains("fault"), "{trace}");
-    // Of a fault whose size is drawn, too, and it shows the start that was meant.
+    // The command of a fault with a drawn size runs, too, and traces the named start.
     let text = said(&["faults", "s.toml", "--trials", "60", "--mode", "turns-shorted", "--out", "h"], path);
     let worst =
         text.split("turns-shorted, ").nth(1).and_then(|rest| rest.split('°').next()).expect("a worst start");

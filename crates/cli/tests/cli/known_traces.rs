@@ -5,35 +5,35 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
-use toml::Table;
+use toml::{Table, Value as Toml};
 
 use super::answers::{answer, number};
 use super::folder;
 
 const KNOWN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/traces/known");
 
-/// Intervals that hold, of how many; of the parameters that no interval holds, how far each is off.
+/// Agreement of a fit with the truth.
 struct Found {
     described: bool,
+    /// Number of intervals that contain the truth.
     held: usize,
+    /// Number of intervals.
     of: usize,
-    /// Of the angle in degrees, of the inductances in per cent, of the falls in points.
+    /// Largest errors: of the angle in degrees, the inductances in per cent, the falls in percentage points.
     off: [f64; 3],
     line: String,
 }
 
-fn get(truth: &Table, table: &str, key: &str) -> f64 {
-    let value = &truth[table][key];
+fn decimal(value: &Toml) -> f64 {
     value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).expect("a number")
 }
 
+fn get(truth: &Table, table: &str, key: &str) -> f64 {
+    decimal(&truth[table][key])
+}
+
 fn list(truth: &Table, table: &str, key: &str) -> Vec<f64> {
-    truth[table][key]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|x| x.as_float().or(x.as_integer().map(|n| n as f64)).expect("a number"))
-        .collect()
+    truth[table][key].as_array().expect("a list").iter().map(decimal).collect()
 }
 
 /// The fall of an inductance at a current, between those of the truth.

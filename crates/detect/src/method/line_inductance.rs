@@ -111,7 +111,7 @@ impl<T: Real> LinePulses<T> {
         let (from, to) = LINES[self.line];
         match self.settings.place() {
             Place::InLine if self.settings.sample_lead == Nanos::ZERO => Nanos::ZERO,
-            // What follows from the others is as late as the one that carries the current with it.
+            // A derived current is as late as the sensor of the line's other phase.
             Place::InLine if second.sensed[from] == Sensed::Derived => {
                 Nanos::from_seconds(sensing.late_of(to).to_double())
             }
@@ -213,7 +213,7 @@ impl<T: Real> LinePulses<T> {
         let pulses = T::of(3.0) * T::of(f64::from(s.pulses));
         let noise = settler.noise.deviation();
         let readings = self.by_readings / pulses * noise * noise;
-        // What a leg is late by is the same in both pulses, but for jitter.
+        // Both pulses have the same delays of the legs, and jitter of their own.
         let jitter = significance::of_timing(seconds(s.dead_time), seconds(s.pulse)) / T::of(4.0);
         let each = readings + jitter;
         let span = seconds(s.period * u64::from(s.pulses - 1));

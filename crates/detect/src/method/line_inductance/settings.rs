@@ -69,7 +69,7 @@ impl<T: Real> LineInductanceSettings<T> {
     pub fn paper(decay: Decay, drive: &Nameplate<T>) -> Self {
         // A fifth of the rated current into the mean line inductance, equation (4).
         let pulse = drive.line_pulse(T::of(0.2));
-        // Of shunts below the legs, a current that circulates is read after the edge.
+        // Shunts below the legs show a circulating current only after the edge.
         let before_edge = decay == Decay::Fast || !drive.sensing.place.switches();
         let lead = drive.sensing.lead();
         let lead = if drive.sensing.place.switches() { lead } else { lead.min(Nanos(pulse.0 / 2)) };
