@@ -20,3 +20,4 @@ mod watch;
 pub use motion::can_move;
 pub use run::{Control, Want};
 pub use samples::Room;
+pub use terminals::{Joined, Settled};

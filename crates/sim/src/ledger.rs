@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::control::{Joined, Settled};
+
 /// Energies transferred since the start of the run, in J.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Ledger {
@@ -55,11 +57,21 @@ impl Ledger {
         );
     }
 
-    /// Accounts for a device that charged a terminal at once: the rail gave `given` in J and the terminal stored
-    /// `kept`. `stiff`: the energy comes from the source, else from the link's capacitor.
-    pub(crate) fn charge(&mut self, given: f64, kept: f64, stiff: bool) {
-        self.source += if stiff { given } else { 0.0 };
+    /// Accounts for a device that charged a terminal: its rail gave `given` in J from the source, of which the terminal stored `kept`.
+    pub(crate) fn charge(&mut self, given: f64, kept: f64) {
+        self.source += given;
         self.device_loss += given - kept;
+    }
+
+    /// Accounts for terminals of this capacitance in F that devices charged at once. Their energy comes from the link's capacitor
+    /// where there is one.
+    pub(crate) fn join(&mut self, before: &Joined, after: &Settled, capacitance: f64) {
+        for (k, (to, from)) in after.potential.into_iter().zip(before.potential).enumerate() {
+            let charge = capacitance * (to - from);
+            let given = if after.upper[k] { charge * (before.link + after.link) / 2.0 } else { 0.0 };
+            self.source += if before.share == 0.0 { given } else { 0.0 };
+            self.device_loss += given - charge * (to + from) / 2.0;
+        }
     }
 
     /// Returns the energy in J from the source that is missing in all accounts: zero, apart from the integrator's

@@ -178,10 +178,6 @@ pub struct Depth {
     pub nonsense: u64,
 }
 
-/// Seeds whose energies are open. 60: where two legs join terminals of 1.8 nF to a link of 0.36 µF, 6.4e-10 J of 2.3e-4 J are in no account,
-/// at any tolerance; ½ Q²/C of the link is as much, so the terminal probably takes its potential from the rail's before its charge was drawn.
-const UNBALANCED: [u64; 1] = [60];
-
 /// Draws and runs the scenario of a seed; adds how its detections ended.
 pub fn run_seed(seed: u64, depth: Depth, tally: &mut Tally) -> Result<(), Surprise> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -207,7 +203,7 @@ pub fn run_seed(seed: u64, depth: Depth, tally: &mut Tally) -> Result<(), Surpri
         if records.len() as u64 != depth.trials {
             return Err(surprise(format!("{} of {} detections ended", records.len(), depth.trials)));
         }
-        if seed.is_multiple_of(depth.balance) && !UNBALANCED.contains(&seed) {
+        if seed.is_multiple_of(depth.balance) {
             look::balances(&drawn.scenario).map_err(surprise)?;
             tally.balanced += 1;
         }

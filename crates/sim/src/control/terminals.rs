@@ -1,9 +1,12 @@
 //! Conduction of legs whose terminals have a capacitance: each terminal's own potential and current decide which device
 //! conducts.
 
+mod joined;
+
 use standstill_inverter::{Conduction, Gate, Modes};
 use standstill_numeric::Wide;
 
+pub use self::joined::{Joined, Settled};
 use super::conduction::NO_CURRENT;
 use super::run::Control;
 use crate::case::RunError;
@@ -200,45 +203,48 @@ impl<'a> Control<'a> {
                 mode(k, [1.0, -1.0].map(|way| slopes[k] + self.following_slope(bank, way, k, slopes)))
             });
         }
-        for k in 0..3 {
-            let [_, high] = bands[k];
-            let to = potential_in(k, modes[k]);
-            let upper = match gates[k] {
-                Gate::High => true,
-                Gate::Low => false,
-                Gate::Off => modes[k].is_upper() || held[k] >= high - near[k],
-            };
-            self.move_terminal(bank, k, to, upper);
-        }
+        self.join(bank, modes, gates, current);
         self.expect(bank, modes, &bands, behind);
         bank.machine.legs.put(lane, modes);
         Ok(())
     }
 
-    /// Charges a terminal through a device to the potential `to` in V at once. The charge comes from the upper rail if
-    /// `upper`, else from the lower rail.
-    fn move_terminal<V: Wide>(&mut self, bank: &mut Bank<'a, V>, leg: usize, to: f64, upper: bool) {
+    /// Charges terminals through their devices at once: those of conducting legs to the potentials of their devices, the others to
+    /// their bounds where they are beyond these. `current`: currents of the legs in A.
+    fn join<V: Wide>(&mut self, bank: &mut Bank<'a, V>, modes: Modes, gates: [Gate; 3], current: [f64; 3]) {
         let lane = self.lane;
-        let from = bank.here.state.potential[leg].get(lane);
-        if from == to {
+        let (bridge, storage) = (&self.case.inverter.bridge, self.case.inverter.link.storage);
+        let capacitance = bridge.terminal_capacitance;
+        let share = storage.map_or(0.0, |of| capacitance / of.capacitance);
+        let potential = bank.here.state.potential.each_ref().map(|of| of.get(lane));
+        let before = Joined { potential, link: bank.here.state.link.get(lane), share };
+        let after = before.settle(|k, link| {
+            if let Some(clamp) = bridge.devices.clamp(modes[k]) {
+                return (clamp.potential(link, current[k]), modes[k].is_upper());
+            }
+            let (low, high) = bridge.bounds_of(k, gates[k], link);
+            let held = potential[k].max(low).min(high);
+            (held, if held >= high { gates[k] != Gate::Low } else { held <= low && gates[k] == Gate::High })
+        });
+        if after.potential == potential {
             return;
         }
-        bank.here.state.potential[leg].put(lane, to);
-        let link = bank.here.state.link.get(lane);
-        if let Some(picked_up) = bank.sensed.as_mut().and_then(|sensed| sensed.picked_up.as_mut()) {
-            picked_up.jump(lane, (to - from) / link);
+        let picked_up = bank.sensed.as_mut().and_then(|sensed| sensed.picked_up.as_mut());
+        if let Some(picked_up) = picked_up {
+            for (to, from) in after.potential.into_iter().zip(potential) {
+                if to != from {
+                    picked_up.jump(lane, (to - from) / before.link);
+                }
+            }
         }
-        let charge = self.case.inverter.bridge.terminal_capacitance * (to - from);
-        let mut left = link;
-        if let (Some(storage), true) = (self.case.inverter.link.storage, upper) {
-            left = link - charge / storage.capacitance;
-            bank.here.state.link.put(lane, left);
+        for k in 0..3 {
+            bank.here.state.potential[k].put(lane, after.potential[k]);
+        }
+        if storage.is_some() {
+            bank.here.state.link.put(lane, after.link);
         }
         if let Some(accounts) = &mut self.accounts {
-            // What the rail gives, and what of it the terminal keeps.
-            let given = if upper { charge * (link + left) / 2.0 } else { 0.0 };
-            let stiff = upper && self.case.inverter.link.storage.is_none();
-            accounts.spent.charge(given, charge * (to + from) / 2.0, stiff);
+            accounts.spent.join(&before, &after, capacitance);
         }
     }
 }

@@ -74,7 +74,7 @@ impl<V: Wide> Effect<V> for Legs<V> {
             if moment.one(&legs[k].direction) != 0.0 {
                 // The device carries it from its rail; too small to matter in the link's capacitor.
                 let rail = moment.one(&legs[k].rail) * moment.one(&moment.here.state.link);
-                powers.charge(rail * taken, potential * taken, true);
+                powers.charge(rail * taken, potential * taken);
             }
         }
     }
@@ -92,7 +92,7 @@ impl<V: Wide> Effect<V> for Legs<V> {
             if moment.one(&leg.direction) != 0.0 {
                 let [from, to] = ends.map(|here| moment.one(&here.state.potential[k]));
                 let charge = capacitance * (to - from);
-                spent.charge(charge * moment.one(&leg.rail) * link, charge * (to + from) / 2.0, true);
+                spent.charge(charge * moment.one(&leg.rail) * link, charge * (to + from) / 2.0);
             }
         }
     }
