@@ -242,7 +242,9 @@ pub struct Compare {
     pub threads: Option<u16>,
 }
 
+// It looks for a method of its own, and refuses a library with what to do.
 #[derive(Debug, Args)]
+#[command(mut_arg("detector", |detector| detector.hide(true)))]
 pub struct Check {
     /// A built-in motor's name, a data sheet's path or that of a scenario file (.toml)
     pub motor: String,

@@ -88,6 +88,21 @@ pub enum FitError {
         /// The swing.
         swing: Swing,
     },
+    /// Some records state the rotor's angle, but this one does not.
+    #[error(
+        "{0}: found no column angle_deg, which other files have; needed: the rotor's electrical angle in all files or in none"
+    )]
+    NoAngle(String),
+    /// A record to be predicted has a channel that the fit's records do not have: its name.
+    #[error(
+        "{file}: found readings of {channel}, of which the fit has none; needed: channels whose gain and offset the fit has found"
+    )]
+    NewChannel {
+        /// File of the record.
+        file: String,
+        /// Column of the channel.
+        channel: &'static str,
+    },
     /// All records together have more rows than a fit takes.
     #[error("found {0} rows in all files; needed: at most {MOST_ROWS}")]
     TooManyRows(usize),

@@ -253,7 +253,7 @@ mod tests {
                 i = i.map(|i| 0.99 * i);
             }
         }
-        Record { file: "p.csv".to_owned(), rows, channels: [true, true, true, false] }
+        Record { file: "p.csv".to_owned(), rows, channels: [true, true, true, false], angle: None }
     }
 
     #[test]

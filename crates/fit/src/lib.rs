@@ -14,6 +14,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod advice;
+mod axes;
 mod between_rows;
 mod covariance;
 mod discrepancy;
@@ -28,6 +29,7 @@ mod parameters;
 mod pieces;
 mod plant;
 mod pole;
+mod predict;
 mod probe;
 mod reached;
 mod reading;
@@ -38,10 +40,10 @@ mod shunt;
 mod slopes;
 mod solve;
 mod start;
+mod stated;
 mod truncated;
 mod wiring;
 
-use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::DMatrix;
@@ -49,7 +51,6 @@ use standstill_plant::Motor;
 
 use covariance::{Spread, covariance, scale_of, scaled};
 use parameters::{Begin, Parameter, Point, loose_edges};
-use pieces::Piece;
 use reading::Scatter;
 use record::{CHANNELS, Record};
 use solve::{Problem, Sum};
@@ -62,6 +63,7 @@ pub use identifiability::{FixedBias, NonIdentifiable};
 pub use link::Swing;
 pub use misfit::Misfit;
 pub use plant::Plant;
+pub use predict::{Basis, Prediction};
 pub use result::{Estimate, Fit, Pole, Trace};
 pub use standstill_inverter::{DeviceKind, Devices};
 pub use wiring::Wiring;
@@ -124,6 +126,8 @@ struct Work<'a> {
     reach: f64,
     link: f64,
     swing: Swing,
+    /// Angle in rad of the first record, if the records state angles.
+    origin: Option<f64>,
     /// Function that is called before each step; it returns true to stop the fit.
     did: &'a (dyn Fn() -> bool + Sync),
 }
@@ -145,23 +149,19 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
         return Err(FitError::TooManyRows(rows));
     }
     let records = &*shunt::readable(records, start);
-    let mut pieces: Vec<Piece> =
-        records.iter().enumerate().flat_map(|(k, record)| pieces::pieces(k, record)).collect();
+    let origin = stated::origin(records)?;
+    let (pieces, every) = pieces::used(records, origin, start.most_used);
     let swing = Swing::largest(&pieces);
-    // The time of a fit grows with the rows, and neighbouring rows tell nearly the same.
-    let every = rows.div_ceil(start.most_used.max(1));
-    if every > 1 {
-        for piece in &mut pieces {
-            piece.thin(every);
-        }
-    }
     let channels = std::array::from_fn(|k| records.iter().any(|record| record.channels[k]));
     shunt::check(records, &pieces, start)?;
     if let Some(wiring) = wiring::miswired(&pieces, channels, &pieces::resting(&records[0])) {
         return Err(FitError::Wiring(wiring));
     }
-    if let Some(legs) = exchanged::exchanged(records, &pieces, &pieces::resting(&records[0])) {
-        return Err(FitError::Legs(legs));
+    // Inductances are the same in pulses at one angle.
+    for alike in pieces.chunk_by(|a, b| a.turn == b.turn) {
+        if let Some(legs) = exchanged::exchanged(records, alike, &pieces::resting(&records[0])) {
+            return Err(FitError::Legs(legs));
+        }
     }
     let (frame, point, scatter) =
         start::begin(records, &pieces, channels, start).ok_or(FitError::NoCurrent)?;
@@ -174,8 +174,9 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
         plant: point.plant.clone(),
         switch_is_stated: start.is_stated("switch_resistance"),
         winding_is_stated: start.motor.is_some(),
+        angle_is_stated: origin.is_some(),
     };
-    let work = Work { problem, scatter, begin, steps: MOST_STEPS, reach, link, swing, did };
+    let work = Work { problem, scatter, begin, steps: MOST_STEPS, reach, link, swing, origin, did };
     let fitted =
         work.fitted(&point, slope, records, start).map_err(|error| error.beside(Some(swing), records))?;
     Ok(Fit { every, ..fitted })
@@ -231,32 +232,6 @@ impl Work<'_> {
         }
     }
 
-    /// Returns the most likely solution without saturation, from initial angles all around.
-    fn straight(&mut self, point: &Point) -> Result<Solved, FitError> {
-        let mut best: Option<Solved> = None;
-        for k in 0..4 {
-            let mut from = point.clone();
-            from.plant.angle = PI * f64::from(k) / 4.0;
-            match self.solve(&from, 12) {
-                Ok(solved) => {
-                    if best.as_ref().is_none_or(|best| solved.sum.likelihood > best.sum.likelihood) {
-                        best = Some(solved);
-                    }
-                }
-                Err(FitError::NoPlant) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        let mut best = best.ok_or(FitError::NoPlant)?;
-        // In a straight core the axes are alike but for their inductances: d is the one that the start has.
-        let [l_d, l_q] = best.point.plant.inductance;
-        let [d, q] = point.plant.inductance;
-        if (l_d < l_q) != (d < q) {
-            swap_axes(&mut best.point);
-        }
-        Ok(best)
-    }
-
     /// Sets the saturation of the initial values, as far as it is equal on both sides of the magnet; it stays if the readings do
     /// not determine it. The difference between both sides is left to the readings.
     fn bent_as(&self, point: Point, start: &Start) -> Point {
@@ -267,26 +242,6 @@ impl Work<'_> {
         bent.plant.saturation = [0.0, along_d, along_q];
         // A series that bends the wrong way has no flux for a current far beyond the one that it was stated at.
         if self.problem.sum(&bent, &self.scatter, false).is_some() { bent } else { point }
-    }
-
-    /// Solves for all identifiable parameters, with the d-axis as it is and with d and q exchanged: the axis that saturates
-    /// unsymmetrically is d. Without evidence the axes stay.
-    fn either_axis(&mut self, point: &Point, start: &Start) -> Result<Solved, FitError> {
-        let here = self.solved_for_identifiable(point)?;
-        if start.motor.is_some() {
-            return Ok(here);
-        }
-        let mut other = point.clone();
-        swap_axes(&mut other);
-        match self.solved_for_identifiable(&other) {
-            // Readings whose neighbours have similar residuals count as fewer readings.
-            Ok(there) if there.sum.likelihood > here.sum.likelihood + 8.0 * there.sum.newey_west => Ok(there),
-            Err(FitError::Stopped) => Err(FitError::Stopped),
-            _ => {
-                self.problem.free.clone_from(&here.free);
-                Ok(here)
-            }
-        }
     }
 
     /// Solves for all parameters that the readings identify; the others stay at their values.
@@ -391,10 +346,4 @@ impl Work<'_> {
         let interval = interval.fold(0.0, f64::max) * 12.0_f64.sqrt();
         Some(Spread { covariance, shifts, off, interval })
     }
-}
-
-/// Exchanges the d- and q-axes.
-fn swap_axes(point: &mut Point) {
-    point.plant.inductance.swap(0, 1);
-    point.plant.angle += FRAC_PI_2;
 }

@@ -11,6 +11,10 @@ use super::record::CHANNELS;
 /// Half the width of the prior interval of an inductance's fall at rated current, along +d, along −d and along q.
 pub const PLAUSIBLE_FALL: f64 = 0.05;
 
+/// Half the width in degrees of the prior interval of an angle that a record states: a magnet aligned by a current, or an encoder zeroed
+/// in this way, stands off by friction and cogging.
+const STATED_ANGLE_DEG: f64 = 5.0;
+
 /// A parameter of plant or channels, in the order in which parameters that are not identifiable are fixed: the last one first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
@@ -103,6 +107,8 @@ pub struct Begin {
     pub switch_is_stated: bool,
     /// True if the resistance of the winding is that of a similar motor; otherwise it is a guess.
     pub winding_is_stated: bool,
+    /// True if the records state the rotor's angle.
+    pub angle_is_stated: bool,
 }
 
 impl Parameter {
@@ -192,11 +198,12 @@ impl Parameter {
     /// largest current in A and `link` the DC-link voltage in V; shares of a resistance or a drop are those of the initial values
     /// `begin`, wherever the search has come to.
     pub fn plausible(self, point: &Point, begin: &Begin, reach: f64, link: f64) -> f64 {
-        let Begin { plant: begin, switch_is_stated, winding_is_stated } = begin;
+        let Begin { plant: begin, switch_is_stated, winding_is_stated, angle_is_stated } = begin;
         let devices = &begin.devices;
         let resistance = begin.resistance.max(1e-3 * link / reach);
         match self {
             DAxisInductance | QAxisInductance => 0.5 * self.get(point),
+            Angle if *angle_is_stated => STATED_ANGLE_DEG.to_radians(),
             Angle => 30_f64.to_radians(),
             Offset(_) => 0.2 * reach,
             Gain(_) => 0.03,

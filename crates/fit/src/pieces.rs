@@ -27,6 +27,8 @@ pub struct Piece {
     pub link: f64,
     /// Index of the piece's record.
     pub record: usize,
+    /// Angle in rad by which the rotor stands further than in the first record.
+    pub turn: f64,
 }
 
 impl Piece {
@@ -140,6 +142,21 @@ pub fn pieces(number: usize, record: &Record) -> Vec<Piece> {
     pieces
 }
 
+/// Returns the pieces of all records as far as a fit uses them, and the step between used rows. The time of a fit grows with the rows,
+/// and neighbouring rows tell nearly the same. `origin`: angle in rad from which turns count.
+pub fn used(records: &[Record], origin: Option<f64>, most: usize) -> (Vec<Piece>, usize) {
+    let rows: usize = records.iter().map(|record| record.rows.len()).sum();
+    let mut all: Vec<Piece> = records.iter().enumerate().flat_map(|(k, record)| pieces(k, record)).collect();
+    let every = rows.div_ceil(most.max(1));
+    for piece in &mut all {
+        piece.turn = records[piece.record].angle.zip(origin).map_or(0.0, |(angle, origin)| angle - origin);
+        if every > 1 {
+            piece.thin(every);
+        }
+    }
+    (all, every)
+}
+
 /// Largest excess of the links' sum of squares over the one expected from their noise, in standard deviations.
 const LINKS_ALIKE: f64 = 3.0;
 
@@ -184,7 +201,7 @@ fn piece(record: usize, rows: &[Row]) -> Piece {
     }
     let links: Vec<f64> = rows.iter().filter(|row| drives(row.legs)).map(|row| row.link).collect();
     let link = links.iter().sum::<f64>() / links.len().max(1) as f64;
-    Piece { rows: rows.to_vec(), edges, first: rows[0].legs, link, record }
+    Piece { rows: rows.to_vec(), edges, first: rows[0].legs, link, record, turn: 0.0 }
 }
 
 #[cfg(test)]
@@ -204,7 +221,7 @@ pub(super) mod tests {
             };
             Row { time: f64::from(k) * 1e-6, current: [i, -0.5 * i, -0.5 * i, 0.0], link: 12.0, legs }
         });
-        Record { file: String::new(), rows: rows.collect(), channels: [true, true, true, false] }
+        Record { file: String::new(), rows: rows.collect(), channels: [true, true, true, false], angle: None }
     }
 
     #[test]

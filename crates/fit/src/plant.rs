@@ -287,7 +287,7 @@ impl Plant {
                 carrier_period: Nanos::from_micros(100),
             },
             sensors: Sensors::nominal(SensorSettings::IDEAL),
-            start_angle: self.angle,
+            start_angle: self.angle + piece.turn,
             rotor: RotorState::Locked,
             memory: None,
             load_torque: 0.0,

@@ -37,7 +37,9 @@ pub(super) fn with_iron(
 ) -> Result<(Solved, Pole, Iron), FitError> {
     let Solved { mut point, sum, free, scatter, converged } = solved;
     let known = start.motor.as_ref().and_then(|motor| falls_of(motor, work.problem.frame.current));
-    let way = if known.is_some_and(|[d, minus_d, _]| d < minus_d) { -1.0 } else { 1.0 };
+    let stated = work.origin.is_some();
+    let falls_less = known.is_some_and(|[d, minus_d, _]| d < minus_d);
+    let way = if falls_less || stated && point.plant.saturation[0] < 0.0 { -1.0 } else { 1.0 };
     let place = free.iter().position(|p| *p == Parameter::SaturationAlong);
     let both_ways = work.drives_both_ways(&point);
     let deviations = match place {
@@ -48,7 +50,7 @@ pub(super) fn with_iron(
         }
         None => 0.0,
     };
-    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
+    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways, stated };
     work.scatter.clone_from(&scatter);
     if !pole.identified {
         if let (None, Some(falls)) = (place, known)
@@ -59,7 +61,7 @@ pub(super) fn with_iron(
         work.problem.free.clone_from(&free);
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     }
-    if point.plant.saturation[0] * way < 0.0 {
+    if !stated && point.plant.saturation[0] * way < 0.0 {
         turn(&mut point);
     }
     let mut iron = point.clone();
@@ -121,19 +123,21 @@ fn with_known_falls(
     let here = candidate(work.solved_for(&all, &from))?;
     from.plant.angle += PI;
     let there = candidate(work.solved_for(&all, &from))?;
+    let stated = work.origin.is_some();
     // Readings whose neighbours have similar residuals count as fewer readings. A pole that no search reaches tells nothing of the other.
     let (best, deviations) = match (here, there) {
         (Some(here), Some(there)) => {
             let more = (here.sum.likelihood - there.sum.likelihood).abs();
-            let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
+            let best = if stated || here.sum.likelihood >= there.sum.likelihood { here } else { there };
             let deviations = (2.0 * more / best.sum.newey_west).sqrt();
             (best, deviations)
         }
-        (Some(one), None) | (None, Some(one)) => (one, 0.0),
-        (None, None) => return Ok(None),
+        (Some(one), None) => (one, 0.0),
+        (None, Some(one)) if !stated => (one, 0.0),
+        (None, _) => return Ok(None),
     };
     let both_ways = work.drives_both_ways(&best.point);
-    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
+    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways, stated };
     Ok(Some((best, pole, Iron::OfStart)))
 }
 

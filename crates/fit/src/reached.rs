@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::Work;
 use super::parameters::Point;
 use super::result::Trace;
+use super::solve::Problem;
 
 /// Least ratio of the smaller to the larger of the currents along +d and −d at which pulses count as driving both ways.
 const BOTH_WAYS: f64 = 0.3;
@@ -12,11 +13,11 @@ const BOTH_WAYS: f64 = 0.3;
 impl Work<'_> {
     /// Returns the largest simulated currents in A along +d, along −d and along q in either direction.
     pub(super) fn reached(&self, point: &Point) -> [f64; 3] {
-        let axes: [(f64, f64); 3] = std::array::from_fn(|k| {
-            standstill_numeric::sin_cos(2.0 * PI / 3.0 * k as f64 - point.plant.angle)
-        });
         let mut reached = [0.0_f64; 3];
-        for trace in traces(self, point).unwrap_or_default() {
+        for (piece, trace) in self.problem.pieces.iter().zip(traces(self, point).unwrap_or_default()) {
+            let axes: [(f64, f64); 3] = std::array::from_fn(|k| {
+                standstill_numeric::sin_cos(2.0 * PI / 3.0 * k as f64 - point.plant.angle - piece.turn)
+            });
             for current in &trace.simulated {
                 let (mut d, mut q) = (0.0, 0.0);
                 for (k, (sin, cos)) in axes.iter().enumerate() {
@@ -40,10 +41,15 @@ impl Work<'_> {
 
 /// Returns the measured and simulated currents of all pieces.
 pub(super) fn traces(work: &Work, point: &Point) -> Option<Vec<Trace>> {
-    let pieces = &work.problem.pieces;
+    traces_of(&work.problem, point)
+}
+
+/// Returns the measured and simulated currents of a problem's pieces.
+pub(super) fn traces_of(problem: &Problem, point: &Point) -> Option<Vec<Trace>> {
+    let pieces = &problem.pieces;
     let trace = |(piece, shifts): (&super::pieces::Piece, &Vec<f64>)| {
         let begin = piece.rows[0].time - super::plant::MARGIN;
-        let waveform = point.plant.waveform(&work.problem.frame, piece, shifts)?;
+        let waveform = point.plant.waveform(&problem.frame, piece, shifts)?;
         let currents =
             waveform.behind(point.lag, piece.rows.iter().map(|row| row.time - begin - point.delay));
         Some(Trace {

@@ -73,6 +73,11 @@ pub fn between(a: f64, b: f64) -> f64 {
 }
 
 impl Scatter {
+    /// Returns the rms in A of noise and quantization.
+    pub fn rms(&self) -> f64 {
+        (self.noise * self.noise + self.step.map_or(0.0, |q| q * q / 12.0)).sqrt()
+    }
+
     /// Makes a channel with this step and noise, both in A.
     pub fn new(step: Option<f64>, noise: f64) -> Self {
         let mut scatter = Self { step, noise, clip: NO_CLIP, least: 1e-12, information: Vec::new() };

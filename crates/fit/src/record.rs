@@ -8,10 +8,11 @@ use standstill_quantity::unit::Second;
 use standstill_scenario::quoted;
 
 use super::pieces::drives;
+use super::stated::Turned;
 
-/// Names of a record's columns, which may stand in any order.
-pub const COLUMNS: [&str; 9] =
-    ["t_s", "i_a_A", "i_b_A", "i_c_A", "i_link_A", "u_dc_V", "leg_a", "leg_b", "leg_c"];
+/// Names of a record's columns, which may stand in any order. The last one may be missing.
+pub const COLUMNS: [&str; 10] =
+    ["t_s", "i_a_A", "i_b_A", "i_c_A", "i_link_A", "u_dc_V", "leg_a", "leg_b", "leg_c", "angle_deg"];
 
 /// Number of channels of currents: the three phases, then the DC link.
 pub const CHANNELS: usize = 4;
@@ -27,6 +28,9 @@ const VOLTAGE: usize = FIRST_CHANNEL + CHANNELS;
 
 /// Index in [`COLUMNS`] of the first leg.
 const FIRST_LEG: usize = VOLTAGE + 1;
+
+/// Index in [`COLUMNS`] of the rotor's angle.
+const ANGLE: usize = FIRST_LEG + 3;
 
 /// Largest number of rows of a record, and of all records together: more would take minutes and give no better result.
 pub const MOST_ROWS: usize = 500_000;
@@ -78,6 +82,9 @@ pub struct Record {
     pub rows: Vec<Row>,
     /// True for each channel of the record.
     pub channels: [bool; CHANNELS],
+    /// Electrical angle in rad from the axis of phase a to the magnet's north pole, as an encoder or an alignment states it, from −π to
+    /// π; none if the record states none.
+    pub angle: Option<f64>,
 }
 
 /// Error of a text that is no valid record.
@@ -142,8 +149,8 @@ fn shown(text: &str) -> String {
 }
 
 impl Record {
-    /// Parses a text: a header with the names of [`COLUMNS`], of which one phase current may be missing, or the link's, or all phase
-    /// currents; then one row per line, separated by commas. Blank lines and lines that begin with `#` are skipped.
+    /// Parses a text: a header with the names of [`COLUMNS`], of which the angle may be missing, and one phase current, or the link's, or
+    /// all phase currents; then one row per line, separated by commas. Blank lines and lines that begin with `#` are skipped.
     ///
     /// # Errors
     /// The first error, with its line and column.
@@ -155,21 +162,27 @@ impl Record {
             .map(|(k, line)| (k + 1, line.trim()))
             .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
         let nowhere = Place { file, line: None };
-        let header = || format!("a header with the columns {}", COLUMNS.join(", "));
+        let header = || format!("a header with the columns {}", COLUMNS[..ANGLE].join(", "));
         let Some((number, first)) = lines.next() else {
             return Err(nowhere.error(None, "no line", header()));
         };
         let columns = columns(&Place { file, line: Some(number) }, first)?;
         let mut rows: Vec<Row> = Vec::new();
         let mut numbers = Vec::new();
+        let mut turned = Turned::default();
         for (number, line) in lines {
             let place = Place { file, line: Some(number) };
             if rows.len() == MOST_ROWS {
                 let needed = format!("at most {MOST_ROWS} rows; fewer samples, or fewer pulses, will do");
                 return Err(place.error(None, "one more row", needed));
             }
-            let row = row(&place, line, &columns)?;
+            let (row, angle) = row(&place, line, &columns)?;
             numbers.push(number);
+            if let Some(angle) = angle {
+                turned
+                    .add(angle)
+                    .map_err(|(found, needed)| place.error(Some(COLUMNS[ANGLE]), found, needed))?;
+            }
             match rows.last() {
                 Some(before) if row.time <= before.time => {
                     let needed = format!("more than {} of the row before", before.time);
@@ -203,7 +216,7 @@ impl Record {
             return Err(nowhere.error(None, "no such row", needed));
         }
         let channels = std::array::from_fn(|k| columns.contains(&(FIRST_CHANNEL + k)));
-        Ok(Self { file: file.to_owned(), rows, channels })
+        Ok(Self { file: file.to_owned(), rows, channels, angle: turned.mean() })
     }
 }
 
@@ -236,7 +249,7 @@ fn columns(place: &Place, header: &str) -> Result<Vec<usize>, RecordError> {
     let phases = columns.iter().filter(|k| is_channel(k) && **k != FIRST_CHANNEL + LINK).count();
     // The phase currents sum to zero: two of them are all of them.
     let is_enough = phases >= 2 || columns.contains(&(FIRST_CHANNEL + LINK));
-    let is_needed = |name: &&str| !is_enough || !name.starts_with("i_");
+    let is_needed = |name: &&str| *name != COLUMNS[ANGLE] && (!is_enough || !name.starts_with("i_"));
     let missing: Vec<&str> = missing.into_iter().filter(is_needed).collect();
     if missing.is_empty() && unknown.is_empty() {
         return Ok(columns);
@@ -247,28 +260,31 @@ fn columns(place: &Place, header: &str) -> Result<Vec<usize>, RecordError> {
     }
     if !unknown.is_empty() {
         // A file of another kind may have thousands.
-        let more = unknown.len().saturating_sub(COLUMNS.len());
-        unknown.truncate(COLUMNS.len());
+        let more = unknown.len().saturating_sub(ANGLE);
+        unknown.truncate(ANGLE);
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         found.push(format!("the unknown {}{more}", unknown.join(", ")));
     }
     let needed = format!(
-        "all of {} and no others; of the currents two phases, or i_link_A of a shunt in the DC link, will do",
-        COLUMNS.join(", ")
+        "all of {} and no others but {}, the rotor's electrical angle; of the currents two phases, or i_link_A of a shunt in the DC link, will do",
+        COLUMNS[..ANGLE].join(", "),
+        COLUMNS[ANGLE]
     );
     Err(place.error(None, found.join(", but "), needed))
 }
 
-fn row(place: &Place, line: &str, columns: &[usize]) -> Result<Row, RecordError> {
+/// Returns a row, and the rotor's angle in degrees if there is one.
+fn row(place: &Place, line: &str, columns: &[usize]) -> Result<(Row, Option<f64>), RecordError> {
     let fields: Vec<&str> = line.split(',').map(str::trim).collect();
     if fields.len() != columns.len() {
         let needed = format!("{}, as in the header", columns.len());
         return Err(place.error(None, format!("{} fields", fields.len()), needed));
     }
     let mut row = Row { time: 0.0, current: [f64::NAN; CHANNELS], link: 0.0, legs: [Request::Off; 3] };
+    let mut angle = None;
     for (field, k) in fields.into_iter().zip(columns) {
         let column = Some(COLUMNS[*k]);
-        if *k >= FIRST_LEG {
+        if (FIRST_LEG..ANGLE).contains(k) {
             let Some(request) = Request::read(field) else {
                 return Err(place.error(column, shown(field), "off, low or high"));
             };
@@ -278,6 +294,7 @@ fn row(place: &Place, line: &str, columns: &[usize]) -> Result<Row, RecordError>
         let (low, high) = match k {
             0 => (-1e6, 1e6),
             &VOLTAGE => (1e-3, 1e5),
+            &ANGLE => (-3600.0, 3600.0),
             _ => (-1e5, 1e5),
         };
         let value = field.parse::<f64>().ok().filter(|value| (low..=high).contains(value));
@@ -288,10 +305,11 @@ fn row(place: &Place, line: &str, columns: &[usize]) -> Result<Row, RecordError>
         match k {
             0 => row.time = value,
             &VOLTAGE => row.link = value,
+            &ANGLE => angle = Some(value),
             _ => row.current[k - FIRST_CHANNEL] = value,
         }
     }
-    Ok(row)
+    Ok((row, angle))
 }
 
 #[cfg(test)]
@@ -304,7 +322,7 @@ mod tests {
             format!("{}e-6,0.{k},-0.{k},0,0.{k},550,{legs}", k + 1)
         };
         let rows = (0..30).map(|k| change(k + 2, row(k)) + "\n");
-        COLUMNS.join(",") + "\n" + &rows.collect::<String>()
+        COLUMNS[..ANGLE].join(",") + "\n" + &rows.collect::<String>()
     }
 
     fn refused(line: usize, from: &str, to: &str) -> String {
@@ -361,7 +379,7 @@ mod tests {
         let expected = "p.csv, line 1: found no column t_s, i_b_A, i_c_A, i_link_A, leg_a, leg_b, leg_c, but the unknown `time`, \
                         `i_b` (did you mean `i_b_A`?), `temperature`; needed: all of t_s, i_a_A,";
         assert!(named.contains(expected), "{named}");
-        let one_more = COLUMNS.join(",") + ",ch4\n";
+        let one_more = COLUMNS[..ANGLE].join(",") + ",ch4\n";
         assert!(
             parse(&one_more).contains("found the unknown `ch4`; needed: all of t_s"),
             "{}",

@@ -8,10 +8,11 @@ use super::identifiability::{FixedBias, NonIdentifiable, fixed_biases};
 use super::parameters::{Parameter, Point, channel, last};
 use super::plant::{Law, Plant};
 use super::pole::{Iron, with_iron};
+use super::predict::Basis;
 use super::reached::traces;
 use super::reading::Scatter;
 use super::record::CHANNELS;
-use super::solve::Sum;
+use super::solve::{Problem, Sum};
 use super::{FitError, Solved, Spread, Start, Swing, Work};
 
 /// Estimate of one parameter.
@@ -42,6 +43,8 @@ pub struct Pole {
     /// True if the pulses drive currents along +d and along −d. With only one of them, iron that saturates equally on both sides
     /// cannot be distinguished from iron that does not saturate.
     pub both_ways: bool,
+    /// True if the records state the angle, and with it the pole.
+    pub stated: bool,
 }
 
 /// Measured and simulated currents of one piece.
@@ -108,6 +111,8 @@ pub struct Fit {
     pub channels: [bool; CHANNELS],
     /// Currents of all pieces, each a pulse or a train of pulses from rest.
     pub traces: Vec<Trace>,
+    /// What predictions of other records begin with ([`Fit::predict`]).
+    pub basis: Basis,
 }
 
 /// Information and uncertainty of the parameters at a point.
@@ -174,8 +179,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     let non_identifiable = work.non_identifiable(&sum, &solved.point);
     let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
     let residuals: Vec<f64> = sum.residuals.iter().flatten().copied().collect();
-    let expected =
-        |scatter: &Scatter| scatter.noise * scatter.noise + scatter.step.map_or(0.0, |q| q * q / 12.0);
+    let expected = |scatter: &Scatter| scatter.rms() * scatter.rms();
     let weighted: f64 = sum
         .residuals
         .iter()
@@ -183,6 +187,12 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         .map(|(r, scatter)| r.len() as f64 * expected(scatter))
         .sum();
     let current_rms = rms_of_currents(&traces, &solved.point);
+    let basis = Basis {
+        problem: Problem { pieces: Vec::new(), free: Vec::new(), edges: Vec::new(), ..work.problem.clone() },
+        point: solved.point.clone(),
+        scatter: solved.scatter.clone(),
+        origin: work.origin,
+    };
     Ok(Fit {
         parameters,
         falls: falls.filter(|_| is_known),
@@ -197,7 +207,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         discrepancies,
         fixed_biases,
         non_identifiable,
-        residual_rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
+        residual_rms: rms(&residuals),
         expected_rms: (weighted / residuals.len() as f64).sqrt(),
         current_rms,
         widened: sum.newey_west.sqrt(),
@@ -218,11 +228,17 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         clip: solved.scatter.map(|scatter| scatter.clip),
         channels,
         traces,
+        basis,
     })
 }
 
+/// Returns the root of the mean square of values.
+pub(super) fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|r| r * r).sum::<f64>() / values.len() as f64).sqrt()
+}
+
 /// Returns the rms in A of the simulated currents without the channels' offsets, at all readings.
-fn rms_of_currents(traces: &[Trace], point: &Point) -> f64 {
+pub(super) fn rms_of_currents(traces: &[Trace], point: &Point) -> f64 {
     let (mut square, mut count) = (0.0, 0_u32);
     for (read, simulated) in traces.iter().flat_map(|trace| trace.measured.iter().zip(&trace.simulated)) {
         for k in (0..CHANNELS).filter(|k| !read[*k].is_nan()) {

@@ -146,7 +146,12 @@ mod tests {
                 legs,
             }
         });
-        Record { file: String::new(), rows: rows.collect(), channels: [false, false, false, true] }
+        Record {
+            file: String::new(),
+            rows: rows.collect(),
+            channels: [false, false, false, true],
+            angle: None,
+        }
     }
 
     fn start(settle: f64) -> Start {

@@ -90,7 +90,7 @@ pub fn begin(
         plant: Plant {
             resistance: 0.0,
             inductance: [inductance; 2],
-            angle: 0.0,
+            angle: records[0].angle.unwrap_or(0.0),
             law: Law::Series,
             saturation: [0.0; 3],
             devices: start.devices,

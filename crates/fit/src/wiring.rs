@@ -156,7 +156,7 @@ mod tests {
             let [a, b, c] = current;
             Row { time: f64::from(k) * 1e-6, current: [a, b, c, f64::NAN], link: 24.0, legs }
         });
-        Record { file: String::new(), rows: rows.collect(), channels: [true, true, true, false] }
+        Record { file: String::new(), rows: rows.collect(), channels: [true, true, true, false], angle: None }
     }
 
     fn wiring_of(record: &Record) -> Option<Wiring> {

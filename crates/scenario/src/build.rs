@@ -8,8 +8,8 @@ use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{DeviceKind, Devices};
 use standstill_numeric::Heading;
 use standstill_plant::{Files, Motor, Temperature};
-use standstill_quantity::Quantity;
 use standstill_quantity::unit::One;
+use standstill_quantity::{Quantity, short};
 use standstill_sim::{Adc, Arrangement, Case, RotorState, TerminalSensor};
 
 use self::sensors::converter;
@@ -260,7 +260,8 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
     let most = 1e3 * devices.diode_drop / (MOST_CURRENT * rated_current);
     let found = format!("{} mΩ", 1e3 * devices.switch_resistance);
     let needed = format!(
-        "at most {most:.3} mΩ, which drop as much as the body diode (`inverter.diode_drop`, {} V) at {MOST_CURRENT} times the rated current: a diode that conducts beside its channel is not simulated",
+        "at most {most:.3} mΩ, or an `inverter.diode_drop` of at least {}: a channel that drops more than its body diode ({} V now) at {MOST_CURRENT} times the rated current shares it with the diode, which is not simulated",
+        format_args!("{} V", short(1.001 * drop)),
         devices.diode_drop
     );
     Err(FileError::key("inverter.channel_resistance", &found, &needed))

@@ -2,7 +2,7 @@
 
 use standstill_plant::DataSheet;
 
-use super::units::places;
+use super::units::{motor_places, places};
 
 /// Least Jaro–Winkler similarity, from 0 to 1, at which an unknown word may be a misspelling of a known one.
 const NEAR: f64 = 0.75;
@@ -42,21 +42,34 @@ pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) 
     if known.is_empty() {
         return message.to_owned();
     }
-    if table.is_empty() && places(word).is_empty() && DataSheet::nameplate_keys().contains(&word) {
-        return "unknown here: it is a key of the table [nameplate] in a motor's data sheet".to_owned();
-    }
-    if let Some(nearest) = nearest(word, known.iter().map(String::as_str)) {
-        return format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", "));
-    }
     // Such as `[axes.sensors.noise]`; in `[axes."sensors.noise"]` the key is in quotes, and an unknown word is one of the axis.
     let written = ["axes.", "tolerances."].iter().find_map(|dotted| table.strip_prefix(dotted));
     if let Some(key) = written.filter(|key| !key.starts_with('"')) {
         return format!("a key with dots is written in quotes here: \"{key}.{word}\" = …");
     }
-    match places(word).iter().find(|_| table != "axes" && written.is_none()) {
-        Some(place) if message.starts_with("unknown field") => {
-            format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "))
+    // The word itself in another table is nearer than a similar one in this table.
+    if table != "axes" && written.is_none() && message.starts_with("unknown field") {
+        if let Some(place) = places(word).first() {
+            return format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "));
         }
-        _ => format!("unknown; known: {}", known.join(", ")),
+        let of_motor = motor_places(word);
+        if table.is_empty() && DataSheet::nameplate_keys().contains(&word) {
+            let own = of_motor.iter().find(|place| !place.starts_with("motor.nameplate"));
+            let own = own.map_or_else(String::new, |place| format!(", or `{place}` of a motor without"));
+            return format!(
+                "unknown here: it is a key of the table [nameplate] in a motor's data sheet{own}"
+            );
+        }
+        if !of_motor.is_empty() {
+            return format!(
+                "unknown here: a motor has `{}`; known here: {}",
+                of_motor.join("`, `"),
+                known.join(", ")
+            );
+        }
+    }
+    match nearest(word, known.iter().map(String::as_str)) {
+        Some(nearest) => format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", ")),
+        None => format!("unknown; known: {}", known.join(", ")),
     }
 }

@@ -107,6 +107,28 @@ pub(super) fn places(name: &str) -> Vec<String> {
         .collect()
 }
 
+/// Returns the paths of all keys and tables with this name in a motor's tables, such as `motor.rotor.inertia` for `inertia`.
+pub(super) fn motor_places(name: &str) -> Vec<String> {
+    let schema = unlimited();
+    let mut tables = Vec::new();
+    gather(&schema["properties"]["motor"], &schema, &mut tables);
+    let own = tables.contains(&name.to_owned()).then(|| format!("motor.{name}"));
+    let within = tables.iter().map(|table| format!("motor.{table}.{name}"));
+    own.into_iter().chain(within.filter(|key| has(key, &schema))).collect()
+}
+
+/// Adds the names of all properties of a place, searched in all its alternatives.
+fn gather(place: &Value, root: &Value, names: &mut Vec<String>) {
+    let place = resolved(place, root);
+    names.extend(
+        place.get("properties").and_then(Value::as_object).into_iter().flat_map(|all| all.keys().cloned()),
+    );
+    let alternatives = ["anyOf", "oneOf", "allOf"].iter().filter_map(|name| place.get(name)?.as_array());
+    for of in alternatives.flatten() {
+        gather(of, root, names);
+    }
+}
+
 fn has(key: &str, schema: &Value) -> bool {
     key.split('.').try_fold(schema, |place, part| property(place, part, schema)).is_some()
 }
@@ -150,6 +172,13 @@ mod tests {
         assert_eq!(places("dead_time"), ["detector.dead_time", "inverter.dead_time"]);
         assert_eq!(places("trials"), ["trials"]);
         assert_eq!(places("nothing"), [""; 0]);
+        assert_eq!(motor_places("winding"), ["motor.winding"]);
+        assert!(
+            motor_places("inertia").contains(&"motor.rotor.inertia".to_owned()),
+            "{:?}",
+            motor_places("inertia")
+        );
+        assert_eq!(motor_places("noise"), [""; 0]);
     }
 
     /// Returns true if a schema allows a plain number, by the words that schemas of numbers use here.

@@ -94,9 +94,14 @@ pub struct Magnetics {
 #[derive(Debug, Args)]
 pub struct Fit {
     /// Traces (.csv) of one or several pulses from rest, with the columns t_s, i_a_A, i_b_A, i_c_A (one may be missing) or i_link_A (of a
-    /// shunt in the DC link), u_dc_V, and leg_a, leg_b, leg_c: what the legs are asked for, off, low or high
+    /// shunt in the DC link), u_dc_V, and leg_a, leg_b, leg_c: what the legs are asked for, off, low or high; angle_deg, the rotor's
+    /// electrical angle as an encoder has it, may be there
     #[arg(required = true)]
     pub traces: Vec<PathBuf>,
+    /// A trace (.csv) that the fit does not see: its currents are predicted with what the fit found, and what they differ by is
+    /// printed; any number of times
+    #[arg(long, value_name = "TRACE.csv")]
+    pub predict: Vec<PathBuf>,
     /// A motor like the one measured, a built-in's name or a data sheet's path (.toml): what the fit begins with, and what the
     /// traces do not tell [default: none]
     #[arg(long, value_name = "START")]

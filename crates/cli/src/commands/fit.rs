@@ -2,8 +2,9 @@
 
 mod answer;
 mod next;
+mod prediction;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use standstill_fit::record::{LINK, Record, RecordError};
 use standstill_fit::{MOST_USED, Start, fit};
@@ -17,7 +18,16 @@ use crate::scenario::{self, Shorthands};
 use crate::shell::asked::NotedQuestion;
 use crate::shell::{Report, interrupt, progress};
 
-const FILES: [&str; 6] = ["motor.toml", "fit.csv", "fit.json", "fit.html", "fit.svg", "fit.png"];
+const FILES: [&str; 8] = [
+    "motor.toml",
+    "fit.csv",
+    "fit.json",
+    "fit.html",
+    "fit.svg",
+    "fit.png",
+    "prediction.svg",
+    "prediction.png",
+];
 
 /// Keys of the drive that a fit uses; it accepts no others.
 const DRIVE_KEYS: [&str; 8] = [
@@ -100,8 +110,9 @@ fn same_file(a: &Path, b: &Path) -> bool {
 
 /// Refuses traces that are given twice, and output files that would overwrite an input.
 fn distinct(options: &Options) -> Result<(), Error> {
-    for (k, trace) in options.traces.iter().enumerate() {
-        if options.traces[..k].iter().any(|before| same_file(before, trace)) {
+    let traces: Vec<&Path> = options.traces.iter().chain(&options.predict).map(PathBuf::as_path).collect();
+    for (k, trace) in traces.iter().enumerate() {
+        if traces[..k].iter().any(|before| same_file(before, trace)) {
             let path = trace.display();
             return Err(Error::Arguments(format!(
                 "{path}: found the same file twice; needed: each trace once"
@@ -109,7 +120,7 @@ fn distinct(options: &Options) -> Result<(), Error> {
         }
     }
     let motor = options.motor.as_ref().map(Path::new);
-    for input in options.traces.iter().map(std::path::PathBuf::as_path).chain(motor) {
+    for input in traces.into_iter().chain(motor) {
         if let Some(name) = FILES.iter().find(|name| same_file(input, &options.out.join(name))) {
             let (out, input) = (options.out.display(), input.display());
             return Err(Error::Arguments(format!(
@@ -124,9 +135,10 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     interrupt::at_once();
     distinct(options)?;
     let records = options.traces.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let unseen = options.predict.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     let start = start(options, &records)?;
     let names: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
-    let of = (&records, &start, &options.motor, &options.set);
+    let of = (&records, &unseen, &start, &options.motor, &options.set);
     let asked = NotedQuestion::new("fit", names.join(", "), &of, options.force.force);
     // Before the search, not after it.
     asked.guard(&options.out, &FILES)?;
@@ -137,12 +149,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     });
     spinner.finish_and_clear();
     let fitted = fitted.and_then(|fit| fit.with_a_resistance(&records)).map_err(Error::Fit)?;
+    let predicted = unseen.iter().map(|record| fitted.predict(record, &start));
+    let predicted = predicted.collect::<Result<Vec<_>, _>>().map_err(Error::Fit)?;
     let sheet = fitted.sheet(&names.join(", "), start.motor.as_ref());
     // The sheet must load.
     DataSheet::parse("motor.toml", &sheet).and_then(|sheet| sheet.motor()).map_err(Error::Motor)?;
     let answer = Answer {
         files: vec![("motor.toml", sheet.into_bytes())],
-        ..answer::of(&fitted, &records, &names, options)
+        ..answer::of(&fitted, &predicted, &records, &names, options)
     };
     answer.report(Some(options.out.clone()), options.json, &Made { asked: Some(asked), ..Made::default() })
 }

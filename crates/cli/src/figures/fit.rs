@@ -1,7 +1,7 @@
 //! Figure of a fit: simulated and measured currents, and the residuals.
 
+use standstill_fit::Trace;
 use standstill_fit::record::CHANNELS;
-use standstill_fit::{Fit, Trace};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 /// Largest number of points drawn for a channel; more would only make the file larger.
@@ -93,30 +93,21 @@ impl Rows<'_> {
     }
 }
 
-/// Draws all pulses, and a close-up of the pulse with the largest current.
-pub fn fit(fit: &Fit, title: &str, subtitle: String) -> Figure {
+/// Draws all pulses with the rms that noise and converter leave, in A, and a close-up of the pulse with the largest current.
+pub fn fit(traces: &[Trace], expected: f64, title: &str, subtitle: String) -> Figure {
     let largest = |trace: &Trace| trace.simulated.iter().flatten().map(|i| i.abs()).fold(0.0, f64::max);
-    let close = fit
-        .traces
-        .iter()
-        .enumerate()
-        .max_by(|a, b| largest(a.1).total_cmp(&largest(b.1)))
-        .map_or(0, |(k, _)| k);
+    let close =
+        traces.iter().enumerate().max_by(|a, b| largest(a.1).total_cmp(&largest(b.1))).map_or(0, |(k, _)| k);
     let span = |traces: &[Trace]| {
         let spans = traces.iter().filter_map(|trace| Some(trace.time.last()? - trace.time.first()?));
         if spans.sum::<f64>() < 2e-3 { 1e-6 } else { 1e-3 }
     };
-    let all = Rows { traces: &fit.traces, unit: span(&fit.traces) };
-    let one = &fit.traces[close..=close];
+    let all = Rows { traces, unit: span(traces) };
+    let one = &traces[close..=close];
     let near = Rows { traces: one, unit: span(one) };
-    let mut panels = all.panels("time", fit.expected_rms).to_vec();
-    if fit.traces.len() > 1 {
-        panels.extend(near.panels("time within the pulse of the largest current", fit.expected_rms));
+    let mut panels = all.panels("time", expected).to_vec();
+    if traces.len() > 1 {
+        panels.extend(near.panels("time within the pulse of the largest current", expected));
     }
-    Figure::new(
-        format!("Simulation over measurement: {title}"),
-        subtitle,
-        if panels.len() > 2 { 960 } else { 560 },
-        panels,
-    )
+    Figure::new(title.to_owned(), subtitle, if panels.len() > 2 { 960 } else { 560 }, panels)
 }

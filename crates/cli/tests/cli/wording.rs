@@ -41,6 +41,8 @@ fn regress_files_without_a_key_are_no_motors_in_silence() {
 fn regress_what_was_found_has_no_names_of_types() {
     let folder = folder();
     let at = folder.path();
+    let sheet = "[nameplate]\npole_pairs = 5\nresistance = \"0.2 Ω\"\nL_d = \"1 mH\"\nL_q = \"2 mH\"\nmagnet_flux = \"50 mWb\"\nrated_current = \"10 A\"\ndc_link = \"310 V\"\nsaturation = 6\n";
+    fs::write(at.join("percent.toml"), sheet).expect("written");
     fs::write(at.join("image.toml"), b"\x89PNG\r\n").expect("written");
     fs::write(at.join("drive.fmu"), b"PK\x03\x04").expect("written");
     fs::write(at.join("bare.toml"), "pole_pairs = 7\nresistance = \"21 mOhm\"\n").expect("written");
@@ -62,6 +64,13 @@ fn regress_what_was_found_has_no_names_of_types() {
             "`axes.\"sensors.noise\".between`: unknown; known: from, to, points",
         ),
         ("dc_link = \"48 V\"", "`dc_link`: unknown; did you mean `inverter.dc_link`?"),
+        ("[rotor]\ninertia = 1", "`rotor.inertia`: unknown here: a motor has `motor."),
+        ("winding = 1", "`winding`: unknown here: a motor has `motor.winding`; known here: motor, errors"),
+        ("motor = \"percent.toml\"", "saturation.d is 6 (did you mean \"6 %\"?), but must be from"),
+        (
+            "errors = \"none\"\ninverter = { devices = \"mosfet\", channel_resistance = \"10 mΩ\" }",
+            "found 10 mΩ, needed at most 0.000 mΩ, or an `inverter.diode_drop` of at least 0.2002 V",
+        ),
         ("trials = 5.5", "`trials`: found 5.5, needed a whole number"),
         ("trials = -1", "`trials`: found -1, needed a whole number, zero or more"),
         ("sensors = 3", "`sensors`: found 3, needed a table"),

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 use standstill_fit::record::{LINK, Record as Trace};
-use standstill_fit::{Estimate, Fit, MISFIT, NonIdentifiable};
+use standstill_fit::{Estimate, Fit, MISFIT, NonIdentifiable, Prediction};
 use standstill_quantity::{Scale, number};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
 
-use super::next;
+use super::{next, prediction};
 use crate::answer::{Answer, Record, Records, verdict};
 use crate::arguments::Fit as Options;
 use crate::figures;
@@ -22,9 +22,15 @@ const HARDLY_IDENTIFIED: f64 = 0.1;
 const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
 
 /// Makes the answer; `files`: names of the trace files.
-pub(super) fn of(fit: &Fit, traces: &[Trace], files: &[String], options: &Options) -> Answer {
+pub(super) fn of(
+    fit: &Fit,
+    predicted: &[Prediction],
+    traces: &[Trace],
+    files: &[String],
+    options: &Options,
+) -> Answer {
     let records: Records = fit.parameters.iter().map(record).collect();
-    let json = json(fit, &records, files, options);
+    let json = json(fit, predicted, &records, files, options);
     let table = Block::Table(table(fit));
     let tells = Section::new("What the currents tell", [Block::List(sentences(fit, files))]);
     let files = files.join(", ");
@@ -39,10 +45,17 @@ pub(super) fn of(fit: &Fit, traces: &[Trace], files: &[String], options: &Option
     )
     .with(
         "fit",
-        figures::fit(fit, &files, subtitle(fit)),
+        figures::fit(
+            &fit.traces,
+            fit.expected_rms,
+            &format!("Simulation over measurement: {files}"),
+            subtitle(fit),
+        ),
         "Measured and simulated currents, and below what differs. Drag to zoom.",
     );
-    let sections = answer.sections.into_iter().chain([tells, steps]).collect();
+    let answer = prediction::shown(answer, fit, predicted);
+    let unseen = (!predicted.is_empty()).then(|| prediction::section(fit, predicted));
+    let sections = answer.sections.into_iter().chain(unseen).chain([tells, steps]).collect();
     Answer { sections, json, csv: Some(records), ..answer }
 }
 
@@ -66,7 +79,13 @@ fn record(estimate: &Estimate) -> Record {
         .with("at_A", estimate.at)
 }
 
-fn json(fit: &Fit, records: &Records, files: &[String], options: &Options) -> Value {
+fn json(
+    fit: &Fit,
+    predicted: &[Prediction],
+    records: &Records,
+    files: &[String],
+    options: &Options,
+) -> Value {
     let [low, high] = fit.link_swing.ends;
     json!({
         "files": files,
@@ -76,7 +95,7 @@ fn json(fit: &Fit, records: &Records, files: &[String], options: &Options) -> Va
             "information": direction.information,
             "moves": direction.parts.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
-        "pole": { "identified": fit.pole.identified, "deviations": fit.pole.deviations, "both_ways": fit.pole.both_ways },
+        "pole": { "stated": fit.pole.stated, "identified": fit.pole.identified, "deviations": fit.pole.deviations, "both_ways": fit.pole.both_ways },
         "discrepancies": fit.discrepancies.iter().map(|one| json!({
             "name": one.name,
             "unit": one.unit,
@@ -92,6 +111,7 @@ fn json(fit: &Fit, records: &Records, files: &[String], options: &Options) -> Va
         "residual_rms_A": fit.residual_rms,
         "expected_rms_A": fit.expected_rms,
         "current_rms_A": fit.current_rms,
+        "predictions": prediction::json(predicted),
         "intervals_widened": fit.widened,
         "converged": fit.converged,
         "describes": fit.widened < MISFIT,
@@ -187,9 +207,23 @@ fn table(fit: &Fit) -> Table {
     Table::new(columns).rows(rows)
 }
 
-fn ampere(value: f64) -> String {
+pub(super) fn ampere(value: f64) -> String {
     let scale = Scale::suiting("A", value);
     format!("{:.3} {}", scale.number(value), scale.unit)
+}
+
+/// Returns what the readings say of the pole that the records state.
+fn stated_pole(fit: &Fit) -> String {
+    let Some([d, minus_d, _]) = fit.falls.filter(|_| fit.pole.identified) else {
+        return "North is where angle_deg states it; the iron does not tell the poles apart, as far as these currents go.".to_owned();
+    };
+    let [more, less] = if d >= minus_d { ["along", "against"] } else { ["against", "along"] };
+    format!(
+        "North is where angle_deg states it, and a current {more} the magnet saturates the iron more than one {less} it, by {:.1} \
+         deviations{}.",
+        fit.pole.deviations,
+        if d < minus_d { ": unusual; look whether angle_deg counts from the south pole" } else { "" }
+    )
 }
 
 /// Returns sentences that interpret the numbers.
@@ -216,7 +250,9 @@ fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
         said.push("Through one shunt these intervals are too narrow: in 47 simulated drives of 12 V 81 to 96 % of them held, and 97 % or more twice as wide (docs/notes/fit-coverage.txt). Take twice the interval, or record the phases' currents.".to_owned());
         said.push("One shunt in the DC link shows the current along each pulse's own legs alone: phases that were exchanged, or a pulse with the legs of another, cannot be noticed. Its readings right after a change of the legs are left out (-s sensors.settle).".to_owned());
     }
-    said.push(if fit.pole.identified {
+    said.push(if fit.pole.stated {
+        stated_pole(fit)
+    } else if fit.pole.identified {
         format!("North from south: {:.1} deviations, by the convention that a current along the magnet saturates the iron more{}.", fit.pole.deviations, if fit.falls.is_some_and(|[d, minus_d, _]| d < minus_d) { " against it (as in the motor that the fit began with)" } else { "" })
     } else if !fit.pole.both_ways {
         "The half turn of the angle stays open: the pulses drive current to one side of the magnet only. The angle may be 180° more. Add pulses the other way.".to_owned()

@@ -111,7 +111,11 @@ impl Reader<'_> {
         match Sourced::<U>::of(with_source(value)) {
             Ok(found) if fits(found.number()) => Some(found.number()),
             Ok(found) => {
-                self.problems.push(format!("{place}{key} is {}, but must be {needed}", found.value));
+                let is_plain = matches!(value, Value::Integer(_) | Value::Float(_));
+                let is_percentage = is_plain && needed.contains('%') && fits(found.number() / 100.0);
+                let meant =
+                    if is_percentage { format!(" (did you mean \"{value} %\"?)") } else { String::new() };
+                self.problems.push(format!("{place}{key} is {}{meant}, but must be {needed}", found.value));
                 None
             }
             Err(error) => {

@@ -1,0 +1,69 @@
+//! Predictions of records that a fit has not seen: how far the bench is from the motor.
+
+use serde_json::{Value, json};
+use standstill_fit::{Fit, Prediction};
+use standstill_quantity::number;
+use standstill_report::page::{Block, Column, Section, Table};
+
+use super::answer::ampere;
+use crate::answer::Answer;
+use crate::figures;
+
+/// Ratio of a prediction's share of the currents to the fit's above which the fit does not hold for a record.
+const WORSE: f64 = 1.5;
+
+/// Returns what a prediction differs by, as a share of the currents.
+fn share(of: &Prediction) -> f64 {
+    of.residual_rms / of.current_rms
+}
+
+/// Returns the table of predictions, and what follows from them.
+pub(super) fn section(fit: &Fit, predicted: &[Prediction]) -> Section {
+    let own = fit.residual_rms / fit.current_rms;
+    let columns =
+        [Column::word("trace"), Column::number("differs by, rms"), Column::number("of the currents")];
+    let percent = |share: f64| format!("{} %", number(2, 100.0 * share));
+    let fitted = vec!["those of the fit".to_owned(), ampere(fit.residual_rms), percent(own)];
+    let rows = predicted.iter().map(|of| vec![of.file.clone(), ampere(of.residual_rms), percent(share(of))]);
+    let table = Table::new(columns).rows(std::iter::once(fitted).chain(rows));
+    let worst = predicted.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
+    let said = worst.map_or_else(String::new, |worst| {
+        let ratio = share(worst) / own;
+        if ratio > WORSE {
+            format!(
+                "What the fit found does NOT hold for {file}: it leaves {} times the share there. Fit it by itself and compare \
+                 angle and inductances: standstill fit {file} --out ANOTHER",
+                number(1, ratio),
+                file = worst.file
+            )
+        } else {
+            format!(
+                "What the fit found holds for records that it has not seen: they differ by at most {} times the share that the \
+                 fit's own do.",
+                number(2, ratio)
+            )
+        }
+    });
+    Section::new("Traces that the fit has not seen", [Block::Table(table), Block::Text(said)])
+}
+
+/// Adds the figure of the predicted currents.
+pub(super) fn shown(answer: Answer, fit: &Fit, predicted: &[Prediction]) -> Answer {
+    if predicted.is_empty() {
+        return answer;
+    }
+    let traces: Vec<_> = predicted.iter().flat_map(|of| of.traces.iter().cloned()).collect();
+    let files: Vec<&str> = predicted.iter().map(|of| of.file.as_str()).collect();
+    let title = format!("Prediction over measurement: {}", files.join(", "));
+    let subtitle = "from the other traces' fit; lines: 95 % of what that fit left".to_owned();
+    answer.with(
+        "prediction",
+        figures::fit(&traces, fit.expected_rms, &title, subtitle),
+        "Measured and predicted currents, and below what differs. Drag to zoom.",
+    )
+}
+
+pub(super) fn json(predicted: &[Prediction]) -> Value {
+    let one = |of: &Prediction| json!({ "file": of.file, "residual_rms_A": of.residual_rms, "current_rms_A": of.current_rms });
+    predicted.iter().map(one).collect()
+}
