@@ -18,6 +18,7 @@ mod axes;
 mod between_rows;
 mod covariance;
 mod discrepancy;
+mod eddies;
 mod error;
 mod exchanged;
 mod far_off;
@@ -212,6 +213,7 @@ impl Work<'_> {
         let point = self.bent_as(straight.point, start);
         let solved = self.either_axis(&point, start)?;
         let solved = self.behind_a_probe(solved)?;
+        let solved = self.with_eddy_currents(solved)?;
         result::conclude(self, solved, start)
     }
 

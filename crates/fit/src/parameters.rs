@@ -50,11 +50,18 @@ pub enum Parameter {
     SwitchResistance,
     /// Time constant in s of the current probes, the same for all.
     Lag,
+    /// Share of L_d that eddy currents take from an infinitely short pulse.
+    EddyDepthAlong,
+    /// Share of L_q that eddy currents take from an infinitely short pulse.
+    EddyDepthAcross,
+    /// Time constant of the eddy currents in s.
+    EddyTime,
 }
 
 use Parameter::{
-    Angle, DAxisInductance, DeadTime, Delay, DiodeDrop, DiodeResistance, Gain, Lag, Offset, QAxisInductance,
-    Resistance, SaturationAcross, SaturationAgainst, SaturationAlong, SwitchDrop, SwitchResistance,
+    Angle, DAxisInductance, DeadTime, Delay, DiodeDrop, DiodeResistance, EddyDepthAcross, EddyDepthAlong,
+    EddyTime, Gain, Lag, Offset, QAxisInductance, Resistance, SaturationAcross, SaturationAgainst,
+    SaturationAlong, SwitchDrop, SwitchResistance,
 };
 
 /// The place of a parameter's value in a [`Point`].
@@ -69,6 +76,9 @@ macro_rules! place {
             Resistance => &$($mut)? $point.plant.resistance,
             Delay => &$($mut)? $point.delay,
             Lag => &$($mut)? $point.lag,
+            EddyDepthAlong => &$($mut)? $point.plant.eddy.d_depth,
+            EddyDepthAcross => &$($mut)? $point.plant.eddy.q_depth,
+            EddyTime => &$($mut)? $point.plant.eddy.time_constant,
             DeadTime => &$($mut)? $point.plant.dead_time,
             SaturationAlong => &$($mut)? $point.plant.saturation[0],
             SaturationAgainst => &$($mut)? $point.plant.saturation[1],
@@ -113,8 +123,8 @@ pub struct Begin {
 
 impl Parameter {
     /// Returns all parameters of a fit with these channels, in the order in which they are kept: later ones are fixed first. The
-    /// gain of the last channel follows from the others. A MOSFET's channel has no threshold. Probes have a time constant if that
-    /// of the point is not zero.
+    /// gain of the last channel follows from the others. A MOSFET's channel has no threshold. Probes and eddy currents have a time
+    /// constant if that of the point is not zero.
     pub fn all(channels: [bool; CHANNELS], point: &Point) -> Vec<Self> {
         let present: Vec<usize> = (0..CHANNELS).filter(|k| channels[*k]).collect();
         let mut all = vec![DAxisInductance, QAxisInductance, Angle];
@@ -135,6 +145,10 @@ impl Parameter {
         if point.lag > 0.0 {
             let after = all.iter().position(|p| *p == Delay).map_or(0, |k| k + 1);
             all.insert(after, Lag);
+        }
+        if point.plant.eddy.time_constant > 0.0 {
+            let after = all.iter().position(|p| *p == Resistance).map_or(0, |k| k + 1);
+            all.splice(after..after, [EddyDepthAlong, EddyTime, EddyDepthAcross]);
         }
         let igbt = point.plant.devices.kind == DeviceKind::Igbt;
         all.retain(|parameter| igbt || *parameter != SwitchDrop);
@@ -159,7 +173,16 @@ impl Parameter {
     pub fn is_never_negative(self) -> bool {
         matches!(
             self,
-            Resistance | DeadTime | DiodeDrop | SwitchDrop | DiodeResistance | SwitchResistance | Lag
+            Resistance
+                | DeadTime
+                | DiodeDrop
+                | SwitchDrop
+                | DiodeResistance
+                | SwitchResistance
+                | Lag
+                | EddyDepthAlong
+                | EddyDepthAcross
+                | EddyTime
         )
     }
 
@@ -187,7 +210,9 @@ impl Parameter {
             }
             DeadTime => 10e-9,
             Lag => 1e-2 * point.lag,
-            Angle | SaturationAlong | SaturationAgainst | SaturationAcross => 1e-3,
+            EddyTime => 1e-2 * self.get(point),
+            EddyDepthAlong | EddyDepthAcross | Angle | SaturationAlong | SaturationAgainst
+            | SaturationAcross => 1e-3,
             DiodeDrop | SwitchDrop => 5e-4 * link,
             // Not differentiated so.
             Delay | Gain(_) | Offset(_) => 1.0,
@@ -212,6 +237,8 @@ impl Parameter {
             Resistance => 0.5 * resistance.max(point.plant.resistance),
             Delay => 2e-6,
             Lag => point.lag,
+            EddyTime => self.get(point),
+            EddyDepthAlong | EddyDepthAcross => 0.1,
             DeadTime => 1e-6,
             SaturationAlong | SaturationAgainst | SaturationAcross if point.plant.law == Law::Iron => {
                 PLAUSIBLE_FALL
@@ -257,6 +284,9 @@ impl Parameter {
             Self::DiodeResistance => "diode_resistance".to_owned(),
             Self::SwitchResistance => "switch_resistance".to_owned(),
             Self::Lag => "probe_lag".to_owned(),
+            Self::EddyDepthAlong => "eddy.d_depth".to_owned(),
+            Self::EddyDepthAcross => "eddy.q_depth".to_owned(),
+            Self::EddyTime => "eddy.time_constant".to_owned(),
         }
     }
 
@@ -266,11 +296,14 @@ impl Parameter {
             Self::DAxisInductance | Self::QAxisInductance => ("H", 1.0),
             Self::Angle => ("deg", PI / 180.0),
             Self::Offset(_) => ("A", 1.0),
-            Self::Gain(_) | Self::SaturationAlong | Self::SaturationAgainst | Self::SaturationAcross => {
-                ("", 1.0)
-            }
+            Self::Gain(_)
+            | Self::SaturationAlong
+            | Self::SaturationAgainst
+            | Self::SaturationAcross
+            | Self::EddyDepthAlong
+            | Self::EddyDepthAcross => ("", 1.0),
             Self::Resistance | Self::DiodeResistance | Self::SwitchResistance => ("ohm", 1.0),
-            Self::Delay | Self::DeadTime | Self::Lag => ("s", 1.0),
+            Self::Delay | Self::DeadTime | Self::Lag | Self::EddyTime => ("s", 1.0),
             Self::DiodeDrop | Self::SwitchDrop => ("V", 1.0),
         }
     }

@@ -4,7 +4,7 @@ use standstill_interface::{
     Abc, Command, Detector, Dq, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
 };
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
-use standstill_plant::{Algebraic, Core, Falls, IronBridge, MagneticCircuit, Motor, Winding};
+use standstill_plant::{Algebraic, Core, EddyBranch, Falls, IronBridge, MagneticCircuit, Motor, Winding};
 use standstill_sim::{
     Case, Ended, Event, Faults, Probe, RotorState, SensorSettings, Sensors, Snapshot, Streams, Tolerance, run,
 };
@@ -39,11 +39,19 @@ pub struct Plant {
     pub law: Law,
     /// The three numbers of `law`. For iron, NaN in place of the fall along −d means that none is given.
     pub saturation: [f64; 3],
+    /// Eddy currents; with a time constant of zero there are none.
+    pub eddy: EddyBranch,
     /// Characteristics of switches and diodes.
     pub devices: Devices,
     /// Dead time in s.
     pub dead_time: f64,
 }
+
+/// A plant without eddy currents.
+pub const NO_EDDIES: EddyBranch = EddyBranch { time_constant: 0.0, d_depth: 0.0, q_depth: 0.0 };
+
+/// Largest share of an inductance that eddy currents take, as a data sheet may state it.
+const DEEPEST: f64 = 0.9;
 
 /// Quantities that a fit leaves unchanged.
 #[derive(Clone, Debug)]
@@ -255,7 +263,12 @@ impl Plant {
 
     /// Returns the motor; none if its parameters are invalid.
     pub fn motor(&self, frame: &Frame) -> Option<Motor> {
+        let EddyBranch { time_constant, d_depth, q_depth } = self.eddy;
+        if ![d_depth, q_depth].iter().all(|depth| (0.0..=DEEPEST).contains(depth)) || time_constant < 0.0 {
+            return None;
+        }
         let magnetics = MagneticCircuit::new(Core::Algebraic(self.core(frame)?)).ok()?;
+        let magnetics = magnetics.with_eddy_currents((time_constant > 0.0).then_some(self.eddy));
         let [l_d, l_q] = self.inductance;
         let winding =
             Winding { mean_inductance: (l_d + l_q) / 3.0, saliency: (l_d - l_q) / 3.0, leakage: 0.0 };
@@ -270,7 +283,8 @@ impl Plant {
         if !least.iter().all(|value| *value >= 0.0) {
             return None;
         }
-        let stretched = Self { inductance: self.inductance.map(|l| l * STRETCH), ..self.clone() };
+        let eddy = EddyBranch { time_constant: self.eddy.time_constant * STRETCH, ..self.eddy };
+        let stretched = Self { inductance: self.inductance.map(|l| l * STRETCH), eddy, ..self.clone() };
         let magnet_flux = frame.magnet_flux * STRETCH;
         let motor = Motor { magnet_flux, ..frame.motor.clone() };
         let motor = stretched.motor(&Frame { motor, magnet_flux, ..frame.clone() })?;

@@ -122,6 +122,7 @@ impl Fit {
                 }
             }
         }
+        text += &self.eddy_table();
         if let Some(motor) = start {
             let reason = or("");
             let rotor = &motor.rotor;
@@ -134,6 +135,22 @@ impl Fit {
             ] {
                 let _ = writeln!(text, "{key} = {}", assumed(format!("\"{value} {unit}\""), &reason));
             }
+        }
+        text
+    }
+
+    /// Writes the eddy currents; nothing where the readings show none.
+    fn eddy_table(&self) -> String {
+        let Some(time) = self.measured("eddy.time_constant", "s", quantity) else { return String::new() };
+        let mut text = format!("\n[eddy]\ntime_constant = {time}\n");
+        // Plain numbers, which stand without quotes.
+        let share = |value: f64, _: &str| format!("{value:.4}");
+        let depths = [("d_depth", self.plant.eddy.d_depth), ("q_depth", self.plant.eddy.q_depth)];
+        for (key, depth) in depths {
+            let guess = "source = \"assumed\", reason = \"a guess: these pulses do not tell it\"";
+            let measured = self.measured(&format!("eddy.{key}"), "", share);
+            let value = measured.unwrap_or_else(|| format!("{{ value = \"{depth:.4}\", {guess} }}"));
+            let _ = writeln!(text, "{key} = {}", value.replacen('"', "", 2));
         }
         text
     }

@@ -4,7 +4,7 @@ use standstill_plant::{Motor, built_in};
 
 use super::parameters::Point;
 use super::pieces::{self, Piece, drives};
-use super::plant::{Frame, Law, Plant};
+use super::plant::{Frame, Law, NO_EDDIES, Plant};
 use super::reading::{Scatter, clip_of, steps_of};
 use super::record::{CHANNELS, LINK, Record, Request};
 use super::{Start, shunt};
@@ -93,6 +93,7 @@ pub fn begin(
             angle: records[0].angle.unwrap_or(0.0),
             law: Law::Series,
             saturation: [0.0; 3],
+            eddy: NO_EDDIES,
             devices: start.devices,
             dead_time: start.dead_time,
         },

@@ -212,6 +212,21 @@ pub(super) fn ampere(value: f64) -> String {
     format!("{:.3} {}", scale.number(value), scale.unit)
 }
 
+/// Returns how much inductance pulses meet, if the readings show eddy currents.
+fn eddies(fit: &Fit) -> Option<String> {
+    let of = |name: &str| fit.parameters.iter().find(|estimate| estimate.name == name && estimate.identified);
+    let time = of("eddy.time_constant")?;
+    let met = [("L_d", "eddy.d_depth"), ("L_q", "eddy.q_depth")];
+    let met = met.iter().filter_map(|(name, depth)| {
+        Some(format!("{} % of {name}", number(2, 100.0 * (1.0 - of(depth)?.value))))
+    });
+    Some(format!(
+        "Eddy currents: an infinitely short pulse meets {}, one that lasts several times {} meets all of it.",
+        met.collect::<Vec<_>>().join(" and "),
+        cells(time)[0]
+    ))
+}
+
 /// Returns what the readings say of the pole that the records state.
 fn stated_pole(fit: &Fit) -> String {
     let Some([d, minus_d, _]) = fit.falls.filter(|_| fit.pole.identified) else {
@@ -260,6 +275,7 @@ fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
         "The half turn of the angle stays open: the iron saturates alike in both directions, as far as these currents go. The angle may be 180° more.".to_owned()
     });
     said.extend(fit.discrepancies.iter().map(|one| next::discrepancy(fit, one)));
+    said.extend(eddies(fit));
     said.extend(next::saturation(fit));
     said.extend(next::probe(fit));
     said.push("The simulated terminals have no capacitance: what rings after a leg opens (66 kHz with 13 mH and 0.3 nF) is read as noise, and what charges a terminal as a current of the motor.".to_owned());

@@ -38,8 +38,8 @@ pub(super) fn section(fit: &Fit, predicted: &[Prediction]) -> Section {
             )
         } else {
             format!(
-                "What the fit found holds for records that it has not seen: they differ by at most {} times the share that the \
-                 fit's own do.",
+                "Traces that the fit has not seen differ by at most {} times the share of its own: what it found holds there as \
+                 far as it holds at all.",
                 number(2, ratio)
             )
         }

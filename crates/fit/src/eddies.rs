@@ -1,0 +1,57 @@
+//! Eddy currents: tests whether short pulses meet less inductance than slow ones.
+
+use super::plant::NO_EDDIES;
+use super::{FitError, MISFIT, Solved, Work};
+use standstill_plant::EddyBranch;
+
+/// Share of the longest pulse that the search for the time constant begins with.
+const BEGIN_TIME: f64 = 0.25;
+
+/// Share of the inductances that the search begins with.
+const BEGIN_DEPTH: f64 = 0.1;
+
+/// Largest ratio of the residuals' rms with eddy currents to that without at which they explain the currents: a core of another law than
+/// the fit's leaves most of the residuals with eddy currents, too.
+const EXPLAINED: f64 = 0.6;
+
+impl Work<'_> {
+    /// Returns the solution with eddy currents if the readings are not described without them, and eddy currents explain what is left.
+    pub(super) fn with_eddy_currents(&mut self, solved: Solved) -> Result<Solved, FitError> {
+        if solved.sum.newey_west < MISFIT * MISFIT {
+            return Ok(solved);
+        }
+        let scatter = self.scatter.clone();
+        let mut from = solved.point.clone();
+        // Without eddy currents a delay and the places of edges stand for them.
+        (from.delay, from.lag) = (0.0, 0.0);
+        from.shifts.iter_mut().flatten().for_each(|shift| *shift = 0.0);
+        let depth = BEGIN_DEPTH;
+        from.plant.eddy =
+            EddyBranch { time_constant: BEGIN_TIME * self.longest_pulse(), d_depth: depth, q_depth: depth };
+        let lagging = match self.solved_for_identifiable(&from) {
+            Err(FitError::Stopped) => return Err(FitError::Stopped),
+            lagging => lagging.ok(),
+        };
+        let rms = |solved: &Solved| {
+            let all = || solved.sum.residuals.iter().flatten();
+            (all().map(|r| r * r).sum::<f64>() / all().count() as f64).sqrt()
+        };
+        let explains = |lagging: &Solved| {
+            lagging.point.plant.eddy != NO_EDDIES && rms(lagging) < EXPLAINED * rms(&solved)
+        };
+        if let Some(lagging) = lagging.filter(explains) {
+            return Ok(lagging);
+        }
+        self.scatter = scatter;
+        self.problem.free.clone_from(&solved.free);
+        Ok(solved)
+    }
+
+    /// Returns the longest time in s between two edges while a leg is high and another low.
+    fn longest_pulse(&self) -> f64 {
+        let pieces = self.problem.pieces.iter();
+        let pairs = pieces.flat_map(|piece| piece.edges.windows(2));
+        let driven = pairs.filter(|pair| super::pieces::drives(pair[0].legs));
+        driven.map(|pair| pair[1].at - pair[0].at).fold(1e-6, f64::max)
+    }
+}
