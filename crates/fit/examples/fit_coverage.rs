@@ -89,7 +89,7 @@ fn table(title: &str, seeds: u64, case: impl Fn(u64) -> (Pulses, Scope, Start) +
     for (seed, (result, ..)) in all.iter().enumerate() {
         match result {
             Err(error) => println!("  seed {seed}: {error}"),
-            Ok(fit) if !fit.converged || fit.widened >= MISFIT => {
+            Ok(fit) if !fit.converged || !fit.describes() => {
                 println!("  seed {seed}: converged {}, widened by {:.2}", fit.converged, fit.widened);
             }
             Ok(_) => {}
@@ -112,9 +112,7 @@ fn table(title: &str, seeds: u64, case: impl Fn(u64) -> (Pulses, Scope, Start) +
     }
     for name in names {
         let mut seen = Seen::default();
-        for (fit, pulses, scope, seed) in
-            fits.iter().filter(|(fit, ..)| fit.converged && fit.widened < MISFIT)
-        {
+        for (fit, pulses, scope, seed) in fits.iter().filter(|(fit, ..)| fit.converged && fit.describes()) {
             let Some(found) = fit.parameters.iter().find(|one| one.name == name && one.identified) else {
                 continue;
             };

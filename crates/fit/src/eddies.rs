@@ -1,7 +1,9 @@
 //! Eddy currents: tests whether short pulses meet less inductance than slow ones.
 
 use super::plant::NO_EDDIES;
-use super::{FitError, MISFIT, Solved, Work};
+use super::record::Record;
+use super::result::{rest_rms, rms};
+use super::{ABOVE_REST, FitError, MISFIT, Solved, Work};
 use standstill_plant::EddyBranch;
 
 /// Share of the longest pulse that the search for the time constant begins with.
@@ -16,8 +18,14 @@ const EXPLAINED: f64 = 0.6;
 
 impl Work<'_> {
     /// Returns the solution with eddy currents if the readings are not described without them, and eddy currents explain what is left.
-    pub(super) fn with_eddy_currents(&mut self, solved: Solved) -> Result<Solved, FitError> {
-        if solved.sum.newey_west < MISFIT * MISFIT {
+    pub(super) fn with_eddy_currents(
+        &mut self,
+        solved: Solved,
+        records: &[Record],
+    ) -> Result<Solved, FitError> {
+        let residual = rms_of(&solved);
+        let far_above = rest_rms(records, &solved.scatter).is_some_and(|rest| residual > ABOVE_REST * rest);
+        if solved.sum.newey_west < MISFIT * MISFIT && !far_above {
             return Ok(solved);
         }
         let scatter = self.scatter.clone();
@@ -32,12 +40,8 @@ impl Work<'_> {
             Err(FitError::Stopped) => return Err(FitError::Stopped),
             lagging => lagging.ok(),
         };
-        let rms = |solved: &Solved| {
-            let all = || solved.sum.residuals.iter().flatten();
-            (all().map(|r| r * r).sum::<f64>() / all().count() as f64).sqrt()
-        };
         let explains = |lagging: &Solved| {
-            lagging.point.plant.eddy != NO_EDDIES && rms(lagging) < EXPLAINED * rms(&solved)
+            lagging.point.plant.eddy != NO_EDDIES && rms_of(lagging) < EXPLAINED * residual
         };
         if let Some(lagging) = lagging.filter(explains) {
             return Ok(lagging);
@@ -54,4 +58,9 @@ impl Work<'_> {
         let driven = pairs.filter(|pair| super::pieces::drives(pair[0].legs));
         driven.map(|pair| pair[1].at - pair[0].at).fold(1e-6, f64::max)
     }
+}
+
+/// Returns the rms of a solution's residuals in A.
+fn rms_of(solved: &Solved) -> f64 {
+    rms(&solved.sum.residuals.iter().flatten().copied().collect::<Vec<_>>())
 }

@@ -88,7 +88,10 @@ impl Found {
     /// Returns the interval of a linear combination of free parameters about its value; `of_fixed` as in [`Between::interval`].
     fn about(&self, value: f64, terms: &[(usize, f64)], of_fixed: &[f64]) -> Interval {
         let rest = self.short * terms.iter().map(|(k, a)| a * self.between.mean[*k]).sum::<f64>();
-        Interval { value, ends: self.between.interval(terms, of_fixed).map(|off| value + rest + off) }
+        let [low, high] = self.between.interval(terms, of_fixed).map(|off| value + rest + off);
+        // A point that is short of the mean may lie beyond its interval.
+        let ends = if self.short > 0.0 { [low.min(value), high.max(value)] } else { [low, high] };
+        Interval { value, ends }
     }
 
     /// Returns the value and the interval of a parameter, for a fall at its current in A of `at`; none if it is fixed. Of a fall that

@@ -106,6 +106,10 @@ const POLE_DEVIATIONS: f64 = 3.3;
 /// Newey–West widening of the intervals above which the simulation does not describe the readings.
 pub const MISFIT: f64 = 2.0;
 
+/// Ratio of the residuals' rms to what the channels scatter at rest above which the simulation does not describe the readings. Fits that
+/// describe records of eight motors have 1.0 to 1.1.
+pub const ABOVE_REST: f64 = 2.0;
+
 /// Default of [`Start::most_used`].
 pub const MOST_USED: usize = 50_000;
 
@@ -213,8 +217,8 @@ impl Work<'_> {
         let point = self.bent_as(straight.point, start);
         let solved = self.either_axis(&point, start)?;
         let solved = self.behind_a_probe(solved)?;
-        let solved = self.with_eddy_currents(solved)?;
-        result::conclude(self, solved, start)
+        let solved = self.with_eddy_currents(solved, records)?;
+        result::conclude(self, solved, records, start)
     }
 
     fn solve(&mut self, point: &Point, most: usize) -> Result<Solved, FitError> {

@@ -1,7 +1,7 @@
 //! The place in which the simulation differs from the readings, which shows the cause to look for and the next measurement.
 
 use super::record::CHANNELS;
-use super::{Fit, MISFIT, Trace};
+use super::{Fit, Trace};
 
 /// Place of the difference between simulation and readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +67,7 @@ impl Fit {
     /// Returns where the simulation differs from the readings; none if it describes them.
     pub fn misfit(&self) -> Option<Misfit> {
         let readings = Readings { traces: &self.traces, clip: &self.clip, reach: self.reach };
-        (self.widened >= MISFIT).then(|| readings.misfit())
+        (!self.describes()).then(|| readings.misfit())
     }
 }
 

@@ -63,6 +63,8 @@ pub struct Rest {
     pub mean: f64,
     /// Standard deviation of a single reading in A.
     pub noise: f64,
+    /// Number of readings.
+    pub count: f64,
     /// Largest deviation of a reading from the mean, in A.
     reach: f64,
 }
@@ -76,7 +78,7 @@ pub fn resting(record: &Record) -> [Rest; CHANNELS] {
         let mean = rest().sum::<f64>() / count;
         let noise = (rest().map(|i| (i - mean) * (i - mean)).sum::<f64>() / count).sqrt();
         let off = record.rows.iter().map(|row| (row.current[k] - mean).abs());
-        Rest { mean, noise, reach: off.filter(|x| x.is_finite()).fold(0.0, f64::max) }
+        Rest { mean, noise, count, reach: off.filter(|x| x.is_finite()).fold(0.0, f64::max) }
     })
 }
 

@@ -11,9 +11,9 @@ use super::pole::{Iron, with_iron};
 use super::predict::Basis;
 use super::reached::traces;
 use super::reading::Scatter;
-use super::record::CHANNELS;
+use super::record::{CHANNELS, Record};
 use super::solve::{Problem, Sum};
-use super::{FitError, Solved, Spread, Start, Swing, Work};
+use super::{ABOVE_REST, FitError, MISFIT, Solved, Spread, Start, Swing, Work, pieces};
 
 /// Estimate of one parameter.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,6 +93,8 @@ pub struct Fit {
     pub residual_rms: f64,
     /// Rms of the residuals in A that noise and quantization alone would give.
     pub expected_rms: f64,
+    /// Rms in A of noise and quantization before the first pulse, of the same channels; none if too few rows are there.
+    pub rest_rms: Option<f64>,
     /// Rms of the simulated currents in A without the channels' offsets, of the same readings.
     pub current_rms: f64,
     /// Factor by which intervals are wider because neighbouring residuals are correlated.
@@ -113,6 +115,19 @@ pub struct Fit {
     pub traces: Vec<Trace>,
     /// What predictions of other records begin with ([`Fit::predict`]).
     pub basis: Basis,
+}
+
+impl Fit {
+    /// Returns true if the simulation describes the currents: neighbouring residuals do not follow each other, and the residuals are not
+    /// far above what the channels scatter at rest. Residuals at a few edges are large without following each other.
+    pub fn describes(&self) -> bool {
+        self.widened < MISFIT && !self.is_far_above_rest()
+    }
+
+    /// Returns true if the residuals are more than [`ABOVE_REST`] times what the channels scatter before the first pulse.
+    pub fn is_far_above_rest(&self) -> bool {
+        self.rest_rms.is_some_and(|rest| self.residual_rms > ABOVE_REST * rest)
+    }
 }
 
 /// Information and uncertainty of the parameters at a point.
@@ -150,7 +165,12 @@ const NEARLY_REACHED: f64 = 0.9;
 const NOT_DRIVEN: f64 = 0.1;
 
 /// Makes the result from a solution.
-pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<Fit, FitError> {
+pub(super) fn conclude(
+    mut work: Work,
+    solved: Solved,
+    records: &[Record],
+    start: &Start,
+) -> Result<Fit, FitError> {
     let (mut solved, pole, iron) = with_iron(&mut work, solved, start)?;
     let tau = 2.0 * PI;
     let angle = &mut solved.point.plant.angle;
@@ -209,6 +229,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         non_identifiable,
         residual_rms: rms(&residuals),
         expected_rms: (weighted / residuals.len() as f64).sqrt(),
+        rest_rms: rest_rms(records, &solved.scatter),
         current_rms,
         widened: sum.newey_west.sqrt(),
         converged: solved.converged,
@@ -230,6 +251,24 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         traces,
         basis,
     })
+}
+
+/// Least number of readings before the first pulse whose noise counts.
+const LEAST_AT_REST: f64 = 12.0;
+
+/// Returns the rms in A of what the channels scatter before the first pulse, by their steps at least; none if too few readings are there.
+pub(super) fn rest_rms(records: &[Record], scatter: &[Scatter; CHANNELS]) -> Option<f64> {
+    let (mut square, mut count) = (0.0, 0.0);
+    for record in records {
+        for (rest, scatter) in pieces::resting(record).iter().zip(scatter) {
+            if rest.count >= LEAST_AT_REST {
+                let step = scatter.step.map_or(0.0, |q| q * q / 12.0);
+                square += rest.count * (rest.noise * rest.noise).max(step);
+                count += rest.count;
+            }
+        }
+    }
+    (count > 0.0).then(|| (square / count).sqrt())
 }
 
 /// Returns the root of the mean square of values.

@@ -6,7 +6,7 @@ use standstill_plant::Motor;
 use standstill_quantity::unit::Ampere;
 use standstill_quantity::{Quantity, Scale, magnitude};
 
-use super::{Fit, MISFIT};
+use super::Fit;
 
 /// Writes a value with its unit, in six digits.
 fn quantity(value: f64, symbol: &str) -> String {
@@ -53,7 +53,7 @@ impl Fit {
              magnet's flux, pole pairs and friction do not show in currents at standstill.\"\"\"\n\n[nameplate]\n",
             clean(files)
         );
-        if self.widened >= MISFIT || !self.converged {
+        if !self.describes() || !self.converged {
             let why = "WARNING: the simulation does not describe these currents, or the search did not end at the most likely\n\
                        parameters. What is called measured here is not to be relied on.\n\"\"\"\n\n[nameplate]";
             text = text.replacen("\"\"\"\n\n[nameplate]", &format!("\n{why}"), 1);

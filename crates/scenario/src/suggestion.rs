@@ -7,6 +7,9 @@ use super::units::{motor_places, places};
 /// Least Jaro–Winkler similarity, from 0 to 1, at which an unknown word may be a misspelling of a known one.
 const NEAR: f64 = 0.75;
 
+/// Similarity from which a word of the same table is more likely meant than the word itself in another table.
+const NEARLY_EQUAL: f64 = 0.9;
+
 /// Returns the known word that is most similar to `word`; none if no word is similar enough.
 ///
 /// ```
@@ -16,8 +19,13 @@ const NEAR: f64 = 0.75;
 /// assert_eq!(nearest("luck", ["offset", "noise"]), None);
 /// ```
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    nearer(word, known, NEAR)
+}
+
+/// Returns the known word that is most similar to `word`; none if no similarity is above the least one.
+fn nearer<'a>(word: &str, known: impl IntoIterator<Item = &'a str>, least: f64) -> Option<&'a str> {
     let like = known.into_iter().map(|known| (strsim::jaro_winkler(known, word), known));
-    like.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(like, _)| *like > NEAR).map(|(_, known)| known)
+    like.max_by(|(a, _), (b, _)| a.total_cmp(b)).filter(|(like, _)| *like > least).map(|(_, known)| known)
 }
 
 /// Quotes an unknown word for a message, with the known word that may have been meant.
@@ -47,8 +55,9 @@ pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) 
     if let Some(key) = written.filter(|key| !key.starts_with('"')) {
         return format!("a key with dots is written in quotes here: \"{key}.{word}\" = …");
     }
-    // The word itself in another table is nearer than a similar one in this table.
-    if table != "axes" && written.is_none() && message.starts_with("unknown field") {
+    let known_words = || known.iter().map(String::as_str);
+    let elsewhere = nearer(word, known_words(), NEARLY_EQUAL).is_none();
+    if elsewhere && table != "axes" && written.is_none() && message.starts_with("unknown field") {
         if let Some(place) = places(word).first() {
             return format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "));
         }
@@ -68,7 +77,7 @@ pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) 
             );
         }
     }
-    match nearest(word, known.iter().map(String::as_str)) {
+    match nearest(word, known_words()) {
         Some(nearest) => format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", ")),
         None => format!("unknown; known: {}", known.join(", ")),
     }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 use standstill_fit::record::{LINK, Record as Trace};
-use standstill_fit::{Estimate, Fit, MISFIT, NonIdentifiable, Prediction};
+use standstill_fit::{Estimate, Fit, NonIdentifiable, Prediction};
 use standstill_quantity::{Scale, number};
 use standstill_report::page::{Block, Column, Section, Table, Tone};
 
@@ -110,11 +110,12 @@ fn json(
         })).collect::<Vec<_>>(),
         "residual_rms_A": fit.residual_rms,
         "expected_rms_A": fit.expected_rms,
+        "rest_rms_A": fit.rest_rms,
         "current_rms_A": fit.current_rms,
         "predictions": prediction::json(predicted),
         "intervals_widened": fit.widened,
         "converged": fit.converged,
-        "describes": fit.widened < MISFIT,
+        "describes": fit.describes(),
         "row_stride": fit.every,
         "readings": fit.readings,
         "clipped_readings": fit.clipped,
@@ -157,7 +158,7 @@ fn has_one_shunt(fit: &Fit) -> bool {
 
 /// Returns the verdict: whether the simulation describes the currents.
 fn headline(fit: &Fit) -> Block {
-    let (tone, headline) = if fit.widened >= MISFIT {
+    let (tone, headline) = if !fit.describes() {
         (Tone::Bad, "the simulation does NOT describe these currents")
     } else if fit.converged {
         (Tone::Good, "the simulation describes these currents")
@@ -244,9 +245,16 @@ fn stated_pole(fit: &Fit) -> String {
 /// Returns sentences that interpret the numbers.
 fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
     let mut said = Vec::new();
-    if fit.widened >= MISFIT {
+    if !fit.describes() {
+        let why = match fit.rest_rms.filter(|_| fit.is_far_above_rest()) {
+            Some(rest) => format!(
+                "The residuals are {} times what the channels scatter at rest",
+                number(1, fit.residual_rms / rest)
+            ),
+            None => "Residuals follow each other".to_owned(),
+        };
         said.push(format!(
-            "Residuals follow each other, and intervals are {:.1} times as wide for it. {}",
+            "{why}, and intervals are {:.1} times as wide for neighbours that are alike. {}",
             fit.widened,
             next::misfit(fit, files)
         ));

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
-use standstill_fit::{Discrepancy, Fit, MISFIT, Misfit, Pulse, Swing};
+use standstill_fit::{Discrepancy, Fit, Misfit, Pulse, Swing};
 use standstill_quantity::unit::{Ampere, Hertz, Second};
 use standstill_quantity::{Quantity, Scale, number};
 
@@ -200,7 +200,7 @@ pub(super) fn steps(fit: &Fit, options: &Options) -> Vec<String> {
     if let Some(motor) = &options.motor {
         let _ = write!(again, " --motor {motor}");
     }
-    if fit.widened >= MISFIT || !fit.converged {
+    if !fit.describes() || !fit.converged {
         let figure = options.out.join("fit.png");
         let look = format!("Look at {} before anything else", figure.display());
         let first = std::iter::once(look).chain(after_a_soft_link(fit));
