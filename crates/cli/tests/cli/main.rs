@@ -37,6 +37,7 @@ mod nameplates;
 mod nexts;
 mod odds;
 mod pages;
+mod predicted;
 mod printed;
 mod products;
 mod promises;
