@@ -66,8 +66,8 @@ fn regress_what_was_found_has_no_names_of_types() {
         ("dc_link = \"48 V\"", "`dc_link`: unknown; did you mean `inverter.dc_link`?"),
         ("[rotor]\ninertia = 1", "`rotor.inertia`: unknown here: a motor has `motor."),
         (
-            "trials = 5\nwinding = 1",
-            "`winding`: unknown here: a motor has `motor.winding`; known here: motor, errors",
+            "[sensors]\nwinding = 1",
+            "`sensors.winding`: unknown here: a motor has `motor.winding`; known here: ",
         ),
         ("motor = \"percent.toml\"", "saturation.d is 6 (did you mean \"6 %\"?), but must be from"),
         (
