@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use scope::mosfet::{Bench, Iron, drive, six_vectors};
 use scope::{Pulses, Scope, beside};
 use standstill_fit::record::Record;
-use standstill_fit::{Fit, FitError, MISFIT, Start, fit};
+use standstill_fit::{Fit, FitError, Start, fit};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

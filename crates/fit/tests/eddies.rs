@@ -22,12 +22,12 @@ fn record(depth: [f64; 2], angle: f64) -> Record {
     for phase in 0..3 {
         let along = |high: bool| std::array::from_fn::<_, 3, _>(|k| (k == phase) == high);
         stages.extend([
-            (75e-6, [false; 3]),
-            (75e-6, along(true)),
-            (150e-6, along(false)),
-            (75e-6, along(true)),
+            (1_500, [false; 3]),
+            (1_500, along(true)),
+            (3_000, along(false)),
+            (1_500, along(true)),
         ]);
-        stages.push((2e-3, [false; 3]));
+        stages.push((40_000, [false; 3]));
     }
     let axis = |k: usize| (angle - 120.0 * k as f64).to_radians();
     let (mut psi, mut chi) = ([0.0_f64; 2], [0.0_f64; 2]);
@@ -42,18 +42,18 @@ fn record(depth: [f64; 2], angle: f64) -> Record {
             .sum();
         5e-3 * (sum - 6.0)
     };
-    for (duration, legs) in stages {
+    for (steps, legs) in stages {
         let on = legs.map(|high| if high { LINK } else { 0.0 });
         let along = |wave: fn(f64) -> f64| 2.0 / 3.0 * (0..3).map(|k| on[k] * wave(axis(k))).sum::<f64>();
         let voltage = [along(f64::cos), -along(f64::sin)];
-        for _ in 0..(duration / DT).round() as usize {
+        for _ in 0..steps {
             let current: [f64; 2] = std::array::from_fn(|n| {
                 let g = depth[n] / ((1.0 - depth[n]) * INDUCTANCE[n]);
                 psi[n] / INDUCTANCE[n] + g * (psi[n] - chi[n])
             });
             if time >= next {
                 // Slow where nothing changes.
-                next += if duration > 1e-3 { 20e-6 } else { 2e-6 };
+                next += if steps > 10_000 { 20e-6 } else { 2e-6 };
                 let phase: [f64; 3] = std::array::from_fn(|k| {
                     current[0] * axis(k).cos() - current[1] * axis(k).sin() + noise()
                 });
