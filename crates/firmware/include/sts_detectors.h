@@ -88,6 +88,7 @@ enum sts_reason {
     STS_POLE_NO_SIGNATURE = 2,     /* stronger_pole is 0 */
     STS_POLE_NOT_DECIDED = 3,      /* not certain enough after all vectors */
     STS_POLE_OFF_AXIS = 4,         /* the pole's answer does not lie along the axis */
+    STS_POLE_MAY_HAVE_TURNED = 5,  /* the rotor may have turned since its axis was measured: hold it, or detect again */
     STS_CURRENT_CLIPPED = 16,      /* a converter at the end of its range */
     STS_DC_LINK_CLIPPED = 17,
     STS_NOT_A_NUMBER = 18,         /* a sample that is not finite */

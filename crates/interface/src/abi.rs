@@ -323,6 +323,7 @@ pub const fn axis_reason<T>(reason: &Undetermined<T>) -> u32 {
         Undetermined::NoSignature => 2,
         Undetermined::NotDecided { .. } => 3,
         Undetermined::OffAxis { .. } => 4,
+        Undetermined::MayHaveTurned { .. } => 5,
         Undetermined::Own(own) => own.code,
     }
 }

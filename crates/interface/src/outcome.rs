@@ -143,6 +143,14 @@ pub enum Undetermined<T> {
         /// The limit.
         allowed: T,
     },
+    /// The rotor may have turned so far since its axis was measured that one pole is taken for the other: by the speed that readings show, or
+    /// by a speed that they would not show.
+    MayHaveTurned {
+        /// Angle in rad since then.
+        angle: T,
+        /// The limit.
+        allowed: T,
+    },
     /// A reason of the detector's own.
     Own(Own),
 }

@@ -185,6 +185,51 @@ fn law_every_method_notices_a_rotor_that_turns() {
     }
 }
 
+/// An axis that turns by half a turn between two measurements looks as if it stood. Of 100 starts 5 had the wrong direction by pulsating
+/// injection at 50 rpm, and all that had one by the others at 200 rpm on some motors.
+#[test]
+fn regress_a_direction_that_samples_cannot_know_is_not_stated() {
+    for (method, least) in [("hfi-pulsating", 15), ("hfi-rotating", 30), ("subdivision", 0)] {
+        let named = |rpm: f64| {
+            let all = starts("paper-5k5", method, "default", rpm, &[("detector.checks", "true")], 40);
+            let way = if rpm > 0.0 { Rotation::Forward } else { Rotation::Backward };
+            let ways: Vec<Rotation> = all.iter().filter_map(turns).filter_map(|(_, way)| way).collect();
+            assert!(ways.iter().all(|named| *named == way), "{method} {rpm}: {ways:?}");
+            ways.len()
+        };
+        for rpm in [50.0, 100.0, 200.0] {
+            named(rpm);
+            named(-rpm);
+        }
+        let (forward, backward) = (named(5.0), named(-5.0));
+        assert!(forward >= least && backward >= least, "{method}: {forward} {backward}");
+    }
+}
+
+/// Where south draws more current, what a turning magnet induces looks like the other pole; and pulses whose current circulates for
+/// milliseconds turn a free rotor.
+#[test]
+fn regress_line_pulses_name_no_pole_that_a_turning_rotor_has_left() {
+    let checks = ("detector.checks", "[\"inductance\", \"both-ways\"]");
+    let wrong = |method, rpm, keys: &[(&str, &str)]| {
+        let all = starts("pm-reluctance", method, "default", rpm, keys, 60);
+        all.iter().filter_map(Record::error_deg).filter(|error| error.abs() > 90.0).count()
+    };
+    // Of 100 starts 29 and 53 were wrong, and 7 and 11 are.
+    for rpm in [300.0, -300.0] {
+        let wrong = wrong("line-inductance-fast", rpm, &[checks]);
+        assert!(wrong <= 9, "{rpm}: {wrong}");
+    }
+    assert_eq!(wrong("line-inductance", 0.0, &[("rotor.state", "free"), ("detector.checks", "true")]), 0);
+}
+
+/// Slow decay leaves currents that grow from pulse to pulse, and saturate a core without magnet: a quarter of the starts "turned".
+#[test]
+fn regress_a_core_that_saturates_from_pulse_to_pulse_does_not_turn() {
+    let all = starts("reluctance-6k7", "line-inductance", "default", 0.0, &[("detector.checks", "true")], 60);
+    assert_eq!(all.iter().filter_map(turns).count(), 0);
+}
+
 /// A rotor of a servo that nothing holds: the first pulse of each pair turns it by some 30 rpm, and the second one stops it. One round took 22 of
 /// 24 starts for a rotor that turns; a second one decides. Where that is always given, no pole is wrong.
 #[test]
@@ -205,9 +250,10 @@ fn regress_the_open_terminal_answers_on_a_rotor_that_its_own_pulses_turn() {
     }
 }
 
-/// Prints the table of docs/realism.md, "A rotor that turns": of each method, motor `paper-5k5`, by speed the rms error of the axes that are
-/// named, starts that say that the rotor turns or moves, that end otherwise without an axis, and wrong poles.
-/// `STANDSTILL_STARTS` is the number of starts, `STANDSTILL_METHODS` parts of the methods' names, `STANDSTILL_KEYS` more keys (`a=1;b=2`).
+/// Prints the table of docs/realism.md, "A rotor that turns": of each method, by speed the rms error of the axes that are named, answers, those
+/// that are more than 45° off, starts that say that the rotor turns, and the directions that they name.
+/// `STANDSTILL_STARTS` is the number of starts, `STANDSTILL_METHODS` parts of the methods' names, `STANDSTILL_KEYS` more keys (`a=1;b=2`),
+/// `STANDSTILL_MOTOR` a motor, or several with commas between them, of which the counts are sums.
 #[test]
 #[ignore = "minutes"]
 fn table_of_methods_over_speed() {
@@ -215,11 +261,10 @@ fn table_of_methods_over_speed() {
     let number: u64 = of("STANDSTILL_STARTS", "40").parse().expect("a number");
     let (methods, errors) = (of("STANDSTILL_METHODS", ""), of("STANDSTILL_ERRORS", "default"));
     let speeds = of("STANDSTILL_SPEEDS", "0,1,2,3,5,8,10,13,15,20,50,100,200");
-    let state = of("STANDSTILL_STATE", "driven");
-    let motor = of("STANDSTILL_MOTOR", "paper-5k5");
+    let (state, motors) = (of("STANDSTILL_STATE", "driven"), of("STANDSTILL_MOTOR", "paper-5k5"));
     let more = of("STANDSTILL_KEYS", "");
     for method in standstill_detect::MethodName::ALL {
-        if !methods.split(',').any(|part| method.name().contains(part)) {
+        if !methods.split(',').any(|part| method.name().ends_with(part)) {
             continue;
         }
         for rpm in speeds.split(',') {
@@ -234,21 +279,39 @@ fn table_of_methods_over_speed() {
             if state != "driven" {
                 keys.push(("rotor.speed", "0 rpm"));
             }
-            let all = starts(&motor, method.name(), &errors, rpm, &keys, number);
-            let errors_deg: Vec<f64> = all.iter().filter_map(Record::axis_error_deg).collect();
-            let rms = (errors_deg.iter().map(|e| e * e).sum::<f64>() / errors_deg.len() as f64).sqrt();
-            let turning = all.iter().filter(|record| turns(record).is_some()).count();
-            let wrong = all.iter().filter_map(Record::error_deg).filter(|error| error.abs() > 90.0).count();
-            let smallest =
-                all.iter().filter_map(|record| record.findings().fault_margin).fold(f64::INFINITY, f64::min);
-            println!(
-                "{method:28} {rpm:5} rpm {rms:7.2}\u{b0} answers {:4} turns {turning:4} other {:4} wrong {wrong:3} margin {smallest:.2} named {:.2} rad/s",
-                errors_deg.len(),
-                all.len() - errors_deg.len() - turning,
-                all.iter().filter_map(turns).map(|(speed, _)| speed).sum::<f64>() / turning as f64,
-            );
+            let mut all = Vec::new();
+            for motor in motors.split(',') {
+                let starts = starts(motor, method.name(), &errors, rpm, &keys, number);
+                if motors.contains(',') {
+                    println!("    {motor:20} {}", counted(&starts, rpm));
+                }
+                all.extend(starts);
+            }
+            println!("{method:28} {rpm:5} rpm {}", counted(&all, rpm));
         }
     }
+}
+
+/// What these starts of a rotor at this speed in rpm ended with.
+fn counted(all: &[Record], rpm: f64) -> String {
+    let errors_deg: Vec<f64> = all.iter().filter_map(Record::axis_error_deg).collect();
+    let rms = (errors_deg.iter().map(|e| e * e).sum::<f64>() / errors_deg.len() as f64).sqrt();
+    let named: Vec<_> = all.iter().filter_map(turns).collect();
+    let answers: Vec<f64> = all.iter().filter_map(Record::error_deg).collect();
+    let far = answers.iter().filter(|error| error.abs() > 45.0).count();
+    let way = if rpm > 0.0 { Rotation::Forward } else { Rotation::Backward };
+    let right = named.iter().filter(|(_, named)| *named == Some(way)).count();
+    let directions = named.iter().filter(|(_, way)| way.is_some()).count();
+    let margin = all.iter().filter_map(|record| record.findings().fault_margin).fold(f64::INFINITY, f64::min);
+    format!(
+        "{rms:6.2}\u{b0} axes {:4} answers {:4} over 45\u{b0} {far:3} turns {:4} other {:4} margin {margin:.2} named {:.2} rad/s, {directions} directions, {} wrong",
+        errors_deg.len(),
+        answers.len(),
+        named.len(),
+        all.len() - answers.len() - named.len(),
+        named.iter().map(|(speed, _)| speed).sum::<f64>() / named.len() as f64,
+        directions - right,
+    )
 }
 
 /// A start without an angle has no error that goes unnoticed; an error beyond the demand must be noticed at a lower speed.

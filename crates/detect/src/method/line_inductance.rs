@@ -49,9 +49,9 @@ pub struct LinePulses<T> {
     scatter: T,
     /// Sum over the pulses of 2/(i2 − i1)² in 1/A²: the variance that the noise of single readings gives L, relative.
     by_readings: T,
-    /// L in H of the line's first pulse, and the sum over the lines of the squares by which the last pulse's differs from it, relative.
+    /// L in H of the line's first pulse, and by how much the last pulse of each line finds more.
     first: T,
-    changes: T,
+    changes: Abc<T>,
 }
 
 impl<T: Real> LineInductance<T> {
@@ -72,7 +72,7 @@ impl<T: Real> LineInductance<T> {
             scatter: T::zero(),
             by_readings: T::zero(),
             first: T::zero(),
-            changes: T::zero(),
+            changes: zero,
         };
         let settler = Settler::new(settings.settle, settings.decay == Decay::Fast);
         Ok(Self::start(measurement, settler, settings.polarity))
@@ -166,8 +166,7 @@ impl<T: Real> LinePulses<T> {
             let apart = inductance - self.inductance[phase] / before;
             self.scatter = self.scatter + apart * apart * before / (before + T::one());
             if self.pulses + 1 == s.pulses {
-                let change = inductance / self.first - T::one();
-                self.changes = self.changes + change * change;
+                self.changes[phase] = inductance - self.first;
             }
         } else {
             self.first = inductance;
@@ -201,7 +200,8 @@ impl<T: Real> LinePulses<T> {
     }
 
     /// Checks that each line's last pulse finds the inductance of its first one. An axis that turns by δ in between changes
-    /// L = 3 (L_A − L_B cos 2θ) by 2 |L_B|/L_A δ sin 2θ of it; of three lines the squares of sin 2θ sum to 3/2.
+    /// `L = 3 (L_A − L_B cos 2x)` by `6 L_B δ sin 2x`, with x the angle between axis and line. Currents that grow from pulse to pulse saturate
+    /// the core, too, which changes all lines alike or by cos 2x: over three lines both are square to sin 2x, whose squares sum to 3/2.
     fn check_standing(&self, saliency: &Saliency<T>, settler: &mut Settler<T>) -> Result<(), Fault<T>> {
         let s = &self.settings;
         if s.pulses < 2 || !s.plausibility.checks.has(Check::Turning) {
@@ -209,16 +209,16 @@ impl<T: Real> LinePulses<T> {
         }
         let seconds = |duration: Nanos| T::of(duration.seconds());
         let ratio = saliency.ratio();
-        let turned = (self.changes / T::of(1.5)).sqrt() / (T::of(2.0) * ratio);
+        let turned = saliency.turned(self.changes);
         let pulses = T::of(3.0) * T::of(f64::from(s.pulses));
         let noise = settler.noise.deviation();
         let readings = self.by_readings / pulses * noise * noise;
         // Both pulses have the same delays of the legs, and jitter of their own.
         let jitter = significance::of_timing(seconds(s.dead_time), seconds(s.pulse)) / T::of(4.0);
-        let each = readings + jitter;
+        let each = (readings + jitter) / T::of(3.0);
         let span = seconds(s.period * u64::from(s.pulses - 1));
         let apart = T::of(MOST_TURNED);
-        turning::check_axis_either_way(&mut settler.margin, (turned, span), each.sqrt() / ratio, apart, None)
+        turning::check_axis(&mut settler.margin, (turned, span), each.sqrt() / ratio, apart, None)
     }
 
     /// Returns the square of |L_B|/L_A that must be exceeded. It allows for noise (from the scatter of pulses, or from

@@ -18,6 +18,7 @@ mod tests;
 
 use standstill_interface::{Abc, AlphaBeta, Fault, Findings, Nanos, Reading, Real, Step};
 
+use crate::checks::Check;
 use crate::method::Sequence;
 use crate::nameplate::Place;
 use crate::parts::lines::{Saliency, line_directions};
@@ -287,7 +288,9 @@ impl<T: Real> MaximumLikelihood<T> {
             let volts = (turning::BY_SLOPE, self.dc_link / (more * T::of(2.0 / 3.0)));
             settings.check_standing(&mut self.train.margin, volts, &pointer, (pole.angle, deviation))?;
             let scatter = self.train.noise.sqrt() / (peak * plain.ratio());
-            self.rounds.check(&mut self.train.margin, scatter)?;
+            if settings.plausibility.checks.has(Check::Turning) {
+                self.rounds.check(&mut self.train.margin, scatter)?;
+            }
         }
         Ok((pole, growth))
     }

@@ -9,7 +9,7 @@
 //! sign of Y1. Each further one, along the axis as it is known by then, gives the part of z across anew. There I_q vanishes whatever V, Y0 and
 //! |z| are: `δ = ½ atan2(I_q, |z|)`. For L_d > L_q, Y1 is negative, and both arguments change their sign.
 
-use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Real, Rotation};
+use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Real};
 
 use crate::checks::Check;
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionMethod, InjectionSettings};
@@ -26,7 +26,7 @@ pub type PulsatingInjection<T> = Injection<T, Pulsating<T>>;
 /// Angle in rad that the last two corrections may have in common besides the rotor's movement.
 const STEADY: f64 = 2.0 * turning::DEGREE;
 
-/// Correction in rad up to which its sign is the direction of a rotor that turns.
+/// Correction in rad up to which its sign is the direction of a rotor that turns: beyond, |z| is of two instants between which it has turned.
 const CLEAR: f64 = 15.0 * turning::DEGREE;
 
 /// Number of measurements along fixed axes, which show the way.
@@ -45,8 +45,9 @@ pub struct Pulsating<T> {
     saliency: AlphaBeta<T>,
     /// The last two corrections in rad.
     ahead: [T; 2],
-    /// Sum of i sin ωt.
+    /// Sum of i sin ωt, and its part of the first half of the measurement.
     sum: AlphaBeta<T>,
+    half: AlphaBeta<T>,
 }
 
 impl<T: Real> Demodulator<T> for Pulsating<T> {
@@ -58,6 +59,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
             saliency: AlphaBeta::new(zero, zero),
             ahead: [zero; 2],
             sum: AlphaBeta::new(zero, zero),
+            half: AlphaBeta::new(zero, zero),
         }
     }
 
@@ -72,7 +74,11 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
     }
 
     fn add(&mut self, s: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>) {
-        self.sum = self.sum + current * s.phase_read(clock).beta;
+        let part = current * s.phase_read(clock).beta;
+        self.sum = self.sum + part;
+        if clock.cycle < s.ramp + s.cycles / 2 {
+            self.half = self.half + part;
+        }
     }
 
     fn conclude(
@@ -85,7 +91,10 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
     ) -> Result<Option<Angle<T>>, Fault<T>> {
         let samples = T::of(f64::from(s.cycles) * f64::from(s.periods));
         let current = (self.sum * (T::of(2.0) / samples)).park(self.axis);
+        let first = T::of(2.0 / (f64::from(s.cycles / 2) * f64::from(s.periods)).max(1.0));
+        let first = (self.half * first).park(self.axis).q;
         self.sum = AlphaBeta::new(T::zero(), T::zero());
+        self.half = self.sum;
         margin.at_least(current.norm(), s.least_current);
         if current.norm() < s.least_current {
             return Err(Fault::NoCurrent { peak: current.norm(), needed: s.least_current });
@@ -133,11 +142,13 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
             let [before, last] = self.ahead;
             let alike = if before * last > T::zero() { before.abs().min(last.abs()) } else { T::zero() };
             let moved = if last > T::zero() { alike + alike } else { -alike - alike };
-            // An axis that was once so far ahead may as well be behind: |z| is of two instants between which the rotor has turned.
-            let way = if moved > T::zero() { Rotation::Forward } else { Rotation::Backward };
-            let way = (before.abs().max(last.abs()) < T::of(CLEAR)).then_some(way);
+            // From the first half to the whole I_q grows by a quarter of the turn within the measurement, which is a part of the time to the next.
+            let within = -s.saliency().factor::<T>() * (current.q - first) / (T::of(2.0) * saliency.norm());
+            let share = f64::from(s.cycles) / (4.0 * f64::from(s.ramp + s.cycles));
+            let way = turning::direction(last, within, T::of(share));
+            let way = way.filter(|_| before.abs().max(last.abs()) < T::of(CLEAR));
             let ahead = (moved, T::of(2.0 * one));
-            turning::check_axis_either_way(margin, ahead, deviation, T::of(STEADY), way)?;
+            turning::check_axis(margin, ahead, deviation, T::of(STEADY), way)?;
         }
         Ok((self.measurements >= s.iterations.max(FIXED + 1)).then_some(self.axis))
     }

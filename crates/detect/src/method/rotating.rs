@@ -29,13 +29,15 @@ pub struct Rotating<T> {
     /// Sums of i e^{−jωt} and i e^{jωt}.
     positive: Complex<T>,
     negative: Complex<T>,
-    /// The second sum in the middle of the measurement.
+    /// The second sum after a quarter of the measurement, and in its middle.
+    quarter: Complex<T>,
     middle: Complex<T>,
 }
 
 impl<T: Real> Demodulator<T> for Rotating<T> {
     fn new() -> Self {
-        Self { positive: Complex::zero(), negative: Complex::zero(), middle: Complex::zero() }
+        let zero = Complex::zero();
+        Self { positive: zero, negative: zero, quarter: zero, middle: zero }
     }
 
     fn describe(s: &InjectionSettings<T>, line: &mut Lines<'_>) {
@@ -55,6 +57,9 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
 
     fn add(&mut self, s: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>) {
         let (current, phase) = (Complex::of(current), Complex::of(s.phase_read(clock)));
+        if clock.period == 0 && clock.cycle == s.ramp + s.cycles / 4 {
+            self.quarter = self.negative;
+        }
         if clock.period == 0 && clock.cycle == s.ramp + s.cycles / 2 {
             self.middle = self.negative;
         }
@@ -119,6 +124,9 @@ impl<T: Real> Rotating<T> {
         let variance = noise * noise * T::of(2.0 / 3.0) / half * (square(first) + square(second));
         let deviation = variance.sqrt() / two * T::of(turning::FEW);
         let seconds = T::of(s.step().seconds() * f64::from(s.periods) * f64::from(s.cycles)) / two;
-        turning::check_axis(margin, (ahead, seconds), deviation, T::of(2.0 * turning::DEGREE))
+        // From the first quarter to the first half N turns by a quarter of that.
+        let within = (first * self.quarter.conj()).argument() / two;
+        let way = turning::direction(ahead, within, T::of(0.25));
+        turning::check_axis(margin, (ahead, seconds), deviation, T::of(2.0 * turning::DEGREE), way)
     }
 }

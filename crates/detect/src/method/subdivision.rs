@@ -216,7 +216,8 @@ impl<T: Real> Halving<T> {
         let deviation = turning::deviation(variance, freedom, self.derived) * seconds;
         // An axis that is a little off leaves a share of what saturates.
         let askew = (all / square).sqrt() * seconds * T::of(turning::UNEVEN);
-        turning::check_axis(&mut settler.margin, (ahead, seconds), deviation, T::of(PUSHED) + askew)
+        // An axis that has turned by a half meanwhile looks the same: no vector is near enough to its opposite to tell a direction.
+        turning::check_axis(&mut settler.margin, (ahead, seconds), deviation, T::of(PUSHED) + askew, None)
     }
 }
 

@@ -183,6 +183,15 @@ impl<T: Real> Saliency<T> {
         })
     }
 
+    /// Returns the angle in rad by which the axis turned while the lines changed by these inductances in H, by least squares: what changes all
+    /// lines alike, or the size of the saliency, is none.
+    pub(crate) fn turned(&self, changes: Abc<T>) -> T {
+        // A turn by δ changes Z = L_B e^{j2θ} by j 2 δ Z.
+        let (change, _) = reflection(changes);
+        let (sin, cos) = (self.axis.radians() * T::of(2.0)).sin_cos();
+        (change.im * cos - change.re * sin) / (T::of(2.0) * self.amplitude)
+    }
+
     /// Returns |L_B| / L_A.
     ///
     /// ```
@@ -263,6 +272,30 @@ mod tests {
             assert!((found.mean - l_a).abs() < 1e-15 && (found.amplitude - l_b).abs() < 1e-15);
             let error = found.axis.radians() - twice / 2.0;
             assert!(error.sin().abs() < 1e-12, "{degree}");
+        }
+    }
+
+    #[test]
+    fn analytic_lines_of_an_axis_that_turns_show_its_turn_and_nothing_else() {
+        for (l_b, sign) in [(-2.1e-3, SaliencySign::Negative), (2.1e-3, SaliencySign::Positive)] {
+            for degree in (0..180).step_by(7) {
+                let third = core::f64::consts::TAU / 3.0;
+                let lines = |l_a: f64, l_b: f64, degrees: f64| {
+                    let twice = 2.0 * degrees.to_radians();
+                    [-third, 0.0, third].map(|shift| 3.0 * l_a - 3.0 * l_b * (twice + shift).cos())
+                };
+                let before = lines(9.2e-3, l_b, f64::from(degree));
+                let found = Saliency::from_lines(Abc(before), sign);
+                let turned = |later: [f64; 3]| {
+                    found.turned(Abc(core::array::from_fn(|k| later[k] - before[k]))).to_degrees()
+                };
+                for ahead in [-2.0, 0.5, 2.0] {
+                    let later = lines(9.2e-3, l_b, f64::from(degree) + ahead);
+                    assert!((turned(later) / ahead - 1.0).abs() < 2e-3, "{degree} {ahead} {}", turned(later));
+                }
+                // A core that saturates has less inductance, and another saliency.
+                assert!(turned(lines(8.5e-3, l_b * 0.8, f64::from(degree))).abs() < 1e-9, "{degree}");
+            }
         }
     }
 

@@ -6,12 +6,23 @@ use standstill_interface::Real;
 /// kept its limit, minus 1. At zero a check is about to fire; below zero it fired. As a factor, margins of currents,
 /// angles and inductances can be compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Margin<T>(T);
+pub struct Margin<T> {
+    smallest: T,
+    unseen: Unseen<T>,
+}
+
+/// Speed in rad/s up to which comparisons of two axes show no turn, and the one from which on the axis may have turned by half a turn as
+/// well: by a right angle in the time between both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unseen<T> {
+    speed: T,
+    folds: T,
+}
 
 impl<T: Real> Margin<T> {
     /// Makes the margin before the first check.
     pub fn new() -> Self {
-        Self(T::infinity())
+        Self { smallest: T::infinity(), unseen: Unseen { speed: T::infinity(), folds: T::zero() } }
     }
 
     /// Adds a check that `value` is at least `limit`.
@@ -37,17 +48,29 @@ impl<T: Real> Margin<T> {
     fn add(&mut self, factor: T) {
         let margin = factor - T::one();
         let beyond = margin < T::zero() && !margin.is_finite();
-        self.0 = self.0.min(if beyond { -T::one() } else { margin });
+        self.smallest = self.smallest.min(if beyond { -T::one() } else { margin });
+    }
+
+    /// Adds a comparison of two axes, so many seconds apart, that does not show a speed in rad/s.
+    pub fn compared(&mut self, speed: T, seconds: T) {
+        if speed < self.unseen.speed {
+            self.unseen = Unseen { speed, folds: T::FRAC_PI_2() / seconds };
+        }
+    }
+
+    /// Returns the largest speed in rad/s of a rotor that no comparison of axes shows, and that is at most `most` by another check.
+    pub fn unseen(&self, most: T) -> T {
+        if most < self.unseen.folds { most.min(self.unseen.speed) } else { most }
     }
 
     /// Adds the checks of another margin.
     pub fn and(&mut self, other: Self) {
-        self.0 = self.0.min(other.0);
+        self.smallest = self.smallest.min(other.smallest);
     }
 
     /// Returns the smallest margin; none before the first check with a limit.
     pub fn smallest(self) -> Option<T> {
-        self.0.is_finite().then_some(self.0)
+        self.smallest.is_finite().then_some(self.smallest)
     }
 }
 

@@ -16,15 +16,17 @@ mod sequential;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod turned;
 
 use standstill_interface::{
-    Abc, Angle, Command, Fault, Findings, Outcome, Phase, Polarity, PoleEvidence, Reading, Real, Sensed,
-    Step, Undetermined,
+    Abc, Angle, Command, Fault, Findings, Nanos, Outcome, Phase, Polarity, PoleEvidence, Reading, Real, Step,
+    Undetermined,
 };
 
 use crate::nameplate::Place;
 use crate::parts::margin::Margin;
-use crate::parts::settle::{Settler, all_seen, is_reading, link, link_current, seen};
+use crate::parts::settle::{Settler, all_seen, link, link_current};
+use checks::Driven;
 pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
 pub use settings::{PolarityRule, PolaritySettings, Signature};
@@ -65,6 +67,12 @@ impl<T: Real> Pole<T> {
             error: None,
             evidence: if turned { evidence.map(PoleEvidence::opposite) } else { evidence },
         }
+    }
+
+    /// Leaves the pole open for this reason, whatever its evidence.
+    fn open(&mut self, reason: Undetermined<T>) {
+        self.undetermined = Some(reason);
+        self.evidence = self.evidence.map(|evidence| PoleEvidence { needed: T::infinity(), ..evidence });
     }
 
     /// Returns the outcome of a detection with this pole and the earlier findings.
@@ -136,42 +144,16 @@ pub(crate) struct PolarityTest<T> {
     across: T,
     /// What the magnet drove through shorted terminals; none before.
     driven: Option<Driven<T>>,
-}
-
-/// Current through shorted terminals, as the sensors show it.
-#[derive(Clone, Copy, Debug)]
-struct Driven<T> {
-    /// Current in A; where it is beyond a sensor's range, the end of the range.
-    current: Abc<T>,
-    /// Whether a part of it follows from the rest.
-    is_derived: bool,
-    /// The first phase whose current is beyond its sensor's range.
-    clipped: Option<Phase>,
-}
-
-impl<T: Real> Driven<T> {
-    fn of(reading: &Reading<T>) -> Result<Self, Fault<T>> {
-        let mut clipped = None;
-        for phase in Phase::ALL {
-            match seen(reading, phase) {
-                // At least as much flows.
-                Err(Fault::Clipped(_)) if is_reading(reading.current[phase]) => {
-                    clipped = clipped.or(Some(phase));
-                }
-                other => drop(other?),
-            }
-        }
-        let is_derived = reading.sensed.0.contains(&Sensed::Derived);
-        Ok(Self { current: reading.current, is_derived, clipped })
-    }
+    /// Time since the middle of the axis' measurement.
+    since: Nanos,
 }
 
 impl<T: Real> PolarityTest<T> {
-    /// Makes a test that follows a method's own measurements; `settler` knows the noise from its waits.
+    /// Makes a test of an axis that a method measured so long before on average; `settler` knows the noise from the method's waits.
     pub fn new(
         settings: PolaritySettings<T>,
         settler: Settler<T>,
-        axis: Angle<T>,
+        (axis, since): (Angle<T>, Nanos),
         d_axis_inductance: T,
     ) -> Self {
         let zero = T::zero();
@@ -191,6 +173,7 @@ impl<T: Real> PolarityTest<T> {
             sideways: [zero; 2],
             across: zero,
             driven: None,
+            since,
         }
     }
 
@@ -219,6 +202,14 @@ impl<T: Real> PolarityTest<T> {
     }
 
     pub fn step(&mut self, readings: &[Reading<T>]) -> Result<PolarityStep<T>, Fault<T>> {
+        let next = self.stepped(readings)?;
+        if let PolarityStep::Drive(command) = &next {
+            self.since = self.since + command.duration();
+        }
+        Ok(next)
+    }
+
+    fn stepped(&mut self, readings: &[Reading<T>]) -> Result<PolarityStep<T>, Fault<T>> {
         Ok(match self.state {
             State::Settling { last } => match self.settler.step(readings)? {
                 Some(wait) => PolarityStep::Drive(wait),
@@ -227,8 +218,8 @@ impl<T: Real> PolarityTest<T> {
                     PolarityStep::Drive(self.settings.short())
                 }
                 None if last => {
-                    let pole = self.answer();
-                    self.check_standing(&pole)?;
+                    let mut pole = self.answer();
+                    self.check_standing(&mut pole)?;
                     self.check_directions()?;
                     PolarityStep::Decided(pole)
                 }
@@ -376,7 +367,10 @@ impl<T: Real> PolarityTest<T> {
                 (evidence, reason, Some(error))
             }
         };
-        let pole = Pole::decided(self.axis, signature.towards_north(draws_more), reason);
+        let mut pole = Pole::decided(self.axis, signature.towards_north(draws_more), reason);
+        if let Some(turned) = self.turned().filter(|_| pole.undetermined.is_none()) {
+            pole.open(turned);
+        }
         Pole { polarity: Some(Polarity { along, against }), error, ..pole }
     }
 }

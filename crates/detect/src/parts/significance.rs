@@ -86,6 +86,14 @@ pub(crate) fn of_pulsating_delays<T: Real>(dead_time: T, period: T, dc_link: T, 
     T::of(4.0) * of_rotating_delays(dead_time, period, dc_link, voltage)
 }
 
+/// Returns the variance that the legs' delays give a sum of the currents of two opposite vectors, across them and as a share of one of them: the
+/// loss of a leg whose current has turned over is another one, of other switches. As a vector, 2/3 Σ a^k of three losses has √(2/3) of one's
+/// deviation in each component.
+pub(crate) fn of_vector_delays<T: Real>(dead_time: T, period: T, dc_link: T, voltage: T) -> T {
+    let share = of_a_leg(dead_time, period, dc_link) / voltage;
+    T::of(4.0 / 3.0) * share * share
+}
+
 /// Returns [`SIGNIFICANT`]² times a variance of each component of z that is known, or estimated from a hundred samples
 /// or more.
 pub(crate) fn known<T: Real>(variance: T) -> T {

@@ -4,7 +4,7 @@
 //!   wait ─► measure ─► measure ─► … ─► wait ─► measure ─► … ─► polarity test
 //! ```
 
-use standstill_interface::{Angle, Command, Fault, Findings, Reading, Real, Step};
+use standstill_interface::{Angle, Command, Fault, Findings, Nanos, Reading, Real, Step};
 
 use crate::method::Sequence;
 use crate::parts::margin::Margin;
@@ -54,12 +54,21 @@ pub struct ThenPole<T, M> {
     settler: Settler<T>,
     polarity: PolaritySettings<T>,
     findings: Findings<T>,
+    /// Length of the measurement so far, with its waits.
+    measured: Nanos,
 }
 
 impl<T: Real, M> ThenPole<T, M> {
     /// Makes a detector, ready for its first step.
     pub(crate) fn start(measurement: M, settler: Settler<T>, polarity: PolaritySettings<T>) -> Self {
-        Self { measurement, state: State::Start, settler, polarity, findings: Findings::default() }
+        Self {
+            measurement,
+            state: State::Start,
+            settler,
+            polarity,
+            findings: Findings::default(),
+            measured: Nanos::ZERO,
+        }
     }
 }
 
@@ -68,7 +77,10 @@ impl<T: Real, M: Measurement<T>> Sequence<T> for ThenPole<T, M> {
         let next = match &mut self.state {
             State::Start => Next::Wait,
             State::Settling => match self.settler.step(readings)? {
-                Some(wait) => return Ok(Step::Drive(wait)),
+                Some(wait) => {
+                    self.measured = self.measured + wait.duration();
+                    return Ok(Step::Drive(wait));
+                }
                 None => Next::Drive(self.measurement.rested(&self.settler)),
             },
             State::Measuring => self.measurement.measured(readings, &mut self.settler, &mut self.findings)?,
@@ -77,14 +89,22 @@ impl<T: Real, M: Measurement<T>> Sequence<T> for ThenPole<T, M> {
         Ok(Step::Drive(match next {
             Next::Wait => {
                 self.state = State::Settling;
-                self.settler.begin()
+                let wait = self.settler.begin();
+                self.measured = self.measured + wait.duration();
+                wait
             }
             Next::Drive(command) => {
                 self.state = State::Measuring;
+                self.measured = self.measured + command.duration();
                 command
             }
             Next::Test(axis, d_axis_inductance) => {
-                let mut test = PolarityTest::new(self.polarity, self.settler, axis, d_axis_inductance);
+                let mut test = PolarityTest::new(
+                    self.polarity,
+                    self.settler,
+                    (axis, Nanos(self.measured.0 / 2)),
+                    d_axis_inductance,
+                );
                 let wait = test.begin();
                 self.state = State::Testing(test);
                 wait

@@ -130,20 +130,21 @@ pub(crate) fn deviation<T: Real>(variance: T, freedom: T, derived: bool) -> T {
     (estimated(variance, freedom) * sensors).sqrt()
 }
 
-/// Checks that an axis has not moved. Arguments: by how many rad it was ahead after this many seconds, the standard
-/// deviation of that angle, and the angle by which it may differ in addition.
-pub(crate) fn check_axis<T: Real>(
-    margin: &mut Margin<T>,
-    (ahead, seconds): (T, T),
-    deviation: T,
-    apart: T,
-) -> Result<(), Fault<T>> {
+/// Ratio of two estimates of a speed up to which they are the same speed.
+const MOST_UNLIKE: f64 = 2.5;
+
+/// Returns the direction of a rotor whose axis is so far ahead in rad; none if a shorter time, `within`, of which `share` is expected of it,
+/// shows another speed: an axis looks the same after half a turn, and one that turns so fast seems to creep either way.
+pub(crate) fn direction<T: Real>(ahead: T, within: T, share: T) -> Option<Rotation> {
+    let alike = within / (ahead * share);
+    let is_known = alike > T::of(1.0 / MOST_UNLIKE) && alike < T::of(MOST_UNLIKE);
     let way = if ahead > T::zero() { Rotation::Forward } else { Rotation::Backward };
-    check_axis_either_way(margin, (ahead, seconds), deviation, apart, Some(way))
+    is_known.then_some(way)
 }
 
-/// Makes the check of [`check_axis`] with a direction of rotation that the caller knows; none if nobody knows it.
-pub(crate) fn check_axis_either_way<T: Real>(
+/// Checks that an axis has not moved. Arguments: by how many rad it was ahead after this many seconds, the standard deviation of that angle,
+/// the angle by which it may differ in addition, and the direction of rotation if it is known.
+pub(crate) fn check_axis<T: Real>(
     margin: &mut Margin<T>,
     (ahead, seconds): (T, T),
     deviation: T,
@@ -151,6 +152,7 @@ pub(crate) fn check_axis_either_way<T: Real>(
     way: Option<Rotation>,
 ) -> Result<(), Fault<T>> {
     let allowed = apart + deviation * T::of(DEVIATIONS);
+    margin.compared(allowed / seconds, seconds);
     check_speed(margin, (ahead / seconds).abs(), allowed / seconds, way)
 }
 
@@ -173,6 +175,13 @@ pub(crate) fn check_speed<T: Real>(
     margin.at_most(speed, allowed);
     // What is not a number is no speed; it ends a detection elsewhere.
     if speed > allowed { Err(Fault::RotorTurns { speed, allowed, way }) } else { Ok(()) }
+}
+
+/// Returns the current in A that a volt drives in so many seconds through this resistance in Ω and inductance in H: `(1 − e^(−R t/L))/R`.
+pub(crate) fn by_volt<T: Real>(seconds: T, resistance: T, inductance: T) -> T {
+    let x = resistance * seconds / inductance;
+    let rises = if x > T::of(1e-3) { -(-x).exp_m1() / x } else { T::one() - x / T::of(2.0) };
+    seconds / inductance * rises
 }
 
 /// Terminals that are connected with one another for a while, which lets a magnet that turns drive a current: `−ωψ/R (1 − e^(−R t/L_q))`
@@ -205,35 +214,31 @@ const BY_TWO: f64 = 2.6;
 
 impl<T: Real> Short<T> {
     /// Checks the current vector in A at its end, offsets removed, on a link of so many volts; `deviation` in A of its components. `north`: the
-    /// pole, if it is known.
+    /// pole, if it is known, by an axis that was measured so many seconds before. Returns the speed in rad/s that this does not show.
     pub fn check(
         &self,
         margin: &mut Margin<T>,
         current: AlphaBeta<T>,
         (volts, deviation): (T, T),
-        north: Option<Angle<T>>,
-    ) -> Result<(), Fault<T>> {
-        let one = T::one();
-        let x = self.resistance * self.duration / self.inductance;
-        let rises = if x > T::of(1e-3) { -(-x).exp_m1() / x } else { one - x / T::of(2.0) };
-        let by_volt = self.duration / self.inductance * rises;
+        (north, since): (Option<Angle<T>>, T),
+    ) -> Result<T, Fault<T>> {
+        let by_volt = by_volt(self.duration, self.resistance, self.inductance);
         // One phase against two: two thirds of the voltage that devices take of a line.
         let lost = self.lost * T::of(2.0 / 3.0);
         let speed = |current: T| (current / by_volt + lost) / self.flux;
         let allowed = deviation * T::of(DEVIATIONS) + by_volt * volts * T::of(AT_REST);
-        let way =
-            north.map(
-                |north| {
-                    if current.park(north).q < T::zero() { Rotation::Forward } else { Rotation::Backward }
-                },
-            );
         // By currents: devices take a voltage of the allowed speed, too, which is no margin of a rotor that stands.
-        let current = current.alpha.hypot(current.beta);
-        margin.at_most(current, allowed);
-        if current > allowed {
-            return Err(Fault::RotorTurns { speed: speed(current), allowed: speed(allowed), way });
+        let size = current.alpha.hypot(current.beta);
+        margin.at_most(size, allowed);
+        let (speed, allowed, is_more) = (speed(size), speed(allowed), size > allowed);
+        if is_more {
+            // A pole of an axis from which the rotor has turned away names no direction.
+            let north = north.filter(|_| speed * since < Pointer::most_off_axis());
+            let ahead = |north| current.park(north).q < T::zero();
+            let way = north.map(|north| if ahead(north) { Rotation::Forward } else { Rotation::Backward });
+            return Err(Fault::RotorTurns { speed, allowed, way });
         }
-        Ok(())
+        Ok(allowed)
     }
 }
 

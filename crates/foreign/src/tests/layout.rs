@@ -73,6 +73,7 @@ fn layout() -> Vec<(String, usize)> {
         ("STS_POLE_NO_SIGNATURE", Undetermined::NoSignature),
         ("STS_POLE_NOT_DECIDED", Undetermined::NotDecided { error: 0.0, allowed: 0.0 }),
         ("STS_POLE_OFF_AXIS", Undetermined::OffAxis { angle: 0.0, allowed: 0.0 }),
+        ("STS_POLE_MAY_HAVE_TURNED", Undetermined::MayHaveTurned { angle: 0.0, allowed: 0.0 }),
     ];
     all.extend(axis.map(|(name, reason)| (name.to_owned(), axis_reason(&reason) as usize)));
     let failed = [

@@ -13,6 +13,7 @@ impl<T> Undetermined<T> {
             Self::NoSignature => "both poles of this motor answer alike",
             Self::NotDecided { .. } => "pole not certain enough",
             Self::OffAxis { .. } => "polarity points away from the axis",
+            Self::MayHaveTurned { .. } => "the rotor may have turned since its axis was measured",
             Self::Own(own) => own.text,
         }
     }
@@ -67,6 +68,13 @@ impl<T: Real> fmt::Display for Undetermined<T> {
             Self::OffAxis { angle, allowed } => {
                 let [angle, allowed] = [*angle, *allowed].map(T::to_degrees);
                 write!(f, "polarity points {angle:.0}° away from the axis where {allowed:.0}° are allowed")
+            }
+            Self::MayHaveTurned { angle, allowed } => {
+                let [angle, allowed] = [*angle, *allowed].map(T::to_degrees);
+                write!(
+                    f,
+                    "the rotor may have turned by {angle:.0}° since its axis was measured where {allowed:.0}° are allowed"
+                )
             }
             Self::Own(own) => f.write_str(own.text),
         }

@@ -192,6 +192,22 @@ fn law_a_rotor_that_moves_between_trains_is_a_fault() {
 }
 
 #[test]
+fn law_a_rotor_that_moves_between_rounds_is_a_fault_where_it_is_looked_for() {
+    let mut settings = MaximumLikelihoodSettings::<f64>::suited(&nameplate());
+    let all = settings.pulses.plausibility.checks;
+    for (checks, moves) in [(all, true), (all.without(Check::Turning), false)] {
+        settings.pulses.plausibility.checks = checks;
+        let mut motor = LineMotor { deviation: 1e-3, ..LineMotor::at(77.0) };
+        let outcome = detect(settings, &mut motor, |motor| {
+            let turned = if motor.pulses.len() < 6 { 77.0_f64 } else { 117.0 };
+            motor.angle = turned.to_radians();
+        });
+        let found = matches!(outcome, Outcome::Failed { fault: Fault::RotorMoves { .. }, .. });
+        assert_eq!(found, moves, "{outcome:?}");
+    }
+}
+
+#[test]
 fn law_what_cannot_be_told_is_a_fault_or_stays_open() {
     let settings = MaximumLikelihoodSettings::<f64>::suited(&nameplate());
     let fault = |motor: &mut LineMotor| match detect(settings, motor, |_| ()) {

@@ -1,10 +1,41 @@
 //! What readings of a polarity test by vectors must show if all parts are intact and the rotor stands still.
 
-use standstill_interface::{Abc, AlphaBeta, Angle, Fault, PoleEvidence, Real, Undetermined};
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Fault, Phase, PoleEvidence, Reading, Real, Sensed, Undetermined,
+};
 
 use super::{Pointer, PolarityTest, Pole};
 use crate::checks::Check;
+use crate::parts::settle::{is_reading, seen};
 use crate::parts::turning::{self, Short};
+
+/// Current through shorted terminals, as the sensors show it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Driven<T> {
+    /// Current in A; where it is beyond a sensor's range, the end of the range.
+    current: Abc<T>,
+    /// Whether a part of it follows from the rest.
+    is_derived: bool,
+    /// The first phase whose current is beyond its sensor's range.
+    clipped: Option<Phase>,
+}
+
+impl<T: Real> Driven<T> {
+    pub fn of(reading: &Reading<T>) -> Result<Self, Fault<T>> {
+        let mut clipped = None;
+        for phase in Phase::ALL {
+            match seen(reading, phase) {
+                // At least as much flows.
+                Err(Fault::Clipped(_)) if is_reading(reading.current[phase]) => {
+                    clipped = clipped.or(Some(phase));
+                }
+                other => drop(other?),
+            }
+        }
+        let is_derived = reading.sensed.0.contains(&Sensed::Derived);
+        Ok(Self { current: reading.current, is_derived, clipped })
+    }
+}
 
 impl<T: Real> PolarityTest<T> {
     /// Checks that vectors raise enough of the set current, and that the responses along the axis and against it differ by no more than the
@@ -26,8 +57,9 @@ impl<T: Real> PolarityTest<T> {
         if apart > allowed { Err(Fault::DirectionsDiffer { phase: None, apart, allowed }) } else { Ok(()) }
     }
 
-    /// Checks that the rotor stands still, from the current that its magnet drove through the shorted terminals.
-    pub(super) fn check_standing(&mut self, pole: &Pole<T>) -> Result<(), Fault<T>> {
+    /// Checks that the rotor stands still, from the current that its magnet drove through the shorted terminals. A speed that this would not
+    /// show leaves the pole open if the rotor may have turned since its axis was measured by an angle that takes the poles for one another.
+    pub(super) fn check_standing(&mut self, pole: &mut Pole<T>) -> Result<(), Fault<T>> {
         let Some(driven) = self.driven else { return Ok(()) };
         let s = &self.settings;
         let short = Short {
@@ -43,9 +75,17 @@ impl<T: Real> PolarityTest<T> {
         // Of a reading and of the mean of those without current.
         let variance = noise.deviation() * noise.deviation() * s.by_reading() * (T::one() + waits.recip());
         let deviation = turning::deviation(variance, noise.freedom(), driven.is_derived);
-        let north = pole.undetermined.is_none().then_some(pole.angle);
-        short.check(&mut self.settler.margin, current, (self.settler.dc_link, deviation), north)?;
-        driven.clipped.map_or(Ok(()), |phase| Err(Fault::Clipped(phase)))
+        let known = (pole.undetermined.is_none().then_some(pole.angle), T::of(self.since.seconds()));
+        let unseen =
+            short.check(&mut self.settler.margin, current, (self.settler.dc_link, deviation), known)?;
+        if let Some(phase) = driven.clipped {
+            return Err(Fault::Clipped(phase));
+        }
+        let (angle, allowed) = (self.settler.margin.unseen(unseen) * known.1, Pointer::most_off_axis());
+        if angle > allowed && pole.undetermined.is_none() {
+            pole.open(Undetermined::MayHaveTurned { angle, allowed });
+        }
+        Ok(())
     }
 
     /// Returns the reason if the difference of the responses, as a vector, points away from the axis. However large, it is then no evidence: it

@@ -3,8 +3,9 @@ use std::vec::Vec;
 
 mod checks;
 mod evidence;
+mod turned;
 
-use standstill_interface::{AlphaBeta, Leg, Nanos, Sampling};
+use standstill_interface::{AlphaBeta, Leg, Nanos, Sampling, Sensed};
 
 use super::sequential::{tail, tail_beyond};
 use super::*;
@@ -49,6 +50,8 @@ struct Motor {
     /// Current across the axis that both directions of a vector raise alike, as a share of theirs.
     across: f64,
     offset: [f64; 3],
+    /// Time since the axis was measured.
+    since: Nanos,
     vectors: u32,
 }
 
@@ -62,6 +65,7 @@ impl Motor {
             drift: 0.0,
             across: 0.0,
             offset: [0.0; 3],
+            since: Nanos::ZERO,
             vectors: 0,
         }
     }
@@ -103,7 +107,7 @@ impl Motor {
     ) -> Result<(Pole<f64>, PolarityTest<f64>), Fault<f64>> {
         let settle = SettleSettings { wait: Nanos(1000), threshold: 5.0, attempts: 3, place: Place::InLine };
         let axis = Angle::from_degrees(50.0);
-        let mut test = PolarityTest::new(settings, Settler::new(settle, true), axis, 1e-3);
+        let mut test = PolarityTest::new(settings, Settler::new(settle, true), (axis, self.since), 1e-3);
         let mut command = test.begin();
         loop {
             let mut readings = self.readings(&test, &command);
