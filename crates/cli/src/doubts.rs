@@ -29,7 +29,8 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
     let (motor, sensors) = (&scenario.motor, &scenario.sensors);
     let rated = motor.rated_current;
     let unusual = keys().filter_map(|key| unusual(scenario, key));
-    let mut said: Vec<String> = of_motor(motor).into_iter().chain(unusual).collect();
+    let mut said: Vec<String> =
+        of_motor(motor).into_iter().chain(exchanged_axes(motor)).chain(unusual).collect();
     if let Some(adc) = sensors.adc {
         let reach = listed(&[adc.high], "A");
         if adc.high < 0.5 * rated {
@@ -47,6 +48,23 @@ pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
     said.extend(short_pause(scenario));
     said.extend(short_settling(scenario));
     said
+}
+
+/// Ratio of L_d to L_q above which the axes of a motor with a magnet may be exchanged.
+const ABOVE: f64 = 1.02;
+
+/// Returns the warning on a motor whose magnet lies along the axis of the larger inductance: magnets inside the rotor make L_d the smaller one,
+/// magnets on its surface make both alike.
+fn exchanged_axes(motor: &Motor) -> Option<String> {
+    let [d, q] = [motor.winding.d_axis_inductance(), motor.winding.q_axis_inductance()];
+    (motor.has_magnet() && d > ABOVE * q).then(|| {
+        format!(
+            "{}: L_d is {}, above L_q, {}: unusual beside a magnet. If the sheet has the two exchanged, an axis is found 90° off",
+            motor.name,
+            listed(&[d], "H"),
+            listed(&[q], "H")
+        )
+    })
 }
 
 /// Returns the warning on a settling time that is too short for a shunt's amplifier. At an edge the current through a

@@ -10,12 +10,13 @@ use standstill_interface::Choice;
 use standstill_plant::Motor;
 use standstill_scenario::{Document, FileError, Scenario};
 
+use super::init;
 use crate::answer::{Answer, Made, verdict};
 use crate::arguments::{Check, Temperatures};
 use crate::doubts;
 use crate::error::Error;
 use crate::scenario::{self, Shorthands};
-use crate::shell::terminal::painted;
+use crate::shell::terminal::{painted, tell};
 use crate::shell::{Report, host, interrupt, progress};
 
 /// Makes the scenario of the motor or file named on the command line.
@@ -38,6 +39,12 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         return Err(document.refuse("detector.library", &format!("\"{library}\""), needed).into());
     }
     let motor = document.motor()?;
+    if init::is_template(&options.motor) {
+        tell(&format!(
+            "warning: {} is the template that `standstill init` writes: its numbers are of no motor of yours",
+            options.motor
+        ));
+    }
     // A method that was asked for must find its readings on the drive; of the others those that do are tried.
     let asked_for = document.origin("detector.method").is_some();
     doubts::warn(&if asked_for { document.scenario_of(&motor)? } else { of_any_method(&document, &motor)? });

@@ -275,8 +275,8 @@ fn next(options: &Compare, entries: &[Entry], open: bool, answer: Answer) -> Ans
             let near = each_once(entries.iter().filter(is_near).map(|entry| entry.method.as_str())).len();
             let why = match near {
                 0 => "which answers most and is the most exact of those".to_owned(),
-                1 => "which answers most; another method answers as many, and these starts do not tell their errors apart".to_owned(),
-                _ => format!("which answers most; {near} others answer as many, and these starts do not tell their errors apart"),
+                1 => "which answers most; another method answers as many, with errors that these starts do not tell apart".to_owned(),
+                _ => format!("which answers most; {near} others answer as many, with errors that these starts do not tell apart"),
             };
             answer.next(
                 format!("one start of {}, {why}", best.method),

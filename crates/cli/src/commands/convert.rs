@@ -36,6 +36,6 @@ pub fn run(options: &Convert) -> Result<Report, Error> {
     let columns = [Column::word("value"), Column::word("key"), Column::prose("meaning")];
     let text = Table::new(columns).rows(rows).text()
         + "\n\nOne way of giving each number goes into [nameplate] of a data sheet; where there is –, that way has no key. Go on with\n  \
-           standstill init --motor mine.toml\n  standstill check mine.toml\n";
+           standstill init --motor mine.toml\nwrite these numbers in place of the template's, then\n  standstill check mine.toml\n";
     Ok(Report { text, code: 0 })
 }

@@ -4,7 +4,9 @@ mod vesc;
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
+use std::path::Path;
 
+use standstill_plant::Files;
 use standstill_scenario as file;
 
 use crate::arguments::Init;
@@ -54,6 +56,11 @@ fn remark(key: &file::Key) -> String {
 
 /// Template of a data sheet.
 pub const MOTOR: &str = include_str!("init/motor.toml");
+
+/// Returns true if a file is the template of a data sheet, unchanged.
+pub fn is_template(path: &str) -> bool {
+    Files::default().read(Path::new(path)).is_ok_and(|bytes| *bytes == *MOTOR.as_bytes())
+}
 
 pub fn run(options: &Init) -> Result<Report, Error> {
     let mut said = String::new();

@@ -213,6 +213,22 @@ pub(super) fn ampere(value: f64) -> String {
     format!("{:.3} {}", scale.number(value), scale.unit)
 }
 
+/// Returns what terminals with a capacitance do that the simulated ones do not: a phase against the two others, 3/2 of an inductance, rings with
+/// such a capacitance as boards have.
+fn ringing(fit: &Fit) -> String {
+    const CAPACITANCE: f64 = 0.3e-9;
+    let mean = fit.plant.inductance.iter().sum::<f64>() / 2.0;
+    let frequency = 1.0 / (std::f64::consts::TAU * (1.5 * mean * CAPACITANCE).sqrt());
+    let [frequency, inductance] = [(frequency, "Hz"), (mean, "H")].map(|(value, unit)| {
+        let scale = Scale::suiting(unit, value);
+        format!("{} {}", number(0, scale.number(value)), scale.unit)
+    });
+    format!(
+        "The simulated terminals have no capacitance: what rings after a leg opens ({frequency} with {inductance} and 0.3 nF) is read as noise, \
+         and what charges a terminal as a current of the motor."
+    )
+}
+
 /// Returns how much inductance pulses meet, if the readings show eddy currents.
 fn eddies(fit: &Fit) -> Option<String> {
     let of = |name: &str| fit.parameters.iter().find(|estimate| estimate.name == name && estimate.identified);
@@ -286,7 +302,7 @@ fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
     said.extend(eddies(fit));
     said.extend(next::saturation(fit));
     said.extend(next::probe(fit));
-    said.push("The simulated terminals have no capacitance: what rings after a leg opens (66 kHz with 13 mH and 0.3 nF) is read as noise, and what charges a terminal as a current of the motor.".to_owned());
+    said.push(ringing(fit));
     said.push("No trace tells a gain that all channels, or the DC link's, have in common: resistance and inductances are in proportion to the link's gain over the channels'.".to_owned());
     let of = |name: &str, value: f64| {
         let estimate = fit.parameters.iter().find(|estimate| estimate.name == name);
