@@ -166,7 +166,7 @@ fn law_all_that_is_wrong_with_a_nameplate_is_named_at_once() {
             "line 5, `L_q`: L_q is -3 mH, but must be the positive inductance",
             "`rated_current` is missing: the positive peak current",
             "line 8, `saturation`: `plus_d` is none of d, minus_d, q",
-            "saturation.d is 6, but must be from \"-100 %\" to \"90 %\"",
+            "saturation.d is 6 (did you mean \"6 %\"?), but must be from \"-100 %\" to \"90 %\"",
         ] {
             assert!(message.contains(part), "no {part} in {message}");
         }
