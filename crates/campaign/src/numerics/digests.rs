@@ -76,12 +76,12 @@ const EFFECTS: [(&str, &str, &str); 5] = [
     (
         "terminals",
         "sensors.terminals = true\ndetector.method = \"open-terminal\"\n[axes]\nerrors = [\"default\", \"field\"]\nmotor = [\"paper-5k5\", \"cross-saturation\"]",
-        "f1ca82b0",
+        "eea3d616",
     ),
     (
         "six pulses, timed with common and own comparators",
         "errors = \"field\"\ndetector.method = \"six-pulse\"\n[sensors]\ntimer = \"0.32 us\"\n[axes]\nmotor = [\"paper-5k5\", \"outrunner\"]\n\"sensors.comparators\" = [\"common\", \"per-leg\"]\n\"rotor.state\" = [\"locked\", \"free\"]",
-        "ad637164",
+        "cc7d0d0b",
     ),
 ];
 

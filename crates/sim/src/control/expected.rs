@@ -19,9 +19,15 @@ const CARRIED: f64 = 1.2;
 /// oscillation.
 const NEARLY: f64 = 0.95;
 
-/// Angle in rad up to which a fourth-order polynomial of time approximates the charge carried by an oscillating
-/// current: the neglected term, x⁵/120, is 5e-6 of the charge.
-const EXACT: f64 = 0.22;
+/// Angle in rad up to which a sixth-order polynomial of time approximates the charge carried by an oscillating
+/// current: the neglected term, x⁷/5040, is 3e-6 of what the current carries in a radian.
+const EXACT: f64 = 0.55;
+
+/// Share of a charge from bound to bound that counts as none where the current turns back.
+const TURNS: f64 = 1e-6;
+
+/// Steps of Newton's rule from the time in which a constant current carries a charge.
+const NEWTON: usize = 6;
 
 impl<'a> Control<'a> {
     /// Returns the magnetic axes of the phases in the run's plane.
@@ -92,11 +98,17 @@ impl<'a> Control<'a> {
     }
 }
 
+/// Terms of the Taylor series of a current.
+const TERMS: usize = 6;
+
+/// Reciprocals of 1, 2, …: n! grows by each.
+const PER: [f64; TERMS] = [1.0, 1.0 / 2.0, 1.0 / 3.0, 1.0 / 4.0, 1.0 / 5.0, 1.0 / 6.0];
+
 /// Taylor series of the currents in time, after a change of conduction.
 struct Way {
     axes: [Plane; 3],
-    /// The current in A and its first three derivatives by time in s.
-    current: [Plane; 4],
+    /// The current in A and its derivatives by time in s.
+    current: [Plane; TERMS],
     /// Lower limit of the square of the frequency at which terminals ring, in 1/s².
     square: f64,
     /// Capacitance of a terminal in F.
@@ -124,44 +136,59 @@ impl Way {
         for k in (0..3).filter(|k| floats[*k]) {
             floating = floating + axes[k] * (bank.here.state.potential[k].get(control.lane) * (2.0 / 3.0));
         }
-        let falls = (one.current.through(charging) + floating * leak) * -1.0;
-        let second = bend(one.current, rise, floating * leak);
-        let third = bend(rise, second, falls * leak);
+        let mut current = [one.current; TERMS];
+        current[1] = rise;
+        let mut leaks = floating * leak;
+        for n in 0..TERMS - 2 {
+            current[n + 2] = bend(current[n], current[n + 1], leaks);
+            leaks = (current[n].through(charging) + leaks) * -leak;
+        }
         let mut square = 0.0;
         for k in (0..3).filter(|k| floats[*k]) {
             square += axes[k].through(gamma).dot(axes[k]) * (2.0 / 3.0) / capacitance;
         }
-        Self { axes, current: [one.current, rise, second, third], square, capacitance, leak }
+        Self { axes, current, square, capacitance, leak }
     }
 
     /// Returns the times in s in which the current charges terminal `k` from a potential in V to a bound: first for a
     /// constant current, then for the Taylor series. The second time is infinite where the series is not exact enough.
     fn carries(&self, k: usize, potential: f64, [low, high]: [f64; 2]) -> (f64, f64) {
-        let [mut i, mut a, mut b, mut c] = self.current.map(|of| self.axes[k].dot(of));
+        let mut terms = self.current.map(|of| self.axes[k].dot(of));
         if self.leak > 0.0 {
             // Of the current that discharges the terminal, with its divider's: j = i + C γ v, C v′ = −j.
-            i += potential * self.capacitance * self.leak;
-            a -= self.leak * i;
-            b -= self.leak * a;
-            c -= self.leak * b;
+            terms[0] += potential * self.capacitance * self.leak;
+            for n in 1..TERMS {
+                terms[n] -= self.leak * terms[n - 1];
+            }
         }
         let mut room = (potential - low) * self.capacitance;
-        if i < 0.0 {
-            [i, a, b, c] = [-i, -a, -b, -c];
+        if terms[0] < 0.0 {
+            terms = terms.map(|term| -term);
             room = (high - potential) * self.capacitance;
         }
-        let constant = room / i;
+        let [current, rise, ..] = terms;
+        if rise < 0.0 && current * current < -rise * room.abs().max((high - low) * self.capacitance * TURNS) {
+            // It turns back before, or after so little that the terminal is there already.
+            return (f64::INFINITY, f64::INFINITY);
+        }
+        let constant = room / terms[0];
         let most = EXACT / self.square.sqrt();
         let mut time = constant;
         if !(time > 0.0 && time < most) {
             return (constant, f64::INFINITY);
         }
-        for _ in 0..4 {
-            let flows = i + time * (a + time * (b * 0.5 + time * c * (1.0 / 6.0)));
-            let charge = time * (i + time * (a * 0.5 + time * (b * (1.0 / 6.0) + time * c * (1.0 / 24.0))));
-            time -= (charge - room) / flows;
+        for _ in 0..NEWTON {
+            let [mut flows, mut charge] = [terms[TERMS - 1]; 2];
+            for n in (0..TERMS - 1).rev() {
+                flows = terms[n] + flows * (time * PER[n]);
+                charge = terms[n] + charge * (time * PER[n + 1]);
+            }
+            time -= (charge * time - room) / flows;
         }
         let exact = time > 0.0 && time < most;
         (constant, if exact { time } else { f64::INFINITY })
     }
 }
+
+#[cfg(test)]
+mod tests;

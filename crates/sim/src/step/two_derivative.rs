@@ -212,7 +212,9 @@ impl<V: Wide> Tried<V> {
         }
         let mut floating = None;
         if RARE && let Some(ringing) = ringing {
-            let places = Floating::new(machine, legs, [here, &end], changes, &phases, (h, &link), ringing);
+            let mut places =
+                Floating::new(machine, legs, [here, &end], changes, &phases, (h, &link), ringing);
+            places.exact = error;
             error = error.greatest(places.too_long(machine.lags()));
             floating = Some(places);
         }

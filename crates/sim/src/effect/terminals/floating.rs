@@ -2,6 +2,7 @@
 
 use standstill_numeric::{Lane, Mask, Wide};
 
+use super::modes::Deviation;
 use super::ringing::Ringing;
 use crate::effect::link::LinkStep;
 use crate::physics::legs::Conducting;
@@ -24,6 +25,11 @@ pub struct Floating<V: Wide> {
     pub moved: [[[V; 2]; 3]; 2],
     /// Lanes in which the oscillation of a leg cannot end its mode, however many periods the step has.
     pub safe: [V::Mask; 3],
+    /// Share of the step up to which the oscillation of a leg that is safe at its beginning and not at its end leaves its mode alone; 1 if
+    /// there is no such leg.
+    pub until: V,
+    /// Error of the step apart from [`Self::too_long`].
+    pub exact: V,
     /// Amplitude of the potentials relative to a large oscillation, whose amplitude is a quarter of the link's voltage;
     /// at most 1.
     pub size: V,
@@ -57,26 +63,35 @@ impl<V: Wide> Floating<V> {
         // What lags behind by eddy currents, and cells of the iron, are not part of the oscillators: cubics must follow.
         let may_turn = if machine.lags() { 0 } else { u32::MAX };
         let mut safe = [V::Mask::of_bits(may_turn); 3];
-        let mut size = zero;
+        let (mut size, mut until) = (zero, V::of(1.0));
         let bounds = three!(k => machine.legs.range(k, &legs.on[k]));
         let range = pair!(e => three!(k => bounds[k].at(places[e].state.link)));
         let moved = pair!(e => three!(k => bounds[k].rise(link.rise[e] * h)));
-        for e in 0..2_usize {
-            let here = places[e];
-            let axes = &machine.legs.axes;
+        let swings = pair!(e => {
+            let (here, axes) = (places[e], &machine.legs.axes);
             let [current, rise] = [here.at.current, change[e].current];
             let leak =
                 some!(machine.legs.leak, leak => (leak, machine.legs.floating(legs, &here.state.potential)));
-            let swing = ringing.modes.swing(axes, elastance, [current, rise], leak, h);
-            let per_quarter = V::of(4.0) / here.state.link;
-            for k in 0..3_usize {
-                size = size.greatest(swing.potential[k] * per_quarter);
+            ringing.modes.swing(axes, elastance, [current, rise], leak, h)
+        });
+        for k in 0..3_usize {
+            let [first, second] = pair!(m => {
+                Deviation::range([&swings[0].modes[m], &swings[1].modes[m]], k, ringing.turned[m])
+            });
+            let mut room = [zero; 2];
+            for e in 0..2_usize {
+                let (here, swing) = (places[e], &swings[e]);
+                size = size.greatest(swing.potential[k] * (V::of(4.0) / here.state.link));
                 let carried = legs.leg[k].direction * (phases[e][k] - swing.ahead[k]) - swing.current[k];
                 let middle = here.state.potential[k] - swing.away[k];
                 let [low, high] = range[e][k];
-                let held = (middle - low).least(high - middle) - swing.potential[k];
-                safe[k] = safe[k] & V::choose(legs.flows[k], carried, held).above(zero);
+                let held = (middle - low + first[0] + second[0]).least(high - middle - first[1] - second[1]);
+                room[e] = V::choose(legs.flows[k], carried, held);
+                safe[k] = safe[k] & room[e].above(zero);
             }
+            let ends = V::Mask::of_bits(may_turn) & legs.flows[k] & room[0].above(zero) & zero.above(room[1]);
+            let fall = V::choose(ends, room[0] - room[1], V::of(1.0));
+            until = until.least(V::choose(ends, room[0] / fall, V::of(1.0)));
         }
         let rise = change_of_potential(machine, legs, places, h);
         Self {
@@ -86,8 +101,16 @@ impl<V: Wide> Floating<V> {
             range,
             moved,
             safe,
+            until,
+            exact: zero,
             size: size.least(V::of(1.0)),
         }
+    }
+
+    /// Returns the square of the largest angle in rad by which a mode turns in the step.
+    #[inline(always)]
+    pub fn turned(&self) -> V {
+        self.ringing.turned[0].greatest(self.ringing.turned[1])
     }
 
     /// Returns a value above 1 if the step is too long: too long to locate the end of a leg's mode that may lie within
@@ -95,7 +118,7 @@ impl<V: Wide> Floating<V> {
     #[inline(always)]
     pub fn too_long(&self, lagged: bool) -> V {
         let (most, size) = if lagged { (LAGGED, V::of(1.0)) } else { (SEEN, self.size) };
-        let turned = self.ringing.turned[0].greatest(self.ringing.turned[1]) * (1.0 / most);
+        let turned = self.turned() * (1.0 / most);
         let all_safe = self.safe[0] & self.safe[1] & self.safe[2];
         V::choose(all_safe, V::of(0.0), turned * turned * size)
     }

@@ -102,15 +102,25 @@ impl<V: Wide> Modes<V> {
         let both = (energy[0] + energy[1]).sqrt();
         let dropped = both * self.damping[0][1].abs() * h;
         let size = pair!(m => V::only(rings[m], (energy[m].sqrt() + dropped).least(both)));
-        let mut swing = Swing { current: none, ahead: none, potential: none, away: none };
+        let mut swing = Swing {
+            current: none,
+            ahead: none,
+            potential: none,
+            away: none,
+            modes: [Deviation::default(); 2],
+        };
         for m in 0..2_usize {
             let in_potential = size[m] * per_square[m].sqrt() * elastance;
             for k in 0..3 {
                 let share = axes[k].dot(self.to[m]);
+                let mode = &mut swing.modes[m];
+                mode.falls[k] = share * now[m];
+                mode.most[k] = share.abs() * in_potential;
+                mode.away[k] = share * charge[m] * elastance;
                 swing.current[k] = swing.current[k] + share.abs() * size[m];
-                swing.ahead[k] = swing.ahead[k] + share * now[m];
-                swing.potential[k] = swing.potential[k] + share.abs() * in_potential;
-                swing.away[k] = swing.away[k] + share * charge[m] * elastance;
+                swing.ahead[k] = swing.ahead[k] + mode.falls[k];
+                swing.potential[k] = swing.potential[k] + mode.most[k];
+                swing.away[k] = swing.away[k] + mode.away[k];
             }
         }
         swing
@@ -128,4 +138,41 @@ pub struct Swing<V> {
     pub potential: [V; 3],
     /// Present deviation of the potentials from their slow parts, in V.
     pub away: [V; 3],
+    /// The part of each mode in the potentials.
+    pub modes: [Deviation<V>; 2],
+}
+
+/// Deviation of the potentials from their slow parts by one mode.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Deviation<V> {
+    /// In V.
+    pub away: [V; 3],
+    /// Current in A that charges a terminal: positive if the deviation falls.
+    pub falls: [V; 3],
+    /// Largest deviation in V.
+    pub most: [V; 3],
+}
+
+/// Square of the angle in rad, a little less than π, up to which a swing turns back once at most.
+const ONCE: f64 = 8.0;
+
+/// Share of its amplitude by which saturation may take a swing beyond what both ends of a step say.
+const BEYOND: f64 = 0.01;
+
+impl<V: Wide> Deviation<V> {
+    /// Returns the lowest and the highest deviation in V of terminal `k` in a step from one deviation to the other, in which the mode
+    /// turns by an angle with this square. It is at an end of the step unless the swing turns back between.
+    #[inline(always)]
+    pub fn range([begin, end]: [&Self; 2], k: usize, turned: V) -> [V; 2] {
+        let zero = V::of(0.0);
+        let most = begin.most[k].greatest(end.most[k]);
+        let far = turned.above(V::of(ONCE));
+        let [from, to] = [begin.falls[k], end.falls[k]];
+        let margin = most * BEYOND;
+        let low = begin.away[k].least(end.away[k]) - margin;
+        let high = begin.away[k].greatest(end.away[k]) + margin;
+        let dips = far | from.above(zero) & zero.above(to);
+        let peaks = far | zero.above(from) & to.above(zero);
+        [V::choose(dips, zero - most, low), V::choose(peaks, most, high)]
+    }
 }

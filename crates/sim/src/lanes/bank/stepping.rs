@@ -3,6 +3,7 @@
 use standstill_numeric::{Compute, Mask, Wide};
 
 use super::{Bank, Served};
+use crate::effect::terminals::floating::SEEN;
 use crate::effect::{Effect, each_effect, keep, keep_dq};
 use crate::guard::Guard;
 use crate::lanes::lanes_of;
@@ -21,6 +22,14 @@ const LONGER_AT_MOST: f64 = 4.0;
 /// Replaces [`LONGER_AT_MOST`] where terminals ring: there the error depends on the phase of the oscillation, and is
 /// small by accident twice in each period.
 const LONGER_WHERE_IT_RINGS: f64 = 1.5;
+/// Size of an oscillation up to which [`LONGER_AT_MOST`] holds where terminals ring, too: 0.75 % of the link's voltage. What is hidden in
+/// the phase of so small a one is nothing beside the rest.
+const STILL: f64 = 0.03;
+/// Share of the time up to which an oscillation cannot end a current, in which the next step ends.
+const BEFORE: f64 = 0.97;
+/// Square of the angle in rad by which a mode turns in a step, up to which [`LONGER_AT_MOST`] holds too: four times as long a step turns
+/// no further than one in which a swing may end a leg's mode.
+const HARDLY: f64 = SEEN / (LONGER_AT_MOST * LONGER_AT_MOST);
 /// Largest length of a retried step, as a share of the rejected one. A fourth power gives 0.7 for an error of four
 /// times the tolerance.
 const SHORTER_AT_LEAST: f64 = 0.7;
@@ -100,9 +109,10 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         // The next step's length: the error falls with the fourth power or more. Not-a-number asks for a shorter one.
         let target = V::choose(tried.error.above(-one), tried.error, V::of(1e3)) + 1e-4;
         let mut longest = V::of(LONGER_AT_MOST);
-        if RARE && tried.floating.is_some() {
+        if RARE && let Some(floating) = &tried.floating {
             let [a, b, c] = legs.flows;
-            longest = V::choose(a & b & c, longest, V::of(LONGER_WHERE_IT_RINGS));
+            let still = V::of(STILL).above(floating.size) | V::of(HARDLY).above(floating.turned());
+            longest = V::choose(a & b & c | still, longest, V::of(LONGER_WHERE_IT_RINGS));
         }
         let mut factor = longest;
         // Where it has room for the longest, no root is needed.
@@ -114,7 +124,12 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         let next = length * factor;
         // A step that ended at an instant says little about the next one's length.
         let longer = V::choose(control.next.above(length), next.greatest(control.next), next);
-        let next = V::choose(exact, longer, next.least(length * SHORTER_AT_LEAST));
+        let mut next = V::choose(exact, longer, next.least(length * SHORTER_AT_LEAST));
+        if RARE && let Some(floating) = &tried.floating {
+            // Too long only because a current may end in it: up to a little before that it is as exact.
+            let ends = !exact & one.above(floating.exact) & V::of(BEFORE).above(floating.until);
+            next = V::choose(ends, next.greatest(length * floating.until * BEFORE), next);
+        }
         control.next = V::choose(live & !out_of_bounds, next, control.next);
 
         // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.

@@ -72,3 +72,57 @@ fn law_currents_and_potentials_never_swing_farther_than_is_said() {
     assert!(most < 1.0 + 1e-5, "beyond what was said: {most}");
     assert!(least > 0.4, "said far too much: {least}");
 }
+
+/// A swing of each mode turns back once in less than half a turn: from both ends of a step follows how far terminals are from their middle
+/// between, and closer than by the amplitude alone where none turns back.
+#[test]
+fn law_between_two_places_of_a_swing_terminals_stay_within_what_is_said() {
+    let axes = AXES.map(|axis: AlphaBeta<f64>| Plane::from_stator(axis, Heading::of(0.4)));
+    let (mut beyond, mut narrow, mut all) = (f64::NEG_INFINITY, 0_u32, 0_u32);
+    for number in 0..30 {
+        let part = |stride: f64| (f64::from(number) * stride).fract();
+        let heading = Heading::of(9.0 * part(0.618));
+        let gamma = Symmetric::new(40.0 + 60.0 * part(0.37), 0.0, 25.0 + 10.0 * part(0.71))
+            .unpark_by(heading.sin, heading.cos);
+        let impedance = (1.5 * ELASTANCE / gamma.xx).sqrt();
+        let none = Symmetric::new(0.0, 0.0, 0.0);
+        let resistance = of_legs(&axes, &[impedance / 2.0 * part(0.43); 3], none);
+        let charging = of_legs(&axes, &[ELASTANCE; 3], none);
+        let slope = |[current, voltage]: Now| {
+            let rise = (voltage - current.through(resistance)).through(gamma);
+            [rise, Plane::new(0.0, 0.0) - current.through(charging)]
+        };
+        let direction = Heading::of(7.0 * part(0.29));
+        let current = Plane::new(0.05 * part(0.53), 0.05 * part(0.91) - 0.02);
+        let mut now = [current, Plane::new(direction.cos, direction.sin) * 300.0];
+        let modes = Modes::of(gamma, charging, &resistance);
+        let h = 0.1 / modes.square[0].sqrt();
+        let mut places = Vec::new();
+        for _ in 0..60 {
+            places.push(now);
+            for _ in 0..20 {
+                now = stepped(now, h / 20.0, slope);
+            }
+        }
+        for (first, length) in (0..30).flat_map(|first| [3_usize, 9, 18, 28].map(|length| (first, length))) {
+            let time = h * length as f64;
+            let swing =
+                |at: usize| modes.swing(&axes, ELASTANCE, [places[at][0], slope(places[at])[0]], None, time);
+            let (begin, end) = (swing(first), swing(first + length));
+            for k in 0..3 {
+                let said = [0, 1].map(|m| {
+                    Deviation::range([&begin.modes[m], &end.modes[m]], k, modes.square[m] * time * time)
+                });
+                let [low, high] = [0, 1].map(|side| said[0][side] + said[1][side]);
+                for between in first..=first + length {
+                    let away = swing(between).away[k];
+                    beyond = beyond.max((low - away).max(away - high) / begin.potential[k]);
+                }
+                all += 1;
+                narrow += u32::from(high - low < begin.potential[k]);
+            }
+        }
+    }
+    assert!(beyond <= 0.0, "beyond what was said by {beyond} of the amplitude");
+    assert!(3 * narrow > all, "hardly ever closer than the amplitude: {narrow} of {all}");
+}

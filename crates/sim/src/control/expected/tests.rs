@@ -1,0 +1,44 @@
+use super::*;
+
+/// Of each terminal in F, and a swing of 1e6 rad/s.
+const CAPACITANCE: f64 = 1e-9;
+const OMEGA: f64 = 1e6;
+
+/// A current a cos ω t + b sin ω t in phase a, with its derivatives.
+fn swinging(a: f64, b: f64) -> Way {
+    let mut current = [Plane::default(); TERMS];
+    let (mut cos, mut sin, mut power) = (a, b, 1.0);
+    for of in &mut current {
+        *of = Plane::new(cos * power, 0.0);
+        (cos, sin, power) = (sin, -cos, power * OMEGA);
+    }
+    let axes = [Plane::new(1.0, 0.0), Plane::new(-0.5, 0.8), Plane::new(-0.5, -0.8)];
+    Way { axes, current, square: OMEGA * OMEGA, capacitance: CAPACITANCE, leak: 0.0 }
+}
+
+/// A current a cos ω t has carried C Δv after asin(ω C Δv/a)/ω.
+#[test]
+fn analytic_the_time_in_which_a_swing_carries_a_terminal_to_its_bound() {
+    for angle in [0.01, 0.1, 0.3, 0.5] {
+        let current = 0.2;
+        let fall = current * f64::sin(angle) / (OMEGA * CAPACITANCE);
+        for (current, bounds) in [(current, [-fall, 1e4]), (-current, [-1e4, fall])] {
+            let (constant, exact) = swinging(current, 0.0).carries(0, 0.0, bounds);
+            assert!((constant - fall * CAPACITANCE / 0.2).abs() < 1e-18);
+            assert!((exact * OMEGA - angle).abs() < 5e-6 * angle, "{angle}: {}", exact * OMEGA);
+        }
+    }
+    // Beyond what the series is good for it says nothing.
+    let fall = 0.2 * f64::sin(0.7) / (OMEGA * CAPACITANCE);
+    assert_eq!(swinging(0.2, 0.0).carries(0, 0.0, [-fall, 1e4]).1, f64::INFINITY);
+}
+
+/// A current that turns back before it has carried a terminal to its bound shortens no step.
+#[test]
+fn analytic_a_current_that_turns_back_carries_no_terminal_to_its_bound() {
+    // 1e-6 A turns back after 5e-12 s: it moves the terminal by 2.5e-9 V, and then away from the bound.
+    let way = swinging(1e-6, -0.2);
+    assert_eq!(way.carries(0, 1e-6, [0.0, 500.0]), (f64::INFINITY, f64::INFINITY));
+    // Where it does not turn back, it carries it there.
+    assert!(swinging(1e-6, 0.2).carries(0, 1e-6, [0.0, 500.0]).0 < 1e-8);
+}
