@@ -243,4 +243,14 @@ mod tests {
         assert!((scattered(1.0_f64, 1e6) - 2.0 * 1e3_f64.ln()).abs() < 1e-3);
         assert!(scattered(0.0_f64, 0.0) == f64::INFINITY);
     }
+
+    #[test]
+    fn law_delays_of_legs_leave_as_much_across_two_opposite_vectors_as_stated() {
+        let (dead, period, link, voltage) = (2e-6, 1e-4, 540.0, 90.0);
+        let leg = of_a_leg(dead, period, link) / voltage;
+        let mut noise = Noise::new(7);
+        let mut vector = || Abc([(); 3].map(|()| leg * noise.gauss())).clarke().beta;
+        let square = (0..20_000).map(|_| (vector() + vector()).powi(2)).sum::<f64>() / 20_000.0;
+        assert!((square / of_vector_delays(dead, period, link, voltage) - 1.0).abs() < 0.05, "{square}");
+    }
 }
