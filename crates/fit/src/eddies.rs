@@ -1,6 +1,6 @@
 //! Eddy currents: tests whether short pulses meet less inductance than slow ones.
 
-use super::plant::NO_EDDIES;
+use super::parameters::Parameter;
 use super::record::Record;
 use super::result::{rest_rms, rms};
 use super::{ABOVE_REST, FitError, MISFIT, Solved, Work};
@@ -41,7 +41,7 @@ impl Work<'_> {
             lagging => lagging.ok(),
         };
         let explains = |lagging: &Solved| {
-            lagging.point.plant.eddy != NO_EDDIES && rms_of(lagging) < EXPLAINED * residual
+            lagging.free.contains(&Parameter::EddyTime) && rms_of(lagging) < EXPLAINED * residual
         };
         if let Some(lagging) = lagging.filter(explains) {
             return Ok(lagging);

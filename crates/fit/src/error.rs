@@ -93,6 +93,11 @@ pub enum FitError {
         "{0}: found no column angle_deg, which other files have; needed: the rotor's electrical angle in all files or in none"
     )]
     NoAngle(String),
+    /// A record to be predicted states the rotor's angle, but the fit's records do not.
+    #[error(
+        "{0}: found the column angle_deg, which the fit's files do not have; needed: the rotor's electrical angle in all files or in none"
+    )]
+    NewAngle(String),
     /// A record to be predicted has a channel that the fit's records do not have: its name.
     #[error(
         "{file}: found readings of {channel}, of which the fit has none; needed: channels whose gain and offset the fit has found"

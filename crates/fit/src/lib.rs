@@ -64,7 +64,7 @@ pub use identifiability::{FixedBias, NonIdentifiable};
 pub use link::Swing;
 pub use misfit::Misfit;
 pub use plant::Plant;
-pub use predict::{Basis, Prediction};
+pub use predict::{Basis, Prediction, is_like};
 pub use result::{Estimate, Fit, Pole, Trace};
 pub use standstill_inverter::{DeviceKind, Devices};
 pub use wiring::Wiring;

@@ -32,6 +32,11 @@ pub struct Prediction {
 }
 
 impl Fit {
+    /// Returns the angle in rad that the first record states; none if the records state none.
+    pub const fn stated_angle(&self) -> Option<f64> {
+        self.basis.origin
+    }
+
     /// Predicts the currents of a record that the fit has not seen: motor, drive and channels are those that it found. Only when the
     /// legs change between two rows, of which no row says anything, is taken from the record itself.
     ///
@@ -39,12 +44,7 @@ impl Fit {
     /// The record has a channel that the fit's records do not have, states no angle although they do, or has currents of other phases.
     pub fn predict(&self, record: &Record, start: &Start) -> Result<Prediction, FitError> {
         let Basis { problem, point, scatter, origin } = &self.basis;
-        if origin.is_some() && record.angle.is_none() {
-            return Err(FitError::NoAngle(record.file.clone()));
-        }
-        if let Some(k) = (0..CHANNELS).find(|k| record.channels[*k] && !problem.channels[*k]) {
-            return Err(FitError::NewChannel { file: record.file.clone(), channel: COLUMNS[1 + k] });
-        }
+        is_like(record, origin.is_some(), problem.channels)?;
         let records = &*shunt::readable(std::slice::from_ref(record), start);
         let (pieces, _) = pieces::used(records, *origin, start.most_used);
         if let Some(wiring) = wiring::miswired(&pieces, record.channels, &pieces::resting(record)) {
@@ -69,6 +69,22 @@ impl Fit {
             current_rms: rms_of_currents(&traces, &point),
             traces,
         })
+    }
+}
+
+/// Checks that a record has the columns that a fit of other records can predict.
+///
+/// # Errors
+/// It has a channel that the fit's records do not have, or states an angle where they do not, or the other way round.
+pub fn is_like(record: &Record, has_angle: bool, channels: [bool; CHANNELS]) -> Result<(), FitError> {
+    match (has_angle, record.angle) {
+        (true, None) => return Err(FitError::NoAngle(record.file.clone())),
+        (false, Some(_)) => return Err(FitError::NewAngle(record.file.clone())),
+        _ => {}
+    }
+    match (0..CHANNELS).find(|k| record.channels[*k] && !channels[*k]) {
+        Some(k) => Err(FitError::NewChannel { file: record.file.clone(), channel: COLUMNS[1 + k] }),
+        None => Ok(()),
     }
 }
 

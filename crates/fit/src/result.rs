@@ -268,7 +268,8 @@ pub(super) fn rest_rms(records: &[Record], scatter: &[Scatter; CHANNELS]) -> Opt
             }
         }
     }
-    (count > 0.0).then(|| (square / count).sqrt())
+    // Readings that a drive sets to zero show no noise.
+    (square > 0.0).then(|| (square / count).sqrt())
 }
 
 /// Returns the root of the mean square of values.

@@ -7,7 +7,7 @@ mod prediction;
 use std::path::{Path, PathBuf};
 
 use standstill_fit::record::{LINK, Record, RecordError};
-use standstill_fit::{MOST_USED, Start, fit};
+use standstill_fit::{MOST_USED, Start, fit, is_like};
 use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_scenario::Document;
 
@@ -136,6 +136,11 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     distinct(options)?;
     let records = options.traces.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     let unseen = options.predict.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let channels = std::array::from_fn(|k| records.iter().any(|record| record.channels[k]));
+    for record in &unseen {
+        // Before the search, not after it.
+        is_like(record, records[0].angle.is_some(), channels).map_err(Error::Fit)?;
+    }
     let start = start(options, &records)?;
     let names: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
     let of = (&records, &unseen, &start, &options.motor, &options.set);

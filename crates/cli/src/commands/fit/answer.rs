@@ -54,7 +54,7 @@ pub(super) fn of(
         "Measured and simulated currents, and below what differs. Drag to zoom.",
     );
     let answer = prediction::shown(answer, fit, predicted);
-    let unseen = (!predicted.is_empty()).then(|| prediction::section(fit, predicted));
+    let unseen = (!predicted.is_empty()).then(|| prediction::section(fit, predicted, options));
     let sections = answer.sections.into_iter().chain(unseen).chain([tells, steps]).collect();
     Answer { sections, json, csv: Some(records), ..answer }
 }
@@ -244,6 +244,30 @@ fn eddies(fit: &Fit) -> Option<String> {
     ))
 }
 
+/// Returns the sentence on a stated angle that the currents contradict: the angle found lies beyond its interval of the stated one, or the magnet's
+/// axis has the larger inductance.
+fn contradicted_angle(fit: &Fit) -> Option<String> {
+    let stated = fit.stated_angle()?.to_degrees();
+    let of = |name: &str| fit.parameters.iter().find(|estimate| estimate.name == name && estimate.identified);
+    let off = |angle: f64| (angle - stated + 180.0).rem_euclid(360.0) - 180.0;
+    let found = of("angle").filter(|angle| {
+        let half = angle.interval.map_or(0.0, |[low, high]| (high - low) / 2.0);
+        off(angle.value).abs() > half.max(5.0)
+    });
+    if let Some(angle) = found {
+        return Some(format!(
+            "The currents contradict angle_deg: the axis that they show lies {} from the stated one. Look whether angle_deg is in electrical degrees \
+             (mechanical ones times the pole pairs), and at the encoder's zero.",
+            format_args!("{:.1}°", off(angle.value))
+        ));
+    }
+    let [d, q] = [of("L_d")?, of("L_q")?].map(|estimate| estimate.value);
+    (d > 1.02 * q).then(|| {
+        "L_d is above L_q, unusual beside a magnet: angle_deg may count from the other axis, 90° away."
+            .to_owned()
+    })
+}
+
 /// Returns what the readings say of the pole that the records state.
 fn stated_pole(fit: &Fit) -> String {
     let Some([d, minus_d, _]) = fit.falls.filter(|_| fit.pole.identified) else {
@@ -289,6 +313,10 @@ fn sentences(fit: &Fit, files: &[String]) -> Vec<String> {
         said.push("Through one shunt these intervals are too narrow: in 47 simulated drives of 12 V 81 to 96 % of them held, and 97 % or more twice as wide (docs/notes/fit-coverage.txt). Take twice the interval, or record the phases' currents.".to_owned());
         said.push("One shunt in the DC link shows the current along each pulse's own legs alone: phases that were exchanged, or a pulse with the legs of another, cannot be noticed. Its readings right after a change of the legs are left out (-s sensors.settle).".to_owned());
     }
+    if fit.rest_rms.is_none() {
+        said.push("Fewer than twelve rows before the first pulse show what the channels scatter at rest: whether the residuals are noise alone is not known.".to_owned());
+    }
+    said.extend(contradicted_angle(fit));
     said.push(if fit.pole.stated {
         stated_pole(fit)
     } else if fit.pole.identified {

@@ -7,7 +7,9 @@ use standstill_report::page::{Block, Column, Section, Table};
 
 use super::answer::ampere;
 use crate::answer::Answer;
+use crate::arguments::Fit as Options;
 use crate::figures;
+use crate::shell::command_line::quoted;
 
 /// Ratio of a prediction's share of the currents to the fit's above which the fit does not hold for a record.
 const WORSE: f64 = 1.5;
@@ -18,7 +20,7 @@ fn share(of: &Prediction) -> f64 {
 }
 
 /// Returns the table of predictions, and what follows from them.
-pub(super) fn section(fit: &Fit, predicted: &[Prediction]) -> Section {
+pub(super) fn section(fit: &Fit, predicted: &[Prediction], options: &Options) -> Section {
     let own = fit.residual_rms / fit.current_rms;
     let columns =
         [Column::word("trace"), Column::number("differs by, rms"), Column::number("of the currents")];
@@ -32,9 +34,10 @@ pub(super) fn section(fit: &Fit, predicted: &[Prediction]) -> Section {
         if ratio > WORSE {
             format!(
                 "What the fit found does NOT hold for {file}: it leaves {} times the share there. Fit it by itself and compare \
-                 angle and inductances: standstill fit {file} --out ANOTHER",
+                 angle and inductances: standstill fit {file}{given} --out ANOTHER",
                 number(1, ratio),
-                file = worst.file
+                file = worst.file,
+                given = given(options)
             )
         } else {
             format!(
@@ -45,6 +48,13 @@ pub(super) fn section(fit: &Fit, predicted: &[Prediction]) -> Section {
         }
     });
     Section::new("Traces that the fit has not seen", [Block::Table(table), Block::Text(said)])
+}
+
+/// Returns the options that say what is known of motor and drive, for a further command.
+fn given(options: &Options) -> String {
+    let motor = options.motor.iter().map(|motor| format!(" --motor {}", quoted(motor)));
+    let keys = options.set.iter().map(|(key, value)| format!(" -s {}", quoted(&format!("{key}={value}"))));
+    motor.chain(keys).collect()
 }
 
 /// Adds the figure of the predicted currents.
@@ -64,6 +74,13 @@ pub(super) fn shown(answer: Answer, fit: &Fit, predicted: &[Prediction]) -> Answ
 }
 
 pub(super) fn json(predicted: &[Prediction]) -> Value {
-    let one = |of: &Prediction| json!({ "file": of.file, "residual_rms_A": of.residual_rms, "current_rms_A": of.current_rms });
+    let one = |of: &Prediction| {
+        json!({
+            "file": of.file,
+            "residual_rms_A": of.residual_rms,
+            "current_rms_A": of.current_rms,
+            "share": share(of),
+        })
+    };
     predicted.iter().map(one).collect()
 }
