@@ -39,6 +39,9 @@ fn analytic_a_current_that_turns_back_carries_no_terminal_to_its_bound() {
     // 1e-6 A turns back after 5e-12 s: it moves the terminal by 2.5e-9 V, and then away from the bound.
     let way = swinging(1e-6, -0.2);
     assert_eq!(way.carries(0, 1e-6, [0.0, 500.0]), (f64::INFINITY, f64::INFINITY));
+    // Where it turns back only after that, it carries it there: 0.2 A, falling by 0.1 A in a radian.
+    let (constant, exact) = swinging(0.2, -0.1).carries(0, 10.0, [0.0, 500.0]);
+    assert!(constant.is_finite() && exact > constant && exact < 1.1 * constant, "{constant} {exact}");
     // Where it does not turn back, it carries it there.
     assert!(swinging(1e-6, 0.2).carries(0, 1e-6, [0.0, 500.0]).0 < 1e-8);
 }
