@@ -137,6 +137,18 @@ impl Event {
         }
     }
 
+    /// Returns true if the event is about poles. No start of a motor without a magnet ends with it: such a motor has no
+    /// pole that could be wrong or left open.
+    ///
+    /// ```
+    /// use standstill_analysis::Event;
+    ///
+    /// assert!(Event::WrongPole.is_of_poles() && !Event::Error(3.0).is_of_poles());
+    /// ```
+    pub const fn is_of_poles(self) -> bool {
+        matches!(self, Self::WrongPole | Self::WrongEvidence | Self::Undetermined)
+    }
+
     /// Returns the bound that the order parameter must exceed.
     pub const fn bound(self) -> f64 {
         match self {

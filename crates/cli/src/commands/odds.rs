@@ -21,6 +21,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let question = &options.question;
     let plan = plan(question)?;
     let trials = Trials::new(&plan)?;
+    let motor = &trials.scenario().motor;
+    if options.event.is_of_poles() && !motor.has_magnet() {
+        return Err(Error::Arguments(format!(
+            "`--event {}`: found the motor {}, which has no magnet and so no poles, needed `failed`, `|e| > 3 deg`, \
+             `moved > 1 deg` or `peak_current > 8 A`",
+            options.event, motor.name
+        )));
+    }
     let effort = (options.effort != Effort::default()).then(|| options.effort.name().to_owned());
     let settings = Settings::of(options.effort, plan.file().seed);
     let named = [("--event", Some(options.event.to_string())), ("--effort", effort)];
@@ -184,7 +192,14 @@ fn expected(settings: &Settings, done: &[(End, u32)]) -> u64 {
     // Some millions.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let trials = (f64::from(RUNS) * states + runs as f64 * (levels - 1.0).max(0.0) * level) as u64;
-    trials
+    // Where nothing leads to the event, plain trials follow; after the first run at once.
+    match done {
+        [(End::Flat, 1)] => u64::from(settings.states + settings.counted()),
+        _ if done.iter().filter(|(end, _)| *end == End::Flat).count() * 2 > RUNS as usize => {
+            trials + u64::from(settings.counted())
+        }
+        _ => trials,
+    }
 }
 
 /// Draws the waveforms of a typical start with the event. Returns the figure and its caption.
@@ -192,11 +207,8 @@ fn typical(trials: &Trials<'_>, tape: &Tape, event: Event, setting: &str) -> Res
     let scenario = trials.plan().scenario_taped(0, trials.scenario(), tape)?;
     let case = scenario.case_taped(tape);
     let (record, _, trace) = scenario.watched(&case, true, f64::INFINITY)?;
-    let outcome = match (record.estimated_angle_deg(), record.error_deg()) {
-        (Some(angle), Some(error)) => format!("found {angle:.2}°, error {error:+.2}°"),
-        _ => format!("{}: {}", record.verdict().name(), record.reason()),
-    };
     let title = format!("a typical start with {event}, rotor at {:.1}°", record.true_angle_deg());
+    let outcome = record.in_words(2);
     let conditions = format!("{setting}; {outcome}");
     let figure = super::waveforms(&trace, &title, &conditions, &scenario, &record);
     Ok((figure, format!("Of the likeliest sector the start nearest to its means: {outcome}.")))
@@ -226,5 +238,14 @@ mod tests {
         assert_eq!(expected(&settings, &[(End::Reached, 5)]), 8 * (4000 + 4 * 10_800));
         assert_eq!(expected(&settings, &[(End::TooRare, 13)]), 8 * 4000 + 3 * 12 * 10_800);
         assert_eq!(expected(&settings, &[(End::TooRare, 13), (End::Reached, 13)]), 8 * (4000 + 12 * 10_800));
+    }
+
+    #[test]
+    fn law_the_expected_trials_include_the_plain_ones_where_nothing_leads_to_the_event() {
+        let settings = Settings::of(Effort::Quick, 1);
+        // One run's first level of 1,000 states, then the count.
+        assert_eq!(expected(&settings, &[(End::Flat, 1)]), 101_000);
+        let runs = |flat: usize| [vec![(End::Flat, 2); flat], vec![(End::Reached, 2); 8 - flat]].concat();
+        assert_eq!(expected(&settings, &runs(5)), expected(&settings, &runs(4)) + 100_000);
     }
 }

@@ -142,6 +142,14 @@ fn law_mistakes_name_what_there_is() {
         &["odds", "s.toml", "--event", "wrongpole"],
         &["`wrongpole`", "did you mean `wrong-pole`?", "peak_current"],
     );
+    says(
+        &["odds", "s.toml", "--event", "wrong-pole", "-s", "motor=reluctance-6k7"],
+        &[
+            "`--event wrong-pole`",
+            "the motor reluctance-6k7, which has no magnet and so no poles",
+            "`|e| > 3 deg`",
+        ],
+    );
     says(&["odds", "s.toml", "--event", "peak_current > 8"], &["found `8` without a unit", "such as `8 A`"]);
     says(
         &["require", "s.toml", "--key", "sensors.noise", "--limit", "rmse <= 1 deg"],
