@@ -3,7 +3,7 @@
 use standstill_detect::{Decay, LineInductance, LineInductanceSettings, MethodName};
 use standstill_interface::{Command, Detector, Fault, Nanos, Outcome, Reading, Real, Step, Undetermined};
 use standstill_plant::built_in;
-use standstill_scenario::{ErrorSet, Scenario};
+use standstill_scenario::{ErrorSet, Record, Scenario, Verdict};
 use standstill_sim::{Arrangement, Ended, NoProbe, RotorState, RunError, run};
 
 use crate::bench::scenario;
@@ -176,15 +176,34 @@ fn law_the_papers_rule_names_the_wrong_pole_where_the_polarity_signature_is_inve
     // The paper's own motor keeps the paper's pulses.
     let own = scenario(ErrorSet::Default, Decay::Fast, RotorState::Locked).detector;
     assert_eq!((own.pulse, own.polarity.periods), (Nanos::from_micros(80), 10));
-    // Without a magnet there is no pole, and none must be named.
-    for record in verdicts("reluctance-6k7") {
-        assert_eq!(record.pole_correct(), None, "{:?}", record.run.ended);
-    }
-    // Where one is named all the same, it counts as wrong: here on a rotor that turns between the two vectors.
+}
+
+#[test]
+fn law_of_a_motor_without_a_magnet_the_axis_is_the_answer() {
+    // Its torque goes with sin 2(θ - θ_d): both ends of the axis are one position to the drive.
     let motor = built_in("reluctance-6k7").expect("built in");
-    let scenario = Scenario::paper(motor, ErrorSet::Default, Decay::Slow, RotorState::Free, 1);
-    let records: Vec<_> = (0..40).map(|trial| scenario.trial(trial).expect("settings")).collect();
-    assert!(records.iter().all(|record| record.pole_correct() != Some(true)));
+    let scenario = Scenario::of_method(MethodName::Bipolar, motor, ErrorSet::Default, RotorState::Locked, 1);
+    let mut all: Vec<Record> = (0..20).map(|trial| scenario.trial(trial).expect("settings")).collect();
+    // A detector that names one of its ends all the same is neither right nor wrong.
+    for k in 0..all.len() {
+        let mut named = all[k];
+        let Ended::Outcome(Outcome::Axis { angle, findings, .. }) = named.run.ended else {
+            panic!("{:?}", named.run.ended)
+        };
+        for angle in [angle, angle.opposite()] {
+            named.run.ended = Ended::Outcome(Outcome::Found { angle, findings });
+            all.push(named);
+        }
+    }
+    for record in all {
+        assert_eq!((record.verdict(), record.pole_correct()), (Verdict::Found, None));
+        assert_eq!((record.reason(), record.reason_name()), (String::new(), None));
+        let axis = record.estimated_angle_deg().expect("an axis");
+        let error = record.error_deg().expect("an axis");
+        assert!((0.0..180.0).contains(&axis) && (-90.0..=90.0).contains(&error));
+        let turns = (axis - record.true_angle_deg() - error) / 180.0;
+        assert!((turns - turns.round()).abs() < 1e-9, "{turns}");
+    }
 }
 
 #[test]

@@ -44,6 +44,8 @@ pub struct Plan {
     pub(super) tolerances: Vec<Drawn>,
     /// True if the data of at least one motor do not suffice to tell which pole draws more current.
     pole_is_open: bool,
+    /// True if at least one motor has a magnet, and with it poles.
+    has_poles: bool,
     /// Remarks of each [`Note`], each listed once.
     notes: [BTreeSet<String>; 4],
     /// Setters that make the scenarios of trials without reading the document; none if a setter would make a different
@@ -137,6 +139,7 @@ impl Plan {
             points,
             tolerances,
             pole_is_open: false,
+            has_poles: false,
             notes: Default::default(),
             typed,
             remote,
@@ -151,6 +154,7 @@ impl Plan {
                 let doubt = motor.doubtful().map(|doubt| format!("{}: {}", motor.name, doubt.said()));
                 plan.notes[Note::Numbers as usize].extend(doubt);
                 if motor.has_magnet() {
+                    plan.has_poles = true;
                     let known = motor.pole_knowledge();
                     plan.notes[Note::Poles as usize].extend(known.note().map(str::to_owned));
                     plan.pole_is_open |= known.is_open();
@@ -193,6 +197,22 @@ impl Plan {
     /// Returns true if the data of at least one motor do not suffice to tell which pole draws more current.
     pub const fn pole_is_open(&self) -> bool {
         self.pole_is_open
+    }
+
+    /// Returns true if at least one motor has a magnet, and with it poles that a start must tell apart.
+    ///
+    /// ```
+    /// use std::path::Path;
+    /// use standstill_scenario::{Document, Plan};
+    ///
+    /// let has_poles = |text: &str| {
+    ///     let document = Document::parse(Path::new("s.toml"), text).expect("TOML");
+    ///     Plan::new(document).expect("a scenario").has_poles()
+    /// };
+    /// assert!(has_poles("motor = \"pm-reluctance\"") && !has_poles("motor = \"reluctance-6k7\""));
+    /// ```
+    pub const fn has_poles(&self) -> bool {
+        self.has_poles
     }
 
     /// Returns true if the scenario has tolerances, so that each trial draws values of keys.

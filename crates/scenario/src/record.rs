@@ -18,9 +18,9 @@ choice! {
     /// Kind of a trial's end, with its name in `trials.csv`.
     #[derive(Hash, Serialize, Deserialize)]
     pub enum Verdict {
-        /// The detector found an angle: axis and pole.
+        /// The detector found an angle: axis and pole. On a motor without a magnet, which has no poles: an axis.
         Found = "found",
-        /// The detector found an axis without a pole.
+        /// The detector found an axis without a pole, on a motor with a magnet.
         Undetermined = "undetermined",
         /// The detector gave up, with a reason.
         Failed = "failed",
@@ -30,31 +30,48 @@ choice! {
 }
 
 impl Record {
-    /// Returns the kind of the trial's end.
+    /// Returns the kind of the trial's end. Both ends of an axis are alike on a motor without a magnet, so an axis is all
+    /// there is to find, and errors are those of the axis, whether or not the detector named a pole.
+    ///
+    /// ```
+    /// use standstill_detect::MethodName;
+    /// use standstill_plant::built_in;
+    /// use standstill_scenario::{ErrorSet, Scenario, Verdict};
+    /// use standstill_sim::RotorState;
+    ///
+    /// let motor = built_in("reluctance-6k7").expect("built in");
+    /// let of = Scenario::of_method(MethodName::Bipolar, motor, ErrorSet::Default, RotorState::Locked, 1);
+    /// let record = of.trial(0).expect("settings");
+    /// assert_eq!((record.verdict(), record.pole_correct()), (Verdict::Found, None));
+    /// assert!(record.error_deg().is_some_and(|error| error.abs() < 1.0));
+    /// ```
     pub fn verdict(&self) -> Verdict {
         match self.run.ended {
             Ended::Outcome(Outcome::Found { .. }) => Verdict::Found,
+            Ended::Outcome(Outcome::Axis { .. }) if !self.run.has_pole => Verdict::Found,
             Ended::Outcome(Outcome::Axis { .. }) => Verdict::Undetermined,
             Ended::Outcome(Outcome::Failed { .. }) => Verdict::Failed,
             Ended::Error(_) => Verdict::Error,
         }
     }
 
-    /// Returns the reason why the trial has no angle; empty if it has an angle.
+    /// Returns the reason why the trial is not [`Verdict::Found`]; empty if it is.
     pub fn reason(&self) -> String {
         match self.run.ended {
-            Ended::Outcome(Outcome::Found { .. }) => String::new(),
-            Ended::Outcome(Outcome::Axis { reason, .. }) => reason.to_string(),
+            Ended::Outcome(Outcome::Axis { reason, .. }) if self.run.has_pole => reason.to_string(),
+            Ended::Outcome(Outcome::Found { .. } | Outcome::Axis { .. }) => String::new(),
             Ended::Outcome(Outcome::Failed { fault, .. }) => fault.to_string(),
             Ended::Error(error) => error.to_string(),
         }
     }
 
-    /// Returns the name of that reason, without numbers; none if the trial has an angle.
+    /// Returns the name of that reason, without numbers; none if the trial is [`Verdict::Found`].
     pub fn reason_name(&self) -> Option<String> {
         match self.run.ended {
-            Ended::Outcome(Outcome::Found { .. }) => None,
-            Ended::Outcome(Outcome::Axis { reason, .. }) => Some(reason.name().to_owned()),
+            Ended::Outcome(Outcome::Axis { reason, .. }) if self.run.has_pole => {
+                Some(reason.name().to_owned())
+            }
+            Ended::Outcome(Outcome::Found { .. } | Outcome::Axis { .. }) => None,
             Ended::Outcome(Outcome::Failed { fault, .. }) => Some(fault.name().to_owned()),
             Ended::Error(error) => Some(error.name()),
         }
@@ -71,13 +88,18 @@ impl Record {
         Angle::from_radians(self.run.start_angle).degrees()
     }
 
-    /// Returns the angle that the detector found, in [0, 360)°; none without an angle.
+    /// Returns the angle that the detector found, in [0, 360)°; none without an angle. On a motor without a magnet: the
+    /// axis, in [0, 180)°.
     pub fn estimated_angle_deg(&self) -> Option<f64> {
-        self.run.found().map(f64::to_degrees)
+        if self.run.has_pole { self.run.found().map(f64::to_degrees) } else { self.axis_deg() }
     }
 
-    /// Returns the error of the angle, found minus true, in (−180, 180]°; none without an angle.
+    /// Returns the error of the angle, found minus true, in (−180, 180]°; none without an angle. On a motor without a
+    /// magnet: the error of the axis, in (−90, 90]°.
     pub fn error_deg(&self) -> Option<f64> {
+        if !self.run.has_pole {
+            return self.axis_error_deg();
+        }
         let found = Angle::from_radians(self.run.found()?);
         Some(found.difference(Angle::from_radians(self.run.end_angle)).to_degrees())
     }
@@ -116,9 +138,35 @@ impl Record {
         self.error_deg().map(|error| miss_deg(error, self.half_sector_deg()))
     }
 
-    /// Returns true if the right pole was found; none without a pole. A motor without a magnet has no right pole.
+    /// Returns true if the right pole was found; none without a pole. On a motor without a magnet no pole is right or
+    /// wrong.
     pub fn pole_correct(&self) -> Option<bool> {
-        self.error_deg().map(|error| self.run.has_pole && error.abs() <= 90.0)
+        self.error_deg().filter(|_| self.run.has_pole).map(|error| error.abs() <= 90.0)
+    }
+
+    /// Returns the outcome in words, with angles to this many decimals.
+    ///
+    /// ```
+    /// # use standstill_detect::MethodName;
+    /// # use standstill_plant::built_in;
+    /// # use standstill_scenario::{ErrorSet, Scenario};
+    /// # use standstill_sim::RotorState;
+    /// let of = |motor: &str| {
+    ///     let motor = built_in(motor).expect("built in");
+    ///     let of = Scenario::of_method(MethodName::Bipolar, motor, ErrorSet::Default, RotorState::Locked, 1);
+    ///     of.trial(0).expect("settings").in_words(2)
+    /// };
+    /// assert!(of("paper-5k5").starts_with("found "), "{}", of("paper-5k5"));
+    /// assert!(of("reluctance-6k7").starts_with("found the axis "), "{}", of("reluctance-6k7"));
+    /// ```
+    pub fn in_words(&self, decimals: usize) -> String {
+        match (self.estimated_angle_deg(), self.error_deg()) {
+            (Some(angle), Some(error)) => {
+                let axis = if self.run.has_pole { "" } else { "the axis " };
+                format!("found {axis}{angle:.decimals$}°, error {error:+.decimals$}°")
+            }
+            _ => format!("{}: {}", self.verdict().name(), self.reason()),
+        }
     }
 
     /// Returns the quantities that the detector measured; all are empty if the simulation could not continue.

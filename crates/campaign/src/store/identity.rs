@@ -68,10 +68,10 @@ pub struct Identity {
     pub shard: Shard,
     /// The scenario with all overrides, as text of a file.
     pub scenario: String,
-    /// Caveat for wrong poles, if the motor's data do not show which pole draws more current.
+    /// Caveat for wrong poles, if the motor's data do not show which pole draws more current, or if no motor has poles.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pole_note: Option<String>,
-    /// Whether they cannot be judged for that.
+    /// Whether they are not judged for that.
     #[serde(skip_serializing_if = "std::ops::Not::not", default)]
     pub pole_is_open: bool,
     /// Caveat for all results: a motor's map is too coarse.

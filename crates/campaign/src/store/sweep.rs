@@ -52,8 +52,12 @@ impl Sweep<'_> {
             stop_at: file.stop_at,
             shard: self.shard,
             scenario: self.plan.text()?,
-            pole_note: self.plan.note(Note::Poles),
-            pole_is_open: self.plan.pole_is_open(),
+            pole_note: if self.plan.has_poles() {
+                self.plan.note(Note::Poles)
+            } else {
+                Some("a motor without a magnet has none; its axis is the answer".to_owned())
+            },
+            pole_is_open: self.plan.pole_is_open() || !self.plan.has_poles(),
             map_note: self.plan.note(Note::Maps),
             motor_note: self.plan.note(Note::Numbers),
             library_note: self.plan.note(Note::Libraries),

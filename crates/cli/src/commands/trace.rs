@@ -8,7 +8,7 @@ mod verify;
 use std::io::Write;
 
 use standstill_detect::MethodName;
-use standstill_scenario::{Plan, Record};
+use standstill_scenario::Plan;
 use standstill_sim::Trace;
 use standstill_table::{Columns, Format, Writer};
 
@@ -147,12 +147,4 @@ fn metadata(identity: &Identity, point: usize, trial: u64) -> Vec<(String, Strin
 fn trial_of(options: &Options) -> String {
     let point = if options.point > 0 { format!(" of point {}", options.point) } else { String::new() };
     format!("trial {}{point}", options.trial)
-}
-
-/// Formats the outcome of the trial.
-fn ended(record: &Record) -> String {
-    match (record.estimated_angle_deg(), record.error_deg()) {
-        (Some(angle), Some(error)) => format!("found {angle:.3}°, error {error:+.3}°"),
-        _ => format!("{}: {}", record.verdict().name(), record.reason()),
-    }
 }

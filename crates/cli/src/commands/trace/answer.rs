@@ -8,7 +8,7 @@ use standstill_scenario::{Plan, Record, Scenario, ScenarioFile, Single, Verdict}
 use standstill_sim::{Ledger, Run, Trace};
 
 use super::verify::NumericalError;
-use super::{ended, shorthands, specimen, trial_of};
+use super::{shorthands, specimen, trial_of};
 use crate::answer::{Answer, verdict};
 use crate::arguments::{Seed, Trace as Options};
 use crate::commands::question::{Identity, given, setting};
@@ -41,7 +41,7 @@ impl Traced<'_> {
         };
         let place = specimen::heading(plan, single);
         let headline =
-            format!("{}, rotor at {:.3}°: {}", place.trim_end(), record.true_angle_deg(), ended(record));
+            format!("{}, rotor at {:.3}°: {}", place.trim_end(), record.true_angle_deg(), record.in_words(3));
         let drawn = standstill_scenario::specimen(&case, &single.drawn);
         let mut blocks = vec![Block::Text("Drawn for this trial:".to_owned()), Block::Facts(drawn)];
         blocks.extend(self.verified.map(|error| Block::Text(error.text())));

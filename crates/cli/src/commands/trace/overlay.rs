@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use standstill_report::page::{Block, Column, Table, Tone};
 
-use super::{ended, plan, trial_of};
+use super::{plan, trial_of};
 use crate::answer::{Answer, Made, verdict};
 use crate::arguments::{Keys, Source, Trace as Options};
 use crate::commands::question::Identity;
@@ -144,7 +144,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         code = code.max(u8::from(record.verdict() == Verdict::Error));
         rows.push(vec![
             for_reading(name),
-            ended(&record),
+            record.in_words(3),
             format!("{:.2}", record.run.duration.seconds() * 1e3),
             format!("{:.2}", record.run.peak_current),
             format!("{:.3}", record.rotor_moved_deg()),
