@@ -177,9 +177,10 @@ impl Record {
         }
     }
 
-    /// Returns true if the start ended because its method takes the rotor to turn.
+    /// Returns true if the start ended because its method takes the rotor to turn or to move.
     pub fn rotor_turns(&self) -> bool {
-        matches!(self.run.ended, Ended::Outcome(Outcome::Failed { fault: Fault::RotorTurns { .. }, .. }))
+        let Ended::Outcome(Outcome::Failed { fault, .. }) = self.run.ended else { return false };
+        matches!(fault, Fault::RotorTurns { .. } | Fault::RotorMoves { .. })
     }
 
     /// Returns the largest distance of the rotor from its initial angle, in electrical degrees.

@@ -20,8 +20,10 @@ pub(super) struct Starts {
     /// Reasons of failed starts, with the number of starts for each reason. Starts with an undetermined pole are not
     /// included.
     pub failures: BTreeMap<String, u64>,
-    /// Number of starts that end because the rotor turns.
+    /// Number of starts that end because the rotor turns or moves.
     pub turning: u64,
+    /// Of each start with an axis: by how much its angle misses the rotor's, in degrees with sign, if it has one, and its axis.
+    misses: Vec<(Option<f64>, f64)>,
     /// Time of the longest detection in s.
     pub longest_s: f64,
     /// Pole evidence of each start with an axis, sorted, relative to the evidence that a decision needs; positive for
@@ -88,7 +90,7 @@ impl Starts {
     ) -> Result<Self, Stopped> {
         let (mut statistics, before) = (Statistics::default(), allowance.done());
         let (mut failures, mut evidence, mut longest_s) = (BTreeMap::new(), Vec::new(), 0.0_f64);
-        let mut turning = 0;
+        let (mut turning, mut misses) = (0, Vec::new());
         let campaign = Campaign { scenario, trials, threads: None };
         campaign.run(&AtomicBool::new(false), |record| {
             statistics.add(record);
@@ -99,6 +101,7 @@ impl Starts {
             }
             evidence.extend(towards_north(record));
             turning += u64::from(record.rotor_turns());
+            misses.extend(record.axis_miss_deg().map(|axis| (record.miss_deg(), axis)));
             if allowance.spend(of_start(&record.run.work, &scenario.drive.bridge)) {
                 Ok(())
             } else {
@@ -113,6 +116,7 @@ impl Starts {
             summary: statistics.summary(),
             failures,
             turning,
+            misses,
             longest_s,
             evidence,
             spread,
@@ -123,6 +127,19 @@ impl Starts {
     /// Returns the number of starts without an angle: given up, or not simulated to the end.
     pub fn failed(&self) -> u64 {
         self.summary.failed + self.summary.errors
+    }
+
+    /// Returns this number of starts as a share of all.
+    pub fn share(&self, starts: u64) -> f64 {
+        starts as f64 / self.summary.trials as f64
+    }
+
+    /// Returns the number of starts that are answered with an error of more than this in degrees. An axis alone is an answer where poles are
+    /// not judged (`has_pole`).
+    pub fn wrong(&self, most_deg: f64, has_pole: bool) -> u64 {
+        let misses =
+            self.misses.iter().filter_map(|(angle, axis)| if has_pole { *angle } else { Some(*axis) });
+        misses.filter(|miss| miss.abs() > most_deg).count() as u64
     }
 
     /// Lists the reasons of failed starts in words, the most frequent first, with their counts.

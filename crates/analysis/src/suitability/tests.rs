@@ -1,5 +1,6 @@
 mod drives;
 mod fresh;
+mod turning;
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -249,12 +250,12 @@ fn law_a_sheet_without_saturation_is_suited_from_some_saturation_on() {
     };
     assert_eq!(suitability.untried, [""; 0]);
     // With less work than a search takes, what suffices on few starts is confirmed first, with a little more saturation.
-    let hurried = Suitability::within(&document, &Demands::default(), suitability.work / 5 * 4, &mut |_| {});
+    let hurried = Suitability::within(&document, &Demands::default(), suitability.work / 5 * 3, &mut |_| {});
     let hurried = hurried.unwrap_or_else(|error| panic!("{error}"));
     let Some(Condition::Saturation { least: more, .. }) = hurried.condition else { panic!("{hurried:?}") };
     assert!((1.05..1.5).contains(&(more / least)), "{more} {least}");
     assert!(hurried.untried.iter().any(|part| part.contains("saturation of less than")), "{hurried:?}");
-    assert!(hurried.work < suitability.work / 5 * 4 + 20_000, "{}", hurried.work);
+    assert!(hurried.work < suitability.work / 5 * 3 + 20_000, "{}", hurried.work);
     // The recommended pulses keep the current at both ends: with the most saturation they draw the most.
     let candidate = suitability.recommended().expect("recommended");
     let fresh = suitability.confirmed().expect("confirmed");

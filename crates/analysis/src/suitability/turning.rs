@@ -1,4 +1,5 @@
-//! Speeds of a rotor that turns: from which on a method notices it, and from which on its error is larger than demanded.
+//! Speeds of a rotor that turns: up to which a method's errors are within what is demanded, from which on it notices the
+//! rotor, and at which its answers are wrong unnoticed.
 
 use serde::Serialize;
 use standstill_detect::{Check, Checks, Method, Settings as _, Value, keys};
@@ -14,16 +15,19 @@ use super::{Candidate, SuitabilityError};
 pub struct TurningSpeeds {
     /// True if the method looks whether the rotor turns.
     pub is_checked: bool,
-    /// Speed from which on 95 of 100 starts say that the rotor turns; none if fewer do up to the highest speed, or if the method does not
-    /// look.
+    /// Speed from which on 95 of 100 starts say that the rotor turns or moves; none if fewer do up to the highest speed.
     pub notices_rpm: Option<f64>,
-    /// Speed from which on the 95th percentile of the error exceeds what is demanded or no start has an angle, where the method does not
-    /// look; none if neither is so up to the highest speed.
-    pub exceeds_rpm: Option<f64>,
-    /// True if no start has an angle from `exceeds_rpm` on, so that there is no error either.
+    /// Speed up to which, in both directions, 95 of 100 axis errors are within what is demanded, where the method does not look whether the
+    /// rotor turns; none if they are up to the highest speed.
+    pub within_rpm: Option<f64>,
+    /// True if no start has an axis beyond `within_rpm`, so that there is no error either.
     pub is_silent: bool,
-    /// Smallest share of starts with an angle at a speed up to `exceeds_rpm`, where the method does not look; without that speed, at any speed
-    /// that was tried. The percentile is of the starts that have one.
+    /// Speeds between which, in at least one direction, more than 5 of 100 starts are answered with an error beyond what is
+    /// demanded, with the method's own checks; the second is none if that is so up to the highest speed. None if at no speed. A start without
+    /// an angle, or without the pole where the motor has known ones, is no answer.
+    pub unnoticed_rpm: Option<(f64, Option<f64>)>,
+    /// Smallest share of starts with an axis at a speed up to `within_rpm`, where the method does not look. The percentile is of the starts
+    /// that have one.
     pub answered: f64,
     /// Highest speed that was tried.
     pub highest_rpm: f64,
@@ -34,17 +38,13 @@ pub struct TurningSpeeds {
 impl TurningSpeeds {
     /// Returns true if the method notices a rotor that turns, or has no answer, before its error exceeds what is demanded.
     pub fn notices_in_time(&self) -> bool {
-        match (self.notices_rpm, self.exceeds_rpm) {
-            (Some(notices), Some(exceeds)) => self.is_silent || notices <= exceeds,
-            (None, Some(_)) => self.is_silent,
-            (_, None) => true,
-        }
+        self.unnoticed_rpm.is_none()
     }
 }
 
 /// Number of starts in each direction.
 const EACH_WAY: u64 = 32;
-/// Share of starts that must say that the rotor turns.
+/// Share of starts that must say that the rotor turns, and of errors that must be within the demand.
 const NOTICED: f64 = 0.95;
 /// Highest speed that is tried, as a multiple of that at which the rotor turns by the demanded error within a detection. On average a method
 /// sees the angle in the middle of its detection, so its error exceeds the demand at about twice that speed.
@@ -75,75 +75,167 @@ impl Bench<'_> {
         let mut scenario = self.scenario(setting, Rotor::Locked).map_err(failed)?;
         scenario.rotor = RotorState::Driven;
         scenario.seed = scenario.seed.wrapping_add(SEARCH);
-        let turns = self.demands.error_deg / (360.0 * f64::from(self.motor.pole_pairs));
+        let demanded = self.demands.error_deg;
+        let turns = demanded / (360.0 * f64::from(self.motor.pole_pairs));
         let highest_rpm = HIGHEST * 60.0 * turns / seconds;
         let checks = match scenario.detector.get(&keys::CHECKS) {
             Some(Value::Checks(checks)) => checks,
             _ => Checks::NONE,
         };
+        let mut own = Course { bench: self, scenario: scenario.clone(), seen: Vec::new() };
+        let noticed = |starts: &Starts| starts.share(starts.turning) >= NOTICED;
+        let notices = edge(highest_rpm, &mut |rpm| own.both_ways(rpm, noticed))?;
+        let notices_rpm = notices.map(|[_, noticed]| noticed);
         // Without a magnet nothing is induced that shows it.
         let is_checked = self.motor.has_magnet() && checks.has(Check::Turning);
-        let notices_rpm = if is_checked {
-            self.least(&scenario, highest_rpm, &mut |_, starts| {
-                starts.turning as f64 >= NOTICED * starts.summary.trials as f64
-            })?
+        let mut unchecked = Course { bench: self, scenario, seen: Vec::new() };
+        if is_checked {
+            unchecked.scenario.detector.set(&keys::CHECKS, Value::Checks(checks.without(Check::Turning)));
         } else {
-            None
-        };
-        scenario.detector.set(&keys::CHECKS, Value::Checks(checks.without(Check::Turning)));
-        let (mut shares, mut silent) = (Vec::new(), Vec::new());
-        let exceeds_rpm = self.least(&scenario, highest_rpm, &mut |rpm, starts| {
-            let trials = starts.summary.trials;
-            shares.push((rpm.abs(), (trials - starts.failed()) as f64 / trials as f64));
-            let p95 = starts.summary.p95_deg.value;
-            if p95.is_nan() {
-                silent.push(rpm.abs());
+            unchecked.seen.clone_from(&own.seen);
+        }
+        // Not a number: no start has an axis.
+        let is_within = |starts: &Starts| starts.summary.p95_deg.value <= demanded;
+        let exceeds =
+            edge(highest_rpm, &mut |rpm| unchecked.both_ways(rpm, is_within).map(|within| !within))?;
+        let is_silent = exceeds.is_some_and(|[_, high]| {
+            unchecked.seen.iter().any(|(rpm, starts)| rpm.abs() == high && starts.summary.axes == 0)
+        });
+        let within_rpm = exceeds.map(|[low, _]| low);
+        let is_right = |starts: &Starts| starts.share(starts.wrong(demanded, self.has_pole)) <= 1.0 - NOTICED;
+        let unnoticed_rpm = match exceeds {
+            Some(exceeds) => {
+                unnoticed(exceeds, notices_rpm.unwrap_or(f64::INFINITY), highest_rpm, &mut |rpm| {
+                    own.both_ways(rpm, is_right).map(|right| !right)
+                })?
             }
-            p95.is_nan() || p95 > self.demands.error_deg
-        })?;
-        let is_silent = exceeds_rpm.is_some_and(|exceeds| silent.contains(&exceeds));
-        shares.retain(|(rpm, _)| exceeds_rpm.is_none_or(|exceeds| *rpm <= exceeds));
-        let answered = shares.iter().map(|(_, share)| *share).fold(1.0, f64::min);
+            None => None,
+        };
+        let within =
+            unchecked.seen.iter().filter(|(rpm, _)| within_rpm.is_none_or(|within| rpm.abs() <= within));
+        let answered = within.map(|(_, starts)| starts.share(starts.summary.axes)).fold(1.0, f64::min);
         Ok(TurningSpeeds {
             is_checked,
             notices_rpm,
-            exceeds_rpm,
+            within_rpm,
             is_silent,
+            unnoticed_rpm,
             answered,
             highest_rpm,
             starts: 2 * EACH_WAY,
         })
     }
+}
 
-    /// Returns the least speed in rpm at which starts in both directions show something, within 9 %; none if they do not up to the highest.
-    fn least(
-        &self,
-        scenario: &Scenario<Method<f64>>,
-        highest: f64,
-        shows: &mut dyn FnMut(f64, &Starts) -> bool,
-    ) -> Result<Option<f64>, Stopped> {
-        let mut scenario = scenario.clone();
-        let mut at = |rpm: f64| -> Result<bool, Stopped> {
-            for rpm in [rpm, -rpm] {
-                scenario.start_speed = rpm;
-                if !shows(rpm, &Starts::of(&scenario, Rotor::Driven, EACH_WAY, self.work)?) {
-                    return Ok(false);
-                }
-            }
-            Ok(true)
-        };
-        let mut high = highest / f64::from(1_u32 << HALVINGS);
-        while !at(high)? {
-            if high >= highest {
-                return Ok(None);
-            }
-            high *= 2.0;
+/// Returns the speeds between which starts mislead: from the last tried one at which they do not, to the next tried one at which they no longer
+/// do, or at which the rotor is noticed. Errors are within the demand up to the first speed of `exceeds`, and not at the second.
+fn unnoticed(
+    exceeds: [f64; 2],
+    notices: f64,
+    highest: f64,
+    misleads: &mut Shows<'_>,
+) -> Result<Option<(f64, Option<f64>)>, Stopped> {
+    let [mut low, mut rpm] = exceeds;
+    let mut from = None;
+    while rpm < notices && rpm <= highest {
+        match (misleads(rpm)?, from) {
+            (true, None) => from = Some(low),
+            (false, Some(from)) => return Ok(Some((from, Some(rpm)))),
+            _ => {}
         }
-        let mut low = high / 2.0;
+        low = rpm;
+        rpm *= std::f64::consts::SQRT_2;
+    }
+    Ok(from.map(|from| (from, (notices <= highest).then_some(notices))))
+}
+
+/// A question to starts at a speed in rpm.
+type Shows<'a> = dyn FnMut(f64) -> Result<bool, Stopped> + 'a;
+
+/// Starts of one scenario at the speeds that were tried.
+struct Course<'a> {
+    bench: &'a Bench<'a>,
+    scenario: Scenario<Method<f64>>,
+    /// Speeds with their signs, and the starts at them.
+    seen: Vec<(f64, Starts)>,
+}
+
+impl Course<'_> {
+    /// Returns whether starts in both directions show something.
+    fn both_ways(&mut self, rpm: f64, shows: impl Fn(&Starts) -> bool) -> Result<bool, Stopped> {
+        for rpm in [rpm, -rpm] {
+            let known = self.seen.iter().find(|(known, _)| *known == rpm).map(|(_, starts)| shows(starts));
+            let shown = if let Some(shown) = known {
+                shown
+            } else {
+                self.scenario.start_speed = rpm;
+                let starts = Starts::of(&self.scenario, Rotor::Driven, EACH_WAY, self.bench.work)?;
+                let shown = shows(&starts);
+                self.seen.push((rpm, starts));
+                shown
+            };
+            if !shown {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// Returns the speeds that are tried first, each twice the one before.
+fn doublings(highest: f64) -> impl Iterator<Item = f64> {
+    (0..=HALVINGS).rev().map(move |halvings| highest / f64::from(1_u32 << halvings))
+}
+
+/// Returns the least speed in rpm at which something shows, and the speed 9 % below, at which it does not; none if it does not show up to the
+/// highest.
+fn edge(highest: f64, shows: &mut Shows<'_>) -> Result<Option<[f64; 2]>, Stopped> {
+    for found in doublings(highest) {
+        if !shows(found)? {
+            continue;
+        }
+        let (mut low, mut high) = (found / 2.0, found);
         for _ in 0..STEPS {
             let middle = (low * high).sqrt();
-            if at(middle)? { high = middle } else { low = middle }
+            if shows(middle)? { high = middle } else { low = middle }
         }
-        Ok(Some(high))
+        return Ok(Some([low, high]));
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(highest: f64, shows: impl Fn(f64) -> bool) -> [f64; 2] {
+        match edge(highest, &mut |rpm| Ok(shows(rpm))) {
+            Ok(Some(edge)) => edge,
+            _ => panic!("an edge"),
+        }
+    }
+
+    #[test]
+    fn law_wrong_answers_go_unnoticed_until_the_rotor_is_noticed_or_there_are_none() {
+        let between = |notices: f64, shows: &dyn Fn(f64) -> bool| {
+            let found = unnoticed([9.2, 10.0], notices, 100.0, &mut |rpm| Ok(shows(rpm)));
+            found.unwrap_or_else(|_| panic!("shown"))
+        };
+        assert_eq!(between(f64::INFINITY, &|_| false), None);
+        assert_eq!(between(9.0, &|_| true), None);
+        // However narrow the part is.
+        assert_eq!(between(11.0, &|_| true), Some((9.2, Some(11.0))));
+        assert_eq!(between(f64::INFINITY, &|_| true), Some((9.2, None)));
+        let (from, until) = between(90.0, &|rpm| (13.0..25.0).contains(&rpm)).expect("some");
+        assert!(from == 10.0 && (until.expect("an end") / 28.28 - 1.0).abs() < 1e-3, "{from} {until:?}");
+    }
+
+    #[test]
+    fn law_an_edge_lies_between_two_speeds_that_are_9_percent_apart() {
+        for at in [0.2, 1.0, 3.3, 47.0, 99.0] {
+            let [low, high] = found(100.0, |rpm| rpm >= at);
+            assert!(low < at && at <= high && high / low < 1.0906, "{at}: {low} to {high}");
+        }
+        assert!(matches!(edge(100.0, &mut |_| Ok(false)), Ok(None)));
     }
 }

@@ -8,18 +8,26 @@ fn rpm(speed: f64) -> String {
     standstill_quantity::rounded(standstill_quantity::rounded(speed, -place).round(), place).to_string()
 }
 
-/// Returns the part of the verdict on a rotor that turns; empty where that is noticed before the error exceeds what is demanded.
-pub fn note(asked: &Checked<'_>) -> String {
-    let Some(speeds) = asked.found.turning.filter(|speeds| !speeds.notices_in_time()) else {
-        return String::new();
-    };
-    let exceeds = speeds.exceeds_rpm.map_or_else(String::new, rpm);
-    let until = speeds.notices_rpm.map_or_else(String::new, |notices| format!(" to {}", rpm(notices)));
-    let demanded = asked.demands.error_deg;
-    format!("; of a rotor that turns, from {exceeds}{until} rpm, its error exceeds {demanded}° unnoticed")
+/// Formats a speed in rpm up to which something holds: two digits, not rounded up.
+fn up_to(speed: f64) -> String {
+    let place = standstill_quantity::magnitude(speed).unwrap_or(0) - 1;
+    standstill_quantity::rounded(standstill_quantity::rounded(speed, -place).floor(), place).to_string()
 }
 
-/// Returns the sentence on the speeds at which the recommended method notices a rotor that turns, and at which its error exceeds the
+/// Returns the part of the verdict on a rotor that turns; empty where no answer is wrong unnoticed.
+pub fn note(asked: &Checked<'_>) -> String {
+    let Some((from, until)) = asked.found.turning.and_then(|speeds| speeds.unnoticed_rpm) else {
+        return String::new();
+    };
+    let until = until.map_or_else(String::new, |until| format!(" to {}", rpm(until)));
+    let demanded = asked.demands.error_deg;
+    format!(
+        "; of a rotor that turns, from {}{until} rpm, its error exceeds {demanded}° unnoticed",
+        up_to(from)
+    )
+}
+
+/// Returns the sentences on the speeds at which the recommended method notices a rotor that turns, and up to which its error is within the
 /// demand; none where they were not measured.
 pub fn said(asked: &Checked<'_>) -> Option<String> {
     let (speeds, candidate) = (asked.found.turning?, asked.found.recommended()?);
@@ -34,24 +42,38 @@ pub fn said(asked: &Checked<'_>) -> Option<String> {
         }
         None => format!("{method} cannot notice it without a magnet, which alone induces a voltage"),
     };
-    let exceeds = match speeds.exceeds_rpm {
-        Some(exceeds) => {
-            let then = if speeds.is_silent { ", where no start has an angle" } else { "" };
-            format!("without that 95 of 100 errors are within {demanded}° up to {} rpm{then}", rpm(exceeds))
+    let check = if speeds.is_checked { "without that check " } else { "" };
+    let within = match speeds.within_rpm {
+        Some(within) => {
+            let then = if speeds.is_silent { ", and beyond no start has an axis" } else { "" };
+            format!("{check}95 of 100 errors are within {demanded}° up to {} rpm{then}", up_to(within))
         }
-        None => format!(
-            "without that 95 of 100 errors are within {demanded}° up to {highest} rpm, the fastest tried"
-        ),
+        None => {
+            format!("{check}95 of 100 errors are within {demanded}° up to {highest} rpm, the fastest tried")
+        }
     };
-    // A start without an angle has no error, and does not start the motor.
+    // A start without an axis has no error, and does not start the motor.
     let answered = if speeds.answered < 1.0 {
-        let share = (100.0 * speeds.answered).floor();
-        format!("; errors are of those that have an angle, at one of these speeds only {share} %")
+        format!(
+            "; only {} of 100 starts have an axis at one of these speeds",
+            (100.0 * speeds.answered).floor()
+        )
     } else {
         String::new()
     };
     Some(format!(
-        "Of a rotor that turns, {notices}; {exceeds} ({} starts at each speed, both ways{answered}).",
+        "Of a rotor that turns, {notices}; {within} ({} starts at each speed, half of them in each direction{answered}).",
         speeds.starts
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_a_speed_up_to_which_something_holds_is_not_rounded_up() {
+        assert_eq!([12.97, 0.7861, 130.0, 6.0].map(up_to), ["12", "0.78", "130", "6"]);
+        assert_eq!([12.97, 0.7861, 139.0].map(rpm), ["13", "0.79", "140"]);
+    }
 }
